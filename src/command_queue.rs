@@ -1,10 +1,10 @@
-//! Commands to the server of an instance. [`call()`] sends one and waits for its reply. A [`CommandQueue`] is for whoever may
-//! not wait, or sends many.
+//! Commands to the server of an instance. [`call()`] sends one and waits for its reply. A [`CommandQueue`] is for
+//! callers that must not wait, or that send many commands.
 //!
-//! A queue sends commands one at a time, in the order in which they are submitted. A hold overtakes them: at once, on a thread of its
-//! own. Those that have not been sent by then are given up, and so is a seek that waits for its proof. One that is on its way
-//! may reach the server after the hold and undo it; so the hold is sent once more when that one is answered, and its own answer is
-//! that of the last time.
+//! A queue sends commands one at a time, in the order of their submission. A hold overtakes them: a separate thread
+//! sends it at once. It cancels all unsent commands, and a seek that waits for its proof. A command in flight may reach
+//! the server after the hold and undo it. So the hold is sent again after that command's reply, and the second reply is
+//! the hold's outcome.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,32 +15,32 @@ use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, GuardLock, Refusal, Request, Sender};
 
-/// Commands that may wait for those before them, in either lane.
-const ROOM: usize = 8;
+/// Greatest number of waiting commands in each lane.
+const MAX_WAITING: usize = 8;
 
-/// Why a command has no reply.
+/// Reason why a command has no reply.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandQueueError {
-    /// The bus's reason.
+    /// Error of the bus.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// It had not been sent yet when a hold came.
-    #[error("a hold has come after it")]
+    /// A later hold cancelled the command before it was sent.
+    #[error("a later hold cancelled it")]
     Overtaken,
-    /// It had not been sent yet when the queue closed.
-    #[error("nobody waits for it any more")]
+    /// The queue closed before the command was sent.
+    #[error("this program is ending")]
     Closed,
-    /// As many commands wait as there is room for.
-    #[error("{ROOM} commands wait for the server already")]
+    /// The queue is full.
+    #[error("{MAX_WAITING} commands already wait for the server; try again later")]
     Crowded,
 }
 
 type Callback = Box<dyn FnOnce(Result<CommandReply, CommandQueueError>) + Send>;
 
-/// Sends a command; the closure says whether the command is given up.
+/// Sends a command. The closure returns whether the command has been cancelled.
 type SendCommand = dyn Fn(Request, &dyn Fn() -> bool) -> Result<CommandReply, BusError> + Send + Sync;
 
-/// Sends commands in their order, and a hold past all others.
+/// Sends commands in their order; holds overtake all others.
 #[derive(Debug)]
 pub struct CommandQueue {
     lanes: Arc<LaneState>,
@@ -48,7 +48,7 @@ pub struct CommandQueue {
     holds: Lane,
 }
 
-/// Commands that wait, and the thread that sends them, which ends with it.
+/// Waiting commands and the thread that sends them. Dropping the lane ends the thread.
 #[derive(Debug)]
 struct Lane {
     commands: Option<SyncSender<QueuedCommand>>,
@@ -57,40 +57,41 @@ struct Lane {
 
 type QueuedCommand = (Unanswered, Callback);
 
-/// A command that has not been answered.
+/// A command without a reply.
 #[derive(Clone, Copy, Debug)]
 struct Unanswered {
     request: Request,
     number: u64,
-    /// How many holds were given before it.
+    /// Number of holds submitted before the command.
     holds_before: u64,
-    /// Whether it waited for no other command when it was submitted: then closing the queue does not cancel it.
+    /// Whether no other command waited when this one was submitted. Then closing the queue does not cancel it.
     is_first: bool,
     is_sent: bool,
 }
 
-/// What the two lanes have in common.
+/// State that both lanes share.
 #[derive(Debug, Default)]
 struct LaneState {
-    /// Holds given so far.
+    /// Number of holds submitted so far.
     holds: AtomicU64,
-    /// Whether nothing but holds is sent any more.
+    /// Whether the queue has closed. Then it sends only holds and commands with `is_first`.
     is_closed: AtomicBool,
-    /// Whether nobody waits for any reply any more.
+    /// Whether the queue has been dropped. Then no caller waits for a reply.
     is_over: AtomicBool,
     /// Locked while a command is in flight.
     in_flight: Mutex<()>,
-    /// Commands given so far.
+    /// Number of commands submitted so far.
     given: AtomicU64,
     unanswered: Mutex<Vec<Unanswered>>,
     answered: Condvar,
 }
 
 impl CommandQueue {
-    /// A queue of an instance, which joins the bus under this node name, and commands as this kind of sender.
+    /// Opens a queue of an instance. It joins the bus under the node name `name`. Its commands name `sender` as their
+    /// origin.
     ///
     /// # Errors
-    /// The operating system's reason for having no more threads.
+    /// The operating system cannot start a thread.
     pub fn open(domain: Domain, name: &'static str, sender: Sender) -> io::Result<Self> {
         let lanes = Arc::new(LaneState::default());
         let state = Arc::clone(&lanes);
@@ -108,8 +109,8 @@ impl CommandQueue {
         })
     }
 
-    /// Submits a command. `answer` is called once, on a thread of the queue's: at once where there is no room for the command, on the
-    /// caller's.
+    /// Submits a command. The queue calls `answer` once, on one of its threads. If the queue is full, it calls `answer`
+    /// at once on the caller's thread.
     pub fn submit(
         &self,
         request: Request,
@@ -119,7 +120,7 @@ impl CommandQueue {
         let holds_before = self.lanes.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
         let command = self.lanes.begin(request, holds_before);
         let lane = if is_hold { &self.holds } else { &self.others };
-        let commands = lane.commands.as_ref().expect("a lane is open for as long as the queue lasts");
+        let commands = lane.commands.as_ref().expect("a lane is open until the queue is dropped");
         let sent = commands.try_send((command, Box::new(answer)));
         if let Err(TrySendError::Full((_, answer)) | TrySendError::Disconnected((_, answer))) = sent {
             answer(Err(CommandQueueError::Crowded));
@@ -127,12 +128,12 @@ impl CommandQueue {
         }
     }
 
-    /// Gives up whatever has not been sent, but for holds. Then waits until of those commands that `is_waited_for` names all are
-    /// answered, at most so long, and says which have been sent and are not.
-    pub fn close(&self, patience: Duration, is_waited_for: impl Fn(Request) -> bool) -> Vec<Request> {
+    /// Cancels all unsent commands except holds. Then waits for the replies of the commands that `is_waited_for`
+    /// selects, for `timeout` at most. Returns those of them that have been sent and have no reply.
+    pub fn close(&self, timeout: Duration, is_waited_for: impl Fn(Request) -> bool) -> Vec<Request> {
         self.lanes.is_closed.store(true, Ordering::SeqCst);
         let is_waiting = |unanswered: &mut Vec<Unanswered>| unanswered.iter().any(|one| is_waited_for(one.request));
-        let waited = self.lanes.answered.wait_timeout_while(lock(&self.lanes.unanswered), patience, is_waiting);
+        let waited = self.lanes.answered.wait_timeout_while(lock(&self.lanes.unanswered), timeout, is_waiting);
         let (left, _) = waited.unwrap_or_else(PoisonError::into_inner);
         left.iter().filter(|one| one.is_sent && is_waited_for(one.request)).map(|one| one.request).collect()
     }
@@ -152,7 +153,7 @@ impl Lane {
         lanes: Arc<LaneState>,
         send_all: fn(&Receiver<QueuedCommand>, &SendCommand, &LaneState),
     ) -> io::Result<Self> {
-        let (sender, commands) = mpsc::sync_channel(ROOM);
+        let (sender, commands) = mpsc::sync_channel(MAX_WAITING);
         let thread = thread::Builder::new().name(name.to_owned()).spawn(move || send_all(&commands, &*send, &lanes))?;
         Ok(Self { commands: Some(sender), thread: Some(thread) })
     }
@@ -161,20 +162,20 @@ impl Lane {
 impl Drop for Lane {
     fn drop(&mut self) {
         self.commands = None;
-        // A panic has been reported already.
+        // The panic of the thread has already been reported.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
 impl LaneState {
-    /// Why a command is not to be sent any more: a hold was given after it, or nobody waits for it.
+    /// Returns why a command must not be sent: a later hold has cancelled it, or the queue has closed.
     fn cancels(&self, command: Unanswered) -> Option<CommandQueueError> {
         let is_overtaken = self.holds.load(Ordering::SeqCst) > command.holds_before;
         let is_closed = self.is_closed.load(Ordering::SeqCst) && !command.is_first;
         is_overtaken.then_some(CommandQueueError::Overtaken).or(is_closed.then_some(CommandQueueError::Closed))
     }
 
-    /// Notes a command as unanswered. One that waits for no other is under way.
+    /// Registers a command without a reply. It counts as sent if all other commands without a reply are holds.
     fn begin(&self, request: Request, holds_before: u64) -> Unanswered {
         let number = self.given.fetch_add(1, Ordering::Relaxed);
         let mut unanswered = lock(&self.unanswered);
@@ -218,10 +219,10 @@ fn send_holds(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &La
         let outcome = match lanes.in_flight.try_lock() {
             Ok(_) | Err(TryLockError::Poisoned(_)) => send(),
             Err(TryLockError::WouldBlock) => {
-                // At once; and again when the command in flight can no longer come after it.
+                // The hold is sent at once, and again when the command in flight can no longer follow it.
                 let first = send();
                 let _alone = lock(&lanes.in_flight);
-                // A server that is gone meanwhile has stopped too.
+                // A server that has ended since then has stopped too, so the first reply counts.
                 send().or(first)
             }
         };
@@ -234,18 +235,19 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// How long a server may take to answer: far more than a tick at the lowest rate.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// The longest that a hold may take in a queue, where it is sent twice: a little more than that.
+/// Time that a server may take for its reply: far more than a tick at the lowest rate.
+const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time that a hold may take in a queue, where it is sent twice: slightly more than two replies.
 pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
-/// How often a seek that is not proved yet is sent again.
+/// Period at which a seek without a proof is sent again.
 const PROOF_PERIOD: Duration = Duration::from_millis(20);
 
-/// Sends a command, under this node name and as this kind of sender, and waits for its reply. A seek that the server's guard has still to prove is sent
-/// again until it is, or until it is given up; then it is refused. Where no guard runs, which could prove it, it is refused
-/// at once.
+/// Sends a command under the node name `name`, as this kind of sender, and waits for its reply.
 ///
-/// Each call joins the bus anew: a client that stays would take a killed server for one that is slow.
+/// A guard may have to prove a seek first. Then the seek is sent again until it is accepted, `is_given_up` returns
+/// true, or 5 s have passed. If no guard runs, the server refuses the seek at once.
+///
+/// Each call joins the bus anew. A client that stays connected could not distinguish a killed server from a slow one.
 ///
 /// # Errors
 /// As [`CommandClient::open`] and [`CommandClient::call`].
@@ -260,9 +262,9 @@ pub fn call(
     let client = CommandClient::open(domain, name)?.sending_as(sender);
     let began = Instant::now();
     loop {
-        let reply = client.call_unless(request, PATIENCE, is_over)?;
+        let reply = client.call_unless(request, REPLY_TIMEOUT, is_over)?;
         let may_be_proved = reply.outcome() == Err(Refusal::NotProved) && GuardLock::holder(domain).is_some();
-        if !may_be_proved || began.elapsed() >= PATIENCE || is_given_up() {
+        if !may_be_proved || began.elapsed() >= REPLY_TIMEOUT || is_given_up() {
             return Ok(reply);
         }
         thread::sleep(PROOF_PERIOD);
@@ -275,12 +277,12 @@ mod tests {
 
     use super::*;
 
-    /// A server that takes each command when the test lets it.
+    /// A server that accepts each command when the test allows it.
     struct FakeServer {
         queue: CommandQueue,
-        /// What has been sent, in order.
+        /// The commands sent, in order.
         sent: Receiver<Request>,
-        /// Lets the next command that is no hold be answered.
+        /// Allows the reply to the next command other than a hold.
         go_on: Sender<()>,
     }
 
@@ -298,8 +300,8 @@ mod tests {
         FakeServer { queue: CommandQueue::sending(Arc::default(), Arc::new(send)).expect("two threads"), sent, go_on }
     }
 
-    /// Gives a command, and what comes of it later.
-    fn give(queue: &CommandQueue, request: Request) -> Receiver<Result<CommandReply, CommandQueueError>> {
+    /// Submits a command. Returns a channel for its outcome.
+    fn submit(queue: &CommandQueue, request: Request) -> Receiver<Result<CommandReply, CommandQueueError>> {
         let (answer, answered) = channel();
         queue.submit(request, move |outcome| answer.send(outcome).expect("the test listens"));
         answered
@@ -308,26 +310,26 @@ mod tests {
     #[test]
     fn commands_are_sent_one_at_a_time_in_their_order() {
         let FakeServer { queue, sent, go_on } = fake_server();
-        let answers = [Request::Pause, Request::Resume, Request::Release].map(|request| give(&queue, request));
+        let answers = [Request::Pause, Request::Resume, Request::Release].map(|request| submit(&queue, request));
         for request in [Request::Pause, Request::Resume, Request::Release] {
             assert_eq!(sent.recv(), Ok(request));
-            assert!(sent.try_recv().is_err(), "the next one waits for the answer of this one");
-            go_on.send(()).expect("it waits");
+            assert!(sent.try_recv().is_err(), "the next command waits for this reply");
+            go_on.send(()).expect("the command waits");
         }
         assert!(answers.iter().all(|answer| answer.recv().expect("an answer").is_ok()));
     }
 
     #[test]
-    fn a_hold_is_sent_at_once_and_again_after_the_command_in_flight_and_cancels_what_waits() {
+    fn a_hold_is_sent_at_once_and_again_after_the_command_in_flight_and_cancels_waiting_commands() {
         let FakeServer { queue, sent, go_on } = fake_server();
-        let release = give(&queue, Request::Release);
+        let release = submit(&queue, Request::Release);
         assert_eq!(sent.recv(), Ok(Request::Release));
-        let resume = give(&queue, Request::Resume);
-        let hold = give(&queue, Request::Hold);
+        let resume = submit(&queue, Request::Resume);
+        let hold = submit(&queue, Request::Hold);
         assert_eq!(sent.recv(), Ok(Request::Hold));
-        assert!(hold.try_recv().is_err(), "the release may still come after it");
+        assert!(hold.try_recv().is_err(), "the release may still follow the hold");
         go_on.send(()).expect("the release waits");
-        assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "it was given up");
+        assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 1, "the release was cancelled");
         assert!(matches!(resume.recv(), Ok(Err(CommandQueueError::Overtaken))));
         assert_eq!(sent.recv(), Ok(Request::Hold));
         assert!(matches!(hold.recv(), Ok(Ok(_))));
@@ -336,38 +338,38 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_after_a_hold_is_sent_after_it() {
+    fn a_command_submitted_after_a_hold_is_sent_after_it() {
         let FakeServer { queue, sent, go_on } = fake_server();
-        give(&queue, Request::Hold).recv().expect("an answer").expect("a reply");
-        let release = give(&queue, Request::Release);
-        go_on.send(()).expect("it waits");
+        submit(&queue, Request::Hold).recv().expect("an answer").expect("a reply");
+        let release = submit(&queue, Request::Release);
+        go_on.send(()).expect("the release waits");
         assert_eq!(release.recv().expect("an answer").expect("a reply").run_id, 0);
         assert_eq!([sent.recv(), sent.recv()], [Ok(Request::Hold), Ok(Request::Release)]);
     }
 
     #[test]
-    fn more_commands_than_there_is_room_for_are_refused_and_a_hold_has_room_of_its_own() {
+    fn a_full_queue_rejects_commands_but_accepts_a_hold() {
         let FakeServer { queue, sent, go_on } = fake_server();
-        let first = give(&queue, Request::Pause);
+        let first = submit(&queue, Request::Pause);
         assert_eq!(sent.recv(), Ok(Request::Pause));
-        let waiting: Vec<_> = (0..ROOM).map(|_| give(&queue, Request::Resume)).collect();
-        assert!(matches!(give(&queue, Request::Resume).recv(), Ok(Err(CommandQueueError::Crowded))));
-        let hold = give(&queue, Request::Hold);
-        go_on.send(()).expect("the first one waits");
+        let waiting: Vec<_> = (0..MAX_WAITING).map(|_| submit(&queue, Request::Resume)).collect();
+        assert!(matches!(submit(&queue, Request::Resume).recv(), Ok(Err(CommandQueueError::Crowded))));
+        let hold = submit(&queue, Request::Hold);
+        go_on.send(()).expect("the pause waits");
         assert!(first.recv().expect("an answer").is_ok() && hold.recv().expect("an answer").is_ok());
         assert!(waiting.iter().all(|answer| matches!(answer.recv(), Ok(Err(CommandQueueError::Overtaken)))));
     }
 
     #[test]
-    fn a_queue_that_closes_waits_for_its_holds_and_gives_up_the_rest() {
+    fn a_closing_queue_waits_for_its_holds_and_cancels_the_rest() {
         let FakeServer { queue, sent, go_on } = fake_server();
-        let pause = give(&queue, Request::Pause);
+        let pause = submit(&queue, Request::Pause);
         assert_eq!(sent.recv(), Ok(Request::Pause));
-        let hold = give(&queue, Request::Hold);
-        let release = give(&queue, Request::Release);
+        let hold = submit(&queue, Request::Hold);
+        let release = submit(&queue, Request::Release);
         let is_hold = |request| request == Request::Hold;
         assert_eq!(sent.recv(), Ok(Request::Hold));
-        assert_eq!(queue.close(Duration::ZERO, is_hold), [Request::Hold], "it has no answer before that of the pause");
+        assert_eq!(queue.close(Duration::ZERO, is_hold), [Request::Hold], "the hold waits for the reply to the pause");
         assert_eq!(queue.close(Duration::ZERO, |_| true), [Request::Pause, Request::Hold]);
         go_on.send(()).expect("the pause waits");
         assert_eq!(queue.close(Duration::from_mins(1), |_| true), []);

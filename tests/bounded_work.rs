@@ -1,7 +1,7 @@
-//! No question about any dragon that may be configured takes more work or more memory than it is allowed, and no frame of
-//! one takes its monitor more. Work is counted in steps and memory in bytes, so a loaded machine changes nothing.
+//! For every valid dragon, each question of the planner and each frame of the monitor stays within bounds of work and memory.
+//! Work is counted in steps and memory in bytes, so the load of the machine does not matter.
 //!
-//! `tests/stress` asks the program itself, of many more dragons, and measures seconds and memory.
+//! `tests/stress` runs the program itself with many more dragons, and measures seconds and memory.
 
 use std::fs;
 use std::hint::black_box;
@@ -21,18 +21,18 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
 use proptest::test_runner::{Config as Cases, RngAlgorithm, TestRng, TestRunner};
 
-/// Steps that an answer is allowed.
+/// Greatest number of steps of an answer.
 const MOST_STEPS: u64 = 2_000_000;
-/// What is not broken off takes at most so many steps for each handle, as refining one near miss does, and so many besides,
-/// as lists of near pairs do.
+/// Parts that are not interrupted take at most this many steps per handle, for example to refine a near miss, and at most
+/// [`STEPS_BESIDES`] in total, for example for lists of near pairs.
 const STEPS_PER_HANDLE: u64 = 1_000;
 const STEPS_BESIDES: u64 = 40_000_000;
-/// Memory that an answer may take at any time: lists of near pairs alone may take 150 MB.
+/// Greatest memory of an answer at any time, in bytes. Lists of near pairs alone may take 150 MB.
 const MOST_BYTES: u64 = 400 << 20;
 /// Longest time between two frames, in show seconds, as after lost ones.
 const FRAME_GAPS_S: [f64; 3] = [0.001, 1.0, 1000.0];
 
-/// Configurations that were found to take too much, and what lies at the edge of what may be configured.
+/// Configurations that exceeded the bounds once, and configurations at the limits of the valid ranges.
 const EXTREMES: &[&str] = &[
     "",
     "[dragon]\nbenches = 100000\n[route]\nstart_turns = 10000\n",
@@ -40,10 +40,10 @@ const EXTREMES: &[&str] = &[
     "[dragon]\nbenches = 3\n[route]\nstart_turns = 10000\n",
     "[route]\npitch_m = 1000\n",
     "[route]\npitch_m = 1000\nstart_turns = 10000\n[dragon]\nbenches = 100000\n",
-    // Boards that overlap from the start.
+    // Boards overlap from the start.
     "[dragon]\nhole_offset_m = 1.0\n",
     "[dragon]\nbenches = 100000\nhole_offset_m = 1.0\n[route]\nstart_turns = 1000\n",
-    // The least links.
+    // The shortest links.
     "[dragon]\nhead_length_m = 0.02\nbody_length_m = 0.02\nwidth_m = 0.01\nhole_offset_m = 0.005\n[route]\npitch_m = 0.011\n",
     "[dragon]\nbenches = 100000\nhead_length_m = 0.02\nbody_length_m = 0.02\nwidth_m = 0.01\nhole_offset_m = 0.005\n\
      [route]\npitch_m = 0.011\nstart_turns = 1000\n[monitor]\nnear_m = 10\n",
@@ -52,7 +52,8 @@ const EXTREMES: &[&str] = &[
     "[route]\nkind = \"turnaround\"\npitch_m = 0.31\nturn_diameter_m = 6000\n[dragon]\nbenches = 1000\n",
 ];
 
-/// Configurations of any numbers within what is allowed, many of which are refused all the same.
+/// Configurations of random numbers within the valid ranges. Many of them are refused nevertheless, since the values contradict
+/// each other.
 fn configs() -> impl Strategy<Value = String> {
     let log = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
     let dragon = (log(3.0, 100_000.0), log(0.02, 100.0), log(0.02, 100.0), log(0.01, 10.0), 0.0..0.5_f64);
@@ -76,7 +77,7 @@ fn configs() -> impl Strategy<Value = String> {
     })
 }
 
-/// Asks, and holds the answer to its limits.
+/// Runs a question, and checks the bounds of its work and memory.
 fn ask(what: &str, text: &str, handles: usize, question: impl FnOnce(&Meter)) {
     let meter = Meter::of(MOST_STEPS);
     let allocations = measure(|| question(&meter));
@@ -86,7 +87,7 @@ fn ask(what: &str, text: &str, handles: usize, question: impl FnOnce(&Meter)) {
     assert!(bytes <= MOST_BYTES, "{what} takes {bytes} bytes:\n{text}");
 }
 
-/// Whether it is a valid configuration.
+/// Checks all questions about a configuration. Returns whether the configuration is valid.
 fn is_bounded(text: &str) -> bool {
     let Ok(config) = Config::from_toml(text) else { return false };
     let dragon = config.dragon();
@@ -152,7 +153,7 @@ fn is_bounded(text: &str) -> bool {
     true
 }
 
-/// A monitor of some frames that are more and more apart.
+/// Checks a monitor of some frames with increasing gaps.
 fn watch(config: &Config, text: &str) {
     let dragon = config.dragon();
     let mut solver = ChainSolver::new(dragon);
@@ -195,22 +196,22 @@ fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<Handle
     handles.iter().map(state).collect()
 }
 
-/// Keeps this thread on one processor, so that the planner works on this thread alone, whose memory is counted.
+/// Keeps this thread on one processor. The planner then works only on this thread, whose memory is counted.
 fn work_alone() {
     let mine = Processors::of_this_process().expect("a thread has processors");
-    let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("one of them");
-    bench_dragon::system::processors::keep_on(first).expect("its own processor");
+    let first = (0..1024).find(|&cpu| mine.contains(cpu)).expect("the list has a processor");
+    bench_dragon::system::processors::keep_on(first).expect("the processor belongs to this process");
 }
 
 #[test]
-fn what_lies_at_the_edge_of_what_may_be_configured_takes_bounded_work_and_memory() {
+fn extreme_configurations_take_bounded_work_and_memory() {
     work_alone();
     let valid = EXTREMES.iter().filter(|text| is_bounded(text)).count();
     assert!(valid + 2 >= EXTREMES.len(), "nearly all are valid: {valid} of {}", EXTREMES.len());
 }
 
 #[test]
-fn links_of_no_dragon_are_refused_with_the_least_that_is_allowed() {
+fn links_that_are_too_short_are_refused_with_the_smallest_allowed_length() {
     let text = "[dragon]\nhead_length_m = 1e-7\nbody_length_m = 1e-7\nwidth_m = 1e-8\nhole_offset_m = 0\n";
     let error = Config::from_toml(text).expect_err("too small").to_string();
     assert_eq!(error, "[dragon] head_length_m is 1e-7, must be from 0.02 to 100");
@@ -224,14 +225,14 @@ fn any_dragon_takes_bounded_work_and_memory() {
     work_alone();
     let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(24);
     let cases = Cases { cases, failure_persistence: None, ..Cases::default() };
-    // The same dragons every time; more of them with PROPTEST_CASES.
+    // The dragons are the same in each run. PROPTEST_CASES sets their number.
     let mut runner = TestRunner::new_with_rng(cases, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
     let outcome = runner.run(&configs(), |text| {
         prop_assume!(is_bounded(&text));
         Ok(())
     });
     if let Err(error) = outcome {
-        // So that what was found can be asked again.
+        // The file allows to repeat the failing case.
         let _ = fs::write(std::env::temp_dir().join("bounded_work.txt"), error.to_string());
         panic!("{error}");
     }

@@ -1,5 +1,5 @@
-//! The guard and a guarded head, tick by tick, without a bus: on any dragon, at any speed and time scale, with grants that
-//! come late or not at all and seeks to anywhere, no clearance ever falls under the margin.
+//! The guard and a guarded head, tick by tick, without a bus. No clearance falls below the margin: for any dragon, speed, time
+//! scale and seek, and with late or missing grants.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -13,13 +13,13 @@ use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 use proptest::prelude::*;
 
 const RUN_ID: u64 = 7;
-/// How far a clearance that is worked out another way may be from the proof's, in metres: the rounding of poses.
+/// Greatest difference in metres between the proof's clearance and one computed in another way: the rounding of poses.
 const ROUNDING_M: f64 = 1e-10;
 
-/// How much more than the margin may be left where the head rests, in metres.
+/// Greatest clearance beyond the margin where the head rests, in metres.
 const SPARE_M: f64 = 1e-8;
 
-/// A guarded head and its guard, which sees the head and is heard by it some ticks late.
+/// A guarded head and its guard. Frames and grants pass between them some ticks late.
 struct Rehearsal<'a> {
     config: &'a Config,
     dragon: &'a Dragon,
@@ -30,7 +30,7 @@ struct Rehearsal<'a> {
     lag_ticks: usize,
     late: VecDeque<(FrameHeader, Option<f64>)>,
     margin_m: f64,
-    /// Ground that the head has walked since it was last put somewhere.
+    /// Interval of travel that the head has walked since the last seek, in metres.
     leg_m: [f64; 2],
 }
 
@@ -62,18 +62,18 @@ impl<'a> Rehearsal<'a> {
         }
     }
 
-    /// Another guard, which knows nothing of what the last one granted.
+    /// Replaces the guard by a new one, without the grants of the last one.
     fn restart_guard(&mut self) {
         self.guard = guard(self.config);
         self.late.clear();
     }
 
-    /// One tick, and what the guard makes of an earlier one.
+    /// Plays one tick, and passes an earlier one to the guard.
     fn play(&mut self) -> HeadState {
         self.play_after(0)
     }
 
-    /// The same after missed releases.
+    /// Plays one tick after missed releases, and passes an earlier one to the guard.
     fn play_after(&mut self, missed: u64) -> HeadState {
         self.motion.miss(missed);
         self.motion.advance();
@@ -84,7 +84,7 @@ impl<'a> Rehearsal<'a> {
         self.leg_m[1] = head.travel_m;
         self.late.push_back((header, self.motion.limits().asked_m));
         if self.late.len() > self.lag_ticks {
-            let (header, asked_m) = self.late.pop_front().expect("it is not empty");
+            let (header, asked_m) = self.late.pop_front().expect("the queue is not empty");
             self.guard_sees(&header, asked_m);
         }
         head
@@ -94,18 +94,18 @@ impl<'a> Rehearsal<'a> {
         for _ in 0..3 {
             let Some(grant) = self.guard.follow(header, asked_m) else { return };
             let Request::Grant { from_m, to_m, is_final, .. } = grant else { panic!("not a grant: {grant:?}") };
-            self.motion.request(grant).expect("a grant of this run, within it");
+            self.motion.request(grant).expect("the grant is for this run and within it");
             self.guard.note_granted(from_m, to_m, is_final);
         }
     }
 
-    /// Lifts a hold, where there is one.
+    /// Lifts a hold, if there is one.
     fn release(&mut self) {
         let outcome = self.motion.request(Request::Release);
         assert!(matches!(outcome, Ok(()) | Err(Refusal::NotHeld | Refusal::HeldByGuard)), "{outcome:?}");
     }
 
-    /// Asks until the guard has proved the target, or has had time enough to.
+    /// Repeats a seek until the guard has proved the target, or had enough ticks to prove it.
     fn seek(&mut self, sim_time_s: f64) {
         for _ in 0..=self.lag_ticks + 1 {
             match self.motion.request(Request::Seek { sim_time_s }) {
@@ -126,17 +126,17 @@ impl<'a> Rehearsal<'a> {
         self.check.nearest(travel_m).is_none_or(|pair| pair.clearance_m >= self.margin_m - ROUNDING_M)
     }
 
-    /// Everywhere the head has walked, between ticks too, by the planner's own search.
+    /// Fails unless the clearance is at least the margin on the whole interval, between ticks too, by the planner's own search.
     fn assert_apart_on_leg(&self) {
         let [from_m, to_m] = self.leg_m;
         if from_m < to_m
-            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m, |_| ()).expect("no limit")
+            && let Some(nearest) = least_clearance(self.dragon, from_m, to_m, |_| ()).expect("the search has no limit")
         {
             assert!(nearest.pair.clearance_m >= self.margin_m - ROUNDING_M, "{from_m} to {to_m} m: {nearest:?}");
         }
     }
 
-    /// Plays until the head rests for good.
+    /// Plays until the head rests permanently.
     fn play_to_rest(&mut self) -> HeadState {
         loop {
             let head = self.play();
@@ -152,7 +152,7 @@ fn guard(config: &Config) -> Guard<'_> {
     Guard::new(config.dragon(), config, RUN_ID)
 }
 
-/// Configurations on both routes, most of which have a contact somewhere.
+/// Configurations with both kinds of routes. Most of them have a contact.
 fn configs() -> impl Strategy<Value = Config> {
     let dragon = (2..60_u32, 1.5..4.0_f64, 1.0..3.0_f64, 0.2..0.4_f64, 0.05..0.3_f64);
     let spiral = (1.2..2.5_f64, 2.0..9.0_f64).prop_map(|(widths, turns)| (widths, format!("start_turns = {turns}")));
@@ -178,8 +178,7 @@ fn configs() -> impl Strategy<Value = Config> {
     })
 }
 
-/// What happens to a show: where it starts, how late the guard is, and after so many ticks a speed, a seek to a share of
-/// the run, or another guard.
+/// Events of a show, each with the number of ticks before it.
 type Events = Vec<(u32, Event)>;
 
 #[derive(Clone, Copy, Debug)]
@@ -189,7 +188,7 @@ enum Event {
     GuardRestart,
     Hold,
     Release,
-    /// So many releases missed.
+    /// Number of missed releases.
     Miss(u64),
 }
 
@@ -205,7 +204,7 @@ fn events() -> impl Strategy<Value = Events> {
     prop::collection::vec((0..400_u32, event), 0..8)
 }
 
-/// Random shows that are played: 100, or what `PROPTEST_CASES` says.
+/// Number of random shows: 100, or `PROPTEST_CASES`.
 fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100)
 }
@@ -230,7 +229,7 @@ proptest! {
             match event {
                 Event::Seek(share) => rehearsal.seek(at(share) / config.tables().head.speed_mps),
                 Event::GuardRestart => rehearsal.restart_guard(),
-                Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("it is in range"),
+                Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("the value is in range"),
                 Event::Hold => rehearsal.motion.request(Request::Hold).expect("hold is always accepted"),
                 Event::Release => rehearsal.release(),
                 Event::Miss(missed) => {
@@ -239,12 +238,12 @@ proptest! {
             }
         }
         rehearsal.release();
-        rehearsal.motion.request(Request::Speed { speed_mps: 3.0 }).expect("it is in range");
+        rehearsal.motion.request(Request::Speed { speed_mps: 3.0 }).expect("the value is in range");
         let head = rehearsal.play_to_rest();
         rehearsal.assert_apart_on_leg();
         if head.state == ShowState::Held {
             let ahead_m = (head.travel_m + 1e-6).min(dragon.end_travel_m());
-            let ahead = least_clearance(&dragon, head.travel_m, ahead_m, |_| ()).expect("no limit").expect("something is in the way");
+            let ahead = least_clearance(&dragon, head.travel_m, ahead_m, |_| ()).expect("the search has no limit").expect("something is in the way");
             prop_assert!(ahead.pair.clearance_m < rehearsal.margin_m + SPARE_M, "it rests too early: {ahead:?}");
         } else {
             prop_assert_eq!((head.state, head.travel_m), (ShowState::Finished, dragon.end_travel_m()));
@@ -308,7 +307,7 @@ fn jumps_over_missed_releases_do_not_make_a_guarded_head_rest() {
         let mut rehearsal = Rehearsal::new(&config, 0.0, 1);
         while rehearsal.play().state == ShowState::Held {}
         let mut last = rehearsal.play();
-        // As far as the show is free.
+        // The jumps stay before the first contact.
         let jumps = (300.0 / (config.tick_s() * (config.most_jumped() + 1) as f64)).min(20.0) as u32;
         for _ in 0..jumps {
             let next = rehearsal.play_after(config.most_jumped());

@@ -1,4 +1,4 @@
-//! The monitor on frames that a simulation makes, without a bus: what it tells must not depend on how the frames come.
+//! The monitor on frames of a simulation, without a bus. Its alerts do not depend on the intervals between the frames.
 
 use bench_dragon::config::Config;
 use bench_dragon::safety::forecast::Forecast;
@@ -9,7 +9,7 @@ use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Request};
 
 const FIRST_CONTACT_S: f64 = 412.473_837_682;
 
-/// A show of the paper's dragon and a monitor that watches it.
+/// A show of the paper's dragon, and its monitor.
 struct Rehearsal {
     simulation: Simulation,
     monitor: Monitor,
@@ -39,7 +39,7 @@ impl Rehearsal {
         }
     }
 
-    /// One tick that the monitor does not get.
+    /// Plays one tick that the monitor does not get.
     fn lose_frame(&mut self) -> FrameHeader {
         self.simulation.motion.advance();
         let head = self.simulation.write(&mut self.handles);
@@ -48,7 +48,7 @@ impl Rehearsal {
         header
     }
 
-    /// One tick that the monitor gets.
+    /// Plays one tick that the monitor gets.
     fn play_frame(&mut self, forecast: Option<&Forecast>) -> FrameHeader {
         let header = self.lose_frame();
         self.monitor.observe(&header, &self.handles, forecast).expect("222 pairs are not neighbours");
@@ -94,7 +94,7 @@ fn contact_in_a_gap_of_lost_frames_is_found() {
 }
 
 #[test]
-fn a_contact_that_comes_and_goes_within_one_step_is_told() {
+fn a_contact_that_begins_and_ends_within_one_step_is_reported() {
     let mut rehearsal = Rehearsal::new(1000.0, 412.0);
     for _ in 0..5 {
         rehearsal.play_frame(None);
@@ -113,7 +113,7 @@ fn the_near_miss_is_near_and_no_contact() {
 }
 
 #[test]
-fn each_pair_is_told_once_as_it_comes_near_touches_and_parts() {
+fn each_pair_is_reported_once_when_it_comes_near_touches_and_parts() {
     let mut rehearsal = Rehearsal::new(20.0, 411.0);
     rehearsal.play_until(415.2);
     for kind in [AlertKind::Near, AlertKind::Contact, AlertKind::Parted] {
@@ -123,7 +123,7 @@ fn each_pair_is_told_once_as_it_comes_near_touches_and_parts() {
 }
 
 #[test]
-fn the_way_across_a_seek_is_not_swept() {
+fn the_travel_across_a_seek_is_not_swept() {
     let mut rehearsal = Rehearsal::new(1.0, 100.0);
     rehearsal.play_frame(None);
     rehearsal.simulation.motion.request(Request::Seek { sim_time_s: 430.0 }).expect("430 s is inside the run");
@@ -131,7 +131,7 @@ fn the_way_across_a_seek_is_not_swept() {
     assert_eq!(header.sim_time_s(), 430.0);
     let contacts = rehearsal.told(AlertKind::Contact);
     assert!(!contacts.is_empty(), "benches overlap at 430 s");
-    assert!(contacts.iter().all(|(time_s, _)| *time_s == 430.0), "only what is measured there: {contacts:?}");
+    assert!(contacts.iter().all(|(time_s, _)| *time_s == 430.0), "contacts are measured at 430 s only: {contacts:?}");
 }
 
 #[test]

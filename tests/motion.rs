@@ -1,4 +1,4 @@
-//! The motion of the head, tick by tick: requests, grants, ends, and releases that were missed.
+//! The motion of the head, tick by tick: requests, grants, ends and missed releases.
 
 use bench_dragon::source::server::motion::{FASTEST, HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::planner::HeadTimetable;
@@ -9,12 +9,12 @@ fn plan() -> MotionSettings {
     MotionSettings::plain(0.001, 0.0, 400.0)
 }
 
-/// The motion before tick 0.
+/// Returns the motion before tick 0.
 fn planned(settings: MotionSettings) -> Motion {
     Motion::new(MotionPlan::new(settings).expect("the settings are sound"))
 }
 
-/// The motion at tick 0.
+/// Returns the motion at tick 0.
 fn start(plan: MotionSettings) -> Motion {
     after(planned(plan), 1)
 }
@@ -39,7 +39,7 @@ fn a_paused_show_stands_and_resumes_where_it_stood() {
     motion.request(Request::Pause).expect("pause is always accepted");
     let paused = after(motion, 100).head();
     assert_eq!((paused.state, paused.speed_mps, paused.sim_time_ns), (ShowState::Paused, 0.0, 5_000_000));
-    motion.request(Request::Resume).expect("a paused show resumes");
+    motion.request(Request::Resume).expect("the resume is accepted");
     assert_eq!(after(motion, 1).head().sim_time_ns, 6_000_000);
 }
 
@@ -49,7 +49,7 @@ fn only_release_lifts_a_hold() {
     motion.request(Request::Hold).expect("hold is always accepted");
     assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
     assert_eq!(after(motion, 9).head().state, ShowState::Held);
-    motion.request(Request::Release).expect("a held show is released");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(motion.head().state, ShowState::Running);
     assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
 }
@@ -58,13 +58,13 @@ fn only_release_lifts_a_hold() {
 fn a_pause_outlasts_a_hold() {
     let mut motion = start(plan());
     for request in [Request::Pause, Request::Hold, Request::Release] {
-        motion.request(request).expect("the three are accepted");
+        motion.request(request).expect("the three commands are accepted");
     }
     assert_eq!(motion.head().state, ShowState::Paused);
 }
 
 #[test]
-fn a_new_speed_bends_the_travel_and_not_the_show_time() {
+fn a_new_speed_changes_the_travel_and_not_the_show_time() {
     let mut motion = after(start(plan()), 1000);
     motion.request(Request::Speed { speed_mps: 2.0 }).expect("2 m/s is allowed");
     let head = after(motion, 500).head();
@@ -93,7 +93,7 @@ fn a_seek_goes_to_the_configured_speed_times_the_time() {
 }
 
 #[test]
-fn a_run_that_starts_before_0_may_be_sought_as_far_back() {
+fn a_run_that_starts_before_0_accepts_seeks_back_to_its_start() {
     let plan = MotionSettings { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
     let mut motion = after(start(plan), 100);
     assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
@@ -112,7 +112,7 @@ fn the_run_ends_exactly_at_its_end() {
 }
 
 #[test]
-fn the_show_ends_exactly_at_the_time_asked_for() {
+fn the_show_ends_exactly_at_the_requested_time() {
     let motion = after(start(MotionSettings { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
     let head = motion.head();
     assert_eq!((head.state, head.sim_time_ns), (ShowState::Ended, 500_000_000));
@@ -139,7 +139,7 @@ fn a_show_that_starts_at_its_end_is_finished() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A run that nobody interferes with is danced as the planner's timetable has it, at any rate, to its end.
+    /// A run without commands follows the planner's timetable to its end, at any rate.
     #[test]
     fn a_run_keeps_the_timetable_of_the_planner(
         speed_mps in 0.05..5.0_f64,
@@ -179,13 +179,13 @@ fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
 fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
     let mut motion = after(start(guarded()), 10);
     assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Held, 0));
-    grant(&mut motion, 0.0, 0.012_345_6).expect("the head is there");
+    grant(&mut motion, 0.0, 0.012_345_6).expect("the grant covers the head");
     assert_eq!(after(motion, 12).head().state, ShowState::Running);
     let head = after(motion, 20).head();
     assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
     let mut motion = after(motion, 50);
-    grant(&mut motion, 0.01, 1.0).expect("the head is there");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "a whole step from where it stood");
+    grant(&mut motion, 0.01, 1.0).expect("the grant covers the head");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "one step from the place of rest");
 }
 
 #[test]
@@ -194,16 +194,16 @@ fn neither_release_nor_resume_lifts_a_guards_stop() {
     assert_eq!(motion.request(Request::Release), Err(Refusal::HeldByGuard));
     assert_eq!(motion.request(Request::Resume), Err(Refusal::HeldByGuard));
     motion.request(Request::Hold).expect("hold is always accepted");
-    motion.request(Request::Release).expect("the hold is lifted");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(after(motion, 5).head().state, ShowState::Held);
 }
 
 #[test]
 fn a_grant_does_not_lift_a_hold() {
     let mut motion = start(MotionSettings { held: true, ..guarded() });
-    grant(&mut motion, 0.0, 10.0).expect("the head is there");
+    grant(&mut motion, 0.0, 10.0).expect("the grant covers the head");
     assert_eq!(after(motion, 5).head().state, ShowState::Held);
-    motion.request(Request::Release).expect("a held show is released");
+    motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(after(motion, 5).head().travel_m, 0.005);
 }
 
@@ -212,9 +212,9 @@ fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     let mut motion = start(guarded());
     let seek = Request::Seek { sim_time_s: 300.0 };
     assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
-    grant(&mut motion, 300.0, 300.5).expect("it is where the seek asked to go");
+    grant(&mut motion, 300.0, 300.5).expect("the grant begins at the target of the seek");
     assert_eq!(motion.head().travel_m, 0.0);
-    motion.request(seek).expect("it is proved now");
+    motion.request(seek).expect("the target is proved");
     assert_eq!(after(motion, 2000).head().travel_m, 300.5);
 }
 
@@ -249,7 +249,7 @@ fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
 fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
     for tick_s in [0.000_1, 0.02, 0.4] {
         let mut motion = start(MotionSettings { accel_mps2: Some(0.5), tick_s, ..guarded() });
-        grant(&mut motion, 0.0, 7.5).expect("the head is there");
+        grant(&mut motion, 0.0, 7.5).expect("the grant covers the head");
         let head = after(motion, (20.0 / tick_s) as u64).head();
         assert_eq!((head.state, head.travel_m), (ShowState::Held, 7.5));
         // 2 s and 1 m each to speed up and to brake, and 5.5 s between.
@@ -263,24 +263,24 @@ fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_r
     motion.follow();
     motion.set_stands(false);
     for (sim_time_s, state) in [(300.0, ShowState::Finished), (299.0, ShowState::Ended)] {
-        motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
+        motion.request(Request::Seek { sim_time_s }).expect("the time is within the run");
         motion = after(motion, 2_000);
         assert_eq!(motion.head().state, state, "from {sim_time_s} s");
     }
 }
 
-/// A head that brakes evenly from 1 m/s to rest in 0.5 s.
+/// Settings of a head that brakes evenly from 1 m/s to rest in 0.5 s.
 fn braking() -> MotionSettings {
     MotionSettings { accel_mps2: Some(2.0), tick_s: 0.1, ..plan() }
 }
 
 #[test]
-fn a_head_that_is_to_stand_is_stopping_while_it_brakes() {
+fn a_head_is_stopping_while_it_brakes() {
     for (request, rests_as) in
         [(Request::Pause, ShowState::Paused), (Request::Hold, ShowState::Held), (Request::Stop, ShowState::Ended)]
     {
         let mut motion = after(start(braking()), 20);
-        motion.request(request).expect("it is never refused");
+        motion.request(request).expect("the command is never refused");
         let states: Vec<ShowState> = (0..6)
             .map(|_| {
                 motion.advance();
@@ -297,7 +297,7 @@ fn a_stopping_head_that_is_released_or_resumed_runs_again() {
     for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
         let mut motion = after(start(braking()), 20);
         for request in [stop, go] {
-            motion.request(request).expect("it may be taken back at once");
+            motion.request(request).expect("the command can be revoked at once");
             motion.advance();
         }
         assert_eq!(motion.head().state, ShowState::Running);
@@ -307,9 +307,9 @@ fn a_stopping_head_that_is_released_or_resumed_runs_again() {
 #[test]
 fn a_head_that_stands_ends_with_the_next_tick() {
     let mut motion = after(start(braking()), 20);
-    motion.request(Request::Hold).expect("never refused");
+    motion.request(Request::Hold).expect("the command is never refused");
     let mut motion = after(motion, 50);
-    motion.request(Request::Stop).expect("never refused");
+    motion.request(Request::Stop).expect("the command is never refused");
     assert_eq!(after(motion, 1).head(), HeadState { state: ShowState::Ended, ..motion.head() });
 }
 
@@ -322,16 +322,16 @@ fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
 }
 
 #[test]
-fn a_head_tells_everything_that_keeps_it_from_walking() {
+fn a_head_reports_every_cause_of_its_stop() {
     let mut motion = start(MotionSettings { held: true, ..guarded() });
-    motion.request(Request::Pause).expect("never refused");
+    motion.request(Request::Pause).expect("the command is never refused");
     assert_eq!(motion.stops(), Stops { paused: true, held: true, guard_limit: true, ..Stops::default() });
     motion.follow();
-    motion.request(Request::Stop).expect("never refused");
+    motion.request(Request::Stop).expect("the command is never refused");
     assert!(motion.stops().timecode && motion.stops().ending && !motion.stops().run_end);
 }
 
-/// A guarded head that has walked so far.
+/// Returns a guarded head at this travel.
 fn guarded_at(travel_m: f64) -> Motion {
     start(MotionSettings { start_s: travel_m, start_travel_m: travel_m, ..guarded() })
 }
@@ -345,16 +345,16 @@ fn without_a_grant_the_head_stays_where_it_is() {
 fn grants_are_joined_and_never_shrink() {
     let mut motion = guarded_at(1.5);
     for (from_m, to_m, limit_m) in [(0.0, 2.0, 2.0), (0.0, 5.0, 5.0), (1.0, 3.0, 5.0)] {
-        grant(&mut motion, from_m, to_m).expect("the run is the right one");
+        grant(&mut motion, from_m, to_m).expect("the grant is for this run");
         assert_eq!(motion.limits().granted_to_m, Some(limit_m));
     }
 }
 
 #[test]
-fn the_end_for_good_is_known_once_it_is_granted_and_then_stays() {
+fn the_permanent_end_is_known_with_its_grant_and_then_stays() {
     let mut motion = guarded_at(1.5);
     for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
-        motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the run is the right one");
+        motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the grant is for this run");
         assert_eq!(motion.limits().end_m, end_m);
     }
 }
@@ -368,19 +368,19 @@ fn a_grant_for_another_run_is_refused() {
 }
 
 #[test]
-fn a_grant_elsewhere_moves_nothing_and_lets_the_head_be_put_there() {
+fn a_grant_elsewhere_moves_nothing_and_allows_a_seek_to_it() {
     let mut motion = start(guarded());
     let seek =
         |motion: &mut Motion, sim_time_s| (motion.request(Request::Seek { sim_time_s }), motion.limits().asked_m);
     assert_eq!(seek(&mut motion, 100.0), (Err(Refusal::NotProved), Some(100.0)));
-    grant(&mut motion, 100.0, 101.0).expect("the run is the right one");
+    grant(&mut motion, 100.0, 101.0).expect("the grant is for this run");
     assert_eq!(motion.limits().granted_to_m, Some(0.0));
     assert_eq!(seek(&mut motion, 100.5), (Ok(()), None));
     assert_eq!(motion.limits().granted_to_m, Some(101.0));
 }
 
 #[test]
-fn no_plan_is_made_of_values_that_no_motion_can_have() {
+fn a_plan_with_impossible_values_is_rejected() {
     let sound = plan();
     assert!(MotionPlan::new(sound).is_ok());
     for (odd, name) in [
@@ -397,7 +397,7 @@ fn no_plan_is_made_of_values_that_no_motion_can_have() {
     }
 }
 
-/// A motion that misses so many releases before each of its ticks: their releases, the heads, and the pace.
+/// Plays a motion that misses this many releases before each of its ticks. Returns releases, heads and paces.
 fn play_missing(mut motion: Motion, missed: &[u64]) -> Vec<(u64, HeadState, f64)> {
     let mut release = 0;
     let mut play = |&missed: &u64| {
@@ -443,29 +443,29 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
     let stood = after(motion, 3);
     assert_eq!((stood.head().sim_time_ns, stood.catch_up().behind_ns(1000)), (10_000_000, 5_000_000));
     let mut motion = stood;
-    motion.request(Request::Release).expect("a held show is released");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 11_100_000, "what it was behind by is made up");
+    motion.request(Request::Release).expect("the release is accepted");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 11_100_000, "the show catches up");
     motion.request(Request::Seek { sim_time_s: 3.0 }).expect("3 s is inside the run");
     assert_eq!((after(motion, 2).head().sim_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
 }
 
 #[test]
-fn commands_hold_from_their_release_whatever_was_missed_before() {
+fn commands_apply_from_their_release_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 15_000_000, "it walked through the releases missed");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 15_000_000, "the head walked during the missed releases");
     motion.advance();
     motion.miss(5);
-    motion.request(Request::Resume).expect("a paused show resumes");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 16_000_000, "it stood through the releases missed");
+    motion.request(Request::Resume).expect("the resume is accepted");
+    assert_eq!(after(motion, 1).head().sim_time_ns, 16_000_000, "the head stood during the missed releases");
 }
 
 #[test]
 fn a_guarded_head_that_misses_releases_rests_at_the_end_of_its_grant() {
     for missed in [5, 300] {
         let mut motion = start(MotionSettings { most_jumped: 250, ..guarded() });
-        grant(&mut motion, 0.0, 0.003_5).expect("the head is there");
+        grant(&mut motion, 0.0, 0.003_5).expect("the grant covers the head");
         motion.miss(missed);
         let head = after(motion, 10).head();
         assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.003_5, 3_500_000));
@@ -488,7 +488,7 @@ fn a_run_and_a_show_that_miss_releases_end_exactly_at_their_ends() {
     }
 }
 
-/// What happens to a show, after so many releases more.
+/// Commands to a show, each with the number of releases before it.
 fn orders() -> impl Strategy<Value = Vec<(u64, Request)>> {
     let request = prop_oneof![
         Just(Request::Pause),
@@ -516,10 +516,10 @@ fn plans() -> impl Strategy<Value = MotionSettings> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Two shows with the same commands at the same releases: one ticks at each, the other misses some, but for those at
-    /// which there is a command. Where both tick they are equal to the bit.
+    /// Two shows get the same commands at the same releases. One ticks at each release. The other misses some releases, but
+    /// none with a command. At the ticks of both, they are equal to the bit.
     #[test]
-    fn a_show_that_misses_releases_is_where_it_would_be_to_the_bit(
+    fn a_show_that_misses_releases_equals_one_that_does_not_to_the_bit(
         plan in plans(),
         orders in orders(),
         gaps in prop::collection::vec(0..30_u64, 1..60),
@@ -539,7 +539,7 @@ proptest! {
                 continue;
             }
             missing.miss(missed);
-            (left, missed) = (*gaps.next().expect("they go round"), 0);
+            (left, missed) = (*gaps.next().expect("the cycle has no end"), 0);
             prop_assert_eq!(now.iter().map(|order| missing.request(*order)).collect::<Vec<_>>(), outcomes);
             missing.advance();
             prop_assert_eq!(missing.head(), whole.head(), "release {}", release);
@@ -547,16 +547,16 @@ proptest! {
         }
     }
 
-    /// Any releases missed, any length of jumps: twice the same gives the same bits, show time goes on by no more than a
-    /// tenth too much, and what the show is behind by is what it lacks.
+    /// For any missed releases and any length of jumps: a repetition gives the same bits, show time advances at most a tenth
+    /// too fast, and the reported delay is exact.
     #[test]
-    fn a_show_keeps_time_or_says_how_far_it_is_behind(
+    fn a_show_keeps_time_or_reports_its_delay(
         missed in prop::collection::vec(prop_oneof![4 => Just(0), 2 => 1..5_u64, 1 => 5..200_u64], 1..300),
         most_jumped in 0..50_u64,
         tick_s in 0.000_01..0.01_f64,
     ) {
         let plan = MotionSettings { tick_s, most_jumped, ..MotionSettings::plain(tick_s, 0.0, 1e6) };
-        // Nothing is missed before the first tick.
+        // No release is missed before the first tick.
         let missed = [vec![0], missed].concat();
         let heads = play_missing(planned(plan), &missed);
         prop_assert_eq!(&play_missing(planned(plan), &missed), &heads);
@@ -567,7 +567,7 @@ proptest! {
             release += missed;
             motion.miss(missed);
             motion.advance();
-            // A rate at which a tenth of a period is a nanosecond: what it is behind by is exact.
+            // At this rate a tenth of a period is a nanosecond, so the delay is exact.
             let behind = motion.catch_up().behind_ns(100_000_000) as f64 / 10.0;
             let shown = motion.head().travel_m / tick_s;
             prop_assert!((shown + behind - release as f64).abs() < 1e-6, "{} and {} at {}", shown, behind, release);

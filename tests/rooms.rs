@@ -21,7 +21,7 @@ fn no_room_uses_a_room_above_it() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut faults = Vec::new();
     for path in sources(&src) {
-        let inner = path.strip_prefix(&src).expect("it was found there").with_extension("");
+        let inner = path.strip_prefix(&src).expect("the path is in this folder").with_extension("");
         let room = inner.iter().next().and_then(|name| name.to_str()).expect("its name is UTF-8").to_owned();
         if ["lib", "main"].contains(&&*room) {
             continue;
@@ -44,7 +44,7 @@ fn upward_uses_are_found_alone_and_in_braces_and_not_in_comments() {
     assert_eq!(found("command"), []);
 }
 
-/// The line and the room of each use of a room that is not in a row above, other than the room itself.
+/// Returns the line and the room of each use of a room that is in the same row or a later one.
 fn upward_uses(room: &str, text: &str) -> Vec<(usize, String)> {
     let code: Vec<&str> = text.lines().map(|line| line.split_once("//").map_or(line, |(code, _)| code)).collect();
     let code = code.join("\n");
@@ -62,7 +62,7 @@ fn upward_uses(room: &str, text: &str) -> Vec<(usize, String)> {
     found
 }
 
-/// The first segment of the path that a text begins with; of paths in braces those of each.
+/// Returns the first segment of the path at the start of a text; for paths in braces, the first segment of each.
 fn first_segments(text: &str) -> Vec<String> {
     let segment =
         |text: &str| text.trim().split(|character| !matches!(character, 'a'..='z' | '_')).next().map(str::to_owned);
@@ -74,7 +74,7 @@ fn first_segments(text: &str) -> Vec<String> {
             '{' => depth += 1,
             '}' => depth -= 1,
             ',' if depth == 0 => segments.push(String::new()),
-            other => segments.last_mut().expect("it begins with one").push(other),
+            other => segments.last_mut().expect("the list begins with an element").push(other),
         }
     }
     segments.iter().filter_map(|path| segment(path)).collect()

@@ -1,4 +1,4 @@
-//! The same show is the same to the last bit.
+//! Two simulations of the same show are equal to the last bit.
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
@@ -23,7 +23,7 @@ fn paper_turnaround() -> Dragon {
     Dragon::new(paper_dimensions(), Arc::new(turn.route())).expect("the paper's dragon stands")
 }
 
-/// Plays a show with commands in between, and hashes every frame.
+/// Plays a show with some commands, and returns the hash of all frames.
 fn play(dragon: Dragon) -> u64 {
     let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
     let plan = MotionPlan::new(MotionSettings::plain(1e-3, first_s, last_s)).expect("a tick and two travels in order");

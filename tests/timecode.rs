@@ -14,7 +14,7 @@ const FRAME_S: f64 = 0.04;
 const FRAME_TICKS: u64 = 40;
 const DAY_S: f64 = 86_400.0;
 
-/// A show, and the desk that it follows.
+/// A show, and the timecode source that it follows.
 struct Rehearsal {
     motion: Motion,
     follower: Follower,
@@ -22,7 +22,7 @@ struct Rehearsal {
     events: Vec<FollowerEvent>,
 }
 
-/// One tick: the head, its time scale and where the desk's clock is.
+/// One tick: the head, its time scale and the position of the source's clock.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
     head: HeadState,
@@ -42,8 +42,8 @@ impl Rehearsal {
         Self { motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
     }
 
-    /// Plays ticks while the desk's clock is at `clock_s` of the seconds since the first of them; it sends at the start of each
-    /// of its frames, and what it sends arrives up to two ticks late. After a day it is at 0 again.
+    /// Plays ticks. The source's clock is at `clock_s` of the seconds since the first tick. The source sends at the start of
+    /// each timecode frame, and the packet arrives up to two ticks late. After a day, the clock starts again at 0.
     fn play(&mut self, ticks: u64, clock_s: impl Fn(f64) -> Option<f64>) -> Vec<Moment> {
         (0..ticks).map(|tick| self.tick(clock_s(tick as f64 / RATE_HZ as f64))).collect()
     }
@@ -78,13 +78,13 @@ impl Moment {
         self.head.sim_time_ns as f64 * 1e-9
     }
 
-    /// How far the show is behind the desk.
+    /// Delay of the show behind the source, in seconds.
     fn difference_s(&self) -> f64 {
-        self.clock_s.expect("the desk's clock is known") - self.sim_s()
+        self.clock_s.expect("the clock's position is known") - self.sim_s()
     }
 }
 
-/// Checks that running ticks are their time scale ÷ the rate apart, and returns those that were put elsewhere.
+/// Checks that successive running ticks differ by the time scale ÷ the rate, and returns the ticks that jumped.
 fn seeks(moments: &[Moment]) -> Vec<Moment> {
     let is_seek = |pair: &&[Moment]| {
         let step_s = pair[1].sim_s() - pair[0].sim_s();
@@ -103,7 +103,7 @@ fn assert_near(moments: &[Moment], within_s: f64) {
 }
 
 #[test]
-fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
+fn a_show_stands_until_the_first_timecode_and_seeks_to_it() {
     let mut rehearsal = Rehearsal::new(plan());
     let before = rehearsal.play(480, |_| None);
     assert!(before.iter().all(|moment| moment.head.state == ShowState::Paused && moment.head.sim_time_ns == 0));
@@ -111,14 +111,14 @@ fn a_show_stands_until_the_first_timecode_and_is_put_where_it_is() {
     assert_eq!(seeks(&[&before[479..], &moments[..]].concat()).len(), 1);
     assert!(
         moments[..FRAME_TICKS as usize].iter().all(|moment| moment.head.sim_time_ns == 0),
-        "one alone is not believed"
+        "one packet alone is not followed"
     );
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
     assert!(matches!(rehearsal.events[..], [FollowerEvent::Follows { .. }]), "{:?}", rehearsal.events);
 }
 
 #[test]
-fn a_timecode_of_another_pace_is_followed_without_a_jump() {
+fn a_faster_or_slower_timecode_is_followed_without_a_jump() {
     for pace in [0.96, 0.999, 1.001, 1.04] {
         let mut rehearsal = Rehearsal::new(plan());
         let moments = rehearsal.play(40_000, |elapsed_s| Some(20.0 + pace * elapsed_s));
@@ -130,7 +130,7 @@ fn a_timecode_of_another_pace_is_followed_without_a_jump() {
 }
 
 #[test]
-fn a_small_difference_is_made_good_by_the_pace_and_never_backwards() {
+fn a_small_difference_is_corrected_by_the_time_scale_and_never_backwards() {
     for leap_s in [-0.4, 0.4] {
         let mut rehearsal = Rehearsal::new(plan());
         rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
@@ -158,7 +158,7 @@ fn a_large_difference_is_one_seek() {
 }
 
 #[test]
-fn a_lost_timecode_lets_the_show_go_on_by_itself_until_it_is_back() {
+fn without_timecode_the_show_continues_by_itself_until_it_returns() {
     let mut rehearsal = Rehearsal::new(plan());
     rehearsal.play(20_000, |elapsed_s| Some(20.0 + 1.02 * elapsed_s));
     let alone = rehearsal.play(5_000, |_| None);
@@ -182,15 +182,19 @@ fn a_lost_timecode_lets_the_show_go_on_by_itself_until_it_is_back() {
 }
 
 #[test]
-fn a_timecode_that_stands_has_the_show_stand_also_when_it_is_lost_then() {
+fn a_standing_timecode_stops_the_show_also_if_it_is_lost_then() {
     let mut rehearsal = Rehearsal::new(plan());
     rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
     let standing = rehearsal.play(1_000, |_| Some(21.96));
     let rest = standing[200].head;
-    assert_eq!((rest.state, rest.sim_time_ns), (ShowState::Paused, 21_960_000_000), "at just that position");
+    assert_eq!(
+        (rest.state, rest.sim_time_ns),
+        (ShowState::Paused, 21_960_000_000),
+        "the head rests at the position of the timecode"
+    );
     assert!(standing[200..].iter().all(|moment| moment.head == rest));
     let lost = rehearsal.play(3_000, |_| None);
-    assert!(lost.iter().all(|moment| moment.head == rest), "whoever stopped the desk has not started the dragon");
+    assert!(lost.iter().all(|moment| moment.head == rest), "a lost timecode does not start a stopped show");
     let moments = rehearsal.play(20_000, |elapsed_s| Some(21.96 + elapsed_s));
     assert_eq!(seeks(&moments).len(), 0);
     assert_near(&moments[15_000..], FRAME_S / 4.0);
@@ -205,12 +209,12 @@ fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished(
     let moments = rehearsal.play(3_000, |elapsed_s| Some(460.0 + elapsed_s));
     assert_eq!(moments[2_999].head.state, ShowState::Finished);
     let moments = rehearsal.play(1_000, |elapsed_s| Some(72.0 + elapsed_s));
-    assert_eq!(moments[999].head.state, ShowState::Running, "it is played again");
+    assert_eq!(moments[999].head.state, ShowState::Running, "the show plays again");
     assert!((moments[999].sim_s() - 10.999).abs() < FRAME_S, "{:?}", moments[999]);
 }
 
 #[test]
-fn a_timecode_that_is_lost_before_its_cue_has_the_show_start_when_that_was_due() {
+fn a_show_starts_on_time_if_its_timecode_is_lost_before_the_cue() {
     let mut rehearsal = Rehearsal::with_offset(plan(), -62.0);
     rehearsal.play(1_000, |elapsed_s| Some(55.0 + elapsed_s));
     let moments = rehearsal.play(10_000, |_| None);
@@ -225,7 +229,7 @@ fn a_timecode_that_is_lost_before_its_cue_has_the_show_start_when_that_was_due()
 }
 
 #[test]
-fn one_packet_that_is_astray_moves_nothing() {
+fn one_stray_packet_moves_nothing() {
     for stray_s in [0.0, 25.0, 300.0, LAST_S, 50_000.0] {
         let astray = |elapsed_s: f64, position_s| Some(if elapsed_s == 1.0 { stray_s } else { position_s });
         let mut rehearsal = Rehearsal::new(plan());
@@ -246,7 +250,7 @@ fn one_packet_that_is_astray_moves_nothing() {
 }
 
 #[test]
-fn a_show_walks_on_past_midnight() {
+fn a_show_continues_past_midnight() {
     let mut rehearsal = Rehearsal::with_offset(plan(), -86_340.0);
     let moments = rehearsal.play(20_000, |elapsed_s| Some(86_390.0 + elapsed_s));
     let moments = &moments[FRAME_TICKS as usize..];
@@ -264,9 +268,9 @@ fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
     assert!((moments[19_999].difference_s() - DAY_S).abs() < FRAME_S, "{:?}", moments[19_999]);
 }
 
-/// With an acceleration the head brakes for two seconds from 1 m/s, in which show time goes on.
+/// With an acceleration, the head brakes for two seconds from 1 m/s, during which show time continues.
 #[test]
-fn a_head_that_brakes_when_the_timecode_stands_is_not_put_back() {
+fn a_head_that_brakes_for_a_standing_timecode_is_not_moved_back() {
     let mut rehearsal = Rehearsal::new(MotionSettings { accel_mps2: Some(0.5), ..plan() });
     let mut moments = rehearsal.play(10_000, |elapsed_s| Some(20.0 + elapsed_s));
     moments.extend(rehearsal.play(6_000, |_| Some(29.96)));
@@ -278,7 +282,7 @@ fn a_head_that_brakes_when_the_timecode_stands_is_not_put_back() {
         assert!((0.0..0.002).contains(&walked_m) && pair[1].sim_s() >= pair[0].sim_s(), "{pair:?}");
     }
     assert_near(&moments[95_000..], FRAME_S);
-    // It is put elsewhere where the desk is.
+    // A large jump of the source is a seek.
     let moments = rehearsal.play(1_000, |elapsed_s| Some(200.0 + elapsed_s));
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
 }
@@ -294,29 +298,29 @@ fn the_timecode_leads_until_it_is_lost() {
 }
 
 #[test]
-fn an_operators_stop_comes_first_and_what_was_missed_is_one_seek() {
+fn an_operators_stop_overrides_the_timecode_and_the_missed_time_is_one_seek() {
     for (stop, go) in [(Request::Pause, Request::Resume), (Request::Hold, Request::Release)] {
         let mut rehearsal = Rehearsal::new(plan());
         rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
-        rehearsal.motion.request(stop).expect("it is accepted");
+        rehearsal.motion.request(stop).expect("the command is accepted");
         let stopped = rehearsal.play(2_000, |elapsed_s| Some(22.0 + elapsed_s));
         assert!(stopped.iter().all(|moment| moment.head.sim_time_ns == stopped[0].head.sim_time_ns));
-        rehearsal.motion.request(go).expect("it is accepted");
+        rehearsal.motion.request(go).expect("the command is accepted");
         let moments = rehearsal.play(2_000, |elapsed_s| Some(24.0 + elapsed_s));
-        assert_eq!(seeks(&moments).len(), 0, "the first tick is there already");
+        assert_eq!(seeks(&moments).len(), 0, "the first tick is already at the timecode");
         assert_near(&moments[1..], FRAME_S / 2.0);
     }
 }
 
 #[test]
-fn a_guard_lets_the_show_be_repositioned_where_the_travel_is_proved() {
+fn a_guarded_show_seeks_to_the_timecode_where_its_travel_is_proved() {
     let mut rehearsal = Rehearsal::new(MotionSettings { guarded_run: Some(7), ..plan() });
     let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
     assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));
-    let asked_m = rehearsal.motion.limits().asked_m.expect("it was asked where to prove the way");
+    let asked_m = rehearsal.motion.limits().asked_m.expect("the motion asks for a proof");
     assert!((100.0..101.0).contains(&asked_m), "{asked_m}");
     let grant = Request::Grant { run_id: 7, from_m: asked_m, to_m: asked_m + 5.0, is_final: false };
-    rehearsal.motion.request(grant).expect("it is of this run");
+    rehearsal.motion.request(grant).expect("the grant is for this run");
     let moments = rehearsal.play(2_000, |elapsed_s| Some(101.0 + elapsed_s));
     assert_near(&moments[200..], FRAME_S);
 }

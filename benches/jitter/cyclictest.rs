@@ -1,4 +1,4 @@
-//! cyclictest, with one thread, and the histogram that it prints.
+//! cyclictest, run with one thread, and the histogram that it prints.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -9,19 +9,19 @@ use bench_dragon_ipc::TimeHistogram;
 
 use crate::setting::{LEVEL, RATE_HZ, Setting, TICKS};
 
-/// Latencies that it tells apart, in nanoseconds: up to two periods. Of longer ones it tells how many, and the longest.
+/// Range of its histogram in nanoseconds: two periods. For longer latencies it prints their number and the longest.
 const BUCKETS_NS: u64 = 2_000_000;
-/// It has its priority by then.
-const WELL_STARTED: Duration = Duration::from_secs(1);
+/// cyclictest has set its priority after this time.
+const START_UP_TIME: Duration = Duration::from_secs(1);
 
-/// Its version, where it is on the path.
+/// Returns the version of cyclictest; `None` if it is not on the PATH.
 pub(crate) fn version() -> Option<String> {
     let output = Command::new("cyclictest").arg("--help").output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     text.lines().find(|line| line.starts_with("cyclictest ")).map(str::to_owned)
 }
 
-/// The latency of every cycle of one turn.
+/// Returns the latencies of all cycles of one turn.
 pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
     let mut cyclictest = Command::new("cyclictest")
         .args(["--quiet", "--nsecs", "--mlockall", "--default-system", "--threads=1", "--policy=fifo"])
@@ -32,11 +32,11 @@ pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
         .arg(format!("--histogram={BUCKETS_NS}"))
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
-        // It warns that it does not keep the processors awake, as it was told.
+        // Suppresses its warning that processors may sleep, which `--default-system` intends.
         .stderr(Stdio::null())
         .spawn()
-        .expect("it was there before");
-    thread::sleep(WELL_STARTED);
+        .expect("cyclictest is on the PATH");
+    thread::sleep(START_UP_TIME);
     setting.assert_taken(cyclictest.id());
     let histogram = histogram(cyclictest.stdout.take().expect("stdout is piped"));
     end(cyclictest);
@@ -45,17 +45,18 @@ pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
 }
 
 fn end(mut cyclictest: Child) {
-    let status = cyclictest.wait().expect("it is our child");
+    let status = cyclictest.wait().expect("cyclictest is our child");
     assert!(status.success(), "cyclictest ended with {status}");
 }
 
-/// Reads lines of a latency and its count, and after them the longest latency and how many were beyond the last line.
+/// Parses lines of a latency and its count. Later lines contain the longest latency and the number of latencies beyond the
+/// histogram's range.
 fn histogram(stdout: ChildStdout) -> TimeHistogram {
     let mut histogram = TimeHistogram::default();
     let (mut max_ns, mut beyond) = (0, 0);
     for line in BufReader::new(stdout).lines() {
         let line = line.expect("a pipe of text");
-        let number = |text: &str| text.trim().parse::<u64>().unwrap_or_else(|_| panic!("a number in {line}"));
+        let number = |text: &str| text.trim().parse::<u64>().unwrap_or_else(|_| panic!("no number in {line}"));
         if let Some(text) = line.strip_prefix("# Max Latencies:") {
             max_ns = number(text);
         } else if let Some(text) = line.strip_prefix("# Histogram Overflows:") {

@@ -1,5 +1,5 @@
-//! The load: this program again, once a processor, as any other program of the machine: it moves memory and calls the
-//! kernel, as fast as it can.
+//! The load: one more process of this program on each processor, with normal priority. Each copies memory and calls the kernel
+//! as fast as it can.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -8,19 +8,19 @@ use std::{env, thread};
 
 use rustix::process::{Signal, set_parent_process_death_signal};
 
-/// The argument that makes this program a part of the load.
+/// The argument that makes this program one process of the load.
 pub(crate) const ROLE: &str = "load";
-/// More than a core's caches hold.
+/// Larger than the caches of a core.
 const BYTES: usize = 16 << 20;
-/// System calls between two moves of the memory.
+/// System calls between two copies of the memory.
 const CALLS: usize = 2000;
 
-/// The running load. It ends with this.
+/// The running load. It ends when this value is dropped.
 #[derive(Debug)]
 pub(crate) struct Load(Vec<Child>);
 
 impl Load {
-    /// One process a processor.
+    /// Starts one process per processor.
     pub(crate) fn start() -> Self {
         let program = env::current_exe().expect("this program has a path");
         let start = |_| {
@@ -34,23 +34,23 @@ impl Load {
 impl Drop for Load {
     fn drop(&mut self) {
         for process in &mut self.0 {
-            // One that has ended would be a fault of the bench, and is seen by the figures.
+            // A process that has already ended would be a defect of the bench; the figures would show it.
             let _ = process.kill();
             let _ = process.wait();
         }
     }
 }
 
-/// Plays the role, until the bench ends.
+/// Runs the load until the bench ends.
 pub(crate) fn play() -> ! {
-    set_parent_process_death_signal(Some(Signal::KILL)).expect("the kernel knows it");
-    let mut sink = File::options().write(true).open("/dev/null").expect("it is on every machine");
+    set_parent_process_death_signal(Some(Signal::KILL)).expect("the kernel supports this signal");
+    let mut sink = File::options().write(true).open("/dev/null").expect("/dev/null exists");
     let (mut from, mut to) = (vec![1_u8; BYTES], vec![0_u8; BYTES]);
     loop {
         to.copy_from_slice(&from);
         std::mem::swap(&mut from, &mut to);
         for _ in 0..CALLS {
-            sink.write_all(&from[..64]).expect("it takes everything");
+            sink.write_all(&from[..64]).expect("/dev/null accepts all bytes");
         }
     }
 }

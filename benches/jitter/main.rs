@@ -1,15 +1,14 @@
-//! How late the server begins its ticks, beside `cyclictest` of Debian's rt-tests, which does nothing but sleep and look at
-//! the clock: what the machine and its kernel owe, and no program can better.
+//! Measures how late the server begins its ticks, compared with `cyclictest` (Debian's rt-tests). cyclictest only sleeps and
+//! reads the clock. Its lateness comes from the machine and its kernel; no program can be better.
 //!
-//! Both sleep until the same kind of release, a thousand times a second, by an absolute `clock_nanosleep` on
-//! `CLOCK_MONOTONIC`, in a thread of `SCHED_FIFO` 80 on the same processor with its memory locked; both take the clock
-//! right after. The server computes and publishes the paper's dragon with each tick, cyclictest nothing. That is asserted
-//! of the running processes, not believed. They take turns, first the one, then the other, without load and with it: a
-//! process a processor that moves memory and calls the kernel. cyclictest is run with `--default-system`, because without
-//! it, it would keep the processors of the whole machine from sleeping, which is the machine's affair and would help both.
+//! Both sleep until a release, a thousand times per second, by an absolute `clock_nanosleep` on `CLOCK_MONOTONIC`, and then
+//! read the clock. Both run in a thread of `SCHED_FIFO` 80 on the same processor, with locked memory; the bench asserts this
+//! of the running processes. At each tick the server also computes and publishes the paper's dragon. They alternate, first
+//! without load and then with it: one process per processor that copies memory and calls the kernel. cyclictest runs with
+//! `--default-system`. Without this flag it would keep all processors of the machine from sleeping, which would help both.
 //!
-//! Both are counted in the same buckets, 3 % wide, from nanoseconds. Percentiles are of all turns together; a ratio is the
-//! median of the turns' ratios.
+//! Both count latencies in the same buckets, which are 3 % wide. Percentiles cover all turns together; a ratio is the median
+//! of the turns' ratios.
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
 #[path = "../shared/mod.rs"]
@@ -30,7 +29,7 @@ use setting::Setting;
 
 /// Turns of each contestant, without load and again with it.
 const ROUNDS: usize = 10;
-/// What is told of a distribution.
+/// Percentiles that the bench reports.
 const SHARES: [(&str, f64); 3] = [("p50", 0.5), ("p99", 0.99), ("p999", 0.999)];
 
 fn main() {
@@ -45,7 +44,7 @@ fn main() {
     figures.set("ticks_a_round", setting::TICKS);
     let version = cyclictest::version();
     if version.is_none() {
-        println!("cyclictest is not here: benches/jitter/install installs it");
+        println!("cyclictest is not on the PATH, so its figures are null: benches/jitter/install installs it");
     }
     let is_beside = version.is_some() && setting.is_real_time();
     figures.set("cyclictest", version.map_or(Value::Null, Value::from));
@@ -55,14 +54,14 @@ fn main() {
     figures.write();
 }
 
-/// All turns without load, or with it.
+/// Runs all turns without load, or with it, and sets their figures.
 fn contest(figures: &mut Figures, setting: &Setting, is_loaded: bool, is_beside: bool) {
     let name = if is_loaded { "loaded" } else { "idle" };
     println!("\n{name}");
     let _load = is_loaded.then(Load::start);
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
     for round in 0..ROUNDS {
-        // Whoever comes first in a round comes second in the next.
+        // The order alternates from round to round.
         if round % 2 == 1 {
             ours.push(ours::measure(setting));
         }
@@ -87,7 +86,7 @@ fn ratio(ours: &TimeHistogram, theirs: &TimeHistogram, share: f64) -> f64 {
     ours.quantile_ns(share) as f64 / theirs.quantile_ns(share) as f64
 }
 
-/// The percentiles of all turns of a contestant; null where it had none.
+/// Sets the percentiles of all turns of a contestant; null if it had no turns.
 fn report(figures: &mut Figures, name: &str, turns: &[TimeHistogram]) {
     let mut all = TimeHistogram::default();
     for turn in turns {

@@ -1,4 +1,4 @@
-//! Our server: the real program, and what it publishes of itself.
+//! Our server: the real program and the status that it publishes.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
@@ -10,12 +10,12 @@ use bench_dragon_ipc::{Domain, Instance, Status, StatusReader, TimeHistogram};
 
 use crate::setting::{RATE_HZ, Setting, TICKS};
 
-/// The same in every turn, so that the next one clears away what one that was killed has left.
+/// The same in every turn, so that each server removes the remains of one that was killed.
 const INSTANCE: &str = "bench-jitter";
-/// How often its status is looked at, seldom enough not to matter.
+/// Period of reading the status, long enough not to affect the server.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
-/// The lateness of every tick of one turn.
+/// Returns the lateness of all ticks of one turn.
 pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
     let until_s = (TICKS - 1) as f64 / RATE_HZ as f64;
     let mut server = Command::new(env!("CARGO_BIN_EXE_bench-dragon"))
@@ -28,16 +28,16 @@ pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
     let mut stdout = BufReader::new(server.stdout.take().expect("stdout is piped"));
     stdout.read_line(&mut String::new()).expect("a pipe of text");
     let domain = Domain::new(Instance::new(INSTANCE).expect("allowed characters")).expect("a short path");
-    let reader = StatusReader::open(&domain, "bench").expect("the server has made the services");
+    let reader = StatusReader::open(&domain, "bench").expect("the server has created its services");
     let mut last = Status::default();
     while last.tick == 0 {
         look(&reader, &mut last);
     }
     setting.assert_taken(server.id());
-    while server.try_wait().expect("it is our child").is_none() {
+    while server.try_wait().expect("the server is our child").is_none() {
         look(&reader, &mut last);
     }
-    // Its last word.
+    // The server's last status.
     look(&reader, &mut last);
     let mut summary = String::new();
     stdout.read_to_string(&mut summary).expect("a pipe of text");

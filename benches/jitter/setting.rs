@@ -1,4 +1,4 @@
-//! What both contestants are asked for, and whether they got it.
+//! Scheduling that both contestants request, and the check that they have it.
 
 use std::fs;
 use std::path::Path;
@@ -10,16 +10,16 @@ use thread_priority::{
     thread_native_id,
 };
 
-/// Ticks a second.
+/// Ticks per second.
 pub(crate) const RATE_HZ: u64 = 1000;
-/// Ticks of a turn.
+/// Ticks per turn.
 pub(crate) const TICKS: u64 = 3000;
 /// Priority among real-time programs.
 pub(crate) const LEVEL: u32 = 80;
-/// `SCHED_FIFO`, as the kernel numbers it.
+/// The kernel's number of `SCHED_FIFO`.
 const SCHED_FIFO: u32 = 1;
 
-/// Where and how the sleeping threads run.
+/// Processor and scheduling policy of the sleeping threads.
 #[derive(Debug)]
 pub(crate) struct Setting {
     pub(crate) cpu: u32,
@@ -27,15 +27,16 @@ pub(crate) struct Setting {
 }
 
 impl Setting {
-    /// The last processor, which interrupts are the least likely to go to, and a real-time priority where it is granted.
+    /// Returns the last processor, which probably handles the fewest interrupts, and whether the system grants real-time
+    /// priority.
     pub(crate) fn of_this_machine() -> Self {
-        let processors = Processors::of_this_process().expect("the kernel tells");
-        let cpu = (0..=1023).rev().find(|&cpu| processors.contains(cpu)).expect("this runs on one");
+        let processors = Processors::of_this_process().expect("the kernel reports the processors");
+        let cpu = (0..=1023).rev().find(|&cpu| processors.contains(cpu)).expect("this process runs on a processor");
         let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
         let take = move || set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Max, policy).is_ok();
-        let is_real_time = thread::spawn(take).join().expect("it only asks");
+        let is_real_time = thread::spawn(take).join().expect("the thread does not panic");
         if !is_real_time {
-            println!("real-time priorities are not granted here: nothing to compare");
+            println!("real-time priorities are not allowed here: the figures of cyclictest are null");
         }
         Self { cpu, is_real_time }
     }
@@ -44,12 +45,12 @@ impl Setting {
         self.is_real_time
     }
 
-    /// The priority as the server is told.
+    /// Returns the server's argument of `--priority`.
     pub(crate) fn priority(&self) -> String {
         if self.is_real_time { format!("fifo:{LEVEL}") } else { "other".to_owned() }
     }
 
-    /// Fails unless just one thread of a process has the priority, is kept on the processor, and has its memory locked.
+    /// Panics unless exactly one thread of a process has the priority and runs only on the processor, and memory is locked.
     pub(crate) fn assert_taken(&self, pid: u32) {
         if !self.is_real_time {
             return;
@@ -64,10 +65,10 @@ impl Setting {
     }
 }
 
-/// A thread's policy, its priority and its processors.
+/// Returns a thread's policy, priority and allowed processors.
 fn scheduling(task: &Path) -> (u32, u32, String) {
     let stat = fs::read_to_string(task.join("stat")).expect("the thread is running");
-    // After the name, which is in brackets, fields count from 3.
+    // The fields after the name, which is in brackets, have the numbers from 3 on.
     let (_, fields) = stat.rsplit_once(") ").expect("the name is in brackets");
     let field =
         |number: usize| fields.split(' ').nth(number - 3).and_then(|field| field.parse().ok()).expect("a number");
@@ -77,5 +78,5 @@ fn scheduling(task: &Path) -> (u32, u32, String) {
 
 fn value(status: &str, key: &str) -> String {
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
-    line.expect("the kernel tells").trim().to_owned()
+    line.expect("the kernel reports this key").trim().to_owned()
 }

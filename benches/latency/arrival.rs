@@ -1,28 +1,28 @@
-//! A frame that a reader has read to its last handle.
+//! A frame of which a reader has read every handle.
 
 use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
-/// Sums over all handles of x, y and z, of position and then of velocity.
+/// Sums over all handles: x, y and z of the positions, then of the velocities.
 type Sums = [f64; 6];
 
-/// How far a handle may be off, in metres and in metres a second: ten times what the server's frames are allowed, and a
-/// hundred-thousandth of what a tick moves it.
+/// Largest allowed error of a handle, in metres and in metres per second: ten times the limit of the server's frames, and a
+/// hundred-thousandth of a handle's movement per tick.
 const TOLERANCE: f64 = 1e-8;
 
-/// What a reader keeps of a frame.
+/// Data of a frame that a reader keeps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival {
     pub(crate) header: FrameHeader,
-    /// The instant at which every handle had been read.
+    /// Instant at which every handle had been read, in nanoseconds of `CLOCK_MONOTONIC`.
     pub(crate) read_ns: u64,
     handles: usize,
     sums: Sums,
 }
 
 impl Arrival {
-    /// Reads all handles, then takes the time.
+    /// Reads all handles, then reads the clock.
     pub(crate) fn read(header: FrameHeader, handles: impl ExactSizeIterator<Item = HandleState>) -> Self {
         let count = handles.len();
         let mut sums = Sums::default();
@@ -34,10 +34,10 @@ impl Arrival {
         Self { header, read_ns: monotonic_ns(), handles: count, sums }
     }
 
-    /// Fails unless the frame shows the dragon where its header says that it is.
+    /// Panics unless the handles match the travel and the speed in the frame's header.
     pub(crate) fn assert_right(&self, dragon: &Dragon, solver: &mut ChainSolver) {
         let Self { header, read_ns, handles, sums } = self;
-        let chain = solver.solve(dragon, header.head_travel_m).expect("the run has hardly begun");
+        let chain = solver.solve(dragon, header.head_travel_m).expect("the travel is within the run");
         assert_eq!((*handles, header.bench_count as usize + 1), (chain.len(), chain.len()), "tick {}", header.tick);
         let expected = chain.iter().fold(Sums::default(), |[x, y, z, u, v, w], handle| {
             let velocity = handle.tangent * (handle.speed_ratio * header.head_speed_mps);

@@ -1,5 +1,5 @@
-//! A frame as bytes, for transports that carry nothing else: the header's fields and then the handles, in the order and
-//! the size that they have in shared memory.
+//! Encoding of frames for transports that carry bytes: the header's fields, then the handles, with the layout that they have in
+//! shared memory.
 
 use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::{FrameHeader, FromBytes as _, HandleState, IntoBytes as _};
@@ -9,10 +9,10 @@ use crate::frame_source::HANDLES;
 
 const HEADER_BYTES: usize = size_of::<FrameHeader>();
 const HANDLE_BYTES: usize = size_of::<HandleState>();
-/// Size of a frame.
+/// Size of a frame in bytes.
 pub(crate) const FRAME_BYTES: usize = HEADER_BYTES + HANDLES * HANDLE_BYTES;
 
-/// Writes frames as bytes.
+/// Encodes frames as bytes.
 pub(crate) struct Encoder {
     handles: Vec<HandleState>,
 }
@@ -22,7 +22,7 @@ impl Encoder {
         Self { handles: vec![HandleState::default(); HANDLES] }
     }
 
-    /// Writes a frame. The instant of sending is that at which all else stands.
+    /// Encodes a frame. Reads the instant of sending after everything else is written.
     pub(crate) fn encode(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader, bytes: &mut [u8]) {
         let header = fill(&mut self.handles);
         let (head, body) = bytes.split_at_mut(HEADER_BYTES);
@@ -31,11 +31,11 @@ impl Encoder {
     }
 }
 
-/// Reads a frame where it lies.
+/// Reads a frame in place.
 pub(crate) fn read(bytes: &[u8]) -> Arrival {
-    assert_eq!(bytes.len(), FRAME_BYTES, "a frame has one size");
+    assert_eq!(bytes.len(), FRAME_BYTES, "all frames have the same size");
     let (head, body) = bytes.split_at(HEADER_BYTES);
-    let handle = |bytes| HandleState::read_from_bytes(bytes).expect("a handle has one size");
-    let header = FrameHeader::read_from_bytes(head).expect("a header has one size");
+    let handle = |bytes| HandleState::read_from_bytes(bytes).expect("the slice has a handle's size");
+    let header = FrameHeader::read_from_bytes(head).expect("the slice has a header's size");
     Arrival::read(header, body.chunks_exact(HANDLE_BYTES).map(handle))
 }

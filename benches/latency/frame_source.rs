@@ -1,4 +1,4 @@
-//! The frames that every contestant but ours is given to send: the server's own computation, from the run's start.
+//! The frames that all contestants except ours send: the server's own computation, from the start of the run.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use crate::shared;
 pub(crate) const BENCHES: usize = 223;
 /// Handles of a frame.
 pub(crate) const HANDLES: usize = BENCHES + 1;
-/// Frames a second.
+/// Frames per second.
 pub(crate) const RATE_HZ: u32 = 1000;
 
-/// Computes one frame after the other.
+/// Computes frames in order.
 pub(crate) struct FrameSource {
     simulation: Simulation,
     tick: u64,
@@ -25,11 +25,11 @@ impl FrameSource {
     pub(crate) fn new() -> Self {
         let dragon = shared::dragon(BENCHES);
         let settings = MotionSettings::plain(1.0 / f64::from(RATE_HZ), 0.0, dragon.end_travel_m());
-        let plan = MotionPlan::new(settings).expect("travels in order");
+        let plan = MotionPlan::new(settings).expect("the travels are in order");
         Self { simulation: Simulation::new(Arc::new(dragon), plan), tick: 0 }
     }
 
-    /// Writes the next frame's handles. The header lacks nothing but the instant of sending.
+    /// Writes the next frame's handles. Returns its header, complete except for the instant of sending.
     pub(crate) fn fill(&mut self, handles: &mut [HandleState], due_ns: u64) -> FrameHeader {
         let tick = self.tick;
         self.tick += 1;

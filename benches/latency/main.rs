@@ -1,19 +1,19 @@
-//! How long a frame takes from one process to another, side by side: our server and subscriber, a bare iceoryx2 publisher
-//! and subscriber, a Unix stream socket and UDP on loopback. The bench `zenoh_latency` adds zenoh.
+//! Measures the latency of a frame from one process to another for several transports: our server and subscriber, a bare
+//! iceoryx2 publisher and subscriber, a Unix stream socket and UDP on loopback. The bench `zenoh_latency` adds zenoh.
 //!
-//! The frame is that of the paper's dragon, 224 handles and a header: 10,824 bytes, a thousand times a second. Publisher
-//! and readers are processes of their own. Ours is `bench-dragon serve`; the others have its schedule, its sleep and its
-//! computation of the frame, so that they differ in the transport alone. Each is timed up to the instant at which a
-//! reader has read every handle, from two instants that the header carries: from *due*, when the tick was to begin, so
-//! that a stalled publisher is not hidden, and from *sent*, when the frame was ready and handed to the transport.
+//! The frame is that of the paper's dragon, 224 handles and a header: 10,824 bytes, a thousand times per second. The publisher
+//! and each reader are separate processes. Our publisher is `bench-dragon serve`. The others use the same schedule, sleep and
+//! computation of the frame, so only the transport differs. Latency ends when a reader has read every handle. It counts
+//! from two instants in the header. *Due* is when the tick should begin, so a stalled publisher stays visible. *Sent* is when
+//! the publisher passes the finished frame to the transport.
 //!
-//! A *polling* reader looks for the next frame all the time; where readers and publisher are more than the cores, it
-//! yields its core after each look, and what is measured then is mostly the kernel's dealing out of cores. A *woken* one
-//! sleeps in the kernel until there is something.
+//! A *polling* reader checks for the next frame in a busy loop. If readers and publisher outnumber the cores, it yields its
+//! core after each check; the result then mostly measures the kernel's scheduler. A *woken* reader sleeps in the kernel until
+//! a frame arrives.
 //!
-//! Contestants take turns of half a second each, several times over. A turn counts only if every frame in it was right: a
-//! reader sums up what it reads, and after the turn holds each frame's sums against the exact solver. Percentiles are of
-//! all turns together; a ratio is the median of the turns' ratios.
+//! Contestants take turns of half a second each, for several rounds. A turn counts only if all its frames are right: a reader
+//! sums the values of each frame, and compares the sums with the exact solver after the turn. Percentiles cover all turns
+//! together; a ratio is the median of the turns' ratios.
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
 #[path = "../shared/mod.rs"]
@@ -33,7 +33,7 @@ mod transport;
 
 use transport::{BARE, OURS, Transport, UDP, UNIX};
 
-/// Ours comes first.
+/// The contestants. Ours must be first.
 static CONTESTANTS: [Transport; 4] = [OURS, BARE, UNIX, UDP];
 
 fn main() {

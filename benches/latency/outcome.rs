@@ -1,15 +1,15 @@
-//! What one reader measured in one turn, and how it tells its parent.
+//! Result of one reader in one turn, and its encoding for the parent process.
 
 use serde::{Deserialize, Serialize};
 
 use crate::arrival::Arrival;
 
-/// Latencies in nanoseconds, in the order in which frames came.
+/// Latencies in nanoseconds, in the order of arrival.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Outcome {
     pub(crate) due_ns: Vec<u64>,
     pub(crate) sent_ns: Vec<u64>,
-    /// Frames of the turn that never came.
+    /// Frames of the turn that did not arrive.
     pub(crate) lost: u64,
 }
 

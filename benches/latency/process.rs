@@ -1,4 +1,4 @@
-//! The processes of a turn, as their parent sees them. None outlives the bench, and none is waited for without end.
+//! The processes of a turn, from their parent's side. No process outlives the bench, and every wait has a timeout.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::process::{Child, Command, Stdio};
@@ -17,8 +17,8 @@ use crate::shared;
 pub(crate) const PUBLISH: &str = "publish";
 /// First argument of a reader.
 pub(crate) const READ: &str = "read";
-/// Longer than any of them takes for anything, a turn among it.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Timeout for a line of a process. It is longer than a whole turn.
+const LINE_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// A running process.
 struct Process {
@@ -37,7 +37,7 @@ pub(crate) struct Publisher {
 pub(crate) struct Reader(Process);
 
 impl Publisher {
-    /// Starts one, and returns when readers may come.
+    /// Starts a publisher. Returns when readers can connect.
     pub(crate) fn start(setting: Setting) -> Self {
         if setting.transport.publish.is_none() {
             return Self::serve(setting);
@@ -47,28 +47,28 @@ impl Publisher {
         Self { process, place, ends_by_signal: false }
     }
 
-    /// The real server, on an instance of its own.
+    /// Starts the real server on its own instance.
     fn serve(setting: Setting) -> Self {
         let place = format!("latency-{}", std::process::id());
         let mut serve = shared::program();
         serve.args(["serve", "--format", "json", "--instance", &place]);
         serve.args(["--rate", &RATE_HZ.to_string(), "--readers", &setting.readers.to_string()]);
         let process = Process::start(&mut serve);
-        // It says that its services are there.
+        // The line `started`: the services exist.
         process.line();
         Self { process, place, ends_by_signal: true }
     }
 
-    /// Where readers find it.
+    /// Name or address by which readers connect.
     pub(crate) fn place(&self) -> &str {
         &self.place
     }
 
-    /// Ends it, and waits until it has cleared up.
+    /// Ends the publisher, and waits until it has cleaned up.
     pub(crate) fn stop(mut self) {
         if self.ends_by_signal {
             let pid = Pid::from_child(&self.process.child);
-            kill_process(pid, Signal::TERM).expect("it has not been waited for");
+            kill_process(pid, Signal::TERM).expect("the process id is valid until the parent waits");
         }
         drop(self.process.child.stdin.take());
         self.process.end();
@@ -80,18 +80,18 @@ impl Reader {
         Self(Process::start(myself().arg(READ).arg(place).args(setting.to_args())))
     }
 
-    /// Returns when the first frame has come.
+    /// Waits for the reader's first frame.
     pub(crate) fn wait_for_frames(&self) {
         assert_eq!(self.0.line(), "reading");
     }
 
-    /// Lets it begin its turn.
+    /// Starts the reader's turn.
     pub(crate) fn go(&mut self) {
         let stdin = self.0.child.stdin.as_mut().expect("stdin is piped");
-        stdin.write_all(b"go\n").expect("the reader is there");
+        stdin.write_all(b"go\n").expect("the reader is running");
     }
 
-    /// Waits for the end of its turn.
+    /// Waits for the end of the turn and returns the result.
     pub(crate) fn outcome(mut self) -> Outcome {
         let outcome = Outcome::from_json(&self.0.line());
         self.0.end();
@@ -110,7 +110,7 @@ impl Process {
         let (sender, lines) = mpsc::channel();
         thread::spawn(move || {
             for line in stdout.lines().map_while(Result::ok) {
-                // Where nobody waits for it any more, it is not needed.
+                // Fails after the receiver has been dropped. The line is not needed then.
                 let _ = sender.send(line);
             }
         });
@@ -118,18 +118,18 @@ impl Process {
     }
 
     fn line(&self) -> String {
-        self.lines.recv_timeout(PATIENCE).expect("a process says what it has to within half a minute")
+        self.lines.recv_timeout(LINE_TIMEOUT).expect("a process prints its line within 30 s")
     }
 
     fn end(&mut self) {
         let status = self.child.wait().expect("a child can be waited for");
-        assert!(status.success(), "a process of the bench has failed: {status}");
+        assert!(status.success(), "a process of the bench failed: {status}");
     }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Without effect on one that has been waited for.
+        // No effect on a process that has been waited for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

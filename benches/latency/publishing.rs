@@ -1,4 +1,4 @@
-//! What a publishing process does: the server's schedule and sleep around any transport.
+//! The loop of a publishing process: the server's schedule and sleep, with any transport.
 
 use std::io;
 use std::sync::Arc;
@@ -15,11 +15,11 @@ const LEAD_NS: u64 = 1_000_000;
 
 /// The publisher's end of a transport.
 pub(crate) trait Sender {
-    /// Sends one frame: `fill` writes the handles and gives the header, which the instant of sending goes into.
+    /// Sends one frame. `fill` writes the handles and returns the header. The sender adds the instant of sending.
     fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader);
 }
 
-/// Tells the parent where readers find this publisher. They come only after that.
+/// Prints the name or address of this publisher for the parent, which then starts the readers.
 pub(crate) fn announce(place: &str) {
     println!("{place}");
 }
@@ -40,7 +40,7 @@ fn at_end_of_stdin() -> Arc<AtomicBool> {
     let over = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&over);
     thread::spawn(move || {
-        // However it ends, nobody wants our frames any more.
+        // The end of stdin, with or without an error, ends publishing.
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
         flag.store(true, Ordering::Relaxed);
     });

@@ -1,4 +1,4 @@
-//! What a reading process does: wait for its go, keep what arrives, and prove that it was right when the turn is over.
+//! The loop of a reading process: it waits for the start of its turn, stores frames, and checks them after the turn.
 
 use std::hint;
 use std::io;
@@ -15,18 +15,19 @@ use crate::outcome::Outcome;
 use crate::setting::{Mode, Setting};
 use crate::shared;
 
-/// Frames that are sent in a turn.
+/// Frames per turn.
 const FRAMES: u64 = 500;
-/// How long a woken reader sleeps at most where its transport lets it choose.
+/// Longest sleep of a woken reader, for transports that have a timeout.
 pub(crate) const WAIT: Duration = Duration::from_secs(1);
 
 /// A reader's end of a transport.
 pub(crate) trait Receiver {
-    /// Reads the next frame. Woken, it sleeps until there is one; polling, it never waits.
+    /// Reads the next frame. In woken mode it sleeps until a frame arrives; in polling mode it never waits.
     fn receive(&mut self) -> Option<Arrival>;
 }
 
-/// Reads frames: says when the first one has come, waits for a word, and tells what came in a turn from then on.
+/// Reads frames. Prints a line after the first frame, waits for a line from the parent, then reads one turn and prints its
+/// result.
 pub(crate) fn read(setting: Setting, mut receiver: impl Receiver) {
     let between_looks = match setting.mode {
         Mode::Polling if setting.is_crowded() => thread::yield_now,
@@ -43,7 +44,7 @@ pub(crate) fn read(setting: Setting, mut receiver: impl Receiver) {
     };
     next();
     println!("reading");
-    let go = at_a_word();
+    let go = flag_on_line();
     while !go.load(Ordering::Relaxed) {
         next();
     }
@@ -58,12 +59,12 @@ pub(crate) fn read(setting: Setting, mut receiver: impl Receiver) {
     println!("{}", Outcome::of(&arrivals, FRAMES).to_json());
 }
 
-/// Whether the parent has written a line.
-fn at_a_word() -> Arc<AtomicBool> {
+/// Returns a flag that is set when the parent writes a line.
+fn flag_on_line() -> Arc<AtomicBool> {
     let go = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&go);
     thread::spawn(move || {
-        io::stdin().read_line(&mut String::new()).expect("our parent says go");
+        io::stdin().read_line(&mut String::new()).expect("the parent writes a line");
         flag.store(true, Ordering::Relaxed);
     });
     go
@@ -76,5 +77,5 @@ fn assert_right(arrivals: &[Arrival]) {
         arrival.assert_right(&dragon, &mut solver);
     }
     let in_order = arrivals.is_sorted_by(|before, after| before.header.tick < after.header.tick);
-    assert!(in_order, "a frame comes once, and none before an earlier one");
+    assert!(in_order, "frames arrive in order, without duplicates");
 }

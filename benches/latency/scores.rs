@@ -1,4 +1,4 @@
-//! What the contestants achieved, as figures and as tables.
+//! Results of the contestants, as figures and as tables.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use crate::setting::Setting;
 use crate::shared::{Figures, median};
 use crate::transport::BARE;
 
-/// All turns of one contestant in one setting.
+/// Results of all turns of one contestant in one setting.
 pub(crate) struct Scores {
     setting: Setting,
     sent: Latency,
@@ -19,7 +19,7 @@ pub(crate) struct Scores {
     lost: u64,
 }
 
-/// Latencies from one instant.
+/// Latencies that count from one instant.
 #[derive(Default)]
 struct Latency {
     all: LatencyHistogram,
@@ -36,7 +36,7 @@ impl Scores {
         self.setting
     }
 
-    /// Adds what the readers measured in one turn.
+    /// Adds the readers' results of one turn.
     pub(crate) fn add_turn(&mut self, outcomes: Vec<Outcome>) {
         self.lost += outcomes.iter().map(|outcome| outcome.lost).sum::<u64>();
         let (sent, due): (Vec<_>, Vec<_>) =
@@ -52,14 +52,14 @@ impl Latency {
     fn add_turn(&mut self, values_ns: &[u64]) {
         let mut sorted: Vec<f64> = values_ns.iter().map(|&value_ns| value_ns as f64).collect();
         sorted.sort_by(f64::total_cmp);
-        assert!(!sorted.is_empty(), "frames came before the turn began, and so some come in it");
+        assert!(!sorted.is_empty(), "frames arrive in every turn");
         self.medians_ns.push(median(&sorted));
         for &value_ns in values_ns {
             self.all.record(value_ns);
         }
     }
 
-    /// The median of the turns' ratios of medians, each to the other's turn of the same number.
+    /// Returns the median ratio. Each ratio divides the medians of two turns with the same number.
     fn ratio_to(&self, other: &Self) -> f64 {
         let mut ratios: Vec<f64> =
             self.medians_ns.iter().zip(&other.medians_ns).map(|(own, other)| own / other).collect();
@@ -68,7 +68,7 @@ impl Latency {
     }
 }
 
-/// Prints and writes the figures of all settings, then shows them as tables.
+/// Prints and writes the figures of all settings, then prints them as tables.
 pub(crate) fn report(bench: &'static str, contests: &[Vec<Scores>], took: Duration) {
     let mut figures = Figures::of(bench);
     figures.set("seconds_in_all", took.as_secs_f64());
@@ -92,9 +92,9 @@ pub(crate) fn report(bench: &'static str, contests: &[Vec<Scores>], took: Durati
     }
 }
 
-/// Ours against the bare transport, and the others against ours.
+/// Sets the ratios: ours to the bare transport, and all others to ours.
 fn compare(contest: &[Scores], figures: &mut Figures) {
-    let [ours, others @ ..] = contest else { panic!("ours competes") };
+    let [ours, others @ ..] = contest else { panic!("ours is the first contestant") };
     for other in others {
         let (above, below) = if other.setting.transport.name == BARE.name { (ours, other) } else { (other, ours) };
         let Setting { mode, readers, .. } = ours.setting;
@@ -113,7 +113,7 @@ fn table(contest: &[Scores]) -> Table {
         columns.extend(["p50", "p99", "p99.9", "max"].map(|title| Column::number(format!("{instant} {title}"), 1)));
     }
     columns.push(Column::whole("lost"));
-    let name = format!("{}, {readers} reading: \u{b5}s from sent and from due until every handle is read", mode.name());
+    let name = format!("{}, {readers} readers: \u{b5}s from sent and from due until every handle is read", mode.name());
     let mut table = Table::new(name, columns);
     for scores in contest {
         let mut row = vec![Cell::from(scores.setting.transport.title)];

@@ -1,17 +1,17 @@
-//! What one turn is played with.
+//! Setting of one turn.
 
 use std::thread;
 
 use crate::transport::Transport;
 
-/// How a reader comes to know of a frame.
+/// How a reader detects a new frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mode {
     Polling,
     Woken,
 }
 
-/// A transport, and who reads from it.
+/// A transport, and the number and mode of its readers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting {
     pub(crate) transport: &'static Transport,
@@ -29,24 +29,26 @@ impl Mode {
 }
 
 impl Setting {
-    /// The arguments that tell a child process.
+    /// Returns the arguments that pass this setting to a child process.
     pub(crate) fn to_args(self) -> [String; 3] {
         [self.transport.name.to_owned(), self.mode.name().to_owned(), self.readers.to_string()]
     }
 
-    /// What a parent process told.
+    /// Parses the arguments from a parent process.
     pub(crate) fn from_args(args: &[&str]) -> Self {
-        let [transport, mode, readers] = args else { panic!("a transport, a mode and a number of readers: {args:?}") };
+        let [transport, mode, readers] = args else {
+            panic!("arguments are {args:?}, must be a transport, a mode and a number of readers")
+        };
         let transport = crate::CONTESTANTS.iter().find(|known| known.name == *transport);
         let mode = [Mode::Polling, Mode::Woken].into_iter().find(|known| known.name() == *mode);
         Self {
-            transport: transport.expect("our parent names transports as we do"),
-            mode: mode.expect("our parent names modes as we do"),
-            readers: readers.parse().expect("our parent writes numbers"),
+            transport: transport.expect("the parent passes a known transport"),
+            mode: mode.expect("the parent passes a known mode"),
+            readers: readers.parse().expect("the parent passes a number of readers"),
         }
     }
 
-    /// Whether those who look all the time have to share the cores, with each other or with the publisher.
+    /// Whether polling readers and the publisher outnumber the cores.
     pub(crate) fn is_crowded(self) -> bool {
         self.readers + 1 > thread::available_parallelism().map_or(1, usize::from)
     }

@@ -1,4 +1,4 @@
-//! When two benches first touch.
+//! The task `contact`: the first contact of two benches.
 
 use bench_dragon_geometry::clearance::first_contact;
 use serde::Deserialize;
@@ -10,9 +10,9 @@ use crate::shared;
 /// A first contact.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 pub struct FirstContact {
-    /// Show time.
+    /// Show time in seconds.
     pub time_s: f64,
-    /// The two that touch.
+    /// The benches that touch.
     pub benches: [usize; 2],
 }
 
@@ -27,7 +27,7 @@ impl Answer for FirstContact {
     fn solved() -> Self {
         let dragon = shared::dragon(223);
         let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
-            .expect("no limit")
+            .expect("the search has no limit")
             .expect("the paper's dragon touches itself");
         // The head walks at 1 m/s.
         Self { time_s: contact.travel_m, benches: contact.benches }
@@ -35,17 +35,20 @@ impl Answer for FirstContact {
 
     fn printed() -> (f64, Self) {
         let (seconds, stdout) = timed_output(&mut solve(&["contact"]));
-        (seconds, serde_json::from_slice(&stdout).expect("the program prints its answer"))
+        (seconds, serde_json::from_slice(&stdout).expect("the program prints its answer as JSON"))
     }
 
     fn assert_known(&self) {
         assert!(self.benches == [0, 8] && (self.time_s - 412.473_838).abs() <= 5.001e-7, "{self:?}");
     }
 
-    /// The first step of 0.01 s at which the benches overlap, and how long that is after they have touched.
+    /// Returns the first step of 0.01 s at which the benches overlap, and its delay after the exact contact.
     fn measures(&self, script: &Self) -> [f64; 2] {
         let late_s = script.time_s - self.time_s;
-        assert!(script.benches == self.benches && (0.0..=0.01).contains(&late_s), "{script:?} is not {self:?}");
+        assert!(
+            script.benches == self.benches && (0.0..=0.01).contains(&late_s),
+            "the script's answer is {script:?}, must be at most 0.01 s after {self:?}"
+        );
         [script.time_s, late_s]
     }
 }

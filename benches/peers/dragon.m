@@ -1,10 +1,10 @@
-% The paper's method as a plain script: `dragon.m poses` and `dragon.m contact FROM_S`, an answer as JSON on stdout.
+% The paper's method as a plain script: `dragon.m poses` and `dragon.m contact FROM_S`. It prints its answer as JSON.
 %
-% The head's angle at a time is the root of the arc length walked; every angle behind it is the root of the chord's
-% length, half a turn behind at most. Speeds follow from rigid links, whose ends are equally fast along the link. Boards
-% are rectangles, and a separating axis tells whether two of them are apart; at every step all pairs are tried but
-% neighbours and boards out of each other's reach. The answer's `seconds` count the work alone: neither the
-% interpreter's start nor printing.
+% The head's angle at a time is a root of the arc-length equation. Each following angle is a root of the chord-length
+% equation, at most half a turn behind. Speeds follow from rigid links: both ends have the same speed along the link.
+% Boards are rectangles; a separating-axis test detects an overlap of two boards. At every step the script tests all pairs,
+% except neighbours and boards that are too far apart to touch. The answer's `seconds` count the work alone, without the
+% interpreter's start and printing.
 
 1;
 
@@ -14,13 +14,13 @@ function measures = paper()
   measures.half_lengths_m = [3.41, repmat(2.20, 1, 222)]' / 2;
   measures.half_width_m = 0.30 / 2;
   measures.reaches_m = hypot(measures.half_lengths_m, measures.half_width_m);
-  measures.growth_m = 0.55 / (2 * pi);  % of the radius in every radian
+  measures.growth_m = 0.55 / (2 * pi);  % growth of the radius per radian
   measures.start_angle = 32 * pi;
   measures.speed_mps = 1.0;
   [measures.second, measures.first] = find(tril(true(measures.benches), -2));
 end
 
-% From the spiral's centre.
+% Arc length from the spiral's centre.
 function length_m = arc_length_m(growth_m, angle)
   length_m = growth_m / 2 * (angle * sqrt(1 + angle^2) + asinh(angle));
 end
@@ -50,7 +50,7 @@ function points = positions_m(measures, angles)
   points = measures.growth_m * angles .* [cos(angles), sin(angles)];
 end
 
-% The unit vectors from each handle to the one before.
+% The unit vectors from each handle to the handle in front of it.
 function ahead = links(points)
   ahead = points(1:end-1, :) - points(2:end, :);
   ahead ./= vecnorm(ahead, 2, 2);
@@ -65,7 +65,7 @@ function speeds = speeds_mps(measures, angles, points)
   speeds = measures.speed_mps * [1; cumprod(front ./ rear)];
 end
 
-% The first pair of boards that overlap, or nothing.
+% The first pair of boards that overlap; empty if there is no such pair.
 function benches = touching_benches(measures, time_s)
   points = positions_m(measures, chain(measures, time_s));
   along = links(points);
@@ -85,7 +85,7 @@ function benches = touching_benches(measures, time_s)
       one = second; other = first;
     end
     offset = centres(other, :) - centres(one, :);
-    % Two boards' directions differ by one angle, whichever axis it is seen from.
+    % The angle between two boards is the same for both axes.
     cosine = abs(sum(along(one, :) .* along(other, :), 2));
     sine = abs(sum(along(one, :) .* across(other, :), 2));
     length = half_lengths_m(one) + half_lengths_m(other) .* cosine + half_width_m * sine;
@@ -97,7 +97,7 @@ function benches = touching_benches(measures, time_s)
   benches = [first(touching), second(touching)] - 1;
 end
 
-% Positions and speeds of all handles from 0 to 300 s, a row for every second.
+% Positions and speeds of all handles from 0 to 300 s, one row per second.
 function answer = poses(measures)
   answer.x_m = answer.y_m = answer.speed_mps = zeros(301, measures.benches + 1);
   for second = 0:300
@@ -109,13 +109,13 @@ function answer = poses(measures)
   end
 end
 
-% The first step at which boards overlap: by 0.1 s, then by 0.01 s from the last clear step on.
+% The first step at which boards overlap, in steps of 0.1 s, then of 0.01 s from the last step without an overlap on.
 function answer = contact(measures, from_s)
   tenth = round(10 * from_s);
   while isempty(touching_benches(measures, tenth / 10))
     tenth += 1;
     if mod(tenth, 500) == 0
-      fprintf(stderr, "  clear up to %d s\n", tenth / 10);
+      fprintf(stderr, "  no overlap up to %d s\n", tenth / 10);
     end
   end
   hundredth = 10 * (tenth - 1);

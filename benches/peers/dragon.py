@@ -1,10 +1,10 @@
-"""The paper's method as a plain script: `dragon.py poses` and `dragon.py contact FROM_S`, an answer as JSON on stdout.
+"""The paper's method as a plain script: `dragon.py poses` and `dragon.py contact FROM_S`. It prints its answer as JSON.
 
-The head's angle at a time is the root of the arc length walked; every angle behind it is the root of the chord's
-length, half a turn behind at most. Speeds follow from rigid links, whose ends are equally fast along the link. Boards
-are rectangles, and a separating axis tells whether two of them are apart; at every step all pairs are tried but
-neighbours and boards out of each other's reach. The answer's `seconds` count the work alone: neither the interpreter's
-start, nor imports, nor printing.
+The head's angle at a time is a root of the arc-length equation. Each following angle is a root of the chord-length
+equation, at most half a turn behind. Speeds follow from rigid links: both ends have the same speed along the link.
+Boards are rectangles; a separating-axis test detects an overlap of two boards. At every step the script tests all pairs,
+except neighbours and boards that are too far apart to touch. The answer's `seconds` count the work alone, without the
+interpreter's start, imports and printing.
 """
 
 import json
@@ -20,14 +20,14 @@ LINKS_M = np.array([3.41 - 2 * 0.275] + [2.20 - 2 * 0.275] * (BENCHES - 1))
 HALF_LENGTHS_M = np.array([3.41 / 2] + [2.20 / 2] * (BENCHES - 1))
 HALF_WIDTH_M = 0.30 / 2
 REACHES_M = np.hypot(HALF_LENGTHS_M, HALF_WIDTH_M)
-GROWTH_M = 0.55 / (2 * pi)  # of the radius in every radian
+GROWTH_M = 0.55 / (2 * pi)  # growth of the radius per radian
 START_ANGLE = 32 * pi
 SPEED_MPS = 1.0
 FIRST, SECOND = np.triu_indices(BENCHES, k=2)
 
 
 def arc_length_m(angle):
-    """From the spiral's centre."""
+    """Arc length from the spiral's centre."""
     return GROWTH_M / 2 * (angle * sqrt(1 + angle * angle) + asinh(angle))
 
 
@@ -59,7 +59,7 @@ def positions_m(angles):
 
 
 def links(points):
-    """The unit vectors from each handle to the one before."""
+    """The unit vectors from each handle to the handle in front of it."""
     ahead = points[:-1] - points[1:]
     return ahead / np.linalg.norm(ahead, axis=1)[:, None]
 
@@ -75,7 +75,7 @@ def speeds_mps(angles, points):
 
 
 def touching_benches(time_s):
-    """The first pair of boards that overlap, or none."""
+    """The first pair of boards that overlap; None if there is no such pair."""
     points = positions_m(chain(time_s))
     along = links(points)
     across = np.column_stack((-along[:, 1], along[:, 0]))
@@ -86,7 +86,7 @@ def touching_benches(time_s):
     apart = np.zeros(len(first), dtype=bool)
     for one, other in ((first, second), (second, first)):
         offset = centres[other] - centres[one]
-        # Two boards' directions differ by one angle, whichever axis it is seen from.
+        # The angle between two boards is the same for both axes.
         cosine = np.abs(np.sum(along[one] * along[other], axis=1))
         sine = np.abs(np.sum(along[one] * across[other], axis=1))
         length = HALF_LENGTHS_M[one] + HALF_LENGTHS_M[other] * cosine + HALF_WIDTH_M * sine
@@ -98,7 +98,7 @@ def touching_benches(time_s):
 
 
 def poses():
-    """Positions and speeds of all handles from 0 to 300 s, a row for every second."""
+    """Positions and speeds of all handles from 0 to 300 s, one row per second."""
     x_m, y_m, speed_mps = [], [], []
     for second in range(301):
         angles = chain(second)
@@ -110,12 +110,12 @@ def poses():
 
 
 def contact(from_s):
-    """The first step at which boards overlap: by 0.1 s, then by 0.01 s from the last clear step on."""
+    """The first step at which boards overlap, in steps of 0.1 s, then of 0.01 s from the last step without an overlap on."""
     tenth = round(10 * float(from_s))
     while touching_benches(tenth / 10) is None:
         tenth += 1
         if tenth % 500 == 0:
-            print(f"  clear up to {tenth // 10} s", file=sys.stderr)
+            print(f"  no overlap up to {tenth // 10} s", file=sys.stderr)
     hundredth = 10 * (tenth - 1)
     while True:
         benches = touching_benches(hundredth / 100)

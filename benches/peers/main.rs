@@ -1,8 +1,8 @@
-//! The paper's method as plain scripts, beside ours: how long they take, and how far the answers lie apart.
+//! Compares our solvers with plain scripts of the paper's method: their times, and the differences of their answers.
 //!
-//! Two tasks: where all 224 handles are and how fast, from 0 to 300 s by a second; and when two benches first touch,
-//! which ours finds exactly and the scripts by steps of 0.1 s, then of 0.01 s. `benches/peers/install` gets what the
-//! scripts run on.
+//! There are two tasks. The first is the positions and speeds of all 224 handles, from 0 to 300 s in steps of 1 s. The second
+//! is the first contact of two benches. Our solver computes it exactly; the scripts search in steps of 0.1 s, then of 0.01 s.
+//! `benches/peers/install` installs the requirements of the scripts.
 #![allow(unreachable_pub, clippy::print_stdout, clippy::print_stderr, reason = "the parts of a bench, which prints")]
 
 mod contact;
@@ -21,18 +21,20 @@ use poses::Poses;
 use race::Contestant;
 use shared::Figures;
 
-/// Where Octave begins to look for the contact. From 0 on it would take some twenty minutes.
+/// Show time at which Octave begins its search for the contact. A search from 0 s takes about twenty minutes.
 const OCTAVE_FROM_S: &str = "400";
 
 fn main() -> ExitCode {
     let mut octave_from_s = OCTAVE_FROM_S;
     for argument in std::env::args().skip(1) {
         match argument.as_str() {
-            // Cargo says so to every bench.
+            // Cargo passes this argument to every bench.
             "--bench" => {}
             "--whole" => octave_from_s = "0",
             _ => {
-                eprintln!("argument is {argument}, may be --whole: Octave looks for the contact from 0 s on, too");
+                eprintln!(
+                    "argument is {argument}, must be none or --whole, which makes Octave search for the contact from 0 s on"
+                );
                 return ExitCode::from(2);
             }
         }
@@ -42,9 +44,10 @@ fn main() -> ExitCode {
         Contestant { name: "octave", peer: Peer::octave(), from_s: octave_from_s },
     ];
     println!(
-        "NAME_TASK_s is the work alone, from the benches' dimensions to the answer in memory; NAME_TASK_process_s the
-whole process: its start and its imports, the work, and printing the answer as JSON. A ratio is theirs to ours,
-like to like. Medians, with runs of ours between those of the scripts, which take some minutes."
+        "NAME_TASK_s is the time of the work alone, from the benches' dimensions to the answer in memory.
+NAME_TASK_process_s is the time of the whole process: start, imports, the work, and printing the answer as JSON.
+A ratio is the script's time to our time, of the same kind. Times are medians. Our runs alternate with those of the
+scripts. The bench takes some minutes."
     );
     let mut figures = Figures::of("peers");
     for contestant in &contestants {
@@ -56,15 +59,15 @@ like to like. Medians, with runs of ours between those of the scripts, which tak
     ExitCode::SUCCESS
 }
 
-/// Says what a script runs on and where it begins, or that it is missing.
+/// Sets the figures about a script's interpreter and its begin of the search. Prints a line if the interpreter is missing.
 fn introduce(Contestant { name, peer, from_s }: &Contestant, figures: &mut Figures) {
     figures.set(&format!("{name}_version"), peer.as_ref().map(Peer::version));
     figures.set(&format!("{name}_contact_from_s"), peer.as_ref().map(|_| from_s.parse::<f64>().expect("a number")));
     if peer.is_none() {
-        println!("{name} is missing, so its figures are null; benches/peers/install gets it");
+        println!("{name} is missing, so its figures are null: benches/peers/install installs it");
     } else if *from_s != "0" {
         println!(
-            "{name} looks for the contact from {from_s} s on, ours from 0: its ratio is too small (-- --whole: both)"
+            "{name} searches for the contact from {from_s} s on, ours from 0: its ratio is too small (-- --whole: both)"
         );
     }
 }

@@ -1,4 +1,4 @@
-//! Where all handles are from 0 to 300 s, by a second.
+//! The task `poses`: positions and speeds of all handles from 0 to 300 s, in steps of 1 s.
 
 use bench_dragon_geometry::dragon::ChainSolver;
 use serde::Deserialize;
@@ -9,10 +9,11 @@ use crate::shared;
 
 const LAST_S: usize = 300;
 const HANDLES: usize = 224;
-/// Of a position in metres and of a speed in metres per second: what tables of such answers are printed to.
+/// Largest allowed difference of a position in metres, and of a speed in metres per second: one unit of the sixth decimal, to
+/// which tables of such answers are printed.
 const LARGEST_DIFFERENCE: f64 = 1e-6;
 
-/// Positions and speeds of all handles, a row for every second.
+/// Positions and speeds of all handles, one row per second.
 #[derive(Debug, Deserialize, PartialEq)]
 pub struct Poses {
     x_m: Vec<Vec<f64>>,
@@ -50,7 +51,7 @@ impl Answer for Poses {
         let mut solver = ChainSolver::new(&dragon);
         let mut poses = Self::with_room();
         for second in 0..=LAST_S {
-            let handles = solver.solve(&dragon, second as f64).expect("within the run");
+            let handles = solver.solve(&dragon, second as f64).expect("the travel is within the run");
             poses.x_m.push(handles.iter().map(|handle| handle.position.x).collect());
             poses.y_m.push(handles.iter().map(|handle| handle.position.y).collect());
             // The head walks at 1 m/s.
@@ -62,7 +63,7 @@ impl Answer for Poses {
     fn printed() -> (f64, Self) {
         let (seconds, stdout) =
             timed_output(&mut solve(&["poses", "--from", "0", "--to", &LAST_S.to_string(), "--step", "1"]));
-        let printed: Printed = serde_json::from_slice(&stdout).expect("the program prints its answer");
+        let printed: Printed = serde_json::from_slice(&stdout).expect("the program prints its answer as JSON");
         let mut poses = Self::with_room();
         for PrintedPose { handles } in printed.poses {
             poses.x_m.push(handles.iter().map(|handle| handle.x_m).collect());
@@ -90,7 +91,7 @@ impl Answer for Poses {
         }
         for (handle, known_mps) in [(0, 1.0), (1, 0.999_709), (223, 0.996_478)] {
             let speed_mps = self.speed_mps[300][handle];
-            assert!(is(speed_mps, known_mps), "handle {handle} walks at {speed_mps} m/s, not {known_mps}");
+            assert!(is(speed_mps, known_mps), "handle {handle} moves at {speed_mps} m/s, not {known_mps}");
         }
     }
 
@@ -99,7 +100,10 @@ impl Answer for Poses {
         let y_m = largest_difference(&self.y_m, &script.y_m);
         let speed_mps = largest_difference(&self.speed_mps, &script.speed_mps);
         let largest = x_m.max(y_m).max(speed_mps);
-        assert!(largest <= LARGEST_DIFFERENCE, "the script is off by {x_m} m in x, {y_m} m in y, {speed_mps} m/s");
+        assert!(
+            largest <= LARGEST_DIFFERENCE,
+            "the script differs by {x_m} m in x, {y_m} m in y and {speed_mps} m/s, must be at most {LARGEST_DIFFERENCE}"
+        );
         [x_m.max(y_m), speed_mps]
     }
 }
@@ -111,16 +115,16 @@ impl Poses {
     }
 }
 
-/// Equal to half of the sixth decimal, and the rounding of the comparison itself.
+/// Whether two values are equal to half of the sixth decimal, plus the rounding of the comparison.
 fn is(value: f64, known: f64) -> bool {
     (value - known).abs() <= 5.001e-7
 }
 
 fn largest_difference(rows: &[Vec<f64>], others: &[Vec<f64>]) -> f64 {
-    assert_eq!((rows.len(), others.len()), (LAST_S + 1, LAST_S + 1), "a row for every second");
+    assert_eq!((rows.len(), others.len()), (LAST_S + 1, LAST_S + 1), "one row per second");
     let mut largest = 0.0_f64;
     for (row, other) in rows.iter().zip(others) {
-        assert_eq!((row.len(), other.len()), (HANDLES, HANDLES), "a value for every handle");
+        assert_eq!((row.len(), other.len()), (HANDLES, HANDLES), "one value per handle");
         largest = row.iter().zip(other).fold(largest, |largest, (value, other)| largest.max((value - other).abs()));
     }
     largest

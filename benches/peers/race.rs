@@ -1,4 +1,4 @@
-//! One task, done by ours and by the scripts in turns.
+//! One task, solved by our program and by the scripts in turns.
 
 use std::fmt::Debug;
 use std::hint::black_box;
@@ -9,63 +9,63 @@ use serde_json::Value;
 use crate::peer::Peer;
 use crate::shared::{Figures, median, nanoseconds_a_call};
 
-/// A script runs again until it has had so many seconds …
+/// A script runs again until its runs have taken this many seconds in total.
 const ENOUGH_S: f64 = 10.0;
-/// … or so many runs.
+/// Most runs of a script.
 const MOST_RUNS: usize = 5;
-/// Calls and processes of ours, before the first script and after every run of one.
+/// Calls of our library and runs of our program, before the first script and after every run of a script.
 const CALLS: usize = 20;
 const PROCESSES: usize = 5;
 
-/// A task, which the library, the program and the scripts answer alike.
+/// The answer to a task, in the same form from the library, the program and the scripts.
 pub trait Answer: Debug + DeserializeOwned + PartialEq {
-    /// What the task is called in keys.
+    /// Name of the task in keys.
     const TASK: &'static str;
 
-    /// Keys of what a script's answer is measured by, beside ours.
+    /// Keys of the values that compare a script's answer with ours.
     const MEASURES: [&'static str; 2];
 
-    /// What a script is asked. Where it searches, it begins at `from_s`.
+    /// Returns the script's arguments. A search begins at `from_s`.
     fn question(from_s: &str) -> Vec<&str>;
 
-    /// As the library solves it, from the dimensions of the benches on.
+    /// Returns the library's answer, computed from the dimensions of the benches.
     fn solved() -> Self;
 
-    /// As the program prints it, and the seconds that the process takes.
+    /// Returns the seconds that the program takes, and the answer that it prints.
     fn printed() -> (f64, Self);
 
-    /// Holds our own answer against known values, to the last of their six decimals.
+    /// Compares our own answer with known values, to all of their six decimals.
     ///
     /// # Panics
     /// If a value differs.
     fn assert_known(&self);
 
-    /// Values to [`Answer::MEASURES`].
+    /// Returns the values of [`Answer::MEASURES`].
     ///
     /// # Panics
-    /// If a script's answer is further from ours than its method is.
+    /// If a script's answer differs from ours by more than the method explains.
     fn measures(&self, script: &Self) -> [f64; 2];
 }
 
-/// A script that may take part.
+/// A script that takes part if its interpreter is installed.
 #[derive(Debug)]
 pub struct Contestant {
-    /// What it is called in keys.
+    /// Name in keys.
     pub name: &'static str,
-    /// None where it cannot run.
+    /// `None` if the script cannot run.
     pub peer: Option<Peer>,
-    /// Show time in seconds at which it begins a search.
+    /// Show time in seconds at which the script begins a search.
     pub from_s: &'static str,
 }
 
-/// Has the task done by all who can, and sets the figures. Those of a script that cannot run are null.
+/// Runs the task with our program and with all scripts, and sets the figures. The figures of a script that cannot run are null.
 ///
 /// # Panics
 /// If an answer is wrong.
 pub fn run<A: Answer>(contestants: &[Contestant], figures: &mut Figures) {
     let answer = A::solved();
     answer.assert_known();
-    assert_eq!(A::printed().1, answer, "the program prints what the library solves");
+    assert_eq!(A::printed().1, answer, "the program prints the library's answer");
     let mut ours = Runs::default();
     ours.add_ours::<A>();
     let scripts: Vec<_> = contestants.iter().map(|contestant| run_script(contestant, &answer, &mut ours)).collect();
@@ -87,7 +87,7 @@ pub fn run<A: Answer>(contestants: &[Contestant], figures: &mut Figures) {
     }
 }
 
-/// Seconds of the work alone and of the whole process, run by run.
+/// Seconds of the work alone and of the whole process, for each run.
 #[derive(Debug, Default)]
 struct Runs {
     work_s: Vec<f64>,
@@ -100,20 +100,20 @@ impl Runs {
         self.process_s.extend((0..PROCESSES).map(|_| A::printed().0));
     }
 
-    /// The middle one of either.
+    /// Returns the medians of both.
     fn middle(&self) -> (f64, f64) {
         (middle(&self.work_s), middle(&self.process_s))
     }
 }
 
-/// What a script has to show.
+/// Results of a script.
 struct Script {
     runs: Runs,
-    /// Of its last answer.
+    /// Values of [`Answer::MEASURES`] for its last answer.
     measures: [f64; 2],
 }
 
-/// A script's runs, each answer held against ours, and with runs of ours in between.
+/// Runs a script, compares each answer with ours, and runs our program after each run. Returns `None` if the script cannot run.
 fn run_script<A: Answer>(contestant: &Contestant, answer: &A, ours: &mut Runs) -> Option<Script> {
     let peer = contestant.peer.as_ref()?;
     let question = A::question(contestant.from_s);

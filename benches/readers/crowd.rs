@@ -1,10 +1,10 @@
-//! Sixteen readers that come and go.
+//! Sixteen readers that start and end.
 
 use crate::program::Program;
 
 const READERS: usize = 16;
 
-/// Sixteen readers, each followed by another one when it has gone.
+/// Sixteen readers. When one ends, another one starts.
 #[derive(Debug)]
 pub(crate) struct Crowd<'a> {
     server: &'a Program,
@@ -17,7 +17,7 @@ impl<'a> Crowd<'a> {
         Self { server, readers: Vec::new(), came: 0 }
     }
 
-    /// Lets one come for each that has gone.
+    /// Removes readers that have ended, and starts one reader if fewer than sixteen run.
     pub(crate) fn refill(&mut self) {
         self.readers.retain_mut(|reader| !reader.has_ended());
         if self.readers.len() < READERS {
@@ -26,7 +26,7 @@ impl<'a> Crowd<'a> {
         }
     }
 
-    /// Readers that have come so far.
+    /// Number of readers started so far.
     pub(crate) fn came(&self) -> usize {
         self.came
     }

@@ -1,9 +1,9 @@
-//! Whether readers that misbehave make the server late: one that is stopped, one that holds what it has read, and sixteen
-//! that come and go.
+//! Measures whether misbehaving readers delay the server: one that is stopped, one that keeps the frames that it has read, and
+//! sixteen that start and end.
 //!
-//! One server at 1 kHz plays through all phases, and calm ones lie between the others. A witness reads every frame, and
-//! takes from its stamps how long after its release it was sent. Sixteen processes that come and go take processor time wherever
-//! they read, so they have a phase at another server, too: what differs between the two is the bus's.
+//! One server runs at 1 kHz through all phases. Calm phases alternate with the others. A witness reads every frame and computes
+//! the delay from its release to its sending. Sixteen processes that start and end use processor time, whichever server they
+//! read. So they have a phase at another server as well. The difference between these two phases is due to the bus.
 
 #[path = "../shared/mod.rs"]
 mod shared;
@@ -24,19 +24,19 @@ use crowd::Crowd;
 use program::Program;
 use witness::Witness;
 
-/// How long each phase lasts where `--seconds` does not say; a stopped reader is stopped three times as long.
+/// Default length of a phase in seconds; `--seconds` overrides it. The phase of the stopped reader is three times as long.
 const SECONDS: u32 = 10;
 const STOPPED_PHASES: u32 = 3;
-/// How often all phases are played: what one of them owes to the moment shows.
+/// Repetitions of all phases. The median of the rounds reduces the effect of chance.
 const ROUNDS: usize = 3;
-/// Quantiles that are told of each phase.
+/// Quantiles that the bench reports for each phase.
 const QUANTILES: [(&str, f64); 3] = [("p50", 0.5), ("p99", 0.99), ("p999", 0.999)];
 
 fn main() {
     measure(Duration::from_secs(seconds_or(SECONDS).into()));
 }
 
-/// Plays all rounds and writes the figures.
+/// Runs all rounds and writes the figures.
 fn measure(phase: Duration) {
     let mut figures = Figures::of("readers");
     figures.set("seconds_per_phase", phase.as_secs());
@@ -75,7 +75,7 @@ struct Round {
 }
 
 impl Round {
-    /// What the two calm phases have at a quantile, in the middle.
+    /// Returns the mean of the two calm phases' quantiles.
     fn calm_at(&self, share: f64) -> f64 {
         0.5 * (quantile(&self.calm[0], share) + quantile(&self.calm[1], share))
     }
@@ -90,7 +90,7 @@ fn beside_a_stopped_reader(server: &Program, witness: &mut Witness, phase: Durat
 }
 
 fn beside_a_holding_reader(server: &Program, witness: &mut Witness, phase: Duration) -> Vec<f64> {
-    let mut holder = FrameSubscriber::open(server.domain(), "holder").expect("the server is there");
+    let mut holder = FrameSubscriber::open(server.domain(), "holder").expect("the server is running");
     let mut held = Vec::new();
     while held.len() < MAX_BORROWED_FRAMES {
         held.extend(holder.wait(phase).expect("the bus is readable"));
@@ -98,15 +98,15 @@ fn beside_a_holding_reader(server: &Program, witness: &mut Witness, phase: Durat
     witness.watch(phase)
 }
 
-/// The second value is how many readers came.
+/// Returns the delays, and the number of readers that were started.
 fn beside_a_crowd(server: &Program, witness: &mut Witness, phase: Duration) -> (Vec<f64>, usize) {
     let mut crowd = Crowd::at(server);
     let delays = witness.watch_while(phase, || crowd.refill());
     (delays, crowd.came())
 }
 
-/// Tells the quantiles of each phase, and the ratios that matter beside the ratio of equal phases, which is noise: each the
-/// median of the rounds.
+/// Sets the quantiles of each phase and their ratios, each as the median of the rounds. The ratio of the slowest to the fastest
+/// calm phase shows the noise.
 fn report(figures: &mut Figures, rounds: &[Round]) {
     let middle = |of: &dyn Fn(&Round) -> f64| {
         let mut values: Vec<f64> = rounds.iter().map(of).collect();

@@ -1,11 +1,11 @@
-//! The server that is measured, and those who read it.
+//! The measured server and its readers.
 
 use bench_dragon_ipc::Domain;
 use rustix::process::Signal;
 
 use crate::shared;
 
-/// A running process on an instance. One that is dropped is asked to end.
+/// A running process on an instance. Dropping it sends SIGTERM and waits for its end.
 #[derive(Debug)]
 pub(crate) struct Program {
     domain: Domain,
@@ -13,21 +13,21 @@ pub(crate) struct Program {
 }
 
 impl Program {
-    /// A server at 1 kHz, once it is there.
+    /// Starts a server at 1 kHz. Returns when it has started.
     pub(crate) fn serve(instance: &str) -> Self {
         let mut server = Self::start(shared::domain(instance), &["serve", "--rate", "1000"]);
         assert_eq!(server.process.line()["type"], "started");
         server
     }
 
-    /// A woken reader at a server, once it reads.
+    /// Starts a woken reader of a server. Returns when it has read a frame.
     pub(crate) fn read(server: &Self) -> Self {
         let mut reader = Self::start(server.domain.clone(), &["monitor", "--progress", "0.01"]);
         while reader.process.line()["frames"].as_u64().unwrap_or_default() == 0 {}
         reader
     }
 
-    /// A reader that ends after two hundred frames.
+    /// Starts a reader that ends after two hundred frames.
     pub(crate) fn read_a_while(server: &Self) -> Self {
         Self::start(server.domain.clone(), &["latency", "--seconds", "0.2"])
     }
@@ -40,7 +40,7 @@ impl Program {
         &self.domain
     }
 
-    /// Whether it has ended, well; fails where it has ended otherwise.
+    /// Whether the process has ended. Panics if it has ended with an error.
     pub(crate) fn has_ended(&mut self) -> bool {
         self.process.has_ended()
     }
@@ -49,8 +49,8 @@ impl Program {
         self.process.signal(signal);
     }
 
-    /// Ends a server and returns how many releases it skipped.
+    /// Ends a server and returns the number of releases that it skipped.
     pub(crate) fn stop(self) -> u64 {
-        self.process.stop("summary")["overruns"].as_u64().expect("its summary")
+        self.process.stop("summary")["overruns"].as_u64().expect("the summary has a number of overruns")
     }
 }

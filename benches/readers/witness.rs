@@ -1,4 +1,4 @@
-//! A reader that takes from each frame's stamps how long after its release it was sent.
+//! A reader that computes each frame's delay from its release to its sending, from the times in its header.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -7,26 +7,26 @@ use bench_dragon_ipc::FrameSubscriber;
 
 use crate::program::Program;
 
-/// How often it looks: the bus keeps two hundred frames for it.
+/// Period of polling. The bus buffers two hundred frames for a reader, so none is lost.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
-/// The reader. It polls, so that it costs the server nothing.
+/// The reader. It polls, so the server does not have to wake it.
 #[derive(Debug)]
 pub(crate) struct Witness(FrameSubscriber);
 
 impl Witness {
     pub(crate) fn join(server: &Program) -> Self {
-        Self(FrameSubscriber::open(server.domain(), "witness").expect("the server is there"))
+        Self(FrameSubscriber::open(server.domain(), "witness").expect("the server is running"))
     }
 
-    /// The delays of a phase in microseconds, sorted.
+    /// Returns the delays of a phase in microseconds, sorted.
     pub(crate) fn watch(&mut self, phase: Duration) -> Vec<f64> {
         self.watch_while(phase, || {})
     }
 
-    /// The same while something else is done again and again.
+    /// Returns the delays of a phase in microseconds, sorted, and calls `act` repeatedly during the phase.
     pub(crate) fn watch_while(&mut self, phase: Duration, mut act: impl FnMut()) -> Vec<f64> {
-        // What was sent before belongs to another phase.
+        // Skips frames that were sent before this phase.
         self.0.latest().expect("the bus is readable");
         let mut delays = Vec::new();
         let begun = Instant::now();
@@ -43,7 +43,7 @@ impl Witness {
         delays
     }
 
-    /// Frames that it never got.
+    /// Number of frames that the witness lost.
     pub(crate) fn lost(&self) -> u64 {
         self.0.lost()
     }

@@ -1,7 +1,7 @@
-//! Whether the recorder keeps up: ten thousand frames a second for a minute, with nothing lost.
+//! Checks that the recorder keeps up: ten thousand frames per second for a minute, without a loss.
 //!
-//! Both processes are the product's own, `serve` and `record`, on an instance of their own. Afterwards the recording is
-//! read back: every tick is there, in order, bit for bit what the simulation gives. `-- --seconds 5` makes it shorter.
+//! Both processes are the product's own, `serve` and `record`, on a separate instance. Afterwards the bench reads the recording
+//! back. It must contain every tick, in order, equal to the simulation bit for bit. `-- --seconds 5` makes the run shorter.
 
 #[path = "../shared/mod.rs"]
 mod shared;
@@ -22,40 +22,40 @@ use shared::{Figures, seconds_or};
 use proof::prove;
 use show::{Show, record_show};
 
-/// Frames a second.
+/// Frames per second.
 pub(crate) const RATE_HZ: u32 = 10_000;
-/// Bytes of a frame: its header and 224 handles.
+/// Bytes of a frame: a header and 224 handles.
 const FRAME_BYTES: f64 = (72 + 224 * 48) as f64;
-/// Exit status of a bench that a signal ends, as shells number it.
+/// Exit status of a bench that a signal ends, by the convention of shells.
 const INTERRUPTED: u8 = 130;
-/// Seconds that are recorded where nothing else is said.
+/// Default length of the recording in seconds; `--seconds` overrides it.
 const SECONDS: u32 = 60;
 
 #[allow(clippy::print_stdout, reason = "a bench prints")]
 fn main() -> ExitCode {
     let seconds = seconds_or(SECONDS);
-    // In cargo's folder, because temporary files may lie in memory; removed at the end, whatever happens.
-    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("cargo's target folder is ours");
+    // In cargo's folder, because the folder for temporary files may be in memory. It is removed in every case.
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("cargo's target folder is writable");
     let file = folder.path().join("show.mcap");
     let mut figures = Figures::of("record");
     figures.set("seconds", seconds);
     figures.set("rate_hz", RATE_HZ);
     let (needed, free) = (needed_bytes(seconds), free_bytes(folder.path()));
     if free < needed {
-        println!("nothing is recorded: {} are needed on this disk, {} are free", Size(needed), Size(free));
+        println!("nothing is recorded: this disk has {} free, must have at least {}", Size(free), Size(needed));
         figures.set("frames_published", Value::Null);
         figures.set("frames_recorded", Value::Null);
         figures.set("frames_lost", Value::Null);
     } else {
         println!("recording for {seconds} s");
-        let stop = StopFlag::on_signals().expect("signals can be taken over");
+        let stop = StopFlag::on_signals().expect("signal handlers can be installed");
         let show = record_show(&file, seconds, &stop);
         if stop.is_set() {
             return ExitCode::from(INTERRUPTED);
         }
         println!("reading {} back", Size(show.recorded_bytes));
         prove(&file, &show, seconds);
-        println!("every tick is there, in order, bit for bit");
+        println!("the recording has every tick, in order, bit for bit");
         report(&mut figures, &show);
     }
     figures.write();
@@ -81,13 +81,13 @@ fn report(figures: &mut Figures, show: &Show) {
     }
 }
 
-/// What a recording takes that does not compress at all, and some more.
+/// Returns the size of an uncompressed recording, with a reserve.
 fn needed_bytes(seconds: u32) -> u64 {
     (f64::from(seconds * RATE_HZ) * FRAME_BYTES * 1.05) as u64 + (64 << 20)
 }
 
 fn free_bytes(folder: &Path) -> u64 {
     let probe: PathBuf = folder.join("probe");
-    let file = std::fs::File::create(&probe).expect("the folder is ours");
-    DiskSpace::around(&file).expect("its file system knows its size").free_bytes
+    let file = std::fs::File::create(&probe).expect("the folder belongs to this bench");
+    DiskSpace::around(&file).expect("the file system reports its free space").free_bytes
 }

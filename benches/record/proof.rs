@@ -1,4 +1,4 @@
-//! The recording held against what the server must have published.
+//! Comparison of the recording with the frames that the server must have published.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,13 +12,13 @@ use crate::RATE_HZ;
 use crate::shared::dragon;
 use crate::show::Show;
 
-/// Fails unless the recording holds every tick of the show, in order, each bit for bit what the simulation gives when it
-/// misses the same releases.
+/// Panics unless the recording contains every tick of the show, in order. Each frame must equal, bit for bit, the frame of a
+/// simulation that misses the same releases.
 pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     assert_eq!((show.frames_recorded, show.frames_lost), (show.frames_published, 0), "{show:?}");
     let releases = u64::from(seconds * RATE_HZ) + 1;
     let most = show.frames_published + show.overruns;
-    assert!((show.frames_published..=most).contains(&releases), "the show was played to its end: {show:?}");
+    assert!((show.frames_published..=most).contains(&releases), "the show ran to its end: {show:?}");
     let mut frames = FrameReader::open(file).expect("the recording can be read");
     let dragon = Arc::new(dragon(223));
     let mut expected = vec![HandleState::default(); 224];
@@ -42,7 +42,7 @@ pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     assert!(frames.next().is_none() && !frames.flaws().cut, "a finished file ends with the last tick");
 }
 
-/// Releases between two at which frames were due.
+/// Number of releases between two frames.
 fn missed(last_due_ns: u64, due_ns: u64) -> u64 {
     ((due_ns - last_due_ns) as f64 * f64::from(RATE_HZ) * 1e-9).round() as u64 - 1
 }
@@ -52,9 +52,9 @@ fn bits(handles: &[HandleState]) -> impl Iterator<Item = u64> {
 }
 
 fn plan(end_travel_m: f64, seconds: u32) -> MotionPlan {
-    // That of the default catch_up_s.
+    // The default catch_up_s, in ticks.
     let most_jumped = u64::from(RATE_HZ) / 4;
     let plain = MotionSettings::plain(1.0 / f64::from(RATE_HZ), 0.0, end_travel_m);
     let settings = MotionSettings { until_s: Some(f64::from(seconds)), most_jumped, ..plain };
-    MotionPlan::new(settings).expect("the settings are sound")
+    MotionPlan::new(settings).expect("the settings are valid")
 }

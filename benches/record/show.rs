@@ -1,4 +1,4 @@
-//! The show that is recorded: a server and a recorder, started, watched and ended.
+//! The recorded show: starts a server and a recorder, watches them and ends them.
 
 use std::io::{BufRead as _, BufReader};
 use std::panic::resume_unwind;
@@ -16,12 +16,12 @@ use serde::de::DeserializeOwned;
 use crate::RATE_HZ;
 use crate::cores::{CoreTimes, cpu_seconds_at_end};
 
-/// The same in every run, so that the next one clears away what one that was killed has left.
+/// The same in every run, so that each run removes the remains of one that was killed.
 const INSTANCE: &str = "bench-record";
-/// How often a bench looks whether a signal has come.
+/// Period of checks for a signal.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
-/// What came of it.
+/// Results of a show.
 #[derive(Debug)]
 pub(crate) struct Show {
     pub(crate) run_id: u64,
@@ -35,19 +35,19 @@ pub(crate) struct Show {
     pub(crate) recorder_cpu_s: f64,
     pub(crate) tick_p50_us: f64,
     pub(crate) tick_p999_us: f64,
-    /// The share of its time that each core was busy, with everything else that ran on the machine.
+    /// The share of time that each core was busy, including all other programs on the machine.
     pub(crate) busy_shares: Vec<f64>,
 }
 
-/// Plays so many seconds of the paper's dragon and records them. A signal ends the show early.
+/// Runs the paper's dragon for a number of seconds and records it. A signal ends the show early.
 pub(crate) fn record_show(file: &Path, seconds: u32, stop: &StopFlag) -> Show {
-    let mut recorder = Process::start(&["record", file.to_str().expect("cargo's folder has a name in UTF-8")]);
-    assert!(matches!(recorder.line(), RecordLine::Started { .. }), "a recorder says first that it has started");
+    let mut recorder = Process::start(&["record", file.to_str().expect("the path of cargo's folder is UTF-8")]);
+    assert!(matches!(recorder.line(), RecordLine::Started { .. }), "a recorder's first line is `started`");
     let (rate, until) = (RATE_HZ.to_string(), seconds.to_string());
     let mut server = Process::start(&["serve", "--rate", &rate, "--until", &until, "--readers", "1"]);
-    let ServeLine::Started { run_id } = server.line() else { panic!("a server says first that it has started") };
+    let ServeLine::Started { run_id } = server.line() else { panic!("a server's first line is `started`") };
     let (begun, times_before) = (Instant::now(), CoreTimes::now());
-    let ServeLine::Summary(served) = server.line_or_stop(stop) else { panic!("a server tells at its end what it did") };
+    let ServeLine::Summary(served) = server.line_or_stop(stop) else { panic!("a server's last line is its summary") };
     let (elapsed_s, times) = (begun.elapsed().as_secs_f64(), CoreTimes::now());
     let server_cpu_s = cpu_seconds_at_end(&mut server.child);
     terminate(Pid::from_child(&recorder.child));
@@ -70,7 +70,7 @@ pub(crate) fn record_show(file: &Path, seconds: u32, stop: &StopFlag) -> Show {
     }
 }
 
-/// The recorder's last line; before it there may be warnings of the disk.
+/// Returns the recorder's last line. Warnings about the disk may precede it.
 fn summary_of(recorder: &mut Process) -> RecordSummary {
     loop {
         if let RecordLine::Summary(summary) = recorder.line() {
@@ -95,18 +95,18 @@ impl Process {
             .stdout(Stdio::piped())
             .spawn()
             .expect("cargo has built the program for this bench");
-        let stdout = BufReader::new(child.stdout.take().expect("its output is piped"));
+        let stdout = BufReader::new(child.stdout.take().expect("stdout is piped"));
         Self { child, stdout }
     }
 
-    /// The next line that it prints.
+    /// Returns the next line of its output.
     fn line<Line: DeserializeOwned>(&mut self) -> Line {
         let mut line = String::new();
-        self.stdout.read_line(&mut line).expect("it prints text");
+        self.stdout.read_line(&mut line).expect("the process prints text");
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line:?}"))
     }
 
-    /// The same, ending the process where a signal comes meanwhile.
+    /// Returns the next line. If a signal arrives during the wait, this ends the process.
     fn line_or_stop<Line: DeserializeOwned + Send>(&mut self, stop: &StopFlag) -> Line {
         let pid = Pid::from_child(&self.child);
         thread::scope(|scope| {
@@ -124,13 +124,13 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Without effect on one that has been waited for.
+        // No effect on a process that has been waited for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Asks a process that has not been waited for to end.
+/// Sends SIGTERM to a process that has not been waited for.
 fn terminate(pid: Pid) {
-    kill_process(pid, Signal::TERM).expect("it has not been waited for");
+    kill_process(pid, Signal::TERM).expect("the process id is valid until the parent waits");
 }

@@ -1,4 +1,4 @@
-//! How cost grows with the number of benches.
+//! Growth of the cost with the number of benches.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -9,15 +9,16 @@ use bench_dragon_ipc::HandleState;
 
 use crate::shared::{dragon, median, nanoseconds_a_call};
 
-/// Batches of steps of which the median is taken.
+/// Number of batches of steps. The result is their median.
 const BATCHES: usize = 15;
-/// Handles that a batch solves at least, so that the clock does not matter.
+/// Fewest handles that a batch solves, so that the cost of reading the clock is negligible.
 const HANDLES_A_BATCH: usize = 100_000;
 
-/// Nanoseconds that the state of so many benches takes, written into plain memory: no bus, no clock.
+/// Returns the nanoseconds of one step of a dragon of `benches` benches, written into plain memory: no bus, no clock.
 pub(crate) fn step_ns(benches: usize) -> f64 {
     let dragon = Arc::new(dragon(benches));
-    let plan = MotionPlan::new(MotionSettings::plain(0.001, 0.0, dragon.end_travel_m())).expect("travels in order");
+    let plan =
+        MotionPlan::new(MotionSettings::plain(0.001, 0.0, dragon.end_travel_m())).expect("the travels are in order");
     let mut simulation = Simulation::new(dragon, plan);
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {
@@ -31,7 +32,7 @@ pub(crate) fn step_ns(benches: usize) -> f64 {
     median(&batches)
 }
 
-/// Seconds from the measures of so many benches to a dragon that can walk.
+/// Returns the seconds that it takes to make a dragon of `benches` benches from its dimensions.
 pub(crate) fn start_s(benches: usize) -> f64 {
     let begun = Instant::now();
     let dragon = dragon(benches);
@@ -39,7 +40,7 @@ pub(crate) fn start_s(benches: usize) -> f64 {
     begun.elapsed().as_secs_f64()
 }
 
-/// The exponent p of the power law `cost = c · size^p` that fits best: least squares on logarithms.
+/// Returns the exponent p of the best power law `cost = c · size^p`, by least squares on logarithms.
 pub(crate) fn exponent<const N: usize>(sizes: &[usize; N], costs: &[f64; N]) -> f64 {
     let mean = |values: [f64; N]| values.iter().sum::<f64>() / N as f64;
     let (x, y) = (sizes.map(|size| (size as f64).ln()), costs.map(f64::ln));

@@ -1,7 +1,7 @@
-//! What a tick costs the server: with more readers, and with more benches.
+//! Measures the server's cost of a tick, with more readers and with more benches.
 //!
-//! The server is the product's own, in a thread of this process; its readers are processes, this program again in another
-//! role. Before anything is timed, readers of every setting prove that they got the right frames. Settings take turns.
+//! The server is the product's own, in a thread of this process. Its readers are other processes of this program. Before the
+//! measurement, readers in every setting check that they receive the right frames. Settings take turns.
 
 #[path = "../shared/mod.rs"]
 mod shared;
@@ -20,13 +20,13 @@ use growth::{exponent, start_s, step_ns};
 use reader::{Habit, Role};
 use server::{Cost, Setting, measure, prove};
 
-/// How often each number of readers has its turn.
+/// Turns of each number of readers.
 const READER_ROUNDS: usize = 9;
-/// How often each number of benches has its turn.
+/// Turns of each number of benches.
 const BENCH_ROUNDS: usize = 7;
-/// Ticks a second where the number of readers is what differs.
+/// Ticks per second in the measurement with readers.
 const RATE_HZ: u32 = 1000;
-/// Numbers of readers beside none.
+/// Numbers of readers, in addition to 0.
 const READERS: [usize; 4] = [1, 4, 8, 16];
 /// Numbers of benches.
 const BENCHES: [usize; 4] = [223, 2230, 22_300, 100_000];
@@ -43,22 +43,22 @@ fn main() -> ExitCode {
 
 #[allow(clippy::print_stdout, reason = "a bench prints")]
 fn measure_all() {
-    let stop = StopFlag::on_signals().expect("signals can be taken over");
+    let stop = StopFlag::on_signals().expect("signal handlers can be installed");
     let mut figures = Figures::of("scale");
     println!(
-        "\nreaders: the paper's dragon at {RATE_HZ} Hz, {READER_ROUNDS} rounds; a polling reader looks every millisecond"
+        "\nreaders: the paper's dragon at {RATE_HZ} Hz, {READER_ROUNDS} rounds; a polling reader polls every millisecond"
     );
     fan_out(&mut figures, &stop);
-    println!("\nbenches: no readers, at a rate of which a tick takes a third at most, {BENCH_ROUNDS} rounds");
+    println!("\nbenches: no readers, a tick takes at most a third of the period, {BENCH_ROUNDS} rounds");
     growth_of_cost(&mut figures, &stop);
     figures.write();
 }
 
-/// A tick's cost with every number of readers, polling and woken.
+/// Sets the cost of a tick with every number of readers, polling and woken.
 fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     let setting = |readers, habit| Setting { benches: 223, rate_hz: RATE_HZ, readers, habit };
     let with_readers = [Habit::Polling, Habit::Woken].map(|habit| READERS.map(|readers| setting(readers, habit)));
-    // None comes twice: what differs between equal settings is noise.
+    // The setting without readers occurs twice. The difference between equal settings is noise.
     let mut settings = vec![setting(0, Habit::Polling)];
     settings.extend(with_readers.iter().flatten());
     settings.push(setting(0, Habit::Polling));
@@ -74,7 +74,7 @@ fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     let cpu_ns = |costs: &Costs| median(&costs.cpu_ns);
     for habit in [Habit::Polling, Habit::Woken] {
         let (wanted, name) = (setting(16, habit), habit.name());
-        let index = settings.iter().position(|setting| *setting == wanted).expect("it is among the settings");
+        let index = settings.iter().position(|setting| *setting == wanted).expect("the setting has been measured");
         let most = &costs[index];
         figures.set(&format!("fan_out_ratio_16_to_0_{name}"), tick_ns(most) / tick_ns(first));
         figures.set(&format!("cpu_fan_out_ratio_16_to_0_{name}"), cpu_ns(most) / cpu_ns(first));
@@ -88,7 +88,7 @@ fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     figures.set("cpu_noise_ratio_of_medians", cpu_ns(again) / cpu_ns(first));
 }
 
-/// A tick's cost with every number of benches, and how it grows.
+/// Sets the cost of a tick with every number of benches, and its growth.
 fn growth_of_cost(figures: &mut Figures, stop: &StopFlag) {
     let steps = BENCHES.map(step_ns);
     let settings: Vec<Setting> = BENCHES
@@ -121,7 +121,7 @@ fn growth_of_cost(figures: &mut Figures, stop: &StopFlag) {
     figures.set("growth_exponent_step", exponent(&BENCHES, &steps));
 }
 
-/// The costs of one setting in all its rounds, sorted.
+/// Costs of one setting in all its rounds, sorted.
 #[derive(Default)]
 struct Costs {
     tick_ns: Vec<f64>,
@@ -149,7 +149,7 @@ impl Costs {
     }
 }
 
-/// Lets each setting have its turn, `rounds` times over.
+/// Measures all settings in turns, `rounds` times.
 fn interleaved_costs(rounds: usize, settings: &[Setting], stop: &StopFlag) -> Vec<Costs> {
     let mut costs: Vec<Costs> = settings.iter().map(|_| Costs::default()).collect();
     for _ in 0..rounds {
@@ -161,7 +161,7 @@ fn interleaved_costs(rounds: usize, settings: &[Setting], stop: &StopFlag) -> Ve
     costs
 }
 
-/// The greatest value ÷ the least.
+/// Returns the greatest value ÷ the least value.
 fn spread(values: &[f64]) -> f64 {
     let greatest = values.iter().copied().fold(f64::MIN, f64::max);
     greatest / values.iter().copied().fold(f64::MAX, f64::min)

@@ -1,4 +1,4 @@
-//! A reader in a process of its own: this program, started again in another role.
+//! A reader in a separate process: this program, started with other arguments.
 
 use std::hint::black_box;
 use std::io::{BufRead as _, BufReader, Write as _};
@@ -16,28 +16,28 @@ use crate::shared::dragon;
 
 /// The first argument of a reader.
 const ROLE: &str = "read-frames";
-/// How often a polling reader looks.
+/// Period of a polling reader.
 const POLL_PERIOD: Duration = Duration::from_millis(1);
-/// How long a woken reader waits for one frame.
+/// Longest wait of a woken reader for one frame.
 const WAIT: Duration = Duration::from_secs(1);
-/// A reader gives up where nothing comes for so long.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// Frames that a proving reader keeps, and by how many ticks they lie apart.
+/// A reader panics after this time without a frame.
+const FRAME_TIMEOUT: Duration = Duration::from_secs(30);
+/// Frames that a proving reader keeps, and the number of ticks between them.
 const SAMPLES: usize = 12;
 const SAMPLE_TICKS: u64 = 97;
-/// How far a position may be from the reference solver's: for the paper's dragon what is promised, and for longer ones,
-/// along which small errors of the links add up, a micrometre. How far they really are is told.
+/// Largest allowed distance of a position from the reference solver's. It is the documented bound for the paper's dragon. For
+/// longer dragons, along which small errors of the links accumulate, it is a micrometre. The bench reports the actual errors.
 const TOLERANCE_M: f64 = 1e-9;
 const LONG_TOLERANCE_M: f64 = 1e-6;
-/// How far a velocity may be from it.
+/// Largest allowed difference of a velocity from the reference solver's.
 const TOLERANCE_MPS: f64 = 1e-8;
 
-/// How a reader gets its frames.
+/// How a reader detects new frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Habit {
-    /// It looks once a millisecond and reads what is there.
+    /// Checks for frames once a millisecond.
     Polling,
-    /// It sleeps until the server wakes it.
+    /// Sleeps until the server wakes it.
     Woken,
 }
 
@@ -50,7 +50,7 @@ impl Habit {
     }
 }
 
-/// What this process is when it is a reader.
+/// Arguments of a process that is a reader.
 #[derive(Debug)]
 pub(crate) struct Role {
     instance: Instance,
@@ -59,16 +59,16 @@ pub(crate) struct Role {
     proving: bool,
 }
 
-/// What a reader tells at its end.
+/// Result of a reader, which it prints at its end.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Account {
     frames: u64,
-    /// Frames that it did not get.
+    /// Frames that the reader lost.
     pub(crate) lost: u64,
     first_tick: u64,
     last_tick: u64,
     samples: usize,
-    /// How far a handle was from where the reference solver has it.
+    /// Largest distance of a handle from the reference solver's position.
     pub(crate) largest_error_m: f64,
 }
 
@@ -83,30 +83,31 @@ pub(crate) struct Reader {
 impl Reader {
     /// Starts a reader of a server that has been created.
     pub(crate) fn start(domain: &Domain, setting: &Setting, proving: bool) -> Self {
-        let mut child = Command::new(std::env::current_exe().expect("a program knows its own file"))
+        let mut child = Command::new(std::env::current_exe().expect("the path of this program is known"))
             .args([ROLE, domain.instance().as_str(), setting.habit.name()])
             .args([setting.benches.to_string(), proving.to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
             .expect("this program can be started again");
-        let stdout = BufReader::new(child.stdout.take().expect("its output is piped"));
+        let stdout = BufReader::new(child.stdout.take().expect("stdout is piped"));
         Self { child, stdout, proving }
     }
 
-    /// Returns when the reader is connected.
+    /// Waits until the reader is connected.
     pub(crate) fn wait_until_open(&mut self) {
         assert_eq!(self.line(), "open");
     }
 
-    /// Waits for the reader's end. Fails unless every frame is accounted for.
+    /// Waits for the reader's end and returns its result. Panics unless each frame was either read or counted as lost.
     pub(crate) fn end(mut self, summary: &ServerSummary) -> Account {
         let line = self.line();
-        let account: Account = serde_json::from_str(&line).unwrap_or_else(|_| panic!("a reader said {line:?}"));
+        let account: Account = serde_json::from_str(&line)
+            .unwrap_or_else(|_| panic!("a reader printed {line:?}, must be its result as JSON"));
         assert!(self.child.wait().expect("a child can be waited for").success(), "{account:?}");
         assert_eq!((account.first_tick, account.last_tick), (0, summary.frames - 1), "{account:?}");
         assert_eq!(account.frames + account.lost, summary.frames, "{account:?}");
-        assert!(!self.proving || account.samples > 1, "frames are held against the reference solver: {account:?}");
+        assert!(!self.proving || account.samples > 1, "frames are compared with the reference solver: {account:?}");
         account
     }
 
@@ -119,14 +120,14 @@ impl Reader {
 
 impl Drop for Reader {
     fn drop(&mut self) {
-        // Without effect on one that has been waited for.
+        // No effect on a process that has been waited for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
 impl Role {
-    /// The role that this process was started in; `None` where it is the bench itself.
+    /// Parses the arguments of a reader; `None` if this process is the bench itself.
     pub(crate) fn of_arguments() -> Option<Self> {
         let arguments: Vec<String> = std::env::args().skip(1).collect();
         let [role, instance, habit, benches, proving] = arguments.as_slice() else { return None };
@@ -139,12 +140,12 @@ impl Role {
         })
     }
 
-    /// Reads until the show is over, then tells what was read.
+    /// Reads until the show ends, then prints the result.
     pub(crate) fn play(self) {
         let domain = Domain::new(self.instance.clone()).expect("the bench's domain");
         let mut frames = FrameSubscriber::open(&domain, "scale").expect("the server has been created");
         if self.habit == Habit::Woken {
-            // The first wait makes the listener, which is to be there before tick 0.
+            // The first wait creates the listener, which must exist before tick 0.
             assert!(frames.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());
         }
         say("open");
@@ -168,7 +169,7 @@ impl Role {
                     log.take(&frame);
                     heard = Instant::now();
                 }
-                None if heard.elapsed() > PATIENCE => panic!("no frame for {PATIENCE:?}"),
+                None if heard.elapsed() > FRAME_TIMEOUT => panic!("no frame for {FRAME_TIMEOUT:?}"),
                 None if self.habit == Habit::Polling => thread::sleep(POLL_PERIOD),
                 None => {}
             }
@@ -176,7 +177,7 @@ impl Role {
     }
 }
 
-/// What a reader notes of its frames.
+/// Data that a reader collects from its frames.
 #[derive(Debug, Default)]
 struct Log {
     benches: usize,
@@ -187,10 +188,10 @@ struct Log {
 }
 
 impl Log {
-    /// Reads every handle; fails where the frame is not one that may come now.
+    /// Reads every handle of a frame. Panics if the frame has the wrong size or is not newer than the last frame.
     fn take(&mut self, frame: &Frame) {
         let (header, handles) = (frame.header(), frame.handles());
-        assert_eq!(handles.len(), self.benches + 1, "a frame has one handle more than benches");
+        assert_eq!(handles.len(), self.benches + 1, "a frame has one more handle than benches");
         black_box(handles.iter().map(|handle| handle.position_m[0] + handle.velocity_mps[0]).sum::<f64>());
         if self.account.frames == 0 {
             self.account.first_tick = header.tick;
@@ -206,7 +207,7 @@ impl Log {
         }
     }
 
-    /// Fails unless the frames that were kept are what the reference solver has for their travel.
+    /// Panics unless the kept frames match the reference solver's results for their travels.
     fn check_samples(&mut self) {
         if !self.proving {
             return;
@@ -215,7 +216,7 @@ impl Log {
         let mut solver = ChainSolver::new(&dragon);
         let mut largest = [0.0; 2];
         for (header, handles) in &self.samples {
-            let chain = solver.solve(&dragon, header.head_travel_m).expect("the travel lies within the run");
+            let chain = solver.solve(&dragon, header.head_travel_m).expect("the travel is within the run");
             for (state, handle) in handles.iter().zip(chain) {
                 let velocity = handle.tangent * (handle.speed_ratio * header.head_speed_mps);
                 let off = [
@@ -227,7 +228,10 @@ impl Log {
         }
         let tolerance_m = if self.benches == 223 { TOLERANCE_M } else { LONG_TOLERANCE_M };
         let [error_m, error_mps] = largest;
-        assert!(error_m <= tolerance_m && error_mps <= TOLERANCE_MPS, "off by {error_m:e} m, {error_mps:e} m/s");
+        assert!(
+            error_m <= tolerance_m && error_mps <= TOLERANCE_MPS,
+            "errors are {error_m:e} m and {error_mps:e} m/s, must be at most {tolerance_m:e} and {TOLERANCE_MPS:e}"
+        );
         self.account.samples = self.samples.len();
         self.account.largest_error_m = error_m;
     }
@@ -239,5 +243,5 @@ fn distance([x, y, _]: [f64; 3], [other_x, other_y]: [f64; 2]) -> f64 {
 
 fn say(line: &str) {
     let mut stdout = std::io::stdout().lock();
-    writeln!(stdout, "{line}").and_then(|()| stdout.flush()).expect("the bench reads what its readers say");
+    writeln!(stdout, "{line}").and_then(|()| stdout.flush()).expect("the bench reads the lines of its readers");
 }

@@ -1,4 +1,4 @@
-//! The server that is measured: the product's own, from its creation to its end.
+//! The measured server: the product's own, from its creation to its end.
 
 use std::sync::mpsc;
 use std::thread;
@@ -12,17 +12,17 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::reader::{Account, Habit, Reader};
 
-/// Wall-clock seconds that a server runs.
+/// Wall-clock seconds of a run.
 const RUN_S: f64 = 1.2;
-/// What is left out of them at the start, and at the end, where processor time is measured.
+/// Seconds at the start and at the end of a run that the measurement of processor time excludes.
 const MARGIN_S: f64 = 0.1;
 
-/// The same in every run, so that the next one clears away what one that was killed has left.
+/// The same in every run, so that each run removes the remains of one that was killed.
 const INSTANCE: &str = "bench-scale";
-/// Exit status of a bench that a signal ends, as shells number it.
+/// Exit status of a bench that a signal ends, by the convention of shells.
 const INTERRUPTED: i32 = 130;
 
-/// What is measured.
+/// Setting of one measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Setting {
     pub(crate) benches: usize,
@@ -31,34 +31,34 @@ pub(crate) struct Setting {
     pub(crate) habit: Habit,
 }
 
-/// What a tick cost in one run.
+/// Cost of a tick in one run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost {
-    /// Median from the start of a tick until the loop was ready for the next one, in nanoseconds.
+    /// Median time from the start of a tick until the loop is ready for the next one, in nanoseconds.
     pub(crate) tick_ns: f64,
-    /// Processor time of the whole process ÷ ticks, in nanoseconds: with sleeping and waking up, and with what the
-    /// server's second thread does ten times a second.
+    /// Processor time of the whole process ÷ ticks, in nanoseconds. It includes sleeping, waking up, and the work of the
+    /// server's second thread, ten times a second.
     pub(crate) cpu_ns: f64,
     /// Releases that the server skipped.
     pub(crate) overruns: u64,
-    /// Frames that readers lost, all together.
+    /// Frames that all readers lost together.
     pub(crate) lost: u64,
-    /// How far a handle was from where the reference solver has it, where readers looked.
+    /// Largest distance of a handle from the reference solver's position, in the frames that readers checked.
     largest_error_m: f64,
 }
 
-/// Fails unless every reader gets its frames in order, accounts for each, and has them as the reference solver does.
-/// Returns how far a handle was from where that has it, in metres.
+/// Panics unless every reader receives its frames in order, accounts for each frame, and matches the reference solver.
+/// Returns the largest distance of a handle from the reference solver's position, in metres.
 pub(crate) fn prove(setting: &Setting, stop: &StopFlag) -> f64 {
     run(setting, true, stop).largest_error_m
 }
 
-/// What a tick costs in one run.
+/// Measures the cost of a tick in one run.
 pub(crate) fn measure(setting: &Setting, stop: &StopFlag) -> Cost {
     run(setting, false, stop)
 }
 
-/// Ends the program, and leaves nothing of it, where a signal has come.
+/// Runs a server and its readers. After a signal, removes everything that this bench created and ends the program.
 fn run(setting: &Setting, proving: bool, stop: &StopFlag) -> Cost {
     let instance = Instance::new(INSTANCE).expect("letters and a hyphen are allowed");
     let domain = Domain::new(instance).expect("XDG_RUNTIME_DIR is short, or unset");
@@ -68,20 +68,20 @@ fn run(setting: &Setting, proving: bool, stop: &StopFlag) -> Cost {
     thread::scope(|scope| {
         let domain = &domain;
         let serving = scope.spawn(move || {
-            let server = Server::create(domain, settings).expect("the instance is this process's own");
-            created.send(()).expect("it is waited for");
-            may_go.recv().expect("readers are there first");
-            server.run(stop.as_atomic()).expect("frames can be published")
+            let server = Server::create(domain, settings).expect("no other server uses the instance");
+            created.send(()).expect("the main thread waits for the server");
+            may_go.recv().expect("the main thread starts the server after the readers");
+            server.run(stop.as_atomic()).expect("the bus accepts frames")
         });
         is_created.recv().expect("the server is created");
         let mut readers: Vec<Reader> = (0..setting.readers).map(|_| Reader::start(domain, setting, proving)).collect();
         readers.iter_mut().for_each(Reader::wait_until_open);
-        go.send(()).expect("the server waits for it");
+        go.send(()).expect("the server waits for this message");
         let cpu_share = cpu_share();
         let summary = serving.join().expect("the server does not panic");
         if stop.is_set() {
             drop(readers);
-            // Whoever is alone on an instance clears away what killed processes have left.
+            // A server that is alone on an instance removes the remains of killed processes.
             drop(Server::create(domain, self::settings(setting)));
             std::process::exit(INTERRUPTED);
         }
@@ -98,13 +98,13 @@ fn run(setting: &Setting, proving: bool, stop: &StopFlag) -> Cost {
 
 fn settings(setting: &Setting) -> ServerSettings {
     let text = format!("[dragon]\nbenches = {}\n[serve]\nrate_hz = {}\n", setting.benches, setting.rate_hz);
-    let config = Config::from_toml(&text).expect("the paper's dragon, of any length");
+    let config = Config::from_toml(&text).expect("the configuration is valid for every measured number of benches");
     let planned = ServerSettings::planned(config, 0.0);
     let start = RunStart { until_s: Some(RUN_S), ..planned.start };
     ServerSettings { start, readers: setting.readers, ..planned }
 }
 
-/// Processor seconds a second of this process, well inside the run.
+/// Returns the processor seconds per second of this process, measured within the run.
 fn cpu_share() -> f64 {
     thread::sleep(Duration::from_secs_f64(MARGIN_S));
     let (begun, cpu_before_s) = (Instant::now(), process_cpu_s());
@@ -117,7 +117,7 @@ fn process_cpu_s() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// A missed release took its period without a frame.
+/// Returns the ticks per second. A missed release takes a period without a frame.
 fn ticks_a_second(setting: &Setting, summary: &ServerSummary) -> f64 {
     f64::from(setting.rate_hz) * summary.frames as f64 / (summary.frames + summary.overruns) as f64
 }

@@ -1,4 +1,4 @@
-//! What the benches share: what those of the geometry have, and the product's own processes.
+//! Code that the benches share: that of the geometry's benches, and the product's own processes.
 #![allow(dead_code, unreachable_pub, reason = "each bench uses a part of this")]
 
 #[path = "../../geometry/benches/shared/mod.rs"]

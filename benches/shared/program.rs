@@ -1,4 +1,4 @@
-//! The product's own processes.
+//! Processes of the product.
 
 use std::env;
 use std::io::{BufRead as _, BufReader};
@@ -10,13 +10,14 @@ use bench_dragon_ipc::{Domain, Instance};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-/// The program. Cargo builds it for the benches of its own package; for those of another one, it is built here, with zenoh.
+/// Path of the program. Cargo builds the program for benches in the same package. For benches in another package, this value
+/// builds it with zenoh.
 static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| match option_env!("CARGO_BIN_EXE_bench-dragon") {
     Some(path) => path.into(),
     None => build_with_zenoh(),
 });
 
-/// The program, about to be given its arguments.
+/// Returns a command that runs the program, without arguments.
 pub fn program() -> Command {
     Command::new(&*PROGRAM)
 }
@@ -27,20 +28,20 @@ fn build_with_zenoh() -> PathBuf {
     let mut build = Command::new(cargo);
     build.args(["build", "--release", "--locked", "--package", "bench-dragon", "--bin", "bench-dragon"]);
     let built = build.args(["--features", "zenoh", "--manifest-path", manifest]).status();
-    assert!(built.expect("cargo is there").success(), "the program cannot be built");
+    assert!(built.expect("cargo is installed").success(), "cargo failed to build the program");
     // TARGET/release/deps/BENCH and TARGET/release/bench-dragon
     let bench = env::current_exe().expect("this bench is a file");
-    bench.parent().and_then(|deps| deps.parent()).expect("cargo's folder for it").join("bench-dragon")
+    bench.parent().and_then(|deps| deps.parent()).expect("the bench is in cargo's target folder").join("bench-dragon")
 }
 
-/// A running process. One that is dropped is asked to end.
+/// A running process. Dropping it sends SIGTERM and waits for its end.
 #[derive(Debug)]
 pub struct Program {
     child: Child,
     stdout: BufReader<ChildStdout>,
 }
 
-/// An instance of the bus.
+/// Returns the domain of an instance.
 pub fn domain(instance: &str) -> Domain {
     let instance = Instance::new(instance).expect("letters and hyphens are allowed");
     Domain::new(instance).expect("XDG_RUNTIME_DIR is short, or unset")
@@ -67,18 +68,18 @@ impl Program {
             .stdout(Stdio::piped())
             .spawn()
             .expect("the program has been built");
-        let stdout = BufReader::new(child.stdout.take().expect("it is piped"));
+        let stdout = BufReader::new(child.stdout.take().expect("stdout is piped"));
         Self { child, stdout }
     }
 
-    /// Its next line.
+    /// Returns the next line of its output.
     pub fn line(&mut self) -> Value {
         let mut line = String::new();
         self.stdout.read_line(&mut line).expect("a pipe of text");
         serde_json::from_str(&line).expect("the program has not ended")
     }
 
-    /// Its lines up to one of this type, which is returned.
+    /// Reads lines until one has this type, and returns that line.
     pub fn until(&mut self, kind: &str) -> Value {
         loop {
             let line = self.line();
@@ -88,7 +89,7 @@ impl Program {
         }
     }
 
-    /// Whether it has ended, well; fails where it has ended otherwise.
+    /// Whether the process has ended. Panics if it has ended with an error.
     pub fn has_ended(&mut self) -> bool {
         let status = self.child.try_wait().expect("a child can be waited for");
         assert!(status.is_none_or(|status| status.success()), "a program failed");
@@ -96,11 +97,11 @@ impl Program {
     }
 
     pub fn signal(&self, signal: Signal) {
-        // It may have ended by itself; the process id stays its own until it is waited for.
+        // The process may have ended by itself. Its id stays reserved until its parent waits for it.
         let _ = kill_process(Pid::from_child(&self.child), signal);
     }
 
-    /// Ends it and returns its summary, a line of this type.
+    /// Ends the process and returns its summary, a line of this type.
     pub fn stop(mut self, kind: &str) -> Value {
         self.signal(Signal::TERM);
         self.until(kind)
@@ -112,7 +113,7 @@ impl Drop for Program {
         if matches!(self.child.try_wait(), Ok(None)) {
             self.signal(Signal::TERM);
             self.signal(Signal::CONT);
-            // Nobody reads any more, and a full pipe would keep it.
+            // Reads the rest, because a full pipe would block the process.
             let _ = std::io::copy(&mut self.stdout, &mut std::io::sink());
             let _ = self.child.wait();
         }

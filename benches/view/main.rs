@@ -1,8 +1,9 @@
-//! How many pictures a second the page draws, on its own count: of the paper's dragon and of one of 10,000 benches, on a desk and
-//! on a phone, in a headless Chromium without a graphics card.
+//! Measures how many pictures per second the page draws, by the page's own count. It draws the paper's dragon and a dragon of
+//! 10,000 benches, on a wide screen and on a phone's, in a headless Chromium without a graphics card.
 //!
-//! Server, view and browser share the machine, so this is about the least that a desk has. Before anything is counted, the
-//! page proves that it draws: it has the bus's number of benches, and its picture changes. Needs what `tests/run` installs.
+//! Server, view and browser share one machine, so these figures are a lower bound in practice. Before it counts, the bench
+//! checks that the page draws: the page has the bus's number of benches, and its picture changes. The bench requires the
+//! tools that `tests/run` installs.
 
 #[path = "../shared/mod.rs"]
 mod shared;
@@ -15,9 +16,9 @@ use serde_json::Value;
 
 use shared::{Figures, Program, domain, median, seconds_or};
 
-/// How long each page is looked at where `--seconds` does not say.
+/// Default time per page in seconds; `--seconds` overrides it.
 const SECONDS: u32 = 10;
-/// Frames a second of the server: those of most screens.
+/// Frames per second of the server, as on most screens.
 const RATE_HZ: &str = "60";
 const BENCHES: [usize; 2] = [223, 10_000];
 const SCREENS: [&str; 2] = ["wide", "phone"];
@@ -47,16 +48,16 @@ fn main() {
     figures.write();
 }
 
-/// The paper's benches, so many of them, on a spiral with room for all of them.
+/// Writes a configuration with `benches` of the paper's benches on a spiral that has room for them.
 fn configuration(benches: usize) -> PathBuf {
     let start_turns = if benches > 223 { 120 } else { 16 };
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("view-{benches}.toml"));
     let text = format!("[dragon]\nbenches = {benches}\n\n[route]\nkind = \"spiral\"\nstart_turns = {start_turns}\n");
-    fs::write(&path, text).expect("cargo's target folder is ours");
+    fs::write(&path, text).expect("cargo's target folder is writable");
     path
 }
 
-/// What the page counts, each second.
+/// Returns the pictures that the page drew, for each second.
 fn count(url: &str, screen: &str, benches: usize, seconds: u32) -> Vec<f64> {
     let output = Command::new("node")
         .args(["tests/node/page_pace.mjs", url, screen, &benches.to_string(), &seconds.to_string()])
@@ -64,7 +65,12 @@ fn count(url: &str, screen: &str, benches: usize, seconds: u32) -> Vec<f64> {
         .stderr(Stdio::inherit())
         .output()
         .expect("node is installed");
-    assert!(output.status.success(), "the page does not draw");
+    assert!(output.status.success(), "the page does not draw, see stderr");
     let line: Value = serde_json::from_slice(&output.stdout).expect("the scenario prints a line of JSON");
-    line["drawn_per_s"].as_array().expect("one a second").iter().filter_map(Value::as_f64).collect()
+    line["drawn_per_s"]
+        .as_array()
+        .expect("an array with one count per second")
+        .iter()
+        .filter_map(Value::as_f64)
+        .collect()
 }

@@ -1,4 +1,4 @@
-// A terminal's screen as a page: what `tmux capture-pane -e` prints, in cells.
+// Converts a terminal's screen, as `tmux capture-pane -e` prints it, to a page.
 'use strict';
 
 const COLOURS = [
@@ -23,7 +23,7 @@ const [INK, GROUND] = ['#d6dde2', '#0d1216'];
 
 const ENTITIES = { '&': '&amp;', '<': '&lt;' };
 const isBraille = (character) => character >= '\u2800' && character <= '\u28ff';
-/** Column and row of each dot of a braille character, from its lowest bit on. */
+/** Column and row of each dot of a braille character, lowest bit first. */
 const DOTS = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2], [0, 3], [1, 3]];
 
 /** The page's HTML. */
@@ -49,7 +49,7 @@ function row(text) {
 
 const plain = () => ({ ink: INK, ground: null, isBold: false, isFaint: false, isReversed: false });
 
-/** The style after a sequence that sets what is drawn. */
+/** Returns the style after an SGR sequence. */
 function turned(before, codes) {
   let style = { ...before };
   for (let at = 0; at < codes.length; at += 1) {
@@ -74,7 +74,7 @@ function turned(before, codes) {
   return style;
 }
 
-/** A colour of 256 or of all, and how many numbers it took. */
+/** Returns a colour of the 256-colour palette or of 24 bits, and the number of codes that it used. */
 function extended([kind, ...values]) {
   if (kind === 2) return [`rgb(${values.slice(0, 3).join()})`, 4];
   const index = values[0];
@@ -92,7 +92,7 @@ function cell(character, { ink, ground, isBold, isFaint, isReversed }) {
   const [front, back] = isReversed ? [ground ?? GROUND, ink] : [ink, ground];
   const look = [
     `color:${front}`,
-    // A little into the next cell: between two of the same there is no seam.
+    // Overlaps the next cell slightly, so that equal neighbours show no seam.
     back === null ? '' : `background:${back};box-shadow:1px 0 ${back}`,
     isBold ? 'font-weight:700' : '',
     isFaint ? 'opacity:.65' : '',
@@ -101,7 +101,7 @@ function cell(character, { ink, ground, isBold, isFaint, isReversed }) {
   return `<i style="${look.filter(Boolean).join(';')}">${drawn}</i>`;
 }
 
-/** Braille as terminals draw it that do so themselves: in the whole cell, so that dots of neighbours are as far apart. */
+/** Draws braille over the whole cell, as some terminals do, so that dots of neighbouring cells have equal distances. */
 function dots(character) {
   const bits = character.codePointAt(0) - 0x2800;
   const seen = DOTS.filter((_, bit) => (bits >> bit) & 1);

@@ -1,5 +1,5 @@
 #![no_main]
-//! `command`: see `tests/hostile_input`, which has what must hold.
+//! Fuzz target `command`. `tests/hostile_input/command.rs` defines the properties that must hold.
 
 #[path = "../../tests/hostile_input/command.rs"]
 mod command;

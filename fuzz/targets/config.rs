@@ -1,5 +1,5 @@
 #![no_main]
-//! `config`: see `tests/hostile_input`, which has what must hold.
+//! Fuzz target `config`. `tests/hostile_input/config.rs` defines the properties that must hold.
 
 #[path = "../../tests/hostile_input/config.rs"]
 mod config;

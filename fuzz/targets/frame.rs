@@ -1,5 +1,5 @@
 #![no_main]
-//! `frame`: see `tests/hostile_input`, which has what must hold.
+//! Fuzz target `frame`. `tests/hostile_input/frame.rs` defines the properties that must hold.
 
 #[path = "../../tests/hostile_input/frame.rs"]
 mod frame;

@@ -1,5 +1,5 @@
 #![no_main]
-//! `geometry`: see `tests/hostile_input`, which has what must hold.
+//! Fuzz target `geometry`. `tests/hostile_input/geometry.rs` defines the properties that must hold.
 
 #[path = "../../tests/hostile_input/config.rs"]
 mod config;

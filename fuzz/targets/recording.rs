@@ -1,5 +1,5 @@
 #![no_main]
-//! `recording`: see `tests/hostile_input`, which has what must hold.
+//! Fuzz target `recording`. `tests/hostile_input/recording.rs` defines the properties that must hold.
 
 #[path = "../../tests/hostile_input/recording.rs"]
 mod recording;

@@ -1,5 +1,5 @@
 #![no_main]
-//! `timecode`: see `tests/hostile_input`, which has what must hold.
+//! Fuzz target `timecode`. `tests/hostile_input/timecode.rs` defines the properties that must hold.
 
 #[path = "../../tests/hostile_input/timecode.rs"]
 mod timecode;

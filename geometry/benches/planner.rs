@@ -1,4 +1,4 @@
-//! How long the planner's questions take on one core. Each answer is held against its published value first.
+//! Measures the planner's questions on one core. Each answer is first compared with its published value.
 #![allow(missing_docs, reason = "criterion's macros make public functions")]
 
 mod shared;
@@ -11,7 +11,7 @@ use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through, small
 use bench_dragon_geometry::route::Turnaround;
 use criterion::{Criterion, criterion_group, criterion_main};
 
-/// From the measures to the first contact: the run's end is found too.
+/// From the dimensions to the first contact, including the end of the run.
 fn contact(criterion: &mut Criterion) {
     let first = || {
         let dragon = shared::dragon(223);
@@ -34,12 +34,12 @@ fn pitch(criterion: &mut Criterion) {
     criterion.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(smallest));
 }
 
-/// From the measures to the largest ratio on the whole passage of all benches.
+/// From the dimensions to the largest ratio on the whole passage of all benches.
 fn speed_limit(criterion: &mut Criterion) {
     let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
     let largest = || {
         let dragon = passage_through(black_box(turnaround), shared::dimensions(223), &Meter::unlimited())
-            .expect("the paper's dragon gets through");
+            .expect("the paper's dragon passes");
         largest_speed_ratio(&dragon).expect("every handle walks")
     };
     assert!((2.0 / largest().ratio - 1.246_266).abs() <= 5.001e-7, "{:?}", largest());

@@ -1,5 +1,5 @@
-//! How long one tick takes: from the head's travel to the whole frame, positions and velocities, for the paper's dragon
-//! and for one of 100,000 benches. The poses are held against the reference solver over the whole run first.
+//! Measures one tick: from the head's travel to the whole frame of positions and velocities. The dragons are the paper's and
+//! one of 100,000 benches. First, the poses of the whole run are compared with the reference solver.
 
 mod shared;
 
@@ -11,11 +11,11 @@ use bench_dragon_geometry::route::Turnaround;
 
 use shared::{Figures, HandleState, interleaved, median, nanoseconds_a_call};
 
-/// 1 kHz and 1 m/s.
+/// Step of the head in metres: 1 kHz at 1 m/s.
 const STEP_M: f64 = 1e-3;
-/// What a position may be off by, in metres.
+/// Largest allowed error of a position, in metres.
 const TOLERANCE_M: f64 = 1e-9;
-/// Ticks between two at which a run is held against the reference solver, so that all phases of a link are met.
+/// Ticks between two comparisons with the reference solver. The number makes the comparisons meet all phases of a link.
 const LOOK: u32 = 37;
 
 fn main() {
@@ -65,7 +65,7 @@ fn main() {
     figures.write();
 }
 
-/// A dragon that walks on tick by tick.
+/// A dragon that walks tick by tick.
 struct Walk {
     stepper: ChainStepper,
     travel_m: f64,
@@ -97,7 +97,7 @@ struct Errors {
 /// Walks a dragon's whole run tick by tick.
 ///
 /// # Panics
-/// Where a position is off by more than [`TOLERANCE_M`].
+/// Panics if a position differs by more than [`TOLERANCE_M`].
 fn whole_run(dragon: &Arc<Dragon>) -> Errors {
     let mut walk = Walk::new(dragon, Instructions::best(), dragon.start_travel_m());
     let mut solver = ChainSolver::new(dragon);

@@ -1,8 +1,8 @@
-//! Numbers as people read them in messages.
+//! Formats numbers for messages.
 
 use std::fmt;
 
-/// Shows a number in full where it is of a usual size, and by its power of ten where it is not.
+/// Displays a number in full if its size is usual (0, or 10⁻⁶ to 10¹²), otherwise with a power of ten.
 ///
 /// ```
 /// use bench_dragon_geometry::number::Number;

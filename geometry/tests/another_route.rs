@@ -1,5 +1,5 @@
-//! The dragon on a route that is no spiral: a straight line that bends into a circle. Its curvature jumps, and handles
-//! are at times faster than the head.
+//! The dragon on a route without a spiral: a straight line that bends into a circle. The curvature jumps, and at times handles
+//! are faster than the head.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunE
 use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
 use glam::DVec2;
 
-/// Along +x up to the origin, where t = 0 is 1 m further back, then left around a circle.
+/// Along +x up to the origin, then left around a circle. t = 0 is 1 m before the origin.
 fn bend(radius_m: f64, end_m: f64) -> Route {
     let line = Line::up_to(DVec2::ZERO, DVec2::X);
     let circle = CircularArc::from_begin(DVec2::ZERO, DVec2::X, radius_m, end_m / radius_m, Turn::CounterClockwise);
@@ -29,22 +29,22 @@ fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
 }
 
 #[test]
-fn on_the_line_every_handle_is_as_fast_as_the_head() {
+fn every_handle_on_the_line_is_as_fast_as_the_head() {
     let dragon = dragon(5, 3.0, 6.0);
     assert!(dragon.chain(0.5).expect("within the run").all(|handle| handle.speed_ratio == 1.0));
     assert_eq!((dragon.end_travel_m(), dragon.run_end()), (7.0, RunEnd::RouteEnd));
 }
 
 #[test]
-fn on_the_circle_every_handle_is_as_fast_as_the_head() {
+fn every_handle_on_the_circle_is_as_fast_as_the_head() {
     let dragon = dragon(3, 3.0, 18.0);
     for handle in dragon.chain(17.0).expect("within the run") {
         assert!((handle.speed_ratio - 1.0).abs() < 1e-12 && handle.parameter > 0.0, "{handle:?}");
     }
 }
 
-/// The head has turned by φ, the rear handle is still a = −r·tan φ before the circle, square to the head's direction:
-/// r²·(sin φ − tan φ)² + r²·(1 − cos φ)² = d².
+/// When the head has turned by φ, the rear handle is still a = −r·tan φ before the circle. The link is perpendicular to the
+/// head's direction: r²·(sin φ − tan φ)² + r²·(1 − cos φ)² = d².
 #[test]
 fn handle_stops_where_the_bend_is_too_tight() {
     let (radius_m, link_m) = (0.8, 2.0);
@@ -56,7 +56,7 @@ fn handle_stops_where_the_bend_is_too_tight() {
 }
 
 #[test]
-fn first_contact_is_where_a_fine_walk_first_sees_an_overlap() {
+fn first_contact_is_at_the_first_overlap_of_a_fine_walk() {
     let (mut contacts, step_m) = (0, 1e-3);
     for benches in [3, 6, 9] {
         for radius_m in [1.2, 1.5, 2.0, 3.0] {
@@ -75,5 +75,5 @@ fn first_contact_is_where_a_fine_walk_first_sees_an_overlap() {
             contacts += u32::from(contact.is_some());
         }
     }
-    assert!(contacts > 0, "some of the dragons bite their tails");
+    assert!(contacts > 0, "some of the dragons touch themselves");
 }

@@ -1,4 +1,4 @@
-//! Dragons on routes of any segments: lines, arcs and spirals in any order, behind a line or a coil anywhere in the plane.
+//! Dragons on routes of all segment kinds: lines, arcs and spirals in any order, behind a line or a coil anywhere in the plane.
 
 use std::sync::Arc;
 
@@ -8,14 +8,15 @@ use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Spiral, Tu
 use glam::DVec2;
 use proptest::prelude::*;
 
-/// How far routes are walked back from the first seam, and the bounds of the random segments: small enough to look everywhere.
+/// Metres that a run begins before the first seam. It is short, like the random segments, so that a fine walk covers the whole
+/// run.
 const RUN_UP_M: f64 = 5.0;
 
 fn turns() -> impl Strategy<Value = Turn> {
     prop_oneof![Just(Turn::Clockwise), Just(Turn::CounterClockwise)]
 }
 
-/// The kind of a segment, without where it begins.
+/// The kind of a segment, without its position.
 #[derive(Clone, Copy, Debug)]
 enum Shape {
     Line { length_m: f64 },
@@ -49,7 +50,7 @@ fn shapes() -> impl Strategy<Value = Shape> {
     ]
 }
 
-/// A line or a coil, somewhere.
+/// A line or a coil, anywhere in the plane.
 fn first_segments() -> impl Strategy<Value = Segment> {
     let place = ((-50.0..50.0_f64, -50.0..50.0_f64), -3.0..3.0_f64);
     prop_oneof![
@@ -68,16 +69,16 @@ fn route(first: Segment, shapes: &[Shape]) -> Route {
     let mut segments = vec![first];
     let mut length_m = 0.0;
     for shape in shapes {
-        let last = segments.last().expect("there is a first one");
+        let last = segments.last().expect("there is a first segment");
         let end = last.point(last.span().1);
         let segment = shape.behind(end.position, end.tangent);
         length_m += length_of(&segment);
         segments.push(segment);
     }
-    Route::new(&segments, 0.0, [-RUN_UP_M, length_m]).expect("each segment begins where the one before ends")
+    Route::new(&segments, 0.0, [-RUN_UP_M, length_m]).expect("each segment begins at the end of the one before")
 }
 
-/// By Simpson's rule.
+/// Arc length by Simpson's rule.
 fn length_of(segment: &Segment) -> f64 {
     const PARTS: u32 = 2000;
     let (begin, end) = segment.span();
@@ -120,19 +121,19 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn travel_and_points_belong_together(route in routes(), share in 0.0..1.0_f64) {
+    fn points_and_tangents_agree_with_the_travel(route in routes(), share in 0.0..1.0_f64) {
         let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
         let travel_m = start_m + share * (end_m - start_m);
         let parameter = route.parameter(travel_m);
         prop_assert!((route.travel(parameter) - travel_m).abs() < 1e-11);
         let near = route.parameter_near(travel_m, parameter + 1e-3);
         prop_assert!((near - parameter).abs() < 1e-11, "{near} is not {parameter}");
-        // Differences reach over a seam, where the curvature jumps.
+        // The differences may cross a seam, where the curvature jumps.
         let [before, after] = [-1e-5, 1e-5].map(|by_m| route.point(route.parameter(travel_m + by_m)));
         let here = route.point(parameter);
         let tangent = (after.position - before.position) / 2e-5;
         if travel_m + 1e-5 < end_m {
-            prop_assert!(tangent.distance(here.tangent) < 2e-5, "{tangent} is not that of {here:?}");
+            prop_assert!(tangent.distance(here.tangent) < 2e-5, "{tangent} is not the tangent of {here:?}");
             let curvature = (after.tangent - before.tangent).length() / 2e-5;
             let [rear, front] = [-2e-5, 2e-5].map(|by_m| route.parameter(travel_m + by_m));
             prop_assert!(curvature <= route.curvature_bound(rear, front) * (1.0 + 1e-5) + 1e-5);
@@ -150,7 +151,7 @@ proptest! {
     }
 
     #[test]
-    fn steps_are_those_of_the_reference_solver(
+    fn steps_equal_poses_of_the_reference_solver(
         dragon in dragons(), share in 0.0..1.0_f64, step_m in 1e-4..0.05_f64, portable in any::<bool>(),
     ) {
         let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
@@ -178,7 +179,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn first_contact_is_where_a_fine_walk_first_sees_an_overlap(dragon in dragons()) {
+    fn first_contact_is_no_later_than_the_first_overlap_of_a_fine_walk(dragon in dragons()) {
         const STEP_M: f64 = 5e-3;
         let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
         let contact_m = first_contact(&dragon, start_m, end_m).expect("no limit").map(|contact| contact.travel_m);
@@ -193,7 +194,7 @@ proptest! {
             (_, None) => (),
         }
         if let Some(contact_m) = contact_m && contact_m > start_m {
-            // A walk may step over a short contact; none is made up.
+            // A walk may miss a short contact, but every reported contact must exist.
             let touches = [0.0, 1e-9, 1e-7].iter().any(|by_m| {
                 let boards = boards_at(&dragon, (contact_m + by_m).min(end_m));
                 (2..boards.len()).any(|second| {
@@ -204,9 +205,9 @@ proptest! {
         }
     }
 
-    /// The bounds of the coil are those of its own centre: they rule out no contact that a search without them finds.
+    /// The bounds of the coil use its own centre. They rule out no contact that a search without them finds.
     #[test]
-    fn a_coil_anywhere_has_the_contacts_of_the_same_curve(dragon in dragons()) {
+    fn a_coil_anywhere_has_the_same_contacts_as_the_plain_curve(dragon in dragons()) {
         let plain = Dragon::new(*dragon.dimensions(), Arc::new(dragon.route().clone().without_coil())).expect("it stands");
         let [known, searched] = [&dragon, &plain].map(|dragon| {
             first_contact(dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit")
@@ -220,18 +221,19 @@ proptest! {
     }
 }
 
-/// The head leaves its coil straight across the turns further out, which lie about the origin; the coil's centre does not.
+/// The head leaves its coil straight across the outer turns. Those turns surround the origin, but the coil's centre is
+/// elsewhere.
 #[test]
-fn a_head_that_crosses_its_own_coil_touches_it_wherever_the_centre_is() {
+fn a_head_that_crosses_its_own_coil_touches_it_for_any_centre() {
     for (pitch_m, end_angle, winding) in [(1.0, 9.0, Turn::CounterClockwise), (0.8, 25.0, Turn::Clockwise)] {
         let coil = Spiral::new(pitch_m, f64::INFINITY, end_angle).about(DVec2::ZERO, 0.7, winding);
         let end = Segment::Spiral(coil).point(-end_angle);
         let coil = coil.about(-end.position, 0.7, winding);
         let line = Segment::Line(Line::from_begin(DVec2::ZERO, end.tangent, 60.0));
-        let route = Route::new(&[Segment::Spiral(coil), line], 0.0, [-1.0, 60.0]).expect("the line goes on");
+        let route = Route::new(&[Segment::Spiral(coil), line], 0.0, [-1.0, 60.0]).expect("the line continues the coil");
         let dimensions = Dimensions::new(60, 1.5, 1.2, 0.3, 0.1).expect("valid benches");
         let [known, searched] = [route.clone(), route.without_coil()].map(|route| {
-            let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
+            let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
             first_contact(&dragon, -1.0, 60.0).expect("no limit").expect("the head meets the coil")
         });
         assert_eq!(known.benches, searched.benches);
@@ -239,9 +241,9 @@ fn a_head_that_crosses_its_own_coil_touches_it_wherever_the_centre_is() {
     }
 }
 
-/// The paper's dragon on its spiral, somewhere else and wound the other way, touches when it does at home.
+/// The paper's dragon touches at the same travel if its spiral is moved and wound the other way.
 #[test]
-fn the_papers_contact_is_the_same_wherever_the_spiral_lies() {
+fn the_papers_contact_is_the_same_for_any_position_of_the_spiral() {
     for (centre, axis, winding) in [
         ((30.0, -7.0), 1.0, Turn::CounterClockwise),
         ((-4.0, 2.5), -2.0, Turn::Clockwise),
@@ -252,20 +254,23 @@ fn the_papers_contact_is_the_same_wherever_the_spiral_lies() {
         let length_m = home.end_travel_m();
         let route = Route::new(&[Segment::Spiral(spiral)], length_m, [0.0, length_m]).expect("one segment");
         let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches");
-        let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
-        let contact = first_contact(&dragon, 0.0, length_m).expect("no limit").expect("it touches itself");
+        let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
+        let contact = first_contact(&dragon, 0.0, length_m).expect("no limit").expect("the dragon touches itself");
         assert_eq!(contact.benches, [0, 8]);
         assert!((contact.travel_m - 412.473_838).abs() <= 5.001e-7, "{contact:?}");
     }
 }
 
 #[test]
-fn segments_that_do_not_join_are_refused_with_the_place() {
+fn segments_that_do_not_join_are_rejected_with_their_index() {
     let line = Segment::Line(Line::up_to(DVec2::ZERO, DVec2::X));
     let arc = |at: DVec2, tangent| Segment::Arc(CircularArc::from_begin(at, tangent, 1.0, 1.0, Turn::Clockwise));
     let error = |segments: &[Segment], span| Route::new(segments, 0.0, span).expect_err("refused").to_string();
-    assert!(error(&[line, arc(DVec2::Y, DVec2::X)], [-1.0, 1.0]).starts_with("segment 1 begins 1e0 m from where"));
-    assert!(error(&[line, arc(DVec2::ZERO, DVec2::Y)], [-1.0, 1.0]).contains("turned by 1.4"));
+    assert!(
+        error(&[line, arc(DVec2::Y, DVec2::X)], [-1.0, 1.0])
+            .starts_with("segment 1 does not join the segment before it: gap 1e0 m")
+    );
+    assert!(error(&[line, arc(DVec2::ZERO, DVec2::Y)], [-1.0, 1.0]).contains("tangents differ by 1.4"));
     assert!(error(&[arc(DVec2::ZERO, DVec2::X)], [0.0, 1.0]).starts_with("segment 0: the first segment"));
     assert!(error(&[line, line], [-1.0, 1.0]).starts_with("segment 1: the first segment"));
     assert!(error(&[line], [-1.0, f64::INFINITY]).starts_with("the route is walked from -1 to inf m"));

@@ -1,4 +1,4 @@
-//! What holds for every dragon on every spiral, at any travel.
+//! Properties of every dragon on every spiral, at any travel.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ fn dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-/// A dragon and a part of its run.
+/// A dragon and a travel of its run.
 fn walks() -> impl Strategy<Value = (Dragon, f64)> {
     (dragons(), 0.0..=1.0_f64).prop_map(|(dragon, part)| {
         let travel_m = part * dragon.end_travel_m();
@@ -41,7 +41,7 @@ proptest! {
     }
 
     #[test]
-    fn every_handle_stands_on_the_route_behind_the_one_before((dragon, travel_m) in walks()) {
+    fn every_handle_is_on_the_route_behind_the_handle_before_it((dragon, travel_m) in walks()) {
         let handles = solve(&dragon, travel_m);
         prop_assert!(handles.windows(2).all(|ends| ends[1].parameter < ends[0].parameter));
         for handle in handles {
@@ -51,19 +51,19 @@ proptest! {
     }
 
     #[test]
-    fn no_place_nearer_along_the_route_is_at_the_links_length((dragon, travel_m) in walks()) {
+    fn no_nearer_parameter_is_at_the_distance_of_the_link((dragon, travel_m) in walks()) {
         for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
             let link_m = dragon.dimensions().link_m(bench);
             for part in 1..400 {
                 let parameter = ends[0].parameter + (ends[1].parameter - ends[0].parameter) * f64::from(part) / 400.0;
                 let distance_m = ends[0].position.distance(dragon.route().point(parameter).position);
-                prop_assert!(distance_m < link_m, "link {bench} could end {part}/400 of its way back");
+                prop_assert!(distance_m < link_m, "link {bench} could end after {part}/400 of the arc to its rear handle");
             }
         }
     }
 
     #[test]
-    fn speeds_are_those_of_the_positions(dragon in dragons(), part in 0.01..0.95_f64) {
+    fn speeds_equal_the_rates_of_the_positions(dragon in dragons(), part in 0.01..0.95_f64) {
         let (travel_m, half_step_m) = (part * dragon.end_travel_m(), 1e-5);
         let (before, after) = (solve(&dragon, travel_m - half_step_m), solve(&dragon, travel_m + half_step_m));
         for (index, handle) in solve(&dragon, travel_m).iter().enumerate() {
@@ -80,10 +80,10 @@ proptest! {
         }
     }
 
-    /// On the way in the route is tighter at a link's front. The chord then makes the larger angle there (Vogt's
+    /// On the way in, the route has a larger curvature at a link's front. There the chord makes the larger angle (Vogt's
     /// theorem), as long as the link does not span half a turn.
     #[test]
-    fn no_handle_is_faster_than_the_one_before_on_the_way_in((dragon, travel_m) in walks()) {
+    fn no_handle_on_the_way_in_is_faster_than_the_handle_before_it((dragon, travel_m) in walks()) {
         for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
             if dragon.route().curvature_bound(ends[1].parameter, ends[0].parameter) * dragon.dimensions().link_m(bench) < 2.0 {
                 let ratio = ends[1].speed_ratio / ends[0].speed_ratio;
@@ -101,7 +101,7 @@ proptest! {
     }
 
     #[test]
-    fn a_run_that_a_handle_ends_ends_as_it_comes_to_a_stop(dragon in dragons()) {
+    fn a_run_ended_by_a_handle_ends_at_the_stop_of_that_handle(dragon in dragons()) {
         let handles = solve(&dragon, dragon.end_travel_m());
         match dragon.run_end() {
             RunEnd::RouteEnd => prop_assert_eq!(dragon.end_travel_m(), dragon.route().end_travel_m()),
@@ -116,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn place_and_travel_are_inverse(pitch_m in 0.01..100.0_f64, turns in 0.1..1000.0_f64, part in -1.0..1.0_f64) {
+    fn parameter_and_travel_are_inverse(pitch_m in 0.01..100.0_f64, turns in 0.1..1000.0_f64, part in -1.0..1.0_f64) {
         let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
         let travel_m = part * spiral.end_travel_m();
         let error_m = spiral.travel(spiral.parameter(travel_m)) - travel_m;
@@ -124,7 +124,7 @@ proptest! {
     }
 
     #[test]
-    fn a_step_back_walks_a_third_of_its_arc_at_least_and_never_more(
+    fn a_step_back_covers_at_most_the_arc_and_at_least_a_third(
         pitch_m in 0.01..100.0_f64,
         turns in 0.1..100.0_f64,
         part in 0.0..=1.0_f64,
@@ -139,7 +139,7 @@ proptest! {
     }
 
     #[test]
-    fn curvature_bound_is_how_fast_the_tangent_turns(pitch_m in 0.1..10.0_f64, turns in 0.1..50.0_f64) {
+    fn curvature_bound_equals_the_turning_rate_of_the_tangent(pitch_m in 0.1..10.0_f64, turns in 0.1..50.0_f64) {
         let spiral = Route::spiral(pitch_m, turns).expect("a valid spiral");
         let parameter = spiral.parameter(0.0);
         let half_step = 1e-5;

@@ -1,4 +1,4 @@
-//! The clearance of two boards against parry2d, and against what it means.
+//! The clearance of two boards, compared with parry2d and with its definition.
 
 use std::f64::consts::TAU;
 
@@ -31,8 +31,8 @@ fn parry_clearance(first: &Board, second: &Board) -> f64 {
     contact.expect("the boards are less than 100 m apart").dist
 }
 
-/// The gap between the shadows that two boards throw along `direction`.
-fn shadow_gap(first: &Board, second: &Board, direction: DVec2) -> f64 {
+/// The gap between the projections of two boards onto `direction`.
+fn projected_gap(first: &Board, second: &Board, direction: DVec2) -> f64 {
     let near = first.corners().map(|corner| corner.dot(direction)).into_iter().fold(f64::NEG_INFINITY, f64::max);
     let far = second.corners().map(|corner| corner.dot(direction)).into_iter().fold(f64::INFINITY, f64::min);
     far - near
@@ -55,12 +55,12 @@ proptest! {
     }
 
     #[test]
-    fn clearance_is_the_largest_gap_between_shadows(first in boards(3.0), second in boards(3.0)) {
+    fn clearance_is_the_largest_gap_between_projections(first in boards(3.0), second in boards(3.0)) {
         let approach = first.approach(&second);
-        let along = shadow_gap(&first, &second, approach.direction);
+        let along = projected_gap(&first, &second, approach.direction);
         prop_assert!((along - approach.clearance_m).abs() < 1e-12, "{along} along the approach's direction");
         for step in 0..720 {
-            let gap = shadow_gap(&first, &second, DVec2::from_angle(TAU * f64::from(step) / 720.0));
+            let gap = projected_gap(&first, &second, DVec2::from_angle(TAU * f64::from(step) / 720.0));
             prop_assert!(gap <= approach.clearance_m + 1e-14, "{gap} over {}", approach.clearance_m);
         }
     }

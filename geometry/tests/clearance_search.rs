@@ -1,4 +1,4 @@
-//! The search for near pairs against all pairs: what it finds must not depend on what it has searched before.
+//! The search for near pairs, compared with all pairs. Its result must not depend on earlier searches.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
 
-/// Boards further apart than this are no pairs that a dragon's search is held against: some pair is always nearer.
+/// Largest clearance of the pairs to compare for a dragon, in metres. Some pair is always nearer.
 const FAR_M: f64 = 3.0;
 
 fn board(spread_m: f64) -> impl Strategy<Value = Board> {
@@ -22,17 +22,17 @@ fn board(spread_m: f64) -> impl Strategy<Value = Board> {
     })
 }
 
-/// From a heap in which most boards overlap to a few boards far apart.
+/// Sets of boards, from a heap in which most boards overlap to a few boards far apart.
 fn board_sets() -> impl Strategy<Value = Vec<Board>> {
     (0.5..60.0_f64).prop_flat_map(|spread_m| prop::collection::vec(board(spread_m), 0..60))
 }
 
-/// How the boards of a set move from one search to the next: how far at most, and by which turn.
+/// Moves of the boards from one search to the next: largest distance, and turn.
 fn moves() -> impl Strategy<Value = Vec<(f64, f64)>> {
     prop::collection::vec((prop_oneof![Just(0.0), 1e-6..1e-2_f64, 1e-2..10.0_f64], 0.0..TAU), 1..40)
 }
 
-/// Each board in a direction of its own, and about its centre.
+/// Moves each board in its own direction, and rotates it about its centre.
 fn moved(boards: &mut [Board], far_m: f64, turn: f64) {
     for (board, i) in boards.iter_mut().zip(0..) {
         let direction = DVec2::from_angle(turn * f64::from(i));
@@ -57,7 +57,7 @@ fn all_pairs(boards: &[Board], far_m: f64) -> Vec<PairClearance> {
     pairs
 }
 
-/// Holds all three questions against all pairs, in an order that no answer may depend on.
+/// Compares all three methods with all pairs, in an order that must not affect the results.
 fn assert_finds_all(search: &mut ClearanceSearch, boards: &[Board], reach_m: f64, far_m: f64) {
     let pairs = all_pairs(boards, far_m);
     let within: Vec<_> = pairs.iter().filter(|pair| pair.clearance_m <= reach_m).copied().collect();
@@ -72,7 +72,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn search_finds_what_all_pairs_show(
+    fn search_finds_the_same_as_all_pairs(
         sets in prop::collection::vec(board_sets(), 1..4),
         reach_m in -0.2..3.0_f64,
     ) {
@@ -83,7 +83,7 @@ proptest! {
     }
 
     #[test]
-    fn boards_that_move_are_found_wherever_they_have_been(
+    fn boards_that_move_are_found_after_any_earlier_position(
         mut boards in board_sets(),
         moves in moves(),
         reach_m in -0.2..1.0_f64,
@@ -96,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn boards_far_from_the_origin_are_found_as_well(
+    fn boards_far_from_the_origin_are_found_too(
         mut boards in board_sets(),
         moves in moves(),
         exponent in 2.0..9.0_f64,
@@ -112,7 +112,7 @@ proptest! {
     }
 
     #[test]
-    fn a_change_of_sizes_or_number_makes_another_set(boards in board_sets(), grown in 1.0..2.0_f64, fewer in 0..60_usize) {
+    fn a_change_of_sizes_or_number_starts_a_new_list(boards in board_sets(), grown in 1.0..2.0_f64, fewer in 0..60_usize) {
         let mut search = ClearanceSearch::default();
         assert_finds_all(&mut search, &boards, 0.1, f64::INFINITY);
         let larger: Vec<Board> = boards.iter().map(|&board| Board { half_width: grown * board.half_width, ..board }).collect();
@@ -121,7 +121,7 @@ proptest! {
     }
 }
 
-/// Walks a millisecond at a time, then twenty times as fast, and seeks in between.
+/// Walks one millimetre per step, then twenty times as fast, and seeks in between.
 fn assert_finds_all_of(benches: usize, route: Arc<Route>, stands_m: &[f64]) {
     let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
     let dragon = Dragon::new(dimensions, route).expect("the dragon stands on its route");
@@ -160,7 +160,7 @@ fn every_pair_of_a_long_dragon_is_found() {
 }
 
 #[test]
-fn neighbours_are_no_pair() {
+fn neighbours_are_not_a_pair() {
     let board = |x| Board::from_handles(DVec2::new(x, 0.0), DVec2::new(x - 1.0, 0.0), 1.4, 0.3);
     let mut search = ClearanceSearch::default();
     assert_eq!(search.nearest(&[board(1.0), board(0.0)]), None);
@@ -170,7 +170,7 @@ fn neighbours_are_no_pair() {
 }
 
 #[test]
-fn a_board_that_is_nowhere_is_in_no_pair_until_it_is_somewhere() {
+fn a_board_without_a_position_is_in_no_pair_until_it_has_one() {
     let board = |x| Board::from_handles(DVec2::new(x, 0.0), DVec2::new(x - 1.0, 0.0), 1.4, 0.3);
     let boards = [3.0, 2.0, 1.0, 0.0].map(board);
     let nowhere = Board { centre: DVec2::NAN, ..boards[3] };

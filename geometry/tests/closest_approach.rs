@@ -1,4 +1,4 @@
-//! How near benches come to each other, against all pairs at every step of a fine walk.
+//! Closest approaches of benches, compared with all pairs at every step of a fine walk.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ fn paper_dragon() -> Dragon {
     Dragon::new(dimensions, Arc::new(Route::spiral(0.55, 16.0).expect("valid"))).expect("the paper's dragon stands")
 }
 
-/// Dragons whose boards are near to each other, on routes short enough to walk through in small steps.
+/// Dragons with boards near each other, on routes short enough to walk in small steps.
 fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     let benches = (3_usize..30, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
     let routes = (any::<bool>(), 1.3..4.0_f64, 2.0..6.0_f64, 0.5..2.0_f64);
@@ -32,7 +32,7 @@ fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-/// The least clearance of a walk in small steps.
+/// The least clearance on a walk in small steps.
 fn nearest_of_a_walk(dragon: &Dragon, from_m: f64, to_m: f64, step_m: f64) -> PairClearance {
     let (mut solver, mut search, mut boards) = (ChainSolver::new(dragon), ClearanceSearch::default(), Vec::new());
     let steps = ((to_m - from_m) / step_m) as u32;
@@ -71,7 +71,7 @@ fn paper_turnaround_is_clear_on_the_whole_passage() {
 }
 
 #[test]
-fn turn_that_no_dragon_gets_through_says_why() {
+fn a_turn_that_no_dragon_passes_has_a_reason() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
     let walk = |pitch_m, diameter_m, ratio| {
         walk_through(
@@ -88,7 +88,7 @@ fn turn_that_no_dragon_gets_through_says_why() {
 }
 
 #[test]
-fn clearances_over_time_are_what_the_table_says() {
+fn clearances_over_time_equal_the_table() {
     let travels_m = [0.0, 100.0, 200.0, 300.0, 400.0];
     let profile = clearance_profile(&paper_dragon(), &travels_m, || ()).approaches;
     let table = [0.169_279, 0.157_908, 0.164_999, 0.120_694, 0.025_533];
@@ -100,7 +100,7 @@ fn clearances_over_time_are_what_the_table_says() {
 }
 
 #[test]
-fn near_miss_before_the_contact_is_what_the_table_says() {
+fn near_miss_before_the_contact_equals_the_table() {
     let dragon = paper_dragon();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit").expect("benches touch");
     let misses = near_misses(&dragon, 0.0, contact.travel_m, 0.02, |_| ()).approaches;
@@ -121,13 +121,13 @@ proptest! {
         let closest = least_clearance(&dragon, from_m, to_m, |_| ()).expect("no limit").expect("three benches");
         let walked = nearest_of_a_walk(&dragon, from_m, to_m, 0.002);
         prop_assert!(walked.clearance_m >= closest.pair.clearance_m - 1e-12, "{walked:?} under {closest:?}");
-        // The clearance changes by at most what both boards move.
+        // The clearance changes by at most the sum of both boards' displacements.
         prop_assert!(walked.clearance_m <= closest.pair.clearance_m + 0.02, "{walked:?} over {closest:?}");
         prop_assert!((clearance_at(&dragon, &closest) - closest.pair.clearance_m).abs() < 1e-12, "{closest:?}");
     }
 
     #[test]
-    fn every_valley_of_a_walk_is_a_near_miss(dragon in crowded_dragons(), limit_m in 0.05..0.6_f64) {
+    fn every_minimum_of_a_walk_is_a_near_miss(dragon in crowded_dragons(), limit_m in 0.05..0.6_f64) {
         let from_m = dragon.start_travel_m();
         let contact = first_contact(&dragon, from_m, dragon.end_travel_m()).expect("no limit");
         let to_m = contact.map_or(dragon.end_travel_m().min(from_m + 30.0), |contact| contact.travel_m);
@@ -136,7 +136,7 @@ proptest! {
         let travels_m: Vec<f64> = (0..=((to_m - from_m) / 0.01) as u32).map(|i| from_m + 0.01 * f64::from(i)).collect();
         let walk = clearance_profile(&dragon, &travels_m, || ()).approaches;
         let clearances_m: Vec<f64> = walk.iter().map(|point| point.pair.clearance_m).collect();
-        // Valleys of the walk that are deeper than rounding, each on an open stretch.
+        // Minima of the walk deeper than rounding, away from the ends of the walk.
         for i in 2..clearances_m.len().saturating_sub(2) {
             let floor_m = clearances_m[i];
             let valley = floor_m < limit_m
@@ -148,7 +148,10 @@ proptest! {
         }
         for miss in &misses {
             prop_assert!((clearance_at(&dragon, miss) - miss.pair.clearance_m).abs() < 1e-12, "{miss:?}");
-            let beside = clearance_profile(&dragon, &[miss.travel_m - 1e-4, miss.travel_m, miss.travel_m + 1e-4], || ()).approaches;
+            // A near miss may lie at an end of the run.
+            let [before_m, after_m] =
+                [-1e-4, 1e-4].map(|step_m| (miss.travel_m + step_m).clamp(from_m, dragon.end_travel_m()));
+            let beside = clearance_profile(&dragon, &[before_m, miss.travel_m, after_m], || ()).approaches;
             let [before, at, after] = [0, 1, 2].map(|i| beside[i].pair.clearance_m);
             prop_assert!((at - miss.pair.clearance_m).abs() < 1e-12, "{miss:?} but {at}");
             prop_assert!(before >= at - 1e-12 && after >= at - 1e-12, "{before} {at} {after} at {miss:?}");

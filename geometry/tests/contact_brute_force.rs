@@ -1,5 +1,5 @@
-//! First contacts and sweeps against all pairs at every step of a fine walk, and against a search that may not know that
-//! the route is wound as a spiral.
+//! First contacts and sweeps, compared with two references: all pairs at every step of a fine walk, and a search without the
+//! coil of the route.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
 
-/// The same dragon on a turnaround and on the plain curve.
+/// The same dragon on a turnaround, with and without the coil of the route.
 fn turning_twins() -> impl Strategy<Value = [Dragon; 2]> {
     let benches = (3_usize..50, 0.8..3.0_f64, 0.8..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
     let turns = (0.5..2.5_f64, 4.0..9.0_f64, 0.5..2.0_f64, 20.0..90.0_f64);
@@ -23,7 +23,7 @@ fn turning_twins() -> impl Strategy<Value = [Dragon; 2]> {
     })
 }
 
-/// The same dragon on a spiral and on the plain curve.
+/// The same dragon on a spiral, with and without the coil of the route.
 fn twin_dragons() -> impl Strategy<Value = [Dragon; 2]> {
     let benches = (3_usize..80, 0.8..4.0_f64, 0.8..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
     let spirals = (1.02..2.5_f64, 2.0..16.0_f64);
@@ -35,7 +35,7 @@ fn twin_dragons() -> impl Strategy<Value = [Dragon; 2]> {
     })
 }
 
-/// Dragons whose boards are near to each other, on routes short enough to walk through in small steps.
+/// Dragons with boards near each other, on routes short enough to walk in small steps.
 fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     let benches = (3_usize..40, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
     let spirals = (1.05..2.0_f64, 2.0..8.0_f64);
@@ -69,12 +69,12 @@ fn first_overlap(dragon: &Dragon, step_m: f64) -> Option<f64> {
     (0..=steps).map(|step| f64::from(step) * step_m).find(|&travel_m| !touching_at(dragon, travel_m).is_empty())
 }
 
-/// Clearances to search for: touching, and some between boards.
+/// Clearances to search for: contact, and some between boards.
 fn clearances() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 0.000_1..0.4_f64]
 }
 
-/// The first contacts within a clearance, from the start and from further on, are the same on both routes.
+/// Checks that the first contacts within a clearance are the same on both routes, from the start and from a later travel.
 fn assert_same_contacts([known, plain]: &[Dragon; 2], clearance_m: f64, begin: f64) -> Result<(), TestCaseError> {
     let (start_m, end_m) = (known.start_travel_m(), known.end_travel_m());
     for from_m in [start_m, start_m + begin * (end_m - start_m)] {
@@ -83,7 +83,8 @@ fn assert_same_contacts([known, plain]: &[Dragon; 2], clearance_m: f64, begin: f
         prop_assert_eq!(ours.is_some(), theirs.is_some());
         let Some((ours, theirs)) = ours.zip(theirs) else { continue };
         prop_assert!((ours.travel_m - theirs.travel_m).abs() < 1e-9, "{ours:?} but {theirs:?}");
-        // On an arc all pairs with as many benches between them are as near: which is nearest is for rounding to say.
+        // On an arc, all pairs with the same number of benches between them are equally near. Rounding decides which is
+        // nearest.
         prop_assert!(ours.travel_m == from_m || ours.benches == theirs.benches, "{ours:?} but {theirs:?}");
     }
     Ok(())
@@ -107,7 +108,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_known_of_spirals_hides_and_moves_no_contact(
+    fn the_bounds_of_spirals_hide_and_move_no_contact(
         twins in twin_dragons(),
         clearance_m in clearances(),
         begin in 0.0..1.0_f64,
@@ -116,7 +117,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_known_of_turnarounds_hides_and_moves_no_contact(
+    fn the_bounds_of_turnarounds_hide_and_move_no_contact(
         twins in turning_twins(),
         clearance_m in clearances(),
         begin in 0.0..1.0_f64,
@@ -125,7 +126,7 @@ proptest! {
     }
 
     #[test]
-    fn a_search_in_pieces_finds_what_one_search_finds(
+    fn a_search_in_pieces_finds_the_same_as_one_search(
         dragon in crowded_dragons(),
         clearance_m in clearances(),
         piece_m in 0.3..3.0_f64,
@@ -143,7 +144,7 @@ proptest! {
     }
 
     #[test]
-    fn sweeps_account_for_every_change_between_frames(
+    fn sweeps_report_every_beginning_and_end_of_a_contact(
         dragon in crowded_dragons(),
         begin in 0.0..1.0_f64,
         frames_m in prop::collection::vec(0.001..0.4_f64, 1..60),
@@ -170,7 +171,8 @@ proptest! {
     }
 }
 
-/// Body benches touch before the head has come to where the next handle began: the pair is not one of the leading ones.
+/// Body benches touch before the head has reached the start position of the next handle. So the pair does not contain a leading
+/// bench.
 #[test]
 fn body_benches_that_touch_first_are_found() {
     let dimensions = Dimensions::new(60, 2.20, 2.20, 0.30, 0.275).expect("valid benches");
@@ -188,12 +190,12 @@ fn contact_at_the_beginning_is_found_there() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
     let spiral = Route::spiral(0.55, 16.0).expect("a valid spiral");
     let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
-    let contact = first_contact(&dragon, 413.0, 420.0).expect("no limit").expect("the head is in touch");
+    let contact = first_contact(&dragon, 413.0, 420.0).expect("no limit").expect("the head touches");
     assert_eq!((contact.travel_m, contact.benches), (413.0, [0, 8]));
 }
 
 #[test]
-fn contacts_outside_the_run_or_backwards_are_none() {
+fn a_search_outside_the_run_or_backwards_finds_no_contact() {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
     let spiral = Route::spiral(0.55, 16.0).expect("a valid spiral");
     let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");

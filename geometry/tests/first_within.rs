@@ -1,4 +1,4 @@
-//! The first travel at which some pair comes within a clearance, against all pairs at every step of a fine walk.
+//! The first travel at which some pair comes within a clearance, compared with all pairs at every step of a fine walk.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Mete
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
 
-/// Steps of the walks.
+/// Step of the walks, in metres.
 const STEP_M: f64 = 0.005;
 
 fn benches() -> impl Strategy<Value = Dimensions> {
@@ -18,7 +18,7 @@ fn benches() -> impl Strategy<Value = Dimensions> {
     })
 }
 
-/// Routes short enough to walk through in small steps, on which boards come near to each other.
+/// Routes short enough to walk in small steps, on which boards come near each other.
 fn routes() -> impl Strategy<Value = Arc<Route>> {
     let spirals = (0.15..0.8_f64, 2.0..8.0_f64)
         .prop_filter_map("not valid", |(pitch_m, turns)| Route::spiral(pitch_m, turns).ok().map(Arc::new));
@@ -48,7 +48,7 @@ fn clearance_at(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> 
     boards[first].clearance(&boards[second])
 }
 
-/// All pairs within a clearance: no list and no bound in between.
+/// All pairs within a clearance, without lists and bounds.
 fn within_at(dragon: &Dragon, travel_m: f64, clearance_m: f64) -> BTreeSet<[usize; 2]> {
     let boards = boards_at(dragon, travel_m);
     let pairs = (0..boards.len()).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
@@ -85,9 +85,9 @@ proptest! {
         }
     }
 
-    /// A pair comes within a greater clearance no later.
+    /// A pair comes within a greater clearance no later than within a smaller one.
     #[test]
-    fn a_greater_clearance_is_met_no_later(dragon in dragons(), clearances_m in [0.0..0.4_f64, 0.0..0.4_f64]) {
+    fn a_greater_clearance_is_reached_no_later(dragon in dragons(), clearances_m in [0.0..0.4_f64, 0.0..0.4_f64]) {
         let [less_m, more_m] = [clearances_m[0].min(clearances_m[1]), clearances_m[0].max(clearances_m[1])];
         let first = |clearance_m| {
             let found = first_within(&dragon, clearance_m, dragon.start_travel_m(), dragon.end_travel_m());
@@ -97,7 +97,7 @@ proptest! {
     }
 
     #[test]
-    fn sweeps_account_for_every_pair_that_comes_within_and_leaves(
+    fn sweeps_report_every_pair_that_comes_within_and_leaves(
         dragon in dragons(),
         clearance_m in 0.000_1..0.3_f64,
         begin in 0.0..1.0_f64,
@@ -127,7 +127,7 @@ proptest! {
 #[test]
 fn the_paper_dragon_comes_within_five_centimetres_before_it_touches() {
     let dragon = paper_dragon();
-    let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m()).expect("no limit").expect("it comes near");
+    let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m()).expect("no limit").expect("benches come near");
     assert!((clearance_at(&dragon, near.travel_m, near.benches) - 0.05).abs() < 1e-11, "{near:?}");
     let mut search = ClearanceSearch::default();
     let before = (0..=2_000).map(|step| near.travel_m - 1e-9 - 0.02 * f64::from(step));
@@ -145,9 +145,9 @@ fn a_clearance_of_zero_is_the_first_contact_to_the_bit() {
     assert!((contact.expect("benches touch").travel_m - 412.473_838).abs() < 5.001e-7);
 }
 
-/// The near miss leaves 0.865 mm: a larger clearance ends there, a smaller one at the contact.
+/// The near miss has a clearance of 0.865 mm. A search for more ends there, a search for less at the contact.
 #[test]
-fn the_near_miss_is_met_by_a_clearance_just_over_it_alone() {
+fn only_a_clearance_above_the_near_miss_ends_there() {
     let dragon = paper_dragon();
     let first = |clearance_m| {
         first_within(&dragon, clearance_m, 405.0, dragon.end_travel_m()).expect("no limit").expect("benches touch")
@@ -157,8 +157,7 @@ fn the_near_miss_is_met_by_a_clearance_just_over_it_alone() {
     assert!((over.travel_m - 409.832).abs() < 0.05 && under.travel_m > 412.0, "{under:?} {over:?}");
 }
 
-/// Metres of clearance that every pair is within at the start already, and one that none ever meets.
-/// A clearance costs no more work than a contact does: no bound is lost on the way.
+/// A search for a clearance costs about as much work as one for a contact, so it uses all bounds.
 #[test]
 fn a_clearance_takes_about_as_much_work_as_a_contact() {
     let steps = |clearance_m| {
@@ -171,8 +170,9 @@ fn a_clearance_takes_about_as_much_work_as_a_contact() {
     assert!(contact > 0 && clearance < 2 * contact, "{clearance} steps, and {contact} for a contact");
 }
 
+/// Every pair is within 5 m at the start. No pair of the short dragon comes within 1 mm.
 #[test]
-fn clearances_at_the_ends_of_what_there_is_are_found_at_once_or_never() {
+fn extreme_clearances_are_found_at_once_or_never() {
     let dragon = paper_dragon();
     let near = first_within(&dragon, 5.0, 0.0, dragon.end_travel_m()).expect("no limit").expect("pairs are near");
     assert_eq!(near.travel_m, 0.0);

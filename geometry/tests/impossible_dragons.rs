@@ -1,4 +1,4 @@
-//! What cannot be is refused, by the name of the value and with what is allowed.
+//! Invalid values are rejected with the name of the value and the allowed range.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ fn refusal(result: Result<Dragon, String>) -> String {
 }
 
 #[test]
-fn spirals_out_of_range_are_refused() {
+fn spirals_out_of_range_are_rejected() {
     let pitch = |pitch_m| refusal(on_spiral(paper_dimensions(223), pitch_m, 16.0));
     let turns = |turns| refusal(on_spiral(paper_dimensions(223), 0.55, turns));
     assert_eq!(pitch(-1.0), "pitch_m is -1, must be above 0 and at most 1000");
@@ -30,7 +30,7 @@ fn spirals_out_of_range_are_refused() {
 }
 
 #[test]
-fn dimensions_out_of_range_are_refused() {
+fn dimensions_out_of_range_are_rejected() {
     let refuse = |benches, head, body, width, hole| {
         Dimensions::new(benches, head, body, width, hole).expect_err("this is impossible").to_string()
     };
@@ -53,15 +53,16 @@ fn dimensions_out_of_range_are_refused() {
 }
 
 #[test]
-fn boards_wider_than_the_pitch_are_refused() {
+fn boards_wider_than_the_pitch_are_rejected() {
     let error = refusal(on_spiral(paper_dimensions(223), 0.2, 16.0));
     assert_eq!(error, "pitch_m is 0.2, must be above width_m 0.3");
 }
 
 #[test]
-fn start_too_tight_for_a_link_is_refused() {
+fn start_too_tight_for_a_link_is_rejected() {
     let error = refusal(on_spiral(paper_dimensions(223), 0.55, 0.865));
-    let tight = "the route is too tight at its start: handle 1 cannot stand and walk 2.860 m behind the one before";
+    let tight =
+        "the route is too tight at its start: handle 1 cannot stand and walk 2.860 m behind the handle before it";
     assert_eq!(error, tight);
 }
 

@@ -1,4 +1,4 @@
-//! Long dragons: what every link adds to the error of the chain behind it.
+//! Long dragons: the error that each link adds to the chain behind it.
 
 use std::sync::Arc;
 
@@ -27,10 +27,11 @@ fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
     ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
 }
 
-/// What the roundings of all links add up to: a standard deviation in metres.
+/// Standard deviation of the sum of all links' rounding errors, in metres.
 ///
-/// A parameter is off by up to half a unit in its last parameter, a link's length also by the rounding of the positions at its
-/// ends. Values spread evenly over a width have its part of 1/√12 as their deviation. Squares of deviations add up.
+/// The error of a parameter is up to half a unit in its last digit. The error of a link's length also includes the rounding of
+/// the positions at its ends. Values spread evenly over a width have a standard deviation of 1/√12 of the width. The squares of
+/// standard deviations add up.
 fn deviation_m(dragon: &Dragon, handles: &[Handle]) -> f64 {
     let route = dragon.route();
     let variances = handles[1..].iter().map(|handle| {
@@ -43,8 +44,8 @@ fn deviation_m(dragon: &Dragon, handles: &[Handle]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Roundings that fall to either side come to six times their deviation once in 10⁹ cases. Errors to one side grow
-    /// with the number of links, and not with its root.
+    /// The sum of errors of random sign reaches six times its standard deviation once in 10⁹ cases. The sum of errors of the
+    /// same sign grows with the number of links, not with its square root.
     #[test]
     fn errors_of_links_have_no_bias(dragon in dragons(), part in 0.0..=1.0_f64) {
         let handles = solve(&dragon, part * dragon.end_travel_m());
@@ -56,9 +57,9 @@ proptest! {
     }
 }
 
-/// Positions of the tail at t = 0, from the chain rule in forty digits (mpmath 1.3).
+/// Positions of the tail at t = 0, from the chain rule with forty digits (mpmath 1.3).
 #[test]
-fn the_tail_of_four_hundred_benches_is_where_forty_digits_put_it() {
+fn the_tail_of_four_hundred_benches_equals_a_result_in_forty_digits() {
     let spirals = [
         ([4.04, 2.69, 0.05], 1.174, 59.6, DVec2::new(33.793_186_136_492_32, -64.238_623_424_564_72)),
         ([1.29, 0.86, 0.05], 4.537, 11.5, DVec2::new(-10.469_463_037_904_298, 54.722_241_505_718_39)),

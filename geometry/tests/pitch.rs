@@ -1,4 +1,4 @@
-//! The smallest pitch against its published value, its own definition and a walk at every pitch of a grid.
+//! The smallest pitch, compared with its published value, with its definition, and with a walk at every pitch of a grid.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -13,14 +13,14 @@ fn paper_dimensions(benches: usize) -> Dimensions {
     Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches")
 }
 
-/// A dragon on a spiral, and its travel to a circle; none if it cannot start.
+/// A dragon on a spiral, and its travel to a circle; `None` if it cannot start.
 fn on_the_way(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_m: f64) -> Option<(Dragon, f64)> {
     let spiral = Route::spiral(pitch_m, start_turns).ok()?;
     let arrival_m = spiral.travel(-0.5 * diameter_m * TAU / pitch_m);
     Some((Dragon::new(dimensions, Arc::new(spiral)).ok()?, arrival_m)).filter(|(_, arrival_m)| *arrival_m >= 0.0)
 }
 
-/// Whether two boards that are no neighbours overlap, or are within a clearance that is not 0.
+/// Whether two boards that are not neighbours overlap, or are within a clearance that is not 0.
 fn some_pair_overlaps(dragon: &Dragon, clearance_m: f64, travel_m: f64) -> bool {
     let mut boards: Vec<Board> = Vec::new();
     dragon.place_boards(ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run"), &mut boards);
@@ -30,12 +30,12 @@ fn some_pair_overlaps(dragon: &Dragon, clearance_m: f64, travel_m: f64) -> bool 
     (2..boards.len()).any(|second| (0..second - 1).any(|first| near(&boards[first], &boards[second])))
 }
 
-/// Whether a walk in small steps comes to the circle without an overlap.
+/// Whether a walk in small steps reaches the circle without an overlap.
 fn a_walk_is_free(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_m: f64, step_m: f64) -> bool {
     a_walk_keeps(0.0, dimensions, start_turns, diameter_m, pitch_m, step_m)
 }
 
-/// Whether it comes there with all boards further apart than a clearance.
+/// Whether a walk in small steps reaches the circle with all boards further apart than a clearance.
 fn a_walk_keeps(
     clearance_m: f64,
     dimensions: Dimensions,
@@ -46,7 +46,7 @@ fn a_walk_keeps(
 ) -> bool {
     on_the_way(dimensions, start_turns, diameter_m, pitch_m).is_some_and(|(dragon, arrival_m)| {
         let steps = (arrival_m / step_m) as u32;
-        // From the circle back, for there it is tightest.
+        // From the circle backwards, because the turns are tightest there.
         dragon.end_travel_m() >= arrival_m
             && (0..=steps).all(|step| !some_pair_overlaps(&dragon, clearance_m, arrival_m - f64::from(step) * step_m))
     })
@@ -59,20 +59,20 @@ fn is_feasible(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_
 }
 
 #[test]
-fn a_clearance_of_five_centimetres_takes_a_wider_pitch_that_leaves_just_that() {
+fn a_clearance_of_five_centimetres_needs_a_wider_pitch_that_keeps_exactly_that() {
     let dimensions = paper_dimensions(223);
     let smallest = smallest_pitch(&dimensions, 16.0, 9.0, 0.05, &Meter::unlimited()).expect("there is one");
     assert!(smallest.pitch_m > 0.46, "{smallest:?}");
-    let (dragon, arrival_m) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m).expect("it starts");
+    let (dragon, arrival_m) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m).expect("the dragon starts");
     let closest = least_clearance(&dragon, 0.0, arrival_m, |_| ()).expect("no limit").expect("pairs");
     assert!((closest.pair.clearance_m - 0.05).abs() < 1e-9, "{closest:?}");
-    let (dragon, arrival_m) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m - 1e-9).expect("it starts");
+    let (dragon, arrival_m) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m - 1e-9).expect("the dragon starts");
     assert!(first_within(&dragon, 0.05, 0.0, arrival_m).expect("no limit").is_some());
     let PitchLimit::Contact(contact) = smallest.limit else { panic!("a pair limits {smallest:?}") };
     assert_eq!(contact.benches, closest.pair.benches);
 }
 
-/// Each bench is nearer than that to the next but one, however wide the spiral.
+/// Each bench is nearer than that to the next bench but one, on any spiral.
 #[test]
 fn a_clearance_that_no_spiral_leaves_has_no_pitch() {
     let error = smallest_pitch(&paper_dimensions(20), 16.0, 9.0, 1.2, &Meter::unlimited()).expect_err("there is none");
@@ -80,14 +80,14 @@ fn a_clearance_that_no_spiral_leaves_has_no_pitch() {
 }
 
 #[test]
-fn paper_dragon_comes_to_nine_metres_at_the_published_pitch() {
+fn paper_dragon_reaches_nine_metres_at_the_published_pitch() {
     let dimensions = paper_dimensions(223);
     let smallest = smallest_pitch(&dimensions, 16.0, 9.0, 0.0, &Meter::unlimited()).expect("there is one");
     assert!((smallest.pitch_m - 0.450_337).abs() <= 5.001e-7, "{smallest:?}");
     assert!(is_feasible(dimensions, 16.0, 9.0, smallest.pitch_m));
     assert!(!is_feasible(dimensions, 16.0, 9.0, smallest.pitch_m - 1e-9));
-    let PitchLimit::Contact(contact) = smallest.limit else { panic!("it is a contact that limits {smallest:?}") };
-    let (dragon, _) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m).expect("it starts");
+    let PitchLimit::Contact(contact) = smallest.limit else { panic!("a contact limits {smallest:?}") };
+    let (dragon, _) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m).expect("the dragon starts");
     let mut boards = Vec::new();
     let mut solver = ChainSolver::new(&dragon);
     dragon.place_boards(solver.solve(&dragon, contact.travel_m).expect("within the run"), &mut boards);
@@ -95,8 +95,7 @@ fn paper_dragon_comes_to_nine_metres_at_the_published_pitch() {
     assert!(clearance_m.abs() < 1e-9, "{clearance_m} m at {contact:?}");
 }
 
-/// The feasible pitches of these benches begin well below a range of infeasible ones: bisection from above ends at the
-/// wrong threshold.
+/// These benches have feasible pitches well below a range of infeasible ones. Bisection from above ends at the wrong threshold.
 #[test]
 fn a_feasible_pitch_below_infeasible_ones_is_found() {
     let dimensions = Dimensions::new(7, 3.57, 2.30, 0.31, 0.18).expect("valid benches");
@@ -108,7 +107,7 @@ fn a_feasible_pitch_below_infeasible_ones_is_found() {
     let wider = (1..100).map(|step| smallest.pitch_m + 1e-3 * f64::from(step)).collect::<Vec<_>>();
     let first_blocked = wider.iter().position(|&pitch_m| !walk(pitch_m)).expect("some wider pitches are infeasible");
     assert!(first_blocked > 3, "the island is {first_blocked} mm wide");
-    assert!(walk(0.65), "beyond them is more feasible ground");
+    assert!(walk(0.65), "wider pitches are feasible again");
 }
 
 proptest! {
@@ -192,25 +191,28 @@ fn few_benches_are_limited_by_width_start_or_the_heads_link() {
 }
 
 #[test]
-fn circles_out_of_reach_are_refused() {
+fn circles_out_of_range_are_rejected() {
     let refuse = |diameter_m| {
         smallest_pitch(&paper_dimensions(223), 16.0, diameter_m, 0.0, &Meter::unlimited())
             .expect_err("refused")
             .to_string()
     };
     for (diameter_m, shown) in [(40_000.0, "40000"), (f64::NAN, "NaN"), (0.0, "0"), (0.02, "0.02")] {
-        let told = refuse(diameter_m);
-        assert!(told.starts_with(&format!("turn_diameter_m is {shown}, must be above 0.0286")), "{told}");
-        assert!(told.ends_with("and under 32000, where start_turns 16 begin at the greatest pitch"), "{told}");
+        let message = refuse(diameter_m);
+        assert!(message.starts_with(&format!("turn_diameter_m is {shown}, must be above 0.0286")), "{message}");
+        assert!(
+            message.ends_with("and under 32000, the diameter at start_turns 16 and the greatest pitch"),
+            "{message}"
+        );
     }
     let error = smallest_pitch(&paper_dimensions(223), 0.0, 9.0, 0.0, &Meter::unlimited()).expect_err("refused");
     assert_eq!(error.to_string(), "start_turns is 0, must be above 0 and at most 10000");
 }
 
-/// The boards reach further beyond their hinges than the bench between is long.
+/// The boards extend further beyond their hinges than the length of the bench between them.
 #[test]
 fn boards_that_overlap_on_any_spiral_have_no_pitch() {
     let dimensions = Dimensions::new(5, 2.0, 1.0, 0.3, 0.4).expect("valid benches");
     let error = smallest_pitch(&dimensions, 8.0, 9.0, 0.0, &Meter::unlimited()).expect_err("there is none");
-    assert_eq!(error.to_string(), "no pitch up to 1000 m lets the head come to a circle of diameter 9 m");
+    assert_eq!(error.to_string(), "no pitch up to 1000 m lets the head reach a circle of diameter 9 m");
 }

@@ -1,4 +1,4 @@
-//! The derivatives of the planner's answers, against central differences of the whole solvers.
+//! The derivatives of the planner's answers, compared with central differences of the whole solvers.
 
 use bench_dragon_geometry::dragon::{Dimensions, Meter};
 use bench_dragon_geometry::planner::{
@@ -6,12 +6,12 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 
-/// By how much the differences vary a value. Their error is its fourth power times a fifth derivative, in which every
-/// bench adds up; the solvers' errors of some 10⁻¹¹ divided by it are under 10⁻⁶.
+/// Relative step of the differences. Their error is the fourth power of the step times a fifth derivative, to which every bench
+/// contributes. The solvers' errors of about 10⁻¹¹, divided by the step, are below 10⁻⁶.
 const RANGE: f64 = 5e-5;
 
-/// Relative to the derivative, or to 1 where that is more. A contact's time is known to 10⁻¹¹ m over the pair's closing
-/// speed, a few hundredths mostly.
+/// Tolerance relative to the derivative, or to 1 if the derivative is below 1. The time of a contact is exact to 10⁻¹¹ m
+/// divided by the closing speed of the pair, which is mostly a few hundredths.
 const TOLERANCE: f64 = 1e-5;
 
 fn study(setting: Setting, parameters: &[Parameter]) -> Vec<Response> {
@@ -27,7 +27,7 @@ fn difference(curve: &Curve) -> Option<f64> {
     Some((8.0 * (value(ahead)? - value(back)?) - (value(ahead_2)? - value(back_2)?)) / (12.0 * step))
 }
 
-/// Checks every derivative that there is; the number of those.
+/// Checks every derivative that exists. Returns their number.
 fn check(setting: Setting, parameters: &[Parameter]) -> usize {
     let mut checked = 0;
     for Response { quantity, curves, .. } in study(setting, parameters) {
@@ -61,7 +61,7 @@ fn papers_spiral_has_the_known_answers_and_their_derivatives() {
     assert!((value_of(&planned, Quantity::FirstContact) - 412.473_838).abs() <= 5.001e-7);
     assert!((value_of(&planned, Quantity::SmallestPitch) - 0.450_337).abs() <= 5.001e-7);
     assert_eq!(value_of(&planned, Quantity::LargestSpeedRatio), 1.0);
-    // Four answers over six parameters, but for the smallest pitch over the pitch.
+    // Four answers over six parameters, without the smallest pitch over the pitch.
     assert_eq!(check(setting, &Parameter::ALL), 4 * 6 - 1);
 }
 
@@ -75,7 +75,7 @@ fn papers_turnaround_has_the_known_answers_and_their_derivatives() {
 }
 
 #[test]
-fn other_dragons_have_the_derivatives_that_differences_say() {
+fn other_dragons_have_the_derivatives_of_the_differences() {
     let geometries = [
         (2.233, 2.180, 0.385, 0.062, 0.574, 11.6, 1.64),
         (1.910, 1.583, 0.340, 0.163, 1.779, 8.0, 1.28),
@@ -85,7 +85,7 @@ fn other_dragons_have_the_derivatives_that_differences_say() {
     ];
     for (head_m, body_m, width_m, hole_m, pitch_m, turn_diameter_m, radius_ratio) in geometries {
         let dimensions = Dimensions::new(40, head_m, body_m, width_m, hole_m).expect("valid benches");
-        // With ramps at some of them.
+        // Some of the settings have ramps.
         let accel_mps2 = (pitch_m > 0.6).then_some(0.4);
         let setting = |route| Setting { dimensions, route, speed_mps: 1.5, accel_mps2 };
         let spiral = SpiralSpec { pitch_m, start_turns: 8.0 / pitch_m };
@@ -99,7 +99,7 @@ fn other_dragons_have_the_derivatives_that_differences_say() {
 }
 
 #[test]
-fn speed_changes_times_alone_and_the_pitch_is_no_answer_to_itself() {
+fn speed_changes_only_times_and_the_smallest_pitch_has_no_derivative_over_the_pitch() {
     let planned = study(paper(RouteSpec::Spiral(SpiralSpec::default())), &[Parameter::Speed, Parameter::Pitch]);
     for Response { quantity, value, curves } in planned {
         let value = value.expect("the paper's spiral has every answer");
@@ -110,7 +110,9 @@ fn speed_changes_times_alone_and_the_pitch_is_no_answer_to_itself() {
         if quantity == Quantity::SmallestPitch {
             assert_eq!(
                 curves[1].derivative,
-                Err(NoDerivative::Undefined(Undefined("the pitch is the answer, whatever is planned")))
+                Err(NoDerivative::Undefined(Undefined(
+                    "the pitch is the answer itself and does not depend on the planned pitch"
+                )))
             );
             assert!(curves[1].samples.iter().all(|sample| sample.value.is_err()));
         }
@@ -118,7 +120,7 @@ fn speed_changes_times_alone_and_the_pitch_is_no_answer_to_itself() {
 }
 
 #[test]
-fn smallest_pitch_is_told_where_no_contact_limits_it() {
+fn smallest_pitch_has_a_value_if_no_contact_limits_it() {
     let setting = paper(RouteSpec::Spiral(SpiralSpec::default()));
     let parameters = vec![Parameter::Width];
     let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
@@ -126,13 +128,13 @@ fn smallest_pitch_is_told_where_no_contact_limits_it() {
     assert!((value.clone().expect("16 turns reach 15 m") - 15.0 / 16.0).abs() < 1e-9);
     assert_eq!(
         curves[0].derivative,
-        Err(NoDerivative::Undefined(Undefined("it is decided by where the spiral starts")))
+        Err(NoDerivative::Undefined(Undefined("the start of the spiral determines the smallest pitch")))
     );
 }
 
-/// Handle 1 would stop on the turn if the head were 5 % longer. Boards wider than the pitch overlap anywhere.
+/// Handle 1 would stop on the turn if the head were 5 % longer. Boards wider than the pitch overlap everywhere.
 #[test]
-fn impossible_values_have_a_reason_and_leave_the_rest() {
+fn impossible_values_have_a_reason_and_do_not_affect_the_others() {
     let long = Sensitivity {
         setting: paper(RouteSpec::Turnaround(TurnaroundSpec::default())),
         turn_diameter_m: 9.0,

@@ -1,4 +1,4 @@
-//! The shortest S: clear itself, and nothing tighter on a grid of its own.
+//! The shortest S: it is clear, and no tighter S of a separate grid is clear.
 
 use bench_dragon_geometry::dragon::{Dimensions, Meter, RunEnd};
 use bench_dragon_geometry::planner::{
@@ -28,7 +28,7 @@ fn shortest_turn_of_the_paper_lies_between_a_stop_and_a_jump_of_the_first_handle
     let ends =
         shortest.limits.map(|limit| if let Some(Obstacle::Fault { end, .. }) = limit { end } else { RunEnd::RouteEnd });
     assert_eq!(ends, [RunEnd::HandleStops { handle: 1 }, RunEnd::HandleJumps { handle: 1 }]);
-    // The way out is the way in turned and walked backwards, and a jump is a stop walked backwards.
+    // The way out is the way in, turned and walked backwards. A jump is a stop walked backwards.
     assert!((shortest.radius_ratio - 1.0).abs() < 1e-4, "{shortest:?}");
     let passes = |radius_m: f64, ratio: f64| {
         let turn = turn(1.7, radius_m, ratio).between(-1.0, 1.0).expect("valid");
@@ -45,7 +45,7 @@ fn shortest_turn_of_the_paper_lies_between_a_stop_and_a_jump_of_the_first_handle
 }
 
 #[test]
-fn circle_too_small_for_any_turn_has_none() {
+fn circle_too_small_for_any_turn_has_no_shortest_turn() {
     assert_eq!(
         shortest_turn(turn(1.7, 2.5, 2.0), paper_benches(20), Staging::LIMITLESS, &Meter::unlimited(), |_| ())
             .expect("no limit"),
@@ -58,12 +58,12 @@ fn shortest_turn_stays_on_its_spiral() {
     let shortest =
         shortest_turn(turn(1.7, 4.5, 2.0), paper_benches(20), Staging::LIMITLESS, &Meter::unlimited(), |_| ())
             .expect("no limit")
-            .expect("it turns");
+            .expect("the dragon turns");
     assert!((shortest.turnaround.pitch_m() - 1.7).abs() < 1e-15);
 }
 
-/// The fastest handle limits the turn: at the answer it is as fast as allowed, and tighter ones on a grid are faster or do
-/// not walk.
+/// The fastest handle limits the turn. At the answer its speed equals the limit. On a grid of tighter turns, a handle is faster
+/// or does not walk.
 #[test]
 fn shortest_turn_within_a_speed_is_the_tightest_of_a_grid() {
     let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
@@ -87,7 +87,7 @@ fn shortest_turn_within_a_speed_is_the_tightest_of_a_grid() {
 }
 
 #[test]
-fn a_turn_out_of_its_limits_says_which_pair_or_handle_breaks_them() {
+fn a_turn_outside_its_limits_reports_the_pair_or_the_handle() {
     let walk = |clearance_m, speed_ratio| {
         let staging = Staging { clearance_m, speed_ratio };
         walk_through(turn(1.7, 4.5, 2.0), paper_benches(223), staging, &Meter::unlimited(), |_| ())

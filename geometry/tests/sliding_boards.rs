@@ -1,5 +1,5 @@
-//! Boards that slide along each other, their clearance 0 all along but for rounding: a way in on a line, round a loop,
-//! and out beside the way in at the distance of a board's width.
+//! Boards that slide along each other, with a clearance of 0 up to rounding. The route goes in on a line, round a loop, and
+//! back beside the line at the distance of a board's width.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ const RADIUS_M: f64 = 3.0;
 const END_M: f64 = 26.0;
 
 /// Along +x to the origin, through arcs right, left and right, and back along −x at y = `WIDTH_M`. The outer arcs turn by α, so
-/// that the ways lie r·(4·cos α − 2) apart.
+/// the two lines are r·(4·cos α − 2) apart.
 fn keyhole() -> Route {
     let swerve = (0.25 * (2.0 + WIDTH_M / RADIUS_M)).acos();
     let arcs = [
@@ -30,26 +30,26 @@ fn keyhole() -> Route {
         (position, tangent, length_m) = (end.position, end.tangent, length_m + RADIUS_M * angle);
         segments.push(arc);
     }
-    // But for rounding: the way back is beside the way in.
+    // Corrects rounding: the line back is exactly beside the line in.
     let back = DVec2::new(position.x, WIDTH_M);
     segments.push(Segment::Line(Line::from_begin(back, -DVec2::X, END_M - length_m)));
     Route::new(&segments, 0.0, [-1.0, END_M]).expect("every arc touches the next segment")
 }
 
-/// Travel at which the way back begins.
+/// Travel at which the line back begins.
 fn back_m() -> f64 {
     let keyhole = keyhole();
     keyhole.travel(keyhole.seams()[3])
 }
 
-/// A dragon whose boards are so much narrower than the two ways are apart.
+/// A dragon with boards narrower than the distance of the two lines, by `narrower_m`.
 fn dragon(narrower_m: f64) -> Dragon {
     let dimensions = Dimensions::new(30, 1.2, 1.2, WIDTH_M - narrower_m, 0.1).expect("valid benches");
     Dragon::new(dimensions, Arc::new(keyhole())).expect("the dragon stands on the line")
 }
 
 #[test]
-fn the_way_back_is_beside_the_way_in() {
+fn the_line_back_is_beside_the_line_in() {
     let keyhole = keyhole();
     for travel_m in [22.0, 24.0, 26.0] {
         let back = keyhole.point(keyhole.parameter(travel_m));
@@ -60,15 +60,15 @@ fn the_way_back_is_beside_the_way_in() {
     assert!(step < 2e-9, "the route jumps by {step} m");
 }
 
-/// Where the ways meet benches swing past each other's ends; from there on they touch for as long as they are alongside.
+/// Where the lines meet, benches swing past each other's ends. After that, they touch as long as they are alongside.
 #[test]
 fn boards_that_slide_along_each_other_touch_and_part_in_turn() {
     assert_touch_and_part_in_turn(0.0);
 }
 
-/// The same with a clearance that is the one searched for all along.
+/// The same with boards that stay exactly at the searched clearance.
 #[test]
-fn boards_that_slide_along_at_the_clearance_come_within_it_and_leave_it_in_turn() {
+fn boards_that_slide_at_the_clearance_come_within_it_and_leave_it_in_turn() {
     assert_touch_and_part_in_turn(0.05);
 }
 
@@ -88,7 +88,7 @@ fn assert_touch_and_part_in_turn(clearance_m: f64) {
 }
 
 #[test]
-fn first_contact_is_where_the_head_comes_alongside() {
+fn first_contact_is_at_the_travel_where_the_head_comes_alongside() {
     let dragon = dragon(0.0);
     let contact = ContactSearch::new(&dragon).first(dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit");
     let contact = contact.expect("the head comes alongside");

@@ -1,4 +1,4 @@
-//! How fast a handle ever is, against the known value and against a fine walk.
+//! The largest speed of any handle, compared with the known value and with a fine walk.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ fn passages() -> impl Strategy<Value = Dragon> {
     )
 }
 
-/// The fastest handle of a walk in small steps.
+/// The fastest handle on a walk in small steps.
 fn fastest_of_a_walk(dragon: &Dragon, step_m: f64) -> LargestRatio {
     let start_m = dragon.start_travel_m();
     let steps = ((dragon.end_travel_m() - start_m) / step_m) as u32;
@@ -45,7 +45,7 @@ fn fastest_of_a_walk(dragon: &Dragon, step_m: f64) -> LargestRatio {
 }
 
 #[test]
-fn paper_turnaround_is_as_fast_as_the_table_says() {
+fn paper_turnaround_has_the_largest_speed_of_the_table() {
     let passage = passage_through(paper_turnaround(2.0), paper_benches(), &Meter::unlimited())
         .expect("the paper's dragon passes");
     let largest = largest_speed_ratio(&passage).expect("every handle walks");
@@ -73,7 +73,7 @@ fn passage_includes_the_planned_span() {
     assert_eq!((passage.start_travel_m(), passage.end_travel_m()), (-3.0, 1000.0));
     let turnaround = paper_turnaround(2.0).between(3.0, 4.0).expect("a valid span");
     assert_eq!(
-        passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("it passes").start_travel_m(),
+        passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the dragon passes").start_travel_m(),
         0.0
     );
 }
@@ -102,11 +102,11 @@ proptest! {
 
     #[test]
     fn no_handle_of_a_walk_is_faster(dragon in passages()) {
-        // A jump too short to end the run.
+        // Excludes jumps too short to end the run.
         prop_assume!(largest_speed_ratio(&dragon).is_ok());
         let largest = largest_speed_ratio(&dragon).expect("no handle jumps");
         let walked = fastest_of_a_walk(&dragon, 0.003);
-        prop_assert!(walked.ratio <= largest.ratio * (1.0 + 1e-12), "{walked:?} beats {largest:?}");
+        prop_assert!(walked.ratio <= largest.ratio * (1.0 + 1e-12), "{walked:?} is faster than {largest:?}");
         prop_assert!(largest.ratio - walked.ratio < 0.02 * largest.ratio.powi(4), "{largest:?} but {walked:?}");
         let handle = dragon.chain(largest.travel_m).expect("within the run").nth(largest.handle).expect("a handle");
         prop_assert!((handle.speed_ratio / largest.ratio - 1.0).abs() <= 1e-12, "{handle:?} {largest:?}");

@@ -1,4 +1,4 @@
-//! The chain followed in steps against the chain solved anew at every travel.
+//! The chain followed in steps, compared with the chain solved at every travel.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
 
-/// A handle as a step records it.
+/// A handle in the record of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Record {
     position_m: DVec2,
@@ -20,13 +20,13 @@ impl Record {
     }
 }
 
-/// A stepper beside the solver that it is held against.
+/// A stepper, and the solver that checks it.
 struct Comparison {
     dragon: Arc<Dragon>,
     stepper: ChainStepper,
     solver: ChainSolver,
     records: Vec<Record>,
-    /// What the route's own rounding may move a point by.
+    /// Bound on the displacement of a point by the route's own rounding, in metres.
     rounding_m: f64,
 }
 
@@ -49,7 +49,7 @@ impl Comparison {
         self.stepper.step(travel_m, 1.0, &mut self.records, Record::new).expect("within the run");
     }
 
-    /// Steps, and gives by how much position and velocity are off at most.
+    /// Steps, and returns the largest errors of position and velocity.
     fn step_and_compare(&mut self, travel_m: f64) -> (f64, f64) {
         self.step(travel_m);
         let exact = self.solver.solve(&self.dragon, travel_m).expect("within the run");
@@ -61,7 +61,8 @@ impl Comparison {
     }
 
     /// # Panics
-    /// Where it is off by more than a nanometre, or a nanometre per second and metre per second of the head.
+    /// Panics if a position differs by more than 10⁻¹⁰ m plus the rounding of all links, or a velocity by more than 10⁻⁸ of the
+    /// head's speed.
     fn step_exactly(&mut self, travel_m: f64) {
         let (position_m, velocity_mps) = self.step_and_compare(travel_m);
         let benches = self.records.len() as f64;
@@ -84,7 +85,7 @@ fn paper_turnaround() -> Dragon {
     Dragon::new(paper_dimensions(223), Arc::new(turn.route())).expect("the paper's dragon stands")
 }
 
-/// Steps through a whole run, and looks at every so manieth pose and at the last hundred.
+/// Steps through a whole run. Checks every `look`-th pose and the last hundred.
 fn walk(dragon: Dragon, instructions: Instructions, step_m: f64, look: u32) {
     let mut comparison = Comparison::new(dragon, instructions);
     let (start_m, end_m) = (comparison.dragon.start_travel_m(), comparison.dragon.end_travel_m());
@@ -101,20 +102,20 @@ fn walk(dragon: Dragon, instructions: Instructions, step_m: f64, look: u32) {
 }
 
 #[test]
-fn the_papers_whole_run_is_that_of_the_reference_solver() {
+fn the_papers_whole_run_equals_the_reference_solver() {
     walk(paper_spiral(), Instructions::best(), 1e-3, 211);
     walk(paper_spiral(), Instructions::portable(), 2e-2, 11);
 }
 
 #[test]
-fn the_papers_whole_turnaround_is_that_of_the_reference_solver() {
+fn the_papers_whole_turnaround_equals_the_reference_solver() {
     walk(paper_turnaround(), Instructions::best(), 1e-3, 101);
     walk(paper_turnaround(), Instructions::portable(), 2e-2, 7);
 }
 
-/// Every pose while the head, and so each handle in its turn, goes from the spiral to an arc, to the other, and out.
+/// Checks every pose while the head, and later each handle, passes from the spiral to an arc, to the other arc, and out.
 #[test]
-fn the_joints_of_a_turnaround_are_crossed_without_a_trace() {
+fn poses_stay_exact_while_handles_cross_the_seams_of_a_turnaround() {
     let mut comparison = Comparison::new(paper_turnaround(), Instructions::best());
     let dragon = Arc::clone(&comparison.dragon);
     for seam_m in dragon.route().seams().iter().map(|&seam| dragon.route().travel(seam)) {
@@ -125,7 +126,7 @@ fn the_joints_of_a_turnaround_are_crossed_without_a_trace() {
 }
 
 #[test]
-fn a_hundred_thousand_benches_differ_by_rounding_alone() {
+fn a_hundred_thousand_benches_differ_only_by_rounding() {
     let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
     let dragon = Dragon::new(paper_dimensions(100_000), Arc::new(spiral)).expect("the dragon stands");
     let mut comparison = Comparison::new(dragon, Instructions::best());
@@ -133,13 +134,13 @@ fn a_hundred_thousand_benches_differ_by_rounding_alone() {
         comparison.step(f64::from(step) * 1e-3);
     }
     let (position_m, velocity_mps) = comparison.step_and_compare(0.2);
-    // Each link's rounding is one of its own, on both sides.
+    // The rounding errors of the links are independent, in the stepper and in the solver.
     let rounding_m = 100_000.0_f64.sqrt() * comparison.rounding_m;
     assert!(position_m < 3.0 * rounding_m && velocity_mps < 1e-9, "off by {position_m} m, {velocity_mps} m/s");
 }
 
 #[test]
-fn a_dragon_that_stands_does_not_stir() {
+fn a_dragon_that_stands_does_not_move() {
     let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
     (0..50).for_each(|step| comparison.step(100.0 + f64::from(step) * 1e-3));
     comparison.step_exactly(100.049);
@@ -156,7 +157,7 @@ fn a_dragon_that_stands_does_not_stir() {
 }
 
 #[test]
-fn a_travel_beyond_the_run_is_refused_and_changes_nothing() {
+fn a_travel_beyond_the_run_is_rejected_and_changes_nothing() {
     let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
     comparison.step_exactly(400.0);
     let stood = comparison.records.clone();
@@ -167,7 +168,7 @@ fn a_travel_beyond_the_run_is_refused_and_changes_nothing() {
     comparison.step_exactly(400.001);
 }
 
-/// Dragons on spirals and turnarounds, as large as a few sections.
+/// Dragons on spirals and turnarounds, with up to a few sections.
 fn dragons() -> impl Strategy<Value = Dragon> {
     let benches = (1_usize..150, 0.5..4.0_f64, 0.5..4.0_f64, 0.05..0.5_f64, 0.0..0.4_f64);
     let routes = (any::<bool>(), 1.02..5.0_f64, 2.0..20.0_f64, 0.3..3.0_f64);
@@ -184,7 +185,7 @@ fn dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-/// What happens to the head from one pose to the next.
+/// Move of the head from one pose to the next.
 #[derive(Clone, Copy, Debug)]
 enum Move {
     Walk { step_m: f64, steps: u32 },
@@ -205,7 +206,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_pose_of_every_dragon_is_that_of_the_reference_solver(
+    fn every_pose_of_every_dragon_equals_the_reference_solver(
         dragon in dragons(),
         start in 0.0..=1.0_f64,
         moves in prop::collection::vec(moves(), 1..12),

@@ -1,4 +1,4 @@
-//! The head's timetable: where it is when, with and without ramps.
+//! The head's timetable, with and without ramps.
 
 use bench_dragon_geometry::planner::HeadTimetable;
 use proptest::prelude::*;

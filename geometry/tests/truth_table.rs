@@ -1,4 +1,4 @@
-//! The known values of the paper's dragon, walked at 1 m/s so that travel in metres is time in seconds.
+//! The known values of the paper's dragon. The head walks at 1 m/s, so travel in metres is time in seconds.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ fn assert_near(actual: DVec2, x: f64, y: f64, what: &str) {
 }
 
 #[test]
-fn head_is_where_the_table_says() {
+fn head_has_the_positions_of_the_table() {
     let dragon = paper_dragon();
     let table = [
         (0.0, 8.800_000, 0.000_000),
@@ -44,7 +44,7 @@ fn head_is_where_the_table_says() {
 }
 
 #[test]
-fn handles_behind_are_where_the_table_says_and_as_fast() {
+fn handles_behind_have_the_positions_and_speeds_of_the_table() {
     let dragon = paper_dragon();
     let mut solver = ChainSolver::new(&dragon);
     let handles = solver.solve(&dragon, 300.0).expect("within the run");
@@ -83,7 +83,7 @@ fn near_miss_of_bench_11_is_not_a_contact() {
 }
 
 #[test]
-fn clearance_is_what_the_table_says() {
+fn clearances_equal_the_table() {
     let dragon = paper_dragon();
     let table = [
         (0.0, 0.169_279, None),
@@ -96,12 +96,15 @@ fn clearance_is_what_the_table_says() {
         let nearest = nearest_pair(&dragon, time_s);
         let actual = nearest.clearance_m;
         assert!((actual - clearance_m).abs() <= 5.001e-7, "clearance at {time_s} s is {actual}, not {clearance_m}");
-        assert!(benches.is_none_or(|benches| benches == nearest.benches), "at {time_s} s it is {nearest:?}");
+        assert!(
+            benches.is_none_or(|benches| benches == nearest.benches),
+            "the nearest pair at {time_s} s is {nearest:?}"
+        );
     }
 }
 
 #[test]
-fn run_ends_where_handle_1_stops() {
+fn run_ends_at_the_stop_of_handle_1() {
     let dragon = paper_dragon();
     assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
     assert!((dragon.end_travel_m() - 432.758_134).abs() <= 5.001e-7, "the run ends at {} m", dragon.end_travel_m());

@@ -1,5 +1,5 @@
-//! The turnaround: its known values, its seams, and the turns that no dragon can walk. Walked at 1 m/s so that travel
-//! in metres is time in seconds.
+//! The turnaround: its known values, its seams, and turns that no dragon can walk. The head walks at 1 m/s, so travel in metres
+//! is time in seconds.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ fn turnarounds() -> impl Strategy<Value = Turnaround> {
 }
 
 #[test]
-fn head_is_where_the_table_says() {
+fn head_has_the_positions_of_the_table() {
     let dragon = dragon(paper_turnaround(2.0));
     let table = [
         (-100.0, 7.778_034, 3.717_164),
@@ -46,7 +46,7 @@ fn head_is_where_the_table_says() {
 }
 
 #[test]
-fn tail_is_where_the_table_says_and_as_fast() {
+fn tail_has_the_position_and_speed_of_the_table() {
     let dragon = dragon(paper_turnaround(2.0));
     let tail = ChainSolver::new(&dragon).solve(&dragon, 100.0).expect("within the run")[223];
     assert_near(tail.position, -10.980_157, -6.770_006, "handle 223");
@@ -54,7 +54,7 @@ fn tail_is_where_the_table_says_and_as_fast() {
 }
 
 #[test]
-fn arcs_are_what_the_table_says() {
+fn arcs_equal_the_table() {
     let turnaround = paper_turnaround(2.0);
     let [entry_arc, exit_arc] = turnaround.arcs();
     assert!((entry_arc.radius_m() - 3.005_418).abs() <= 5.001e-7, "{}", entry_arc.radius_m());
@@ -72,7 +72,7 @@ fn paper_turnaround_is_walked_to_its_end_without_a_contact() {
     assert_eq!(first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit"), None);
 }
 
-/// With radius ratio 3 handle 1 walks backwards, and later jumps by some 3 m.
+/// With radius ratio 3, handle 1 walks backwards, and later jumps by about 3 m.
 #[test]
 fn run_ends_on_a_turn_that_is_too_tight() {
     let dragon = dragon(paper_turnaround(3.0));
@@ -84,7 +84,7 @@ fn run_ends_on_a_turn_that_is_too_tight() {
 }
 
 #[test]
-fn impossible_turnarounds_are_refused_with_the_reason() {
+fn impossible_turnarounds_are_rejected_with_a_reason() {
     let error = |pitch_m, diameter_m, ratio| Turnaround::new(pitch_m, diameter_m, ratio).expect_err("not valid");
     assert_eq!(error(0.0, 9.0, 2.0), RouteError::Pitch(0.0));
     assert_eq!(error(1.7, 0.0, 2.0), RouteError::TurnDiameter { turn_diameter_m: 0.0, pitch_m: 1.7 });
@@ -96,7 +96,7 @@ fn impossible_turnarounds_are_refused_with_the_reason() {
     assert_eq!(error, RouteError::Span { start_travel_m: 5.0, end_travel_m: 5.0 });
 }
 
-/// Numbers from the smallest that there is up to `most`, each power of ten as likely as another.
+/// Numbers from the smallest positive `f64` to `most`. Each power of ten is equally likely.
 fn up_to(most: f64) -> impl Strategy<Value = f64> {
     (-323.0..=most.log10()).prop_map(move |power| 10_f64.powf(power).min(most))
 }
@@ -118,7 +118,7 @@ proptest! {
 
 proptest! {
     #[test]
-    fn position_and_tangent_are_continuous_at_every_joint(turnaround in turnarounds()) {
+    fn position_and_tangent_are_continuous_at_every_seam(turnaround in turnarounds()) {
         for &seam in turnaround.route().seams() {
             let (before, after) = (turnaround.route().point(seam), turnaround.route().point(seam + 1e-9));
             prop_assert!(before.position.distance(after.position) < 1e-7, "{before:?} {after:?}");
@@ -149,7 +149,7 @@ proptest! {
     }
 
     #[test]
-    fn tangent_and_pace_are_the_derivative_of_the_position(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
+    fn tangent_and_speed_are_the_derivative_of_the_position(turnaround in turnarounds(), travel_m in -400.0..400.0_f64) {
         let parameter = turnaround.route().parameter(travel_m);
         let step = 1e-6 / turnaround.route().point(parameter).speed_m_per_unit;
         let [behind, ahead] = [parameter - step, parameter + step].map(|parameter| turnaround.route().point(parameter).position);
@@ -215,7 +215,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn links_keep_their_length_and_handles_the_speed_of_their_positions(
+    fn links_keep_their_length_and_speeds_match_the_positions(
         dragon in crowded_dragons(),
         share in 0.0..1.0_f64,
     ) {

@@ -1,4 +1,4 @@
-//! How handles, speeds and clearances change with each measure, against central differences of the chain itself.
+//! Changes of handles, speeds and clearances with each parameter, compared with central differences of the chain.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use bench_dragon_geometry::route::PitchFamily;
 use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 use proptest::prelude::*;
 
-/// Half of the difference in a measure, in metres. The error of Richardson's extrapolation is its fourth power times a
-/// fifth derivative, and the chain's rounding of some 10⁻¹³ m divided by it.
+/// Half of the difference in a parameter, in metres. The error of Richardson's extrapolation is the fourth power of the step
+/// times a fifth derivative. The chain's rounding of about 10⁻¹³ m, divided by the step, adds to it.
 const STEP_M: f64 = 3e-5;
 
 fn family(setting: &Setting) -> PitchFamily {
@@ -57,7 +57,7 @@ const CHANGES: [Change; 6] = [
     Change::Measure(Parameter::HoleOffset),
 ];
 
-/// No handle is within this of a seam: differences would reach across.
+/// Distance from a seam within which handles are not compared, because the differences would cross the seam.
 const SEAM_MARGIN_M: f64 = 0.1;
 
 fn check(setting: &Setting, travel_m: f64) {
@@ -73,9 +73,9 @@ fn check(setting: &Setting, travel_m: f64) {
         let variations = handle_variations(&setting.dimensions, &family, &now.handles, change);
         let clear =
             |&travel_m: &f64| route.seams().iter().all(|&seam| (travel_m - route.travel(seam)).abs() > SEAM_MARGIN_M);
-        let far_from_joints = now.handle_travels_m.iter().take_while(|travel_m| clear(travel_m)).count();
+        let far_from_seams = now.handle_travels_m.iter().take_while(|travel_m| clear(travel_m)).count();
         let central = |of: &dyn Fn(&Stand) -> f64| difference([0, 1, 2, 3].map(|i| of(&around[i])));
-        for (i, variation) in variations.iter().enumerate().take(far_from_joints) {
+        for (i, variation) in variations.iter().enumerate().take(far_from_seams) {
             let what = format!("handle {i} of {setting:?} at {travel_m} m, {change:?}");
             let near = |actual: f64, expected: f64| {
                 let allowed = 2e-6 * (1.0 + expected.abs());
@@ -88,7 +88,7 @@ fn check(setting: &Setting, travel_m: f64) {
             let tangent = now.handles[i].tangent;
             near(variation.turn, central(&|stand| tangent.perp_dot(stand.handles[i].tangent)));
         }
-        check_clearances(setting, &now, &around, &variations, change, far_from_joints);
+        check_clearances(setting, &now, &around, &variations, change, far_from_seams);
     }
 }
 
@@ -105,7 +105,7 @@ fn check_clearances(
             let pair = [first, second];
             let boards = pair.map(|bench| &now.boards[bench]);
             let Ok(witness) = Witness::of(boards[0], boards[1]) else { continue };
-            // Where other points decide within the differences there is no derivative to compare with.
+            // If other points decide the clearance within the differences, there is no derivative to compare.
             let same = |stand: &Stand| {
                 Witness::of(&stand.boards[first], &stand.boards[second]).is_ok_and(|other| other.decides_like(&witness))
             };
@@ -132,7 +132,7 @@ fn setting(benches: usize, route: RouteSpec) -> Setting {
 }
 
 #[test]
-fn papers_spiral_changes_as_differences_say() {
+fn papers_spiral_changes_as_the_differences() {
     let setting = setting(40, RouteSpec::Spiral(SpiralSpec::default()));
     for travel_m in [1.0, 200.0, 380.0, 405.0, 412.3] {
         check(&setting, travel_m);
@@ -140,7 +140,7 @@ fn papers_spiral_changes_as_differences_say() {
 }
 
 #[test]
-fn papers_turnaround_changes_as_differences_say() {
+fn papers_turnaround_changes_as_the_differences() {
     let setting = setting(40, RouteSpec::Turnaround(TurnaroundSpec::default()));
     for travel_m in [-50.0, 2.0, 8.0, 11.0, 12.7, 14.48, 16.0, 30.0, 70.0, 99.0] {
         check(&setting, travel_m);
@@ -151,7 +151,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn other_dragons_change_as_differences_say(
+    fn other_dragons_change_as_the_differences(
         head_m in 1.5..4.0_f64,
         body_m in 1.5..3.0_f64,
         width_m in 0.1..0.4_f64,

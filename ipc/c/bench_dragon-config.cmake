@@ -1,4 +1,4 @@
-# find_package(bench_dragon) gives the targets bench_dragon::shared and bench_dragon::static.
+# find_package(bench_dragon) defines the targets bench_dragon::shared and bench_dragon::static.
 get_filename_component(bench_dragon_prefix "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
 
 foreach(kind IN ITEMS shared static)

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Installs the C library: header, shared and static library, pkg-config file, CMake package.
+# Installs the C library: header, shared and static library, pkg-config file and CMake package.
 #
 #   ipc/c/install.sh [--libraries FOLDER] [PREFIX]
 #
-# PREFIX is /usr/local where it is not given; DESTDIR is put before it. The libraries are built first, in a target folder of
-# their own, unless --libraries tells where they lie.
+# PREFIX defaults to /usr/local. DESTDIR is put in front of it. The script first builds the libraries in their own
+# target folder. With --libraries it installs the libraries of that folder instead.
 set -euo pipefail
 
 libraries=
@@ -32,7 +32,7 @@ lib=$root/lib
 install -D --mode 0644 include/bench_dragon.h "$root/include/bench_dragon.h"
 install -D --mode 0644 "$libraries/libbench_dragon_c.a" "$lib/libbench_dragon_c.a"
 install -D --mode 0755 "$libraries/libbench_dragon_c.so" "$lib/libbench_dragon_c.so.$version"
-# Nine tenths of them tell lines of sources that are not installed.
+# Debug information of source lines is nine tenths of the libraries' size, and the sources are not installed.
 strip --strip-debug "$lib/libbench_dragon_c.a" "$lib/libbench_dragon_c.so.$version"
 ln --symbolic --force "libbench_dragon_c.so.$version" "$lib/libbench_dragon_c.so.0"
 ln --symbolic --force libbench_dragon_c.so.0 "$lib/libbench_dragon_c.so"

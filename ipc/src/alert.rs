@@ -1,4 +1,4 @@
-//! An alert: what the monitor has seen.
+//! Alerts: events that a monitor detects.
 
 use core::fmt;
 
@@ -7,9 +7,9 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// One event, on the `bench-dragon/alerts` service.
 ///
-/// A monitor sends at most 200 alerts of pairs at once and 100 a second, by the frames' own clock. Of more, contacts go
-/// first, then partings, then the nearest pairs; the others are counted in the monitor's summary. The first contact of a run
-/// and every alert that is about no pair, or a fault, is always sent.
+/// A monitor sends at most 200 alerts of pairs at once and 100 a second, measured by the frames' own clock. Beyond that,
+/// contacts have priority, then partings, then the nearest pairs. The monitor's summary counts the alerts that were not
+/// sent. These are always sent: the first contact of a run, every fault, and every alert without a pair.
 ///
 /// 72 bytes, no padding. Use [`Alert::alert_kind`], [`Alert::pair`] and [`Alert::forecast`] to read the coded fields.
 #[repr(C)]
@@ -18,9 +18,9 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 pub struct Alert {
     /// Run in which it happened.
     pub run_id: u64,
-    /// First tick at which it was so.
+    /// First tick at which the event held.
     pub tick: u64,
-    /// Show time of the event in nanoseconds: exact for contact and parted, that of the frame for the others.
+    /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
     pub sim_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds, or [`Alert::NO_FORECAST`].
     pub forecast_ns: i64,
@@ -41,46 +41,46 @@ pub struct Alert {
 const _: () = assert!(size_of::<Alert>() == 72 && align_of::<Alert>() == 8);
 
 impl Alert {
-    /// The value of `forecast_ns` where no contact lies ahead, or none is known yet.
+    /// Sentinel of `forecast_ns` for *no forecast*: no contact lies ahead, or none is known yet.
     pub const NO_FORECAST: i64 = i64::MIN;
-    /// The value of `bench_a` and `bench_b` in an alert that is about no pair.
+    /// Sentinel of `bench_a` and `bench_b` for *no pair*.
     pub const NO_BENCH: u32 = u32::MAX;
 
-    /// The kind, or `None` where a newer monitor sends a number that this version does not know.
+    /// The kind, or `None` for a number that this version does not support.
     pub fn alert_kind(&self) -> Option<AlertKind> {
         AlertKind::from_wire(self.kind)
     }
 
-    /// The two benches, the lower index first.
+    /// The two benches, the lower index first; `None` for an alert without benches.
     pub fn pair(&self) -> Option<[u32; 2]> {
         (self.bench_a != Self::NO_BENCH).then_some([self.bench_a, self.bench_b])
     }
 
-    /// Show time of the forecast contact in seconds.
+    /// Show time of the forecast contact in seconds; `None` where no contact lies ahead, or none is known yet.
     pub fn forecast(&self) -> Option<f64> {
         (self.forecast_ns != Self::NO_FORECAST).then_some(self.forecast_ns as f64 * 1e-9)
     }
 }
 
-/// What happened.
+/// Kind of an alert.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AlertKind {
     /// Two benches came nearer than the configured `near_m`.
     Near = 0,
     /// Two benches touched.
     Contact = 1,
-    /// Two benches that touched are apart again.
+    /// Two benches that had touched are apart again.
     Parted = 2,
     /// The show is held.
     Held = 3,
     /// The frames do not agree with the published description.
     Fault = 4,
-    /// The source of the frames was started again.
+    /// The source of the frames was restarted.
     Restarted = 5,
 }
 
 impl AlertKind {
-    /// The kind behind a number on the wire.
+    /// The kind of a number on the wire; `None` for a number that this version does not support.
     pub fn from_wire(kind: u32) -> Option<Self> {
         [Self::Near, Self::Contact, Self::Parted, Self::Held, Self::Fault, Self::Restarted]
             .into_iter()

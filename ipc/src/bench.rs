@@ -1,30 +1,31 @@
 //! One bench of a frame: its board's centre, heading and velocity.
 //!
-//! A bench lies between its two handles, the hinges at its front and rear, which sit equally far from the board's ends. So
-//! the board's centre is the midpoint of the two, and since the board is rigid, the centre's velocity is the mean of theirs.
+//! A bench lies between its two handles, the hinges at its front and rear. Both handles have the same distance from the
+//! board's ends. So the board's centre is the midpoint of the handles. The board is rigid, so the centre's velocity is
+//! the mean of the handles' velocities.
 
 use crate::frame::HandleState;
 
-/// Where a bench is and how it moves.
+/// Position and motion of one bench.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BenchState {
     /// Centre of the board in metres.
     pub centre_m: [f64; 3],
     /// Direction from the rear handle to the front one, in radians counter-clockwise from +x, −π to π.
     pub heading_rad: f64,
-    /// Velocity of the centre in metres per show second; 0 while paused, held or finished.
+    /// Velocity of the centre in metres per show second; 0 while the head stands.
     pub velocity_mps: [f64; 3],
-    /// How fast the heading turns, in radians per show second, counter-clockwise.
+    /// Rate of the heading in radians per show second, counter-clockwise.
     pub turn_rate_radps: f64,
 }
 
 impl BenchState {
-    /// The bench between two handles. Bench i lies between handles i and i + 1.
+    /// Returns the bench between two handles. Bench i lies between handles i and i + 1.
     ///
     /// ```
     /// use bench_dragon_ipc::{BenchState, HandleState};
     ///
-    /// // Its front handle lies two metres in +y of its rear one and walks to the left: it turns counter-clockwise.
+    /// // The front handle is 2 m in +y of the rear one and walks to the left, so the bench turns counter-clockwise.
     /// let front = HandleState { position_m: [1.0, 3.0, 0.0], velocity_mps: [-0.5, 0.0, 0.0] };
     /// let rear = HandleState { position_m: [1.0, 1.0, 0.0], velocity_mps: [0.0, 0.0, 0.0] };
     /// let bench = BenchState::between(&front, &rear);
@@ -48,7 +49,7 @@ impl BenchState {
         }
     }
 
-    /// The benches between these handles, the head first: one fewer than handles.
+    /// Returns the benches between these handles, the head first. There is one bench fewer than handles.
     pub fn all(handles: &[HandleState]) -> impl ExactSizeIterator<Item = Self> {
         handles.windows(2).map(|pair| Self::between(&pair[0], &pair[1]))
     }

@@ -1,6 +1,5 @@
-//! Who and what is in a domain, found out from outside: a census joins nothing, makes nothing, locks nothing and removes
-//! nothing, so a running show does not notice it. [`clear`] removes, under the domain's locks, what no living process
-//! owns.
+//! Lists the processes and files of a domain from outside. A census joins, creates, locks and removes nothing, so it does
+//! not affect a running show. [`clear`] removes, under the domain's locks, everything that no living process owns.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -17,7 +16,7 @@ use crate::service_layout::{ServiceLayout, service_layouts};
 use crate::source_lock::{self, SourceLock};
 use crate::sweep::{SHARED_MEMORY, foreign_owner};
 
-/// What a look at a domain has found. The domain may have changed since.
+/// Contents of a domain at one moment. They may have changed since.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Census {
     /// Process id of the source, where one runs.
@@ -26,16 +25,16 @@ pub struct Census {
     pub living: Vec<NodeEntry>,
     /// Nodes of processes that were killed. The next process to join removes them.
     pub dead: Vec<NodeEntry>,
-    /// Nodes of which this user cannot tell whether they live.
+    /// Number of nodes that this user may not inspect, so that it is unknown whether they live.
     pub unknown: usize,
-    /// Service files that were begun and not finished: by the source, where one runs, else by one that was killed. Clients
-    /// fail at them; a new source removes them first.
+    /// Service files that are not finished. A running source is creating them; without a source, a killed one left them.
+    /// Clients fail on them; a new source removes them first.
     pub half_made: Vec<PathBuf>,
-    /// Everything of the domain that is on the machine.
+    /// All files and directories of the domain on this machine.
     pub entries: Vec<PathBuf>,
-    /// Files of other users in shared memory whose names begin as the domain's do. They are in nobody's way.
+    /// Files of other users in shared memory whose names begin with the domain's prefix. They do not affect the domain.
     pub foreign: Vec<ForeignFile>,
-    /// How the services that are there are laid out.
+    /// Layouts of the existing services.
     pub services: Vec<ServiceLayout>,
 }
 
@@ -48,16 +47,16 @@ pub struct ForeignFile {
     pub owner: u32,
 }
 
-/// A process's entry in a domain.
+/// Entry of a process in a domain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NodeEntry {
-    /// The name that it joined under; empty where its entry cannot be read.
+    /// Name under which the process joined; empty where its entry cannot be read.
     pub name: String,
-    /// Its process id, where its entry can be read.
+    /// Process id, where the entry can be read.
     pub pid: Option<u32>,
 }
 
-/// What [`clear`] has removed.
+/// Entries and files that [`clear`] removed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cleared {
     /// Entries of killed processes.
@@ -67,10 +66,11 @@ pub struct Cleared {
 }
 
 impl Census {
-    /// Looks at a domain.
+    /// Lists the contents of a domain.
     ///
     /// # Errors
-    /// As [`Domain::check_directory`], but for a directory that is missing: then nobody is there.
+    /// As [`Domain::check_directory`], except [`DomainError::Missing`]: without a directory the census is that of an
+    /// empty domain.
     pub fn take(domain: &Domain) -> Result<Self, DomainError> {
         let (entries, foreign) = entries(domain);
         match domain.check_directory() {
@@ -96,7 +96,7 @@ impl Census {
         Ok(census)
     }
 
-    /// Whether nobody is in the domain, so that all of its entries are what killed processes have left.
+    /// Whether no process is in the domain, so that killed processes left all of its entries.
     pub fn is_deserted(&self) -> bool {
         self.source.is_none() && self.living.is_empty() && self.unknown == 0
     }
@@ -112,14 +112,15 @@ impl NodeEntry {
     }
 }
 
-/// Removes from a domain what no living process owns, and says what that was: the entries of killed processes; where no
-/// source runs, services that were left half made; where nobody is, everything.
+/// Removes from a domain everything that no living process owns, and returns it. Entries of killed processes are always
+/// removed, half-made services where no source runs, and everything where no process is in the domain.
 ///
-/// The domain's own locks decide who lives, so a process that joins meanwhile loses nothing. While this looks for half-made
-/// services a source that starts is told that another one runs.
+/// The domain's own locks decide which processes live, so a process that joins at the same time loses nothing. While this
+/// function looks for half-made services, a source that starts receives [`BusError::SourceRunning`].
 ///
 /// # Errors
-/// What is wrong with the directory, or what cannot be removed.
+/// [`BusError::Domain`] where the directory is not usable or a file cannot be removed, [`BusError::TooFewFiles`] where
+/// the limit of open files is too low.
 pub fn clear(domain: &Domain) -> Result<Cleared, BusError> {
     let before = Census::take(domain)?;
     if before.entries.is_empty() {
@@ -131,7 +132,7 @@ pub fn clear(domain: &Domain) -> Result<Cleared, BusError> {
     if !before.half_made.is_empty() {
         match SourceLock::take(domain) {
             Ok(lock) => cleared.paths.extend_from_slice(lock.cleared()),
-            // Then the files are its own.
+            // The running source is creating these files.
             Err(BusError::SourceRunning { .. }) => {}
             Err(error) => return Err(error),
         }
@@ -142,15 +143,15 @@ pub fn clear(domain: &Domain) -> Result<Cleared, BusError> {
     cleared.nodes = remove_dead_nodes(domain)?;
     drop(membership);
     if before.is_deserted() {
-        // Whoever was alone has swept all of it away.
+        // This process was the only member, so leaving has removed everything.
         cleared.nodes = before.dead;
         cleared.paths = before.entries.into_iter().filter(|path| !path.exists()).collect();
     }
     Ok(cleared)
 }
 
-/// Everything that bears the domain's prefix in shared memory, and the domain's directory with what is in it; beside it the
-/// files of other users that bear the prefix.
+/// Returns all shared memory with the domain's prefix and the domain's directory with its contents; separately, the files
+/// of other users with that prefix.
 fn entries(domain: &Domain) -> (Vec<PathBuf>, Vec<ForeignFile>) {
     let prefix = domain.prefix();
     let (mut entries, mut foreign) = (Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! Reading the description, the status and the alerts, and commanding the server.
+//! Readers of the description, the status, the alerts and the command events, and the client that commands the server.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -19,9 +19,9 @@ use crate::subscriber::LEAST_WAIT;
 /// The configuration of a run, as the server published it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Description {
-    /// The run that it belongs to.
+    /// Run of the configuration.
     pub run_id: u64,
-    /// The whole configuration as TOML.
+    /// The complete configuration as TOML.
     pub toml: String,
 }
 
@@ -47,10 +47,11 @@ impl DescriptionReader {
         Ok(Self { subscriber, _member: member })
     }
 
-    /// The description, where it is new since the last call.
+    /// Returns the description if it is new since the last call. Never waits.
     ///
     /// # Errors
-    /// [`BusError::VersionMismatch`] where it is not UTF-8, [`BusError::Failed`] where it cannot be mapped.
+    /// [`BusError::VersionMismatch`] where the description is not UTF-8, [`BusError::Failed`] where its memory cannot be
+    /// mapped.
     pub fn poll(&self) -> Result<Option<Description>, BusError> {
         let Some(sample) = self.subscriber.receive().map_err(|error| BusError::failed(DESCRIPTION, error))? else {
             return Ok(None);
@@ -81,10 +82,10 @@ impl StatusReader {
         Ok(Self { subscriber, _member: member })
     }
 
-    /// The status, where it is new since the last call.
+    /// Returns the status if it is new since the last call. Never waits.
     ///
     /// # Errors
-    /// [`BusError::Failed`] where it cannot be mapped.
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn poll(&self) -> Result<Option<Status>, BusError> {
         let sample = self.subscriber.receive().map_err(|error| BusError::failed(STATUS, error))?;
         Ok(sample.map(|sample| *sample.payload()))
@@ -113,16 +114,17 @@ impl AlertSubscriber {
         Ok(Self { subscriber, listener, _member: member })
     }
 
-    /// The oldest alert that has not been read yet. Never waits.
+    /// Returns the oldest unread alert, or `None` if all are read. Never waits.
     ///
     /// # Errors
-    /// [`BusError::Failed`] where it cannot be mapped.
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn receive(&self) -> Result<Option<Alert>, BusError> {
         let sample = self.subscriber.receive().map_err(|error| BusError::failed(ALERTS, error))?;
         Ok(sample.map(|sample| *sample.payload()))
     }
 
-    /// The oldest alert that has not been read yet, waiting for it at most `timeout`. A signal ends the wait early.
+    /// Returns the oldest unread alert. Waits for one at most `timeout` and then returns `None`. A signal ends the wait
+    /// early.
     ///
     /// # Errors
     /// As [`AlertSubscriber::receive`].
@@ -140,7 +142,7 @@ impl AlertSubscriber {
     }
 }
 
-/// Reads the events of the commands to an instance's source, oldest first. The first ones are up to
+/// Reads the events of the commands to an instance's source, oldest first. It starts with up to
 /// [`COMMAND_EVENT_BUFFER`](crate::service::COMMAND_EVENT_BUFFER) events from before the reader was opened.
 #[derive(Debug)]
 pub struct CommandEventReader {
@@ -152,8 +154,8 @@ impl CommandEventReader {
     /// Opens the events of a domain.
     ///
     /// # Errors
-    /// As [`Member::frames`]; [`BusError::NoServer`] also where the source is one of an earlier version, which makes no such
-    /// service.
+    /// As [`Member::frames`]; also [`BusError::NoServer`] where the source is of an earlier version, which does not
+    /// create this service.
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
         let subscriber = member
@@ -164,10 +166,11 @@ impl CommandEventReader {
         Ok(Self { subscriber, _member: member })
     }
 
-    /// The oldest event that has not been read yet. Never waits. A gap in [`CommandEvent::number`] shows how many were lost.
+    /// Returns the oldest unread event, or `None` if all are read. Never waits. A gap in [`CommandEvent::number`] shows
+    /// how many events were lost.
     ///
     /// # Errors
-    /// [`BusError::Failed`] where it cannot be mapped.
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn receive(&self) -> Result<Option<CommandEvent>, BusError> {
         let sample = self.subscriber.receive().map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
         Ok(sample.map(|sample| *sample.payload()))
@@ -195,7 +198,7 @@ impl CommandClient {
         Ok(Self { client, sender: Sender::Client, instance, _member: member })
     }
 
-    /// The same client, whose commands are recorded as this kind of sender's.
+    /// Returns the same client. Its commands are recorded with this kind of sender.
     #[must_use]
     pub fn sending_as(self, sender: Sender) -> Self {
         Self { sender, ..self }
@@ -203,16 +206,17 @@ impl CommandClient {
 
     /// Sends one command and waits for its reply, at most `timeout`.
     ///
-    /// The server answers at the start of its next tick, so a reply takes about one period.
+    /// The server replies at the start of its next tick, so a reply takes about one period.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server took the command or it ended before it answered, [`BusError::NoAnswer`] where it
-    /// has not answered in time, else [`BusError::Failed`].
+    /// [`BusError::NoServer`] where no server is connected or the server ended before it replied, [`BusError::NoAnswer`]
+    /// where no reply arrived in time, else [`BusError::Failed`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
         self.call_unless(request, timeout, || false)
     }
 
-    /// The same for a command that may be given up: then no more time is left for its reply.
+    /// Does the same as [`CommandClient::call`], but also stops waiting as soon as `is_given_up` returns `true`. The
+    /// command may still be executed.
     ///
     /// # Errors
     /// As [`CommandClient::call`].
@@ -230,7 +234,7 @@ impl CommandClient {
         }
         let began = Instant::now();
         loop {
-            // Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
+            // Read before the reply is received: a server disconnects from a command as soon as it has replied.
             let (is_gone, is_late) = (!pending.is_connected(), began.elapsed() >= timeout || is_given_up());
             if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
                 return Ok(*reply.payload());

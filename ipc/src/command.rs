@@ -5,7 +5,7 @@ use core::fmt;
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
-/// A command as it lies in shared memory. Build it with [`Request::to_wire`].
+/// A command in its shared-memory layout. Build it with [`Request::to_wire`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.Command.v3")]
@@ -14,13 +14,13 @@ pub struct Command {
     pub kind: u32,
     /// A [`Sender`] as its number: the kind of program that sends it.
     pub sender: u32,
-    /// The run that the request is for; 0 where it is for any.
+    /// Run for which the request is meant; 0 for any run.
     pub run_id: u64,
-    /// The request's values, the first ones first; 0 where it has fewer.
+    /// Values of the request in their order; 0 for unused ones.
     pub values: [f64; 2],
     /// Process id of the sender.
     pub pid: u32,
-    /// 1 for a grant whose proven travel ends for good, else 0.
+    /// 1 for a grant whose proven travel ends permanently, else 0.
     pub flags: u32,
 }
 
@@ -29,7 +29,7 @@ const _: () = assert!(size_of::<Command>() == 40 && align_of::<Command>() == 8);
 /// The kind of program that sends a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Sender {
-    /// A client of the library, in Rust, C or Python, that names no other kind.
+    /// A client of the library, in Rust, C or Python, without a more specific kind.
     #[default]
     Client = 0,
     /// `bench-dragon ctl`.
@@ -51,7 +51,7 @@ pub enum Sender {
 }
 
 impl Sender {
-    /// The kind behind a number on the wire, or `None` where this version does not know the number.
+    /// The kind of a number on the wire, or `None` for a number that this version does not support.
     pub fn from_wire(sender: u32) -> Option<Self> {
         [
             Self::Client,
@@ -95,18 +95,18 @@ impl fmt::Display for Sender {
     }
 }
 
-/// The server's answer as it lies in shared memory. Read it with [`CommandReply::outcome`].
+/// The server's reply in its shared-memory layout. Read it with [`CommandReply::outcome`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.CommandReply.v1")]
 pub struct CommandReply {
-    /// Run of the server that answers.
+    /// Run of the server that replies.
     pub run_id: u64,
-    /// Tick from which an accepted command holds; the tick at which it was refused otherwise.
+    /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
-    /// Least value that a refused value may have.
+    /// Least allowed value, where a value was out of range.
     pub lowest: f64,
-    /// Greatest value that a refused value may have.
+    /// Greatest allowed value, where a value was out of range.
     pub highest: f64,
     /// 0 where the command was accepted, else a [`Refusal`] as its number.
     pub refusal: u32,
@@ -116,49 +116,50 @@ pub struct CommandReply {
 
 const _: () = assert!(size_of::<CommandReply>() == 40 && align_of::<CommandReply>() == 8);
 
-/// What a client asks of the server.
+/// A request to the server.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Request {
     /// Stop walking until `Resume`.
     Pause,
-    /// Go on after `Pause`.
+    /// Walk on after `Pause`.
     Resume,
     /// Walk at this speed of the head, in metres per show second, 0 to 10.
     Speed {
         /// The speed.
         speed_mps: f64,
     },
-    /// Go to this show time, in seconds; the travel becomes the configured speed times it.
+    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time.
     Seek {
         /// The show time.
         sim_time_s: f64,
     },
-    /// Stop for safety; only `Release` lifts it.
+    /// Stop for safety. Only `Release` lifts the hold.
     Hold,
     /// Lift a `Hold`.
     Release,
-    /// End the server: the head comes to rest first, and the last frame of the run says that it has ended.
+    /// End the server. The head comes to rest first, and the last frame of the run has the state
+    /// [`ShowState::Ended`](crate::ShowState::Ended).
     Stop,
-    /// The guard's word that no two benches come too near to each other anywhere on a stretch of travel. It is true of the
-    /// run's geometry, however the head walks there, so it is never taken back: a guarded server moves the head as far as
-    /// it goes, and may be put into it by `Seek`.
+    /// The guard's proof that on an interval of travel all benches keep their distance from each other. The proof depends
+    /// only on the run's geometry, not on how the head walks there, so it is never withdrawn. A guarded server moves the
+    /// head only within granted travel, and `Seek` may jump into it.
     Grant {
-        /// The run whose description was proved.
+        /// Run whose description the guard used for the proof.
         run_id: u64,
-        /// Where the proved stretch begins, in metres of travel.
+        /// Start of the proven interval, in metres of travel.
         from_m: f64,
-        /// Where it ends.
+        /// End of the proven interval, in metres of travel.
         to_m: f64,
-        /// Whether the proven travel ends there for good: no later grant will reach further.
+        /// Whether the proven travel ends there permanently: no later grant reaches further.
         is_final: bool,
     },
 }
 
 impl Request {
-    /// Greatest speed of the head that may be asked for, in metres per show second.
+    /// Greatest allowed speed of the head, in metres per show second.
     pub const MAX_SPEED_MPS: f64 = 10.0;
 
-    /// The wire form, as a [`Sender::Client`] sends it.
+    /// Returns the wire form with [`Sender::Client`] as the sender.
     pub fn to_wire(self) -> Command {
         let plain = |kind| Command { kind, ..Command::default() };
         match self {
@@ -175,9 +176,9 @@ impl Request {
         }
     }
 
-    /// The request behind a wire form, or `None` for a kind that this version does not know.
+    /// Returns the request of a wire form, or `None` for a kind that this version does not support.
     ///
-    /// The values are taken as they are, NaN included: the server refuses what is out of range.
+    /// Values are not checked and may be NaN: the server refuses values that are out of range.
     pub fn from_wire(command: &Command) -> Option<Self> {
         let [value, second] = command.values;
         Some(match command.kind {
@@ -194,49 +195,50 @@ impl Request {
     }
 }
 
-/// Why a command was refused.
+/// Reason for which a server refuses a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    /// The server does not know this kind of command.
+    /// The server does not support this kind of command.
     Unknown,
-    /// The value is not a number between these two.
+    /// The value is outside this range, or NaN.
     OutOfRange {
         /// Least allowed value.
         lowest: f64,
         /// Greatest allowed value.
         highest: f64,
     },
-    /// The show is held, and only `release` lifts that.
+    /// The show is held. Only `release` lifts the hold.
     Held,
     /// There is no hold to release.
     NotHeld,
-    /// The show is over; a `seek` starts it again.
+    /// The show is finished. A `seek` starts it again.
     Finished,
-    /// The server takes no grants: it was not started with `--guarded`.
+    /// The server accepts no grants, because it was started without `--guarded`.
     NotGuarded,
-    /// The server is guarded, and its guard has not proved yet that the benches are apart where the seek goes. It is asked to:
-    /// the same seek is accepted a little later, unless they are not.
+    /// The server is guarded, and the guard has not yet proved that the benches are apart at the sought travel. The
+    /// refused seek asks the guard to prove it. The same seek is accepted a little later, unless the benches are not
+    /// apart there.
     NotProved,
     /// The grant is for another run.
     OtherRun,
-    /// The guard holds the dragon, and only its next grant moves it on.
+    /// The guard holds the dragon. It walks on with the guard's next grant.
     HeldByGuard,
-    /// The source replays a recording, which is as it is.
+    /// The source replays a recording, which commands cannot change.
     Replayed,
     /// The source is on another host, which does not answer.
     Unreachable,
-    /// The source is on another host, whose bridge takes no commands: it was not started with `--allow-commands`.
+    /// The source is on another host, and its bridge accepts no commands: it was started without `--allow-commands`.
     NotTaken,
-    /// More commands at a time than a bridge to another host passes on.
+    /// More commands at a time than a bridge forwards to another host.
     TooMany,
-    /// The show follows timecode, which says where it is: a seek would be undone at once.
+    /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     Followed,
 }
 
 impl fmt::Display for Refusal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unknown => formatter.write_str("the server does not know this command"),
+            Self::Unknown => formatter.write_str("the server does not support this command"),
             Self::OutOfRange { lowest, highest } => {
                 write!(formatter, "the value must be from {lowest} to {highest}")
             }
@@ -246,23 +248,23 @@ impl fmt::Display for Refusal {
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
             Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
             Self::OtherRun => formatter.write_str("the grant is for another run"),
-            Self::HeldByGuard => {
-                formatter.write_str("the guard holds the dragon: it walks on when the guard has proved the way ahead")
-            }
-            Self::Replayed => formatter.write_str("a recording is replayed: all that it can be told is to stop"),
+            Self::HeldByGuard => formatter
+                .write_str("the guard holds the dragon: it walks on when the guard has proved the travel ahead"),
+            Self::Replayed => formatter.write_str("the source replays a recording: it accepts only stop"),
             Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
             Self::NotTaken => formatter
-                .write_str("the server is on another host, whose bridge takes no commands without --allow-commands"),
+                .write_str("the server is on another host: start its bridge with --allow-commands to send commands"),
             Self::TooMany => {
-                formatter.write_str("more commands at a time than are passed on to another host: try again")
+                formatter.write_str("more commands at a time than the bridge forwards to another host: try again")
             }
-            Self::Followed => formatter.write_str("the show follows timecode: seek on what sends it"),
+            Self::Followed => formatter.write_str("the show follows timecode: seek on the device that sends it"),
         }
     }
 }
 
 impl Refusal {
-    /// The reason in words, for the request that was refused: a value out of range is named with its unit and what is allowed.
+    /// Returns the reason in words for the refused request. For a value out of range, the text has the value, its unit
+    /// and the allowed range.
     ///
     /// ```
     /// use bench_dragon_ipc::{Refusal, Request};
@@ -286,19 +288,19 @@ impl Refusal {
     }
 }
 
-/// A limit to three decimals, rounded to the side that is allowed.
+/// Rounds a limit to three decimals, towards the inside of the range.
 fn within(limit: f64, round: fn(f64) -> f64) -> f64 {
-    // Without the sign of a zero.
+    // Adding 0 removes the sign of a negative zero.
     round(limit * 1e3) / 1e3 + 0.0
 }
 
 impl CommandReply {
-    /// The answer to a command that holds from `tick` on.
+    /// Returns the reply to a command that holds from `tick` on.
     pub fn accepted(run_id: u64, tick: u64) -> Self {
         Self { run_id, tick, ..Self::default() }
     }
 
-    /// The answer to a command that was refused at `tick`.
+    /// Returns the reply to a command that was refused at `tick`.
     pub fn refused(run_id: u64, tick: u64, refusal: Refusal) -> Self {
         let reply = Self { run_id, tick, ..Self::default() };
         match refusal {
@@ -319,10 +321,10 @@ impl CommandReply {
         }
     }
 
-    /// The tick from which the command holds.
+    /// Returns the tick from which the command holds.
     ///
     /// # Errors
-    /// The reason of the refusal; a number that this version does not know reads as [`Refusal::Unknown`].
+    /// The reason of the refusal; [`Refusal::Unknown`] for a number that this version does not support.
     pub fn outcome(&self) -> Result<u64, Refusal> {
         match self.refusal {
             0 => Ok(self.tick),

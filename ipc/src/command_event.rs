@@ -1,8 +1,8 @@
 //! Events of commands, with sender and outcome: the `bench-dragon/command-events` service.
 //!
-//! The events of a run are a complete record. They begin with the start of the run, and hold every command with the tick from
-//! which it holds, or at which it was refused, in the order in which the source took them. A simulation that is given the
-//! accepted ones at the same ticks gives the same frames, bit for bit.
+//! The events of a run are a complete record. The first is the start of the run. Every command follows in the order in
+//! which the source handled it, with the tick from which it holds or at which it was refused. A simulation that receives
+//! the accepted commands at the same ticks produces the same frames, bit for bit.
 
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
@@ -19,31 +19,31 @@ use crate::command::{Command, CommandReply, Refusal, Request, Sender};
 pub struct CommandEvent {
     /// Run of the source.
     pub run_id: u64,
-    /// Number of the event in its run, from 0, without a hole: a jump means that this reader lost events.
+    /// Number of the event in its run, from 0, without a gap. A jump means that this reader lost events.
     pub number: u64,
-    /// Tick from which an accepted command holds; the tick at which it was refused otherwise.
+    /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
-    /// Show time at which it was taken, at the start of that tick, in nanoseconds.
+    /// Show time of the event, at the start of its tick, in nanoseconds.
     pub sim_time_ns: i64,
     /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
     pub wall_ns: i64,
-    /// Releases that were missed in the run before that tick.
+    /// Number of releases that the run missed before this tick.
     pub overruns: u64,
-    /// The command's values, the first ones first; 0 where it has fewer. Of a start: see [`RunStart`].
+    /// Values of the command in their order; 0 for unused ones. For a start, see [`RunStart`].
     pub values: [f64; 4],
-    /// Least value that a refused value may have.
+    /// Least allowed value, where a value was out of range.
     pub lowest: f64,
-    /// Greatest value that a refused value may have.
+    /// Greatest allowed value, where a value was out of range.
     pub highest: f64,
     /// An [`EventKind`] as its number.
     pub kind: u32,
     /// A [`Sender`] as its number.
     pub sender: u32,
-    /// Process id of the sender; 0 where it is not known.
+    /// Process id of the sender; 0 if unknown.
     pub pid: u32,
     /// 0 where the command was accepted, else a [`Refusal`] as its number.
     pub refusal: u32,
-    /// Of a grant: bit 0 where it is final. Of a start: see [`RunStart`]. Else 0.
+    /// For a grant, bit 0: the grant is final. For a start, see [`RunStart`]. Else 0.
     pub flags: u32,
     /// Always 0.
     pub reserved: u32,
@@ -51,7 +51,7 @@ pub struct CommandEvent {
 
 const _: () = assert!(size_of::<CommandEvent>() == 120 && align_of::<CommandEvent>() == 8);
 
-/// What an event is about.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
     /// [`Request::Pause`].
@@ -70,14 +70,14 @@ pub enum EventKind {
     Stop = 6,
     /// [`Request::Grant`].
     Grant = 7,
-    /// The timecode that the server follows has the show stand. First value: 1 where the timecode says where the show is, 0
-    /// where it does not; second value: the time scale.
+    /// The timecode that the server follows makes the show stand still. First value: 1 if the timecode determines the
+    /// show time, else 0. Second value: the time scale.
     Stand = 8,
-    /// The timecode has the show go on. Values as of `Stand`.
+    /// The timecode makes the show run on. Values as for `Stand`.
     Follow = 9,
-    /// The run begins: the first event of all.
+    /// The run begins. This is always the first event.
     Start = 10,
-    /// The run has ended in order: the last event of all, at its last tick.
+    /// The run has ended in order. This is the last event, at the last tick of the run.
     End = 11,
 }
 
@@ -97,7 +97,7 @@ impl EventKind {
         Self::End,
     ];
 
-    /// The kind behind a number on the wire.
+    /// The kind of a number on the wire; `None` for a number that this version does not support.
     pub fn from_wire(kind: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|known| known.to_wire() == kind)
     }
@@ -127,10 +127,10 @@ impl EventKind {
 }
 
 impl CommandEvent {
-    /// The kind of an event whose command is of a kind that the source does not know.
+    /// Kind of an event for a command that the source does not support.
     pub const UNKNOWN_KIND: u32 = u32::MAX;
 
-    /// The event of a command that was answered. The source adds the run, the number and the instants.
+    /// Returns the event of a command and its reply. The source adds the run, the number and the times.
     pub fn answered(command: &Command, reply: &CommandReply) -> Self {
         let [first, second] = command.values;
         let is_known = Request::from_wire(command).is_some();
@@ -148,22 +148,22 @@ impl CommandEvent {
         }
     }
 
-    /// The event of something at a tick that the source does by itself. The source adds the run, the number and the instants.
+    /// Returns the event of an action that the source takes by itself. The source adds the run, the number and the times.
     pub fn plain(kind: EventKind, sender: Sender, tick: u64) -> Self {
         Self { tick, kind: kind.to_wire(), sender: sender.to_wire(), ..Self::default() }
     }
 
-    /// What it is about, or `None` for a number that this version does not know.
+    /// The kind, or `None` for a number that this version does not support.
     pub fn event_kind(&self) -> Option<EventKind> {
         EventKind::from_wire(self.kind)
     }
 
-    /// The kind of sender, or `None` for a number that this version does not know.
+    /// The kind of sender, or `None` for a number that this version does not support.
     pub fn sent_by(&self) -> Option<Sender> {
         Sender::from_wire(self.sender)
     }
 
-    /// The request behind a command's event, `None` for the other events.
+    /// The request of a command's event; `None` for the other events.
     pub fn request(&self) -> Option<Request> {
         let [first, second, ..] = self.values;
         let command = Command {
@@ -176,16 +176,16 @@ impl CommandEvent {
         Request::from_wire(&command)
     }
 
-    /// Whether the command was accepted.
+    /// Returns `Ok` if the command was accepted.
     ///
     /// # Errors
-    /// The reason of the refusal; a number that this version does not know reads as [`Refusal::Unknown`].
+    /// The reason of the refusal; [`Refusal::Unknown`] for a number that this version does not support.
     pub fn outcome(&self) -> Result<(), Refusal> {
         let Self { lowest, highest, refusal, .. } = *self;
         CommandReply { lowest, highest, refusal, ..CommandReply::default() }.outcome().map(|_tick| ())
     }
 
-    /// The start of the run, where this is its event.
+    /// The start of the run, if this event is a start.
     pub fn run_start(&self) -> Option<RunStart> {
         let [start_s, travel_m, speed_mps, until_s] = self.values;
         (self.event_kind() == Some(EventKind::Start)).then_some(RunStart {
@@ -201,7 +201,7 @@ impl CommandEvent {
     }
 }
 
-/// What a run of a server starts with, beside its configuration.
+/// State in which a server starts a run, in addition to its configuration.
 #[allow(clippy::struct_excessive_bools, reason = "independent bits of the wire")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RunStart {
@@ -211,11 +211,11 @@ pub struct RunStart {
     pub travel_m: f64,
     /// Speed to walk at from tick 0 on, in metres per show second: the third value.
     pub speed_mps: f64,
-    /// Show time in seconds at which the run ends: the fourth value, NaN for none.
+    /// Show time in seconds at which the run ends; `None` for no such limit. The fourth value, with NaN for none.
     pub until_s: Option<f64>,
     /// Whether tick 0 is held: bit 0 of the flags.
     pub is_held: bool,
-    /// Whether tick 0 is paused, or will be once the hold is lifted: bit 1.
+    /// Whether tick 0 is paused, or becomes paused when the hold is lifted: bit 1.
     pub is_paused: bool,
     /// Whether the head waits for a guard's grants: bit 2.
     pub is_guarded: bool,
@@ -224,7 +224,7 @@ pub struct RunStart {
 }
 
 impl RunStart {
-    /// The event of this start.
+    /// Returns the event of this start.
     pub fn event(&self) -> CommandEvent {
         let bits = [self.is_held, self.is_paused, self.is_guarded, self.follows_timecode];
         CommandEvent {
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn a_start_passes_the_wire() {
+    fn a_start_is_the_same_after_its_way_over_the_wire() {
         let start = RunStart {
             start_s: 0.1,
             travel_m: -3.0,

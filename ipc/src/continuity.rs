@@ -1,21 +1,21 @@
-//! Whether a frame follows on the one before it.
+//! Continuity of frames: whether a frame directly follows the previous one.
 
 use crate::frame::FrameHeader;
 
-/// How a frame stands to the one received before it.
+/// Relation of a frame to the previously received one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continuity {
     /// The first frame that this reader has received.
     First,
     /// The next tick of the same run.
     Next,
-    /// The same run, but this many frames between the two never reached the reader.
+    /// The same run, but this many frames between the two did not reach the reader.
     Lost(u64),
-    /// Another run: the source was started again. What the reader lost of either run is not known.
+    /// Another run: the source was restarted. The number of frames lost from either run is unknown.
     Restarted,
 }
 
-/// Follows `run_id` and `tick` from frame to frame.
+/// Tracks `run_id` and `tick` from frame to frame.
 ///
 /// ```
 /// use bench_dragon_ipc::{Continuity, ContinuityTracker, FrameHeader};
@@ -35,7 +35,7 @@ pub struct ContinuityTracker {
 }
 
 impl ContinuityTracker {
-    /// Takes the next frame's header and says how it stands to the one before.
+    /// Takes the next frame's header and returns its relation to the previous frame.
     pub fn track(&mut self, header: &FrameHeader) -> Continuity {
         let continuity = match self.last {
             None => Continuity::First,
@@ -52,7 +52,7 @@ impl ContinuityTracker {
         continuity
     }
 
-    /// Frames lost since the first one, over all runs.
+    /// Number of frames lost since the first one, over all runs.
     pub fn lost(&self) -> u64 {
         self.lost
     }

@@ -1,20 +1,23 @@
-//! Removing the nodes of killed processes while others are in the domain.
+//! Removes the nodes of killed processes while other processes are in the domain.
 //!
-//! iceoryx2 0.10 removes a dead node in many steps, and a process can be killed between any two of them. Two of its states
-//! cannot be finished by iceoryx2 itself: a port whose tag is gone and whose entry in the service is not keeps that entry for
-//! ever, and so, in the end, keeps new servers out; and a node without its monitoring file is not found again. A node that
-//! another process cleans up is waited for, a second in each service, also where that process is stopped.
+//! iceoryx2 0.10 removes a dead node in many steps, and a process can be killed between any two of them. iceoryx2 itself
+//! cannot recover from two of the resulting states. A port without its tag keeps its entry in the service permanently;
+//! such entries finally prevent new servers from starting. A node without its monitoring file is not found again. In
+//! addition, iceoryx2 waits one second per service for another process that is removing a node, even if that process is
+//! stopped.
 //!
-//! So iceoryx2's own clean-ups are turned off ([`Domain::iceoryx2_config`]), and a member that joins removes dead nodes here:
+//! So iceoryx2's own clean-ups are disabled ([`Domain::iceoryx2_config`]), and each member that joins removes dead nodes
+//! here:
 //!
-//! 1. It takes the exclusive lock of a journal, a file for each dead node. Where another process has it, that one cleans up,
-//!    or is stopped in it: this member goes on without. The kernel drops the lock of one that is killed.
-//! 2. It writes the node's port tags into the journal, before anything is removed.
+//! 1. The member takes the exclusive lock of a journal, one file per dead node. If another process holds the lock, that
+//!    process is removing the node, or is stopped while it does; the member continues without it. The kernel drops the
+//!    lock of a killed process.
+//! 2. The member writes the node's port tags into the journal before it removes anything.
 //! 3. iceoryx2 removes the node.
-//! 4. It removes the journal.
+//! 4. The member removes the journal.
 //!
-//! A journal that nobody has locked is of a process that was killed between 2 and 4. The next member makes the tags and the
-//! monitoring files that are missing again, and begins at 3: iceoryx2 passes over what has been removed already.
+//! An unlocked journal belongs to a process that was killed between steps 2 and 4. The next member restores the missing
+//! tags and monitoring files and continues with step 3. iceoryx2 skips everything that is already removed.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Read as _, Write as _};
@@ -31,18 +34,18 @@ use crate::half_made_segments::settle;
 use crate::lock_file::{if_there, is_at};
 use crate::service::Service;
 
-/// The last line of a journal that has been written to its end.
+/// Last line of a completely written journal.
 const END: &str = "end";
-/// Longest journal that is read: some thousand tags, where a node has tens.
+/// Length limit of a journal in bytes. It allows some thousand tags; a node has tens.
 const MAX_JOURNAL_LEN: u64 = 1 << 20;
-/// Who may read and write iceoryx2's files.
+/// Modes of iceoryx2's files.
 const READ_ONLY: u32 = 0o400;
 const READ_WRITE: u32 = 0o600;
 
-/// Removes all dead nodes that nobody else is removing. Returns those that are gone.
+/// Removes all dead nodes that no other process is removing. Returns the removed ones.
 ///
 /// # Errors
-/// What cannot be written in the domain's directory.
+/// [`DomainError::Io`] where the domain's directory cannot be written.
 pub(crate) fn remove_dead_nodes(domain: &Domain) -> Result<Vec<NodeEntry>, DomainError> {
     settle(domain);
     remove_all(domain).map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })
@@ -50,8 +53,8 @@ pub(crate) fn remove_dead_nodes(domain: &Domain) -> Result<Vec<NodeEntry>, Domai
 
 fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
     for id in ids_of_journals(domain)? {
-        // Only to make again what is missing, so that the node is listed. One journal at a time is locked: whoever is stopped
-        // keeps others from one node at most.
+        // Opening a journal restores the node's missing files, so that the node is listed. Only one journal is locked at
+        // a time, so a stopped process blocks at most one node.
         drop(Journal::open(domain, &id)?);
     }
     let mut removed = Vec::new();
@@ -62,7 +65,7 @@ fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
         match node.try_remove_stale_resources() {
             Ok(()) => removed.push(entry),
             Err(NodeCleanupFailure::ResourcesAlreadyCleanedUp) => {}
-            // The journal stays, and the next member tries again.
+            // The journal remains, and the next member tries again.
             Err(_) => continue,
         }
         journal.finish()?;
@@ -70,10 +73,10 @@ fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
     Ok(removed)
 }
 
-/// All nodes of a domain.
+/// Returns all nodes of a domain.
 pub(crate) fn list(domain: &Domain) -> Vec<NodeState<Service>> {
     let mut nodes = Vec::new();
-    // Where they cannot be listed there is no directory of them.
+    // Listing fails only where the directory of nodes does not exist.
     let _ = Node::<Service>::list(&domain.iceoryx2_config(), |node| {
         nodes.push(node);
         CallbackProgression::Continue
@@ -96,7 +99,7 @@ fn journal_prefix(domain: &Domain) -> String {
     format!("{}cleaning-", domain.prefix())
 }
 
-/// The journal of one dead node. This process alone removes that node until it is dropped.
+/// Journal of one dead node. While it exists, only this process removes that node.
 struct Journal {
     path: PathBuf,
     // Closing the file drops the lock.
@@ -105,8 +108,8 @@ struct Journal {
 }
 
 impl Journal {
-    /// Steps 1 and 2, after whatever is needed to begin again. `None` where another process removes the node, or where it
-    /// has just been removed.
+    /// Does steps 1 and 2, and restores the files that a killed process had removed. Returns `None` if another process
+    /// removes the node, or has just removed it.
     fn open(domain: &Domain, id: &str) -> io::Result<Option<Self>> {
         let path = domain.root().join(format!("{}{id}", journal_prefix(domain)));
         let mut options = OpenOptions::new();
@@ -135,7 +138,7 @@ impl Journal {
         Ok(Some(journal))
     }
 
-    /// Step 4, with the files that a killed process may have left of a node that is gone.
+    /// Does step 4, and removes the files that a killed process may have left of a removed node.
     fn finish(self) -> io::Result<()> {
         self.node.remove_rest()?;
         if_there(fs::remove_file(self.path)).map(drop)
@@ -147,7 +150,7 @@ struct NodeFiles {
     /// The node's own directory, with its details and its tags.
     directory: PathBuf,
     details: PathBuf,
-    /// The files by which others see whether the node's process lives, in the order in which they are made.
+    /// Monitoring files, in the order of creation. Other processes use them to detect whether the node's process lives.
     context: PathBuf,
     owner_lock: PathBuf,
     monitor: PathBuf,
@@ -167,7 +170,7 @@ impl NodeFiles {
         }
     }
 
-    /// Whether iceoryx2 has removed all that belongs to the node: its details are the last, but for the directory and the
+    /// Whether iceoryx2 has removed everything of the node. The details are removed last, except the directory and the
     /// monitoring files.
     fn is_removed(&self) -> io::Result<bool> {
         Ok(!self.details.try_exists()?)
@@ -183,9 +186,9 @@ impl NodeFiles {
         Ok(tags)
     }
 
-    /// Makes what has been removed of a node that is still there again.
+    /// Restores the removed files of a node that still exists.
     fn restore(&self, tags: &[&str]) -> io::Result<()> {
-        /// iceoryx2 reads a process's number of so many bytes; zeros are that of no process.
+        /// Process id that iceoryx2 reads from the context file: 16 bytes. Zeros are the id of no process.
         const NO_PROCESS: [u8; 16] = [0; 16];
         if self.is_removed()? {
             return Ok(());
@@ -198,7 +201,7 @@ impl NodeFiles {
         make(&self.monitor, &[], READ_WRITE)
     }
 
-    /// Removes what is left of a node that is gone.
+    /// Removes the remaining files of a removed node.
     fn remove_rest(&self) -> io::Result<()> {
         for path in [&self.monitor, &self.owner_lock, &self.context] {
             if_there(fs::remove_file(path))?;
@@ -207,7 +210,7 @@ impl NodeFiles {
     }
 }
 
-/// Makes a file, unless it is there.
+/// Creates a file, unless it exists.
 fn make(path: &Path, content: &[u8], mode: u32) -> io::Result<()> {
     match OpenOptions::new().write(true).create_new(true).mode(mode).open(path) {
         Ok(mut file) => file.write_all(content),

@@ -1,6 +1,6 @@
-//! Where an instance lives: its name, its directory and its iceoryx2 configuration.
+//! Domain of an instance: its name, its directory and its iceoryx2 configuration.
 //!
-//! Each instance is an iceoryx2 domain of its own, so that two shows on one machine never meet. Root path:
+//! Each instance is an iceoryx2 domain of its own, so two shows on one machine do not interfere. Root path:
 //! `$XDG_RUNTIME_DIR/bench-dragon/NAME`, else `/tmp/bench-dragon-UID/NAME`; prefix `bd_UID_NAME_`.
 
 use core::fmt;
@@ -16,21 +16,21 @@ use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 use crate::domain_error::DomainError;
 
-/// Longest root path in bytes: what iceoryx2 appends to it has to fit into a socket address.
+/// Exclusive limit of the root path's length, in bytes. The path plus iceoryx2's suffixes must fit into a socket address.
 pub const MAX_ROOT_PATH_LEN: usize = 60;
 
-/// The name of an instance: 1 to 24 of a–z, 0–9 and -.
+/// Name of an instance: 1 to 24 characters of a–z, 0–9 and -.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Instance(String);
 
 impl Instance {
-    /// Longest name in characters.
+    /// Greatest length of a name, in characters.
     pub const MAX_LEN: usize = 24;
 
-    /// Takes a name.
+    /// Checks a name.
     ///
     /// # Errors
-    /// [`DomainError::InvalidInstance`] where it is not 1 to 24 of a–z, 0–9 and -.
+    /// [`DomainError::InvalidInstance`] where the name is not 1 to 24 characters of a–z, 0–9 and -.
     pub fn new(name: &str) -> Result<Self, DomainError> {
         let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
         if name.is_empty() || name.len() > Self::MAX_LEN || !name.bytes().all(allowed) {
@@ -39,7 +39,7 @@ impl Instance {
         Ok(Self(name.to_owned()))
     }
 
-    /// The name.
+    /// The name as text.
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -65,7 +65,7 @@ impl core::str::FromStr for Instance {
     }
 }
 
-/// The iceoryx2 domain of an instance.
+/// iceoryx2 domain of an instance.
 #[derive(Clone, Debug)]
 pub struct Domain {
     instance: Instance,
@@ -74,11 +74,12 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The domain of an instance of the user who runs this process. Touches nothing on disk.
+    /// Returns the domain of an instance of the user who runs this process. Accesses nothing on disk except
+    /// `/proc/self/status`.
     ///
     /// # Errors
-    /// [`DomainError::RootPath`] where the root path is relative, not shorter than [`MAX_ROOT_PATH_LEN`], or has characters
-    /// that iceoryx2 does not take.
+    /// [`DomainError::RootPath`] where the root path is relative, has [`MAX_ROOT_PATH_LEN`] bytes or more, or has
+    /// characters that iceoryx2 does not allow. [`DomainError::Io`] where the user id cannot be read.
     pub fn new(instance: Instance) -> Result<Self, DomainError> {
         let uid = effective_uid()?;
         let root = base_directory(std::env::var_os("XDG_RUNTIME_DIR"), uid).join(instance.as_str());
@@ -99,17 +100,18 @@ impl Domain {
         &self.root
     }
 
-    /// The prefix of everything that the domain puts into shared memory.
+    /// Prefix of all names of the domain in shared memory.
     pub fn prefix(&self) -> String {
         format!("bd_{}_{}_", self.uid, self.instance)
     }
 
-    /// The user whose domain this is.
+    /// User id of the domain's owner.
     pub(crate) fn uid(&self) -> u32 {
         self.uid
     }
 
-    /// The configuration of every iceoryx2 node of this domain. Dead nodes are removed by us, when a member joins.
+    /// Returns the configuration of every iceoryx2 node of this domain. iceoryx2's own removal of dead nodes is disabled:
+    /// a member removes them when it joins.
     ///
     /// # Panics
     /// Never: the constructor has checked what iceoryx2 requires of a path and a prefix.
@@ -127,40 +129,40 @@ impl Domain {
         config
     }
 
-    /// The same configuration as the TOML that the `iox2` command and any iceoryx2 client read, as
+    /// Returns the same configuration as TOML. The `iox2` command and any iceoryx2 client read it as
     /// `config/iceoryx2.toml` in their working folder.
     pub fn iceoryx2_toml(&self) -> String {
-        // Debug escapes quotes and backslashes as TOML does.
+        // `Debug` escapes quotes and backslashes as TOML does.
         format!("[global]\nroot-path = {:?}\nprefix = {:?}\n", self.root_str(), self.prefix())
     }
 
-    /// Where the domain's iceoryx2 configuration lies while somebody is in it.
+    /// Path of the domain's iceoryx2 configuration file, which exists while a process is in the domain.
     pub(crate) fn iceoryx2_toml_path(&self) -> PathBuf {
         self.root.join("iceoryx2.toml")
     }
 
-    /// Makes this domain's configuration the one that iceoryx2 falls back on in this process: it does so where the details
-    /// of a node that was killed cannot be read, and would look for its remains in another domain.
+    /// Makes this domain's configuration the fallback of iceoryx2 in this process. iceoryx2 uses the fallback where it
+    /// cannot read the details of a killed node; without it, iceoryx2 would search another domain for the node's files.
     pub(crate) fn set_fallback_configuration(&self) -> io::Result<()> {
         /// Threads of one process may join at once.
         static DRAFTS: AtomicU64 = AtomicU64::new(0);
         let path = self.iceoryx2_toml_path();
-        // By the prefix, so that one that a killed process leaves is swept away.
+        // The name has the domain's prefix, so a draft that a killed process leaves is removed with the domain.
         let number = DRAFTS.fetch_add(1, Ordering::Relaxed);
         let draft = self.root.join(format!("{}{}-{number}.draft", self.prefix(), std::process::id()));
         fs::write(&draft, self.iceoryx2_toml())?;
         fs::rename(&draft, &path)?;
         let path = FilePath::new(path.as_os_str().as_encoded_bytes()).expect("the root path is of limited length");
-        // Another domain's of this process may be there already.
+        // A configuration of another domain may already be set in this process.
         let _ = Config::setup_global_config_from_file(&path);
         Ok(())
     }
 
-    /// Makes the directory, mode 0700 whatever the umask, where it is missing, and checks it; nothing is made in one that is
-    /// not ours alone.
+    /// Creates the directory, if it is missing, with mode 0700 regardless of the umask, and checks it. Nothing is created
+    /// in a directory that other users own or may write.
     ///
     /// # Errors
-    /// As [`Domain::check_directory`], and [`DomainError::Io`] where it cannot be made.
+    /// As [`Domain::check_directory`]; also [`DomainError::Io`] where the directory cannot be created.
     pub fn create_directory(&self) -> Result<(), DomainError> {
         self.check_runtime_directory()?;
         for directory in self.directories() {
@@ -174,11 +176,12 @@ impl Domain {
         Ok(())
     }
 
-    /// Checks that the directory is ours alone.
+    /// Checks that this user owns the directory and that other users may not write into it.
     ///
     /// # Errors
     /// [`DomainError::RuntimeDirectory`], [`DomainError::Missing`], [`DomainError::NotADirectory`],
-    /// [`DomainError::ForeignOwner`] or [`DomainError::WritableByOthers`], each with the path that is wrong.
+    /// [`DomainError::ForeignOwner`], [`DomainError::WritableByOthers`], [`DomainError::PermissionDenied`] or
+    /// [`DomainError::Io`], each with the path in question.
     pub fn check_directory(&self) -> Result<(), DomainError> {
         self.check_runtime_directory()?;
         self.directories().into_iter().try_for_each(|path| self.check(path))
@@ -189,8 +192,8 @@ impl Domain {
         check_metadata(path, &metadata, self.uid)
     }
 
-    /// Checks the directory that ours are in: it has to be there, and others may write into it only as into `/tmp`, without
-    /// removing what is not theirs.
+    /// Checks the parent of the domain's directories. It must exist. Other users may write into it only if it is sticky
+    /// like `/tmp`, so that they cannot remove foreign files.
     fn check_runtime_directory(&self) -> Result<(), DomainError> {
         const STICKY: u32 = 0o1000;
         let path = self.directories()[0].parent().expect("the root path has two levels of ours");
@@ -208,18 +211,18 @@ impl Domain {
         self.root.to_str().expect("the constructor accepts only ASCII")
     }
 
-    /// The directories that have to be ours, the outer one first.
+    /// Returns the directories that this user must own, the outer one first.
     fn directories(&self) -> [&Path; 2] {
         [self.root.parent().expect("the root path ends with the instance's name"), &self.root]
     }
 }
 
-/// Whether a path may have this byte: iceoryx2 takes ASCII, without control characters and these.
+/// Whether a path may contain this byte. iceoryx2 allows ASCII without control characters and without `<>"|?*`.
 fn is_allowed(byte: u8) -> bool {
     matches!(byte, b' '..=b'~') && !b"<>\"|?*".contains(&byte)
 }
 
-/// The directory that holds the instances' directories.
+/// Returns the parent directory of the instances' directories.
 fn base_directory(runtime_dir: Option<OsString>, uid: u32) -> PathBuf {
     match runtime_dir {
         Some(directory) if !directory.is_empty() => PathBuf::from(directory).join("bench-dragon"),
@@ -227,13 +230,13 @@ fn base_directory(runtime_dir: Option<OsString>, uid: u32) -> PathBuf {
     }
 }
 
-/// Makes a directory with mode 0700, of which the umask takes nothing: iceoryx2 has a strict one for an instant now and then,
-/// and a process that is started in that instant inherits it.
+/// Creates a directory with mode 0700, regardless of the umask. iceoryx2 sets a strict umask for short moments, and a
+/// process that starts in such a moment inherits it.
 fn make_for_its_user(path: &Path) -> io::Result<()> {
     const MODE: u32 = 0o700;
     DirBuilder::new().mode(MODE).create(path)?;
     match fs::set_permissions(path, Permissions::from_mode(MODE)) {
-        // The last one to leave has just removed it, which the check that follows finds.
+        // The last member to leave has just removed it. The check that follows detects that.
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         outcome => outcome,
     }
@@ -253,7 +256,7 @@ fn check_metadata(path: &Path, metadata: &Metadata, uid: u32) -> Result<(), Doma
     Ok(())
 }
 
-/// The effective user id, from `/proc/self/status`: its owner in the file system is root where a process is not
+/// Returns the effective user id from the content of `/proc/self/status`. The file's owner is root where a process is not
 /// dumpable.
 fn effective_uid() -> Result<u32, DomainError> {
     let path = Path::new("/proc/self/status");

@@ -1,4 +1,4 @@
-//! What can be wrong with where an instance lives.
+//! Errors of an instance's name and directory.
 
 use core::fmt;
 use std::io::{self, ErrorKind};
@@ -8,33 +8,33 @@ use crate::domain::{Instance, MAX_ROOT_PATH_LEN};
 use crate::open_files::is_out_of_files;
 use crate::sweep::SHARED_MEMORY;
 
-/// Why an instance has no usable domain.
+/// Reason for which an instance has no usable domain.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum DomainError {
-    /// The name is not 1 to 24 of a–z, 0–9 and -.
+    /// The name is not 1 to 24 characters of a–z, 0–9 and -.
     InvalidInstance {
         /// The name.
         name: String,
     },
-    /// The root path is relative or too long, or has characters that iceoryx2 does not take.
+    /// The root path is relative or too long, or has characters that iceoryx2 does not allow.
     RootPath {
         /// The path.
         root: PathBuf,
     },
-    /// The directory that the bus directory is to be made in cannot be used.
+    /// The parent of the bus directory cannot be used.
     RuntimeDirectory {
         /// The path.
         path: PathBuf,
         /// The reason.
         error: io::Error,
     },
-    /// The directory is not there.
+    /// The directory does not exist.
     Missing {
         /// The path.
         path: PathBuf,
     },
-    /// Something else than a directory, or a link, is in its place.
+    /// The path is not a directory, or is a link.
     NotADirectory {
         /// The path.
         path: PathBuf,
@@ -60,14 +60,14 @@ pub enum DomainError {
         /// The path.
         path: PathBuf,
     },
-    /// Another process holds the lock of the bus directory, and does not go on.
+    /// Another process holds the lock of the bus directory and does not continue.
     Held {
         /// The lock file.
         path: PathBuf,
-        /// The process's id, where it can be seen.
+        /// Id of that process, if known.
         pid: Option<u32>,
     },
-    /// The operating system refused.
+    /// The operating system reported an error.
     Io {
         /// The path.
         path: PathBuf,
@@ -77,7 +77,7 @@ pub enum DomainError {
 }
 
 impl DomainError {
-    /// Sorts the operating system's reason for not letting a path be read.
+    /// Converts the operating system's error of reading a path.
     pub(crate) fn of(path: PathBuf, error: io::Error) -> Self {
         match error.kind() {
             ErrorKind::NotFound => Self::Missing { path },
@@ -87,7 +87,7 @@ impl DomainError {
     }
 }
 
-/// What to do about an error of the operating system, where that is plain.
+/// Returns the remedy for an error of the operating system, or an empty text where none is known.
 fn remedy(path: &Path, error: &io::Error) -> &'static str {
     match error.kind() {
         _ if is_out_of_files(error) => ": raise the limit, `ulimit -n 1024`",
@@ -103,7 +103,7 @@ fn remedy(path: &Path, error: &io::Error) -> &'static str {
     }
 }
 
-/// A path without control characters.
+/// Returns a path as text, with control characters replaced.
 fn printable(path: &Path) -> String {
     path.to_string_lossy().replace(char::is_control, "\u{fffd}")
 }
@@ -121,9 +121,9 @@ impl fmt::Display for DomainError {
                 printable(root)
             ),
             Self::RuntimeDirectory { path, error } => {
-                write!(formatter, "XDG_RUNTIME_DIR is {}, must be a directory that is there: {error}", path.display())
+                write!(formatter, "XDG_RUNTIME_DIR is {}, must be an existing directory: {error}", path.display())
             }
-            Self::Missing { path } => write!(formatter, "the bus directory {} is not there", path.display()),
+            Self::Missing { path } => write!(formatter, "the bus directory {} does not exist", path.display()),
             Self::NotADirectory { path } => write!(formatter, "{} is not a directory: remove it", path.display()),
             Self::ForeignOwner { path, owner, user } => write!(
                 formatter,
@@ -145,7 +145,7 @@ impl fmt::Display for DomainError {
                     pid.map_or_else(|| "a process that is not listed here".to_owned(), |pid| format!("pid {pid}"));
                 write!(
                     formatter,
-                    "{} is held by {pid}, which clears the bus and does not go on: continue or kill it",
+                    "{} is held by {pid}, which is clearing the bus and makes no progress: resume or kill it",
                     path.display()
                 )
             }
@@ -154,5 +154,5 @@ impl fmt::Display for DomainError {
     }
 }
 
-// The text has the operating system's reason in it, so there is no source to print after it.
+// The text contains the operating system's reason, so `source` returns none.
 impl core::error::Error for DomainError {}

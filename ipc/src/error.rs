@@ -1,4 +1,4 @@
-//! What can go wrong between a process and the bus.
+//! Errors between a process and the bus.
 
 use core::fmt;
 use std::io;
@@ -7,81 +7,81 @@ use std::time::Duration;
 use crate::domain_error::DomainError;
 use crate::shortage::shortage;
 
-/// Why the bus could not be joined.
+/// Reason for which a process cannot use the bus.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum BusError {
-    /// Nothing is published on this instance. Clients wait for it with [`BusError::is_absent`].
+    /// No source publishes on this instance. [`BusError::is_absent`] returns `true`, so a client may wait.
     NoServer {
         /// The instance.
         instance: String,
     },
-    /// The server has not answered in time. It may have taken what it was told all the same.
+    /// The server has not replied in time. It may have executed the command nevertheless.
     NoAnswer {
         /// The instance.
         instance: String,
-        /// How long it was waited for.
+        /// Time for which the client waited.
         waited: Duration,
     },
     /// Another source publishes on this instance.
     SourceRunning {
         /// The instance.
         instance: String,
-        /// The other source's process id, as it wrote it; empty in the instant before it has.
+        /// Process id of the other source, as written in the lock file; empty at the moment before it is written.
         pid: String,
     },
     /// Another guard watches over this instance.
     GuardRunning {
         /// The instance.
         instance: String,
-        /// The other guard's process id, as it wrote it; empty in the instant before it has.
+        /// Process id of the other guard, as written in the lock file; empty at the moment before it is written.
         pid: String,
     },
     /// The instance's directory is not usable.
     Domain(DomainError),
-    /// The service is there, with another layout or from another iceoryx2 version.
+    /// The service exists with another layout, or was made by another iceoryx2 version.
     VersionMismatch {
         /// The service.
         service: &'static str,
     },
-    /// The service is there, and this user may not open it.
+    /// The service exists, and this user may not open it.
     PermissionDenied {
         /// The service.
         service: &'static str,
     },
     /// `/dev/shm` has less space than the ports need.
     SharedMemoryFull {
-        /// What is needed, in bytes.
+        /// Required free space in bytes.
         needed: u64,
     },
-    /// `/dev/shm` cannot be used at all.
+    /// `/dev/shm` cannot be used.
     SharedMemoryUnusable {
         /// The operating system's reason.
         error: io::Error,
     },
     /// This process may not open as many files as it needs.
     TooFewFiles {
-        /// How many more it needs.
+        /// Number of additional files that the process needs.
         needed: usize,
     },
-    /// A process was killed while it made the service, and what is left of it blocks everyone.
+    /// A process was killed while it created the service. The unfinished service blocks all clients.
     HalfMade {
         /// The service.
         service: &'static str,
     },
-    /// A source cannot make the service, because a process that was the last to use it is removing it, and is stopped.
+    /// A source cannot create the service: its last user is removing it and is stopped.
     Blocked {
         /// The service.
         service: &'static str,
     },
-    /// As many clients as the service allows are connected.
+    /// The service has its greatest allowed number of clients.
     TooManyClients {
         /// The service.
         service: &'static str,
     },
-    /// Anything else: what is lacking, or iceoryx2's word for it.
+    /// Any other error: the resource that is short, or iceoryx2's name of the error.
     Failed {
-        /// The service, or what was to be done.
+        /// The service or the operation.
         service: &'static str,
         /// The reason.
         reason: String,
@@ -89,13 +89,14 @@ pub enum BusError {
 }
 
 impl BusError {
-    /// Whether there is just nothing to open yet, so that waiting makes sense: the next server makes it, and clears away
-    /// what a killed one has left half made.
+    /// Whether there is nothing to open yet, so that waiting makes sense. The next server creates the services and
+    /// removes half-made ones.
     pub fn is_absent(&self) -> bool {
         matches!(self, Self::NoServer { .. } | Self::HalfMade { .. })
     }
 
-    /// An error for which iceoryx2 has only a name: says what the machine or this process is short of, where that is found.
+    /// Creates the error for a failure that iceoryx2 only names. The text reports a shortage of the machine or the
+    /// process if one is found.
     pub fn failed(service: &'static str, reason: impl fmt::Debug) -> Self {
         let reason = shortage().unwrap_or_else(|| format!("iceoryx2 reports {reason:?}"));
         Self::Failed { service, reason }
@@ -118,7 +119,7 @@ impl fmt::Display for BusError {
                 "a server already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
             ),
             Self::GuardRunning { instance, pid } => {
-                write!(formatter, "a guard already runs on instance {instance:?}, pid {pid}: there can be only one")
+                write!(formatter, "a guard already runs on instance {instance:?}, pid {pid}: stop it first")
             }
             Self::Domain(error) => error.fmt(formatter),
             Self::VersionMismatch { service } => write!(
@@ -130,13 +131,13 @@ impl fmt::Display for BusError {
             }
             Self::SharedMemoryFull { needed } => write!(
                 formatter,
-                "/dev/shm has less than the {:.1} MB free that this needs: free some or mount it larger",
+                "/dev/shm has less than the {:.1} MB free that this process needs: free some or mount it larger",
                 *needed as f64 * 1e-6
             ),
             Self::SharedMemoryUnusable { error } if error.kind() == io::ErrorKind::FileTooLarge => {
                 write!(
                     formatter,
-                    "a file may not be as large as shared memory has to be ({error}): `ulimit -f unlimited`"
+                    "the file size limit is too low for shared memory ({error}): raise the limit, `ulimit -f unlimited`"
                 )
             }
             Self::SharedMemoryUnusable { error } => write!(
@@ -154,7 +155,7 @@ impl fmt::Display for BusError {
             ),
             Self::Blocked { service } => write!(
                 formatter,
-                "{service} is being removed by a client that does not go on: continue or kill it; a stopped process has \
+                "{service} is being removed by a client that makes no progress: resume or kill it; a stopped process has \
                  state T in `ps`"
             ),
             Self::TooManyClients { service } => {

@@ -1,23 +1,23 @@
-//! A frame: the dragon at one tick, as it lies in shared memory.
+//! A frame: the state of the dragon at one tick, in its shared-memory layout.
 //!
-//! A frame is a [`FrameHeader`] and one [`HandleState`] for each handle. A dragon of N benches has N + 1 handles:
-//! handle i is the front hinge of bench i, handle N the rear hinge of the last bench.
+//! A frame is a [`FrameHeader`] and one [`HandleState`] per handle. A dragon of N benches has N + 1 handles. Handle i is
+//! the front hinge of bench i, and handle N the rear hinge of the last bench.
 
 use core::fmt;
 
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
-/// What a frame says about the whole dragon: the user header of the `bench-dragon/frames` service.
+/// Values of a frame that concern the whole dragon: the user header of the `bench-dragon/frames` service.
 ///
-/// 72 bytes, little-endian, no padding. Any change of this layout is a new type name.
+/// 72 bytes, little-endian, no padding. A changed layout has a new type name.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.FrameHeader.v1")]
 pub struct FrameHeader {
-    /// Random number under 2^53 of the run; another value means that the source has been started again.
+    /// Random number of the run, under 2^53. It changes when the source is restarted.
     pub run_id: u64,
-    /// Number of the frame in its run, from 0, without a hole: a jump means that this reader lost frames.
+    /// Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames.
     pub tick: u64,
     /// Show time in nanoseconds.
     pub sim_time_ns: i64,
@@ -40,7 +40,7 @@ pub struct FrameHeader {
 const _: () = assert!(size_of::<FrameHeader>() == 72 && align_of::<FrameHeader>() == 8);
 
 impl FrameHeader {
-    /// The state of the show, or `None` where a newer source sends a number that this version does not know.
+    /// The state of the show, or `None` for a number that this version does not support.
     pub fn show_state(&self) -> Option<ShowState> {
         ShowState::from_wire(self.state)
     }
@@ -50,13 +50,13 @@ impl FrameHeader {
         self.sim_time_ns as f64 * 1e-9
     }
 
-    /// How long after its due instant the frame was sent, in nanoseconds.
+    /// Time between the due instant and the sending of the frame, in nanoseconds.
     pub fn lateness_ns(&self) -> u64 {
         self.published_ns.saturating_sub(self.scheduled_ns)
     }
 }
 
-/// Where one handle is and how it moves.
+/// Position and velocity of one handle.
 ///
 /// 48 bytes. x right, y away, z up; z is 0 on a flat stage.
 #[repr(C)]
@@ -79,32 +79,32 @@ impl HandleState {
     }
 }
 
-/// A frame as the bytes that it has in shared memory: the 72 of its header, then 48 for each handle.
+/// Returns the bytes of a frame as in shared memory: 72 of its header, then 48 for each handle.
 pub fn frame_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
     [header.as_bytes(), handles.as_bytes()].concat()
 }
 
-/// What the show is doing.
+/// State of the show.
 ///
 /// The states in which the head may walk are `Running` and `Stopping`, see [`ShowState::walks`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ShowState {
     /// The head walks.
     Running = 0,
-    /// The operator's pause: `resume` goes on.
+    /// Paused by the operator. `resume` continues.
     Paused = 1,
-    /// A safety stop: only `release` lifts it.
+    /// Stopped for safety. Only `release` lifts the hold.
     Held = 2,
-    /// The end of the route, of the run, or of the time asked for is reached.
+    /// The show has reached the end of the route, of the run or of the requested time.
     Finished = 3,
-    /// A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes.
+    /// The head still walks and brakes, because of a pause, a hold, a stop or the timecode.
     Stopping = 4,
-    /// The run has ended in order: this is its last frame.
+    /// The run has ended in order. This is its last frame.
     Ended = 5,
 }
 
 impl ShowState {
-    /// The state behind a number on the wire.
+    /// The state of a number on the wire; `None` for a number that this version does not support.
     pub fn from_wire(state: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|known| known.to_wire() == state)
     }
@@ -112,7 +112,7 @@ impl ShowState {
     /// All states, by their numbers.
     pub const ALL: [Self; 6] = [Self::Running, Self::Paused, Self::Held, Self::Finished, Self::Stopping, Self::Ended];
 
-    /// Whether the head may walk: only then does show time go on.
+    /// Whether the head may walk. Show time advances only in these states.
     pub fn walks(self) -> bool {
         matches!(self, Self::Running | Self::Stopping)
     }

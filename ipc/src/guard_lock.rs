@@ -1,4 +1,4 @@
-//! One guard an instance.
+//! Lock that admits one guard per instance.
 
 use std::fs::{self, File};
 use std::io;
@@ -9,7 +9,7 @@ use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::lock_file::{self, Refused, hold_alone};
 
-/// Held by the one guard of an instance for as long as it runs.
+/// Lock of the only guard of an instance. The guard holds it while it runs.
 #[derive(Debug)]
 pub struct GuardLock {
     path: PathBuf,
@@ -18,10 +18,11 @@ pub struct GuardLock {
 }
 
 impl GuardLock {
-    /// Takes the lock of a domain, whose directory is there: a guard is a member of it already.
+    /// Takes the lock of a domain. The directory exists, because a guard is already a member of the domain.
     ///
     /// # Errors
-    /// [`BusError::GuardRunning`] where another process holds it, [`BusError::Domain`].
+    /// [`BusError::GuardRunning`] where another process holds the lock, [`BusError::Domain`] where the lock file cannot
+    /// be used.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         let path = lock_path(domain);
         match hold_alone(&path) {
@@ -31,12 +32,12 @@ impl GuardLock {
         }
     }
 
-    /// The process id of the guard that holds the lock of a domain; `None` where no guard runs.
+    /// Returns the process id of the guard that holds the lock of a domain; `None` if no guard runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
         lock_file::holder(&lock_path(domain))
     }
 
-    /// Removes the file that a killed guard has left.
+    /// Removes the lock file of a killed guard.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))
     }
@@ -44,9 +45,10 @@ impl GuardLock {
 
 impl Drop for GuardLock {
     fn drop(&mut self) {
-        // While the lock is held, so that nobody else's file is removed. What cannot be removed is used again.
+        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
+        // removed is reused.
         let _ = fs::remove_file(&self.path);
-        // The last one to leave the domain could not remove the directory while this file was in it.
+        // The last member to leave could not remove the directory while it contained this file.
         let _ = self.path.parent().map(fs::remove_dir);
     }
 }

@@ -1,10 +1,11 @@
-//! Segments of shared memory that a process was killed in making, before they had a size.
+//! Removal of shared-memory segments whose creator was killed before they had a size.
 //!
-//! iceoryx2 0.10 makes a segment empty, and then gives it its size; whoever opens it in between waits for that. It waits
-//! without end (`MappingSizeIsZero`, in its `posix_shared_memory.rs`): a process that was killed in between would stop the
-//! server, every reader that is its peer, and everyone who cleans up after it. A process needs microseconds from one step to the
-//! other. So a segment that stays empty is removed: by each member that joins, before it opens anything, and by the source all
-//! the time. Then whoever waits goes on, and makes the segment anew or finds that its peer is gone.
+//! iceoryx2 0.10 creates a segment empty and then sets its size. A process that opens the segment in between waits for
+//! the size, without a time limit (`MappingSizeIsZero`, in `posix_shared_memory.rs` of iceoryx2). If the creator is
+//! killed in between, the server, every connected reader and every process that removes its remains would wait forever.
+//! The two steps are microseconds apart, so a segment that stays empty is abandoned. Each joining member removes such
+//! segments before it opens anything, and the source removes them continuously. The waiting process then continues: it
+//! creates the segment again, or finds that its peer is gone.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
@@ -15,21 +16,21 @@ use std::time::Duration;
 use crate::domain::Domain;
 use crate::sweep::SHARED_MEMORY;
 
-/// So many looks in a row find a segment empty before it is removed.
+/// Number of successive checks that must find a segment empty before it is removed.
 const SIGHTINGS: u32 = 4;
-/// How far apart the looks of a member that joins are.
+/// Period of the checks of a joining member.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// Looks of a member that joins at most: those of several segments, one made after the other.
+/// Greatest number of checks of a joining member: enough for several segments, created one after the other.
 const MOST_LOOKS: u32 = 5 * SIGHTINGS;
 
-/// Looks after the segments of a domain. Whoever looks does so at least some ten milliseconds apart.
+/// Removes empty segments of a domain. Checks must be at least some ten milliseconds apart.
 #[derive(Debug)]
 pub struct SegmentWatch {
     domain: Domain,
     empty: Vec<EmptySegment>,
 }
 
-/// A segment without a size, and how often it has been seen so.
+/// A segment without a size, and the number of successive checks that found it empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct EmptySegment {
     path: PathBuf,
@@ -38,12 +39,13 @@ struct EmptySegment {
 }
 
 impl SegmentWatch {
-    /// A watch that has seen nothing yet.
+    /// Returns a watch without observations.
     pub fn new(domain: &Domain) -> Self {
         Self { domain: domain.clone(), empty: Vec::new() }
     }
 
-    /// Looks once, and removes what has been empty for some looks. Returns whether empty segments are left.
+    /// Checks once, and removes the segments that several successive checks found empty. Returns whether empty segments
+    /// are left.
     pub fn look(&mut self) -> bool {
         let found = empty_segments(&self.domain);
         self.empty = found
@@ -55,14 +57,15 @@ impl SegmentWatch {
             .collect();
         self.empty.retain(|empty| {
             let is_half_made = empty.sightings >= SIGHTINGS;
-            // Another process may have removed it just now.
+            // Another process may have removed the segment just now.
             !(is_half_made && fs::remove_file(&empty.path).is_ok())
         });
         !self.empty.is_empty()
     }
 }
 
-/// Waits until no segment is empty, and removes those that stay so; where none is, it takes one look.
+/// Waits until no segment is empty, and removes segments that stay empty. Without empty segments, one check is made and
+/// nothing waits.
 pub(crate) fn settle(domain: &Domain) {
     let mut watch = SegmentWatch::new(domain);
     for _ in 0..MOST_LOOKS {

@@ -1,7 +1,7 @@
-//! The bench dragon's bus: all that a client needs, and nothing else.
+//! The bench dragon's bus: everything that a client needs, and nothing else.
 //!
-//! A server publishes the state of every bench at a fixed rate into iceoryx2 shared memory; clients read it in place.
-//! The contract:
+//! A server publishes the state of every bench at a fixed rate into iceoryx2 shared memory. Clients read it in place,
+//! without a copy. The contract:
 //!
 //! | service | pattern | payload |
 //! |---|---|---|
@@ -13,16 +13,16 @@
 //! | `bench-dragon/commands` | request-response | [`Command`] → [`CommandReply`] |
 //! | `bench-dragon/command-events` | publish-subscribe, last ones for late joiners | [`CommandEvent`] |
 //!
-//! - *Who creates:* only a source creates services; a client opens them, and where there are none it is told so
-//!   ([`BusError::NoServer`]) and may try again.
-//! - *Who waits:* no reader ever delays the server. One that falls behind by more than its buffer loses its own oldest
-//!   frames and sees it in [`Frame::continuity`].
-//! - *What another process may change:* nothing in a frame that is held. Between two frames the server may be
+//! - *Creation:* only a source (a server, a replay or a receiving bridge) creates services. A client opens existing ones;
+//!   without a source it receives [`BusError::NoServer`] and may try again.
+//! - *Waiting:* no reader ever delays the server. A reader that falls behind by more than its buffer loses its own oldest
+//!   frames and sees the loss in [`Frame::continuity`].
+//! - *Changes by other processes:* a frame does not change while a reader holds it. Between two frames the server may be
 //!   restarted ([`Continuity::Restarted`]).
-//! - *Units:* metres, seconds, radians; x right, y away, z up. Times are integers of nanoseconds, clocks are
+//! - *Units:* metres, seconds, radians; x right, y away, z up. Times are integers in nanoseconds, clocks are
 //!   `CLOCK_MONOTONIC`. Speeds are metres per show second.
 //!
-//! A whole client:
+//! A complete client:
 //!
 //! ```no_run
 //! use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
@@ -97,8 +97,8 @@ pub use space::require_shared_memory;
 pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
 pub use subscriber::{Frame, FrameSubscriber};
 pub use time_histogram::TimeHistogram;
-/// What turns the layouts of the bus into their bytes, and bytes into them.
+/// Traits that convert the bus's layouts to and from their bytes.
 pub use zerocopy::{FromBytes, IntoBytes};
 
-/// The version of iceoryx2 whose services these are; another one's cannot be opened.
+/// Version of iceoryx2 that the bus uses. Services of another version cannot be opened.
 pub const ICEORYX2_VERSION: &str = "0.10";

@@ -1,4 +1,4 @@
-//! Lock files: the kernel drops a lock with the process that holds it, however that ends.
+//! Lock files. The kernel drops a lock when its holder ends, also if the holder is killed.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -9,19 +9,19 @@ use std::time::{Duration, Instant};
 
 use crate::lock_holders::Holders;
 
-/// How long a lock file waits for a holder that is ending: far longer than that takes.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Timeout of waiting for a holder that is ending: much longer than a process takes to end.
+const END_TIMEOUT: Duration = Duration::from_secs(10);
 const TRY_PERIOD: Duration = Duration::from_millis(1);
 
-/// Why an exclusive lock is not to be had.
+/// Reason for which an exclusive lock is refused.
 pub(crate) enum Refused {
-    /// Somebody else holds it; with the process id that is written in the file, empty in the instant before it is.
+    /// Another process holds the lock. Its id is from the file, and empty at the moment before it is written.
     Taken { pid: String },
-    /// The file system's reason.
+    /// The file system reported an error.
     Io(io::Error),
 }
 
-/// Takes the exclusive lock on the file at a path without waiting, and writes this process's id into it.
+/// Takes the exclusive lock on the file at a path without waiting, and writes this process's id into the file.
 pub(crate) fn hold_alone(path: &Path) -> Result<File, Refused> {
     let mut file = lock_at(path, Refused::Io, lock_exclusively)?;
     write_pid(&mut file).map_err(Refused::Io)?;
@@ -34,24 +34,24 @@ fn write_pid(file: &mut File) -> io::Result<()> {
     writeln!(file, "{}", std::process::id())
 }
 
-/// Removes a lock file that nobody holds. Waits for a holder that is ending, until the kernel has dropped its lock.
+/// Removes a lock file without a holder. Waits for a holder that is ending until the kernel drops its lock.
 pub(crate) fn clear_abandoned(path: &Path) -> io::Result<()> {
     let Some(file) = if_there(File::open(path))? else { return Ok(()) };
     let begun = Instant::now();
     loop {
         if file.try_lock().is_ok() {
-            // Its holder may have removed it just now.
+            // The holder may have removed the file just now.
             return if_there(fs::remove_file(path)).map(drop);
         }
-        if Holders::of(&file) == Holders::Living || begun.elapsed() > PATIENCE {
+        if Holders::of(&file) == Holders::Living || begun.elapsed() > END_TIMEOUT {
             return Ok(());
         }
         thread::sleep(TRY_PERIOD);
     }
 }
 
-/// The process id of the holder of the lock file at a path, found out without touching the lock: a try would look like
-/// another holder to one that starts at that moment.
+/// Returns the process id of the holder of the lock file at a path. It does not try the lock: to a process that starts at
+/// that moment, the attempt would look like another holder.
 pub(crate) fn holder(path: &Path) -> Option<u32> {
     let pid: u32 = fs::read_to_string(path).ok()?.trim().parse().ok()?;
     let open_files = fs::read_dir(format!("/proc/{pid}/fd")).ok()?;
@@ -71,10 +71,10 @@ fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
     }
 }
 
-/// Opens the file at a path, making it where it is missing, and locks it with `lock`.
+/// Opens the file at a path, creating it if it is missing, and locks it with `lock`.
 ///
-/// The holder of a lock may remove the file before it lets go, so after locking this makes sure that the file is still
-/// the one at the path, and starts again where it is not.
+/// The holder of a lock may remove the file before it drops the lock. So after locking, this function checks that the
+/// file is still the one at the path, and starts again if it is not.
 pub(crate) fn lock_at<E>(
     path: &Path,
     failed: impl Fn(io::Error) -> E,
@@ -91,7 +91,7 @@ pub(crate) fn lock_at<E>(
     }
 }
 
-/// Whether an open file is still the one at a path.
+/// Whether an open file is still the file at a path.
 pub(crate) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     match if_there(fs::metadata(path))? {
         Some(at_path) => Ok(at_path.ino() == file.metadata()?.ino()),
@@ -99,7 +99,7 @@ pub(crate) fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     }
 }
 
-/// `None` where what was asked for is not there.
+/// Converts the error `NotFound` to `None`.
 pub(crate) fn if_there<T>(outcome: io::Result<T>) -> io::Result<Option<T>> {
     match outcome {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),

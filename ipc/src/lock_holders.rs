@@ -1,8 +1,8 @@
-//! Which processes hold a lock, and whether they will act on it again.
+//! Finds the processes that hold a lock, and whether they are ending.
 //!
-//! The kernel drops the locks of a killed process when it closes the files of that process, some time after the signal. Until
-//! then the lock is held by a process that does nothing any more. `/proc/locks` names the holders of a lock, and
-//! `/proc/PID` shows which of them are ending.
+//! The kernel drops the locks of a killed process when it closes the files of that process, some time after the signal.
+//! Until then a process that no longer runs holds the lock. `/proc/locks` lists the holders of a lock, and `/proc/PID`
+//! shows which of them are ending.
 
 use std::fs::{self, File};
 use std::io;
@@ -11,11 +11,11 @@ use std::os::unix::fs::MetadataExt;
 /// The processes that hold a lock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Holders {
-    /// All of them run, or could.
+    /// All of them run, or are stopped and can continue.
     Living,
     /// At least one of them is ending: it was killed, or exits.
     Ending,
-    /// None is listed: the lock has just been dropped, or this process may not see its holders.
+    /// None is listed: the lock was dropped just now, or this process may not see its holders.
     Unseen,
 }
 
@@ -33,18 +33,18 @@ impl Holders {
     }
 }
 
-/// The process ids that hold the `flock` on a file.
+/// Returns the ids of the processes that hold the `flock` on a file.
 pub(crate) fn pids(file: &File) -> io::Result<Vec<u32>> {
     let inode = file.metadata()?.ino();
     Ok(fs::read_to_string("/proc/locks")?.lines().filter_map(|line| holder(line, inode)).collect())
 }
 
-/// The process id in a line of `/proc/locks`, of a `flock` on this inode. The device is left out: that of a file on a layered
-/// file system has another number there.
+/// Returns the process id in a line of `/proc/locks`, if the line is a held `flock` on this inode. The device is not
+/// compared: on a layered file system `/proc/locks` has another device number.
 ///
-/// A line, and one of a process that waits: `1: FLOCK  ADVISORY  WRITE 123 00:1c:4567 0 EOF`, `1: -> FLOCK  …`.
+/// Examples of a holder and of a waiting process: `1: FLOCK  ADVISORY  WRITE 123 00:1c:4567 0 EOF`, `1: -> FLOCK  …`.
 fn holder(line: &str, inode: u64) -> Option<u32> {
-    // Without a list of the words: the file has a line for each lock of the system.
+    // The words are not collected: the file has a line for each lock of the system.
     let mut words = line.split_ascii_whitespace().skip(1);
     if words.next()? != "FLOCK" {
         return None;
@@ -54,7 +54,7 @@ fn holder(line: &str, inode: u64) -> Option<u32> {
     (number.parse() == Ok(inode)).then(|| pid.parse().ok())?
 }
 
-/// Whether a process is ending, or has ended. One that is stopped, or of which nothing can be read, is not.
+/// Whether a process is ending or has ended. A stopped process is not ending, nor is one whose files cannot be read.
 pub(crate) fn is_ending(pid: u32) -> bool {
     let shows = |name: &str, is_end: fn(&str) -> bool| {
         fs::read_to_string(format!("/proc/{pid}/{name}"))
@@ -63,9 +63,9 @@ pub(crate) fn is_ending(pid: u32) -> bool {
     shows("stat", has_exited) || shows("status", was_killed)
 }
 
-/// Whether a file of `/proc/PID` could not be read because the process has gone, also in the middle of reading.
+/// Whether an error of reading a file of `/proc/PID` means that the process has ended, also during the read.
 fn is_of_no_process(error: &io::Error) -> bool {
-    /// The kernel's number, `ESRCH`.
+    /// The kernel's error number `ESRCH`.
     const NO_SUCH_PROCESS: i32 = 3;
     error.kind() == io::ErrorKind::NotFound || error.raw_os_error() == Some(NO_SUCH_PROCESS)
 }
@@ -81,8 +81,8 @@ fn has_exited(stat: &str) -> bool {
     matches!(state, Some("Z" | "X")) || flags & PF_EXITING != 0
 }
 
-/// Whether `/proc/PID/status` shows a pending SIGKILL. A signal that ends a process is listed as SIGKILL from the moment at
-/// which it is sent.
+/// Whether `/proc/PID/status` shows a pending SIGKILL. The kernel lists every signal that ends a process as SIGKILL from
+/// the moment it is sent.
 fn was_killed(status: &str) -> bool {
     const SIGKILL: u64 = 1 << 8;
     let pending = |line: &str| {
@@ -126,9 +126,9 @@ mod tests {
     fn a_lock_of_this_process_is_held_by_a_living_one() {
         let path = std::env::temp_dir().join(format!("bench-dragon-lock-{}", std::process::id()));
         let file = File::create(&path).expect("the directory can be written");
-        fs::remove_file(&path).expect("it was made just now");
+        fs::remove_file(&path).expect("the file was created just now");
         assert_eq!(Holders::of(&file), Holders::Unseen);
-        file.try_lock_shared().expect("nobody else has the file");
+        file.try_lock_shared().expect("no other process has the file");
         assert_eq!(Holders::of(&file), Holders::Living);
     }
 }

@@ -30,25 +30,25 @@ use crate::space::require_shared_memory;
 use crate::status::Status;
 use crate::trouble::{Sorted, Trouble};
 
-/// How often a source tries for a service that is in flux, or either side for one that a signal kept from it, and how long
-/// it waits in between: a second in all.
+/// Number of attempts for a service, and the time between two: one second in total. A source repeats them while another
+/// process creates or removes the service. Source and client repeat them after a signal.
 const MAX_TRIES: u32 = 100;
 const TRY_PERIOD: Duration = Duration::from_millis(10);
 
-/// On which side of the services a process stands.
+/// Side of the services on which a process is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Creates services where they are missing. The benches decide how many frames are buffered.
+    /// Creates missing services. The number of benches determines how many frames are buffered.
     Source {
-        /// Benches of the dragon.
+        /// Number of benches of the dragon.
         bench_count: usize,
     },
-    /// Opens services, which have to be there.
+    /// Opens existing services only.
     Client,
 }
 
 impl Role {
-    /// What its ports take of shared memory at most, beside the frames.
+    /// Greatest shared memory of its ports without the frames, in bytes.
     fn memory(self) -> u64 {
         match self {
             Self::Source { .. } => SOURCE_MEMORY,
@@ -56,7 +56,7 @@ impl Role {
         }
     }
 
-    /// Files that it opens at most.
+    /// Greatest number of files that it opens.
     fn open_files(self) -> usize {
         match self {
             Self::Source { .. } => SOURCE_FILES,
@@ -71,24 +71,25 @@ pub struct Member {
     node: Node<Service>,
     instance: String,
     role: Role,
-    // Given up last, after the node is gone.
+    // Dropped last, after the node.
     membership: Arc<Membership>,
 }
 
 impl Member {
-    /// Joins a domain under a name that `iox2 node list` shows. A source makes the domain's directory; for a client
-    /// it has to be there.
+    /// Joins a domain under a node name that `iox2 node list` shows. A source creates the domain's directory; for a
+    /// client the directory must exist.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] for a client where the directory is missing, [`BusError::Domain`],
-    /// [`BusError::PermissionDenied`], [`BusError::TooFewFiles`], [`BusError::SharedMemoryFull`] and
-    /// [`BusError::SharedMemoryUnusable`].
+    /// [`BusError::NoServer`] for a client without a directory or services, [`BusError::Domain`] for a directory that is
+    /// not usable. Also [`BusError::PermissionDenied`], [`BusError::TooFewFiles`], [`BusError::SharedMemoryFull`] and
+    /// [`BusError::SharedMemoryUnusable`]. [`BusError::Failed`] for any other error, such as a name that iceoryx2 does
+    /// not allow.
     pub fn join(domain: &Domain, name: &str, role: Role) -> Result<Self, BusError> {
         let instance = domain.instance().to_string();
         require_open_files(role.open_files())?;
         let membership = loop {
             match (enter(domain, role), role) {
-                // The last one to leave has just removed the directory.
+                // The last member to leave has just removed the directory.
                 (Err(DomainError::Missing { .. }), Role::Source { .. }) => {}
                 (Err(DomainError::Missing { .. }), Role::Client) => return Err(BusError::NoServer { instance }),
                 (entered, _) => break entered?,
@@ -112,16 +113,17 @@ impl Member {
         Ok(Self { node, instance, role, membership: Arc::new(membership) })
     }
 
-    /// A share of the membership, for whatever keeps the node beyond this.
+    /// Returns a share of the membership, for objects that keep the node alive longer than this member.
     pub(crate) fn membership(&self) -> Arc<Membership> {
         Arc::clone(&self.membership)
     }
 
-    /// The frames: slices of [`HandleState`] under a [`FrameHeader`]. A slow reader loses its own oldest frames.
+    /// Opens the frames: slices of [`HandleState`] with a [`FrameHeader`]. A slow reader loses its own oldest frames.
     ///
     /// # Errors
-    /// As every service: [`BusError::NoServer`], [`BusError::VersionMismatch`], [`BusError::PermissionDenied`],
-    /// [`BusError::HalfMade`], [`BusError::TooManyClients`], [`BusError::Failed`].
+    /// As for every service: [`BusError::NoServer`], [`BusError::VersionMismatch`], [`BusError::PermissionDenied`],
+    /// [`BusError::HalfMade`], [`BusError::TooManyClients`], [`BusError::Failed`]; for a source also
+    /// [`BusError::Blocked`].
     pub fn frames(&self) -> Result<FrameService, BusError> {
         let builder = || {
             self.node
@@ -134,7 +136,7 @@ impl Member {
         self.open_or_create(FRAMES, || builder().open(), create)
     }
 
-    /// The wake-up that follows each frame.
+    /// Opens the wake-up event that follows each frame.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -142,7 +144,7 @@ impl Member {
         self.events(FRAMES)
     }
 
-    /// The configuration as TOML text, kept for late joiners.
+    /// Opens the description: the configuration as TOML text. Late joiners receive the latest one.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -158,7 +160,7 @@ impl Member {
         self.open_or_create(DESCRIPTION, || builder().open(), create)
     }
 
-    /// The server's account of itself, kept for late joiners.
+    /// Opens the server's status. Late joiners receive the latest one.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -170,7 +172,7 @@ impl Member {
         self.open_or_create(STATUS, || builder().open(), create)
     }
 
-    /// The monitor's alerts.
+    /// Opens the monitors' alerts.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -181,7 +183,7 @@ impl Member {
         self.open_or_create(ALERTS, || builder().open(), create)
     }
 
-    /// The wake-up that follows each alert.
+    /// Opens the wake-up event that follows each alert.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -189,7 +191,7 @@ impl Member {
         self.events(ALERTS)
     }
 
-    /// What the readers of frames report of themselves, of each the newest.
+    /// Opens the reports of the readers of frames. Only the newest report of each reader is kept.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -204,7 +206,7 @@ impl Member {
         self.open_or_create(READERS, || builder().open(), create)
     }
 
-    /// Commands to the server, each answered once.
+    /// Opens the commands to the server. The server replies to each once.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -222,7 +224,7 @@ impl Member {
         self.open_or_create(COMMANDS, || builder().open(), create)
     }
 
-    /// The outcome of each command. Late joiners receive the last ones.
+    /// Opens the command events: each command with its outcome. Late joiners receive the last ones.
     ///
     /// # Errors
     /// As [`Member::frames`].
@@ -250,10 +252,10 @@ impl Member {
         self.open_or_create(service, || builder().open(), create)
     }
 
-    /// Opens a service; as a source, creates it where it is missing. What is there already keeps its own limits.
+    /// Opens a service. A source creates it if it is missing. An existing service keeps its own limits.
     ///
-    /// A source that comes while the last client of an earlier one is leaving tries again until that is done, and either
-    /// side where a signal interrupts it.
+    /// A source retries while the last client of an earlier source is leaving. Source and client retry after an
+    /// interrupting signal.
     fn open_or_create<Factory, OpenError: Sorted, CreateError: Sorted>(
         &self,
         service: &'static str,
@@ -279,7 +281,7 @@ impl Member {
 
     fn sort(&self, service: &'static str, error: &impl Sorted) -> BusError {
         match error.trouble() {
-            // A source makes what is absent, and has waited for what is in flux.
+            // A source has created an absent service, and has retried one in flux.
             Trouble::Absent | Trouble::InFlux | Trouble::HalfMade if self.role != Role::Client => {
                 BusError::Blocked { service }
             }
@@ -293,8 +295,8 @@ impl Member {
     }
 }
 
-/// Sets what a service allows: any number of publishers that it ever needs, `buffer` unread and `borrowed` held samples a
-/// reader, and the last `history` samples for late joiners.
+/// Sets the limits of a service: publishers, readers and nodes. `buffer` and `borrowed` are the unread and held samples
+/// per reader, `history` the last samples for late joiners.
 fn limit<Payload, Header>(
     builder: Builder<Payload, Header, Service>,
     buffer: usize,
@@ -325,7 +327,7 @@ fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {
     Membership::join(domain)
 }
 
-/// Whether there is anything to open, without the cost of joining: a client that waits asks often.
+/// Checks that there are services to open. This is cheaper than joining, and a waiting client calls it often.
 fn require_services(domain: &Domain) -> Result<(), DomainError> {
     let path = domain.root().join("services");
     match fs::read_dir(&path).map(|mut services| services.next().is_none()) {

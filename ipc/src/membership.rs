@@ -1,34 +1,39 @@
-//! Who is in a domain. Every membership holds a shared lock (`flock`) on one file of the domain's directory, `members.lock`.
-//! The first to join and the last to leave remove what killed processes have left, and what iceoryx2 itself never removes.
+//! Membership of a domain. Every membership holds a shared lock (`flock`) on one file of the domain's directory,
+//! `members.lock`. The first member to join and the last to leave remove everything that killed processes have left, and
+//! everything that iceoryx2 itself never removes.
 //!
-//! Such a lock belongs to an open file: two memberships of one process hold one each. The kernel drops it with the file,
-//! however the process ends.
+//! The lock belongs to an open file, so two memberships of one process hold one lock each. The kernel drops the lock with
+//! the file, also if the process is killed.
 //!
-//! # Why the last one to leave is always found
+//! # Why the last member to leave is always found
 //!
-//! 1. A membership outlasts all that its process has opened on the bus through it: [`Member`](crate::service::Member) and
-//!    [`Frame`](crate::Frame) drop their node, ports and samples before their share of it. So a process that has no lock has no
-//!    node.
-//! 2. A member that leaves tries for the exclusive lock, without waiting. The kernel does not convert a lock in one step: it
-//!    drops the shared one, then looks for other holders. So a refused try has given the shared lock up too. Of members that
-//!    try at the same time, the one that looks last finds no lock of the others, unless one of them has been granted it.
-//! 3. A refused try means that another open file holds the lock at that moment. If its process lives, that membership has its
-//!    own step 2 still to come, or has been granted the lock: this member is not the last, and has finished.
-//! 4. If its process is ending, it has no step 2 to come: a killed process does nothing any more, but holds its lock until the
-//!    kernel closes its files. The member waits for that, and tries again.
-//! 5. A granted try may be on a file that another member has removed, together with the domain. Then nothing is left to do;
-//!    the path may even belong to a new domain. So the file is compared with the path before anything is removed.
-//! 6. Otherwise nobody holds the lock, and by step 1 no member has a node. A node that lives is that of a client without our
-//!    lock, such as a stock iceoryx2 one: the domain stays for it, and the next to join finds what is left.
-//! 7. Otherwise nobody is there, and the domain is removed while the lock is held. A process that joins meanwhile waits for
-//!    the lock, finds by the comparison of step 5 that its file was removed, and opens a new one.
+//! 1. A membership outlasts everything that its process has opened on the bus through it.
+//!    [`Member`](crate::service::Member) and [`Frame`](crate::Frame) drop their node, ports and samples before their
+//!    share of it. So a process without a lock has no node.
+//! 2. A leaving member tries for the exclusive lock, without waiting. The kernel does not convert a lock in one step: it
+//!    drops the shared lock, then looks for other holders. So after a refused attempt the shared lock is dropped too. If
+//!    several members try at the same time, the last attempt finds no lock of the others. The exception is a member that
+//!    has obtained the exclusive lock.
+//! 3. A refused attempt means that another open file holds the lock at that moment. If its process lives, its membership
+//!    still has to do step 2, or has obtained the lock. Then this member is not the last, and has finished.
+//! 4. If the holder's process is ending, it never does step 2. A killed process does nothing any more, but holds its lock
+//!    until the kernel closes its files. This member waits for that, and tries again.
+//! 5. A successful attempt may lock a file that another member has removed, together with the domain. Then nothing is
+//!    left to do; the path may even belong to a new domain. So the file is compared with the path before anything is
+//!    removed.
+//! 6. Otherwise no other open file holds the lock, and by step 1 no other member has a node. A living node then belongs to
+//!    a client without our lock, such as a stock iceoryx2 client. The domain is kept for it, and the next process to join
+//!    finds the remains.
+//! 7. Otherwise no other member is in the domain, and it is removed while the lock is held. A process that joins at the same
+//!    time waits for the lock. By the comparison of step 5 it finds that its file was removed, and opens a new one.
 //!
-//! So of any members that leave, the last one removes the domain, also where others were killed before.
+//! So the last of all leaving members removes the domain, even if others were killed before.
 //!
 //! # Joining
 //!
-//! A member that joins takes the shared lock, tries for the exclusive one, sweeps if it is alone, and takes the shared lock
-//! again. Between two of these it holds none, and another may remove the domain: the comparison of step 5 comes last.
+//! A joining member takes the shared lock, tries for the exclusive one, sweeps if it is alone, and takes the shared lock
+//! again. Between two of these steps it holds no lock, and another process may remove the domain. So the comparison of
+//! step 5 comes last.
 
 use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
@@ -46,39 +51,39 @@ use crate::lock_holders::{self, Holders};
 use crate::service::Service;
 use crate::sweep::{SHARED_MEMORY, dissolve, sweep};
 
-/// How long a member that leaves waits for processes that are ending, and one that joins for a sweep: far longer than either
-/// takes.
-const PATIENCE: Duration = Duration::from_secs(10);
-/// How long it waits for holders that it cannot see.
-const PATIENCE_UNSEEN: Duration = Duration::from_millis(20);
+/// Timeout of a leaving member for processes that are ending, and of a joining member for a sweep: much longer than
+/// either takes.
+const END_TIMEOUT: Duration = Duration::from_secs(10);
+/// Timeout of a leaving member for holders that this process cannot see.
+const UNSEEN_TIMEOUT: Duration = Duration::from_millis(20);
 const TRY_PERIOD: Duration = Duration::from_millis(1);
 
-/// One membership; given up when it is dropped.
+/// One membership; ends when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Membership {
     domain: Domain,
     file: File,
 }
 
-/// Who else is in a domain.
+/// Other processes in a domain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum OtherMembers {
-    /// Nobody; this member holds the exclusive lock.
+    /// None; this member holds the exclusive lock.
     Nobody,
-    /// Somebody who will leave after this member.
+    /// At least one lives, and will leave after this member.
     Living,
-    /// Somebody who is ending.
+    /// At least one is ending.
     Ending,
-    /// Somebody who cannot be seen.
+    /// There are some, but this process cannot see which.
     Unseen,
     /// The domain has been removed.
     Removed,
 }
 
 impl Membership {
-    /// Joins a domain whose directory is there. Waits only while another process sweeps, at most ten seconds.
+    /// Joins a domain whose directory exists. Waits only while another process sweeps, at most ten seconds.
     pub(crate) fn join(domain: &Domain) -> Result<Self, DomainError> {
-        // Before there is a file: a missing directory would not appear by trying again.
+        // Checked before the lock file is created: retries would not make a missing directory appear.
         fs::metadata(SHARED_MEMORY).map_err(|error| DomainError::Io { path: SHARED_MEMORY.into(), error })?;
         let path = lock_path(domain);
         let join = |file: &mut File| {
@@ -98,20 +103,20 @@ impl Membership {
         Ok(Self { domain: domain.clone(), file })
     }
 
-    /// Steps 2 to 7. Whatever stays is swept by the next process to join.
+    /// Does steps 2 to 7. The next process to join sweeps any remains.
     fn leave(&self) {
         let begun = Instant::now();
         loop {
-            let patience = match others(&self.file, &self.domain) {
+            let timeout = match others(&self.file, &self.domain) {
                 OtherMembers::Nobody => {
                     let _ = dissolve(&self.domain, &lock_path(&self.domain));
                     return;
                 }
                 OtherMembers::Living | OtherMembers::Removed => return,
-                OtherMembers::Ending => PATIENCE,
-                OtherMembers::Unseen => PATIENCE_UNSEEN,
+                OtherMembers::Ending => END_TIMEOUT,
+                OtherMembers::Unseen => UNSEEN_TIMEOUT,
             };
-            if begun.elapsed() > patience {
+            if begun.elapsed() > timeout {
                 return;
             }
             thread::sleep(TRY_PERIOD);
@@ -129,13 +134,13 @@ fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("members.lock")
 }
 
-/// Takes the shared lock. A process that sweeps holds the exclusive one for some milliseconds, unless it is stopped.
+/// Takes the shared lock. A sweeping process holds the exclusive lock for some milliseconds, unless it is stopped.
 fn share(file: &File, path: &Path) -> Result<(), DomainError> {
     let begun = Instant::now();
     loop {
         match file.try_lock_shared() {
             Ok(()) => return Ok(()),
-            Err(TryLockError::WouldBlock) if begun.elapsed() < PATIENCE => thread::sleep(TRY_PERIOD),
+            Err(TryLockError::WouldBlock) if begun.elapsed() < END_TIMEOUT => thread::sleep(TRY_PERIOD),
             Err(TryLockError::WouldBlock) => {
                 let pid = lock_holders::pids(file).ok().and_then(|pids| pids.first().copied());
                 return Err(DomainError::Held { path: path.to_owned(), pid });
@@ -145,7 +150,7 @@ fn share(file: &File, path: &Path) -> Result<(), DomainError> {
     }
 }
 
-/// Who else is in the domain. Tries for the exclusive lock; where it is refused, the shared one is lost.
+/// Returns which other processes are in the domain. Tries for the exclusive lock; a refused attempt drops the shared one.
 fn others(file: &File, domain: &Domain) -> OtherMembers {
     match file.try_lock() {
         Ok(()) => match is_at(file, &lock_path(domain)) {
@@ -161,7 +166,7 @@ fn others(file: &File, domain: &Domain) -> OtherMembers {
     }
 }
 
-/// Step 6: who has a node that lives.
+/// Step 6: returns whether other processes have a living node.
 fn owners_of_nodes(domain: &Domain) -> OtherMembers {
     let mut others = OtherMembers::Nobody;
     let listed = Node::<Service>::list(&domain.iceoryx2_config(), |state| {
@@ -178,7 +183,7 @@ fn owners_of_nodes(domain: &Domain) -> OtherMembers {
     });
     match listed {
         Ok(()) => others,
-        // A signal came in between, for example: look again, but not for ever.
+        // A signal may have interrupted the listing. The caller retries for a limited time.
         Err(_) => OtherMembers::Unseen,
     }
 }

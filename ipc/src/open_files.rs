@@ -1,14 +1,15 @@
-//! Whether this process may open as many files as it will need: iceoryx2 finds out in the middle of a service.
+//! Check that this process may open enough files. Without it, iceoryx2 would fail while it opens a service.
 
 use std::fs::File;
 use std::io;
 
 use crate::error::BusError;
 
-/// Checks that `needed` more files can be open at a time, by opening as many for a moment.
+/// Checks that `needed` more files can be open at a time, by opening that many for a moment.
 ///
 /// # Errors
-/// [`BusError::TooFewFiles`], or [`BusError::Failed`] where not even `/dev/null` can be opened.
+/// [`BusError::TooFewFiles`] where the limit is too low, [`BusError::Failed`] where `/dev/null` cannot be opened for
+/// another reason.
 pub fn require_open_files(needed: usize) -> Result<(), BusError> {
     let mut files = Vec::with_capacity(needed);
     while files.len() < needed {
@@ -21,9 +22,9 @@ pub fn require_open_files(needed: usize) -> Result<(), BusError> {
     Ok(())
 }
 
-/// Whether an error means that this process, or the system, may open no more files.
+/// Whether an error means that this process or the system may open no more files.
 pub(crate) fn is_out_of_files(error: &io::Error) -> bool {
-    /// The kernel's numbers, `EMFILE` and `ENFILE`.
+    /// The kernel's error numbers `EMFILE` and `ENFILE`.
     const TOO_MANY: [Option<i32>; 2] = [Some(24), Some(23)];
     TOO_MANY.contains(&error.raw_os_error())
 }

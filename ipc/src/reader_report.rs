@@ -1,42 +1,42 @@
-//! What a reader says of itself: how many frames it has read, and how many it has lost.
+//! Reports of readers: how many frames each has read and lost.
 
 use core::str;
 
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Bytes that a report has for the reader's name.
+/// Bytes of a report for the reader's name.
 const NAME_LEN: usize = 32;
 
-/// A reader's account of itself, on the `bench-dragon/readers` service: about once a second while frames come, and once more
-/// when the reader ends.
+/// Report of a reader, on the `bench-dragon/readers` service. A reader sends it about once a second while frames arrive,
+/// and once more when it ends.
 ///
-/// 104 bytes, no padding. Every [`FrameSubscriber`](crate::FrameSubscriber) sends its own; a reader that uses iceoryx2 without
-/// this library sends none.
+/// 104 bytes, no padding. Every [`FrameSubscriber`](crate::FrameSubscriber) sends its own report; a reader that uses
+/// iceoryx2 without this library sends none.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[type_name("bench_dragon.ReaderReport.v2")]
 pub struct ReaderReport {
-    /// Run of the last frame that it has read.
+    /// Run of the last frame that the reader has read.
     pub run_id: u64,
-    /// Frames read since it opened, over all runs.
+    /// Number of frames read since the reader opened, over all runs.
     pub frames: u64,
-    /// Frames lost since it opened, over all runs: published between two that it has read, and never read.
+    /// Number of frames lost since the reader opened, over all runs: published between two frames that the reader has
+    /// read, but never read.
     pub lost: u64,
-    /// Bytes written since it opened; 0 for a reader that writes nothing.
+    /// Bytes written since the reader opened; 0 for a reader that writes nothing.
     pub bytes_written: u64,
-    /// Seconds of wall time until the disk is full, at the rate of writing so far; [`ReaderReport::NO_ROOM`] for a reader that
-    /// writes nothing, or does not know it yet.
+    /// Seconds of wall time until the disk is full, at the rate of writing so far. [`ReaderReport::NO_ROOM`] for a reader
+    /// that writes nothing, or whose rate is not measured yet.
     pub room_s: f64,
-    /// `CLOCK_MONOTONIC` instant of the report in nanoseconds: that at which the last frame read was sent.
+    /// `CLOCK_MONOTONIC` instant of the report in nanoseconds: the sending of the last frame that the reader has read.
     pub sent_ns: u64,
-    /// A number that no other reader on this machine has, nor this one when it is started again.
+    /// Number of the reader, unique on this machine. A restarted reader has a new number.
     pub reader: [u64; 2],
     /// Process id of the reader.
     pub pid: u32,
-    /// 1 in the last report, of a reader that ended in order; 0 before, and for ever of one that was killed.
+    /// 1 in the last report of a reader that ended in order; 0 in all other reports, so a killed reader stays at 0.
     pub ended: u32,
-    /// The reader's node name in UTF-8, cut to what there is room for, and filled up with zeros. Read it with
-    /// [`ReaderReport::name`].
+    /// The reader's node name in UTF-8, cut to this length and padded with zeros. Read it with [`ReaderReport::name`].
     pub name: [u8; NAME_LEN],
 }
 
@@ -60,15 +60,15 @@ impl Default for ReaderReport {
 }
 
 impl ReaderReport {
-    /// Sentinel for *no room known*: infinity.
+    /// Sentinel for *no time known*: infinity.
     pub const NO_ROOM: f64 = f64::INFINITY;
 
-    /// Seconds of wall time until the disk is full, where the reader knows it.
+    /// Seconds of wall time until the disk is full; `None` if unknown.
     pub fn room(&self) -> Option<f64> {
         self.room_s.is_finite().then_some(self.room_s)
     }
 
-    /// The reader's name; of one that is no UTF-8, what comes before that.
+    /// The reader's name, up to the first byte that is not valid UTF-8.
     ///
     /// ```
     /// use bench_dragon_ipc::ReaderReport;
@@ -86,7 +86,7 @@ impl ReaderReport {
         }
     }
 
-    /// Sets the name; of a longer one than there is room for, as many characters as fit.
+    /// Sets the name. A longer name is cut to as many characters as fit.
     pub fn set_name(&mut self, name: &str) {
         let bytes = &name.as_bytes()[..name.floor_char_boundary(NAME_LEN)];
         self.name = [0; NAME_LEN];
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_text_ends_a_name() {
+    fn a_byte_that_is_not_utf8_ends_a_name() {
         let mut report = named("desk");
         report.name[2] = 0xff;
         assert_eq!(report.name(), "de");

@@ -1,4 +1,4 @@
-//! Reading what the readers of an instance report.
+//! Reader of the reports that an instance's readers send.
 
 use iceoryx2::port::subscriber::Subscriber;
 
@@ -10,8 +10,8 @@ use crate::service::{Member, READERS, REPORT_FILES, Role, Service};
 
 /// Reads the reports of an instance's readers.
 ///
-/// Of each reader only the newest report is kept. Whoever comes late or looks seldom misses nothing by it, since each report
-/// counts from the reader's beginning; but not a reader's that ended before.
+/// Only the newest report of each reader is kept. Reports count from the reader's beginning, so late or rare reading
+/// loses no counts. Reports of readers that ended before this object was opened are not received.
 #[derive(Debug)]
 pub struct ReaderReports {
     // Dropped before its node.
@@ -20,11 +20,11 @@ pub struct ReaderReports {
 }
 
 impl ReaderReports {
-    /// Opens the reports of a domain. The readers find that there is somebody with their next report.
+    /// Opens the reports of a domain. Each reader connects to it with its next report.
     ///
     /// # Errors
-    /// As [`Member::readers`]; [`BusError::NoServer`] also where the source is one of an earlier version, which makes no such
-    /// service.
+    /// As [`Member::readers`] and [`Member::join`]; also [`BusError::NoServer`] where the source is of an earlier
+    /// version, which does not create this service.
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         require_open_files(REPORT_FILES)?;
         let member = Member::join(domain, name, Role::Client)?;
@@ -33,7 +33,7 @@ impl ReaderReports {
         Ok(Self { subscriber, _member: member })
     }
 
-    /// The next report that has not been read yet, of whichever reader. Never waits.
+    /// Returns the next unread report of any reader, or `None` if all are read. Never waits.
     ///
     /// # Errors
     /// [`BusError::Failed`] where a reader's memory cannot be mapped.

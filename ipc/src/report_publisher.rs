@@ -1,4 +1,4 @@
-//! A reader's report, kept up to date and sent about once a second.
+//! Keeps a reader's report up to date and sends it about once a second.
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::BackpressureStrategy;
@@ -7,23 +7,23 @@ use crate::frame::FrameHeader;
 use crate::reader_report::ReaderReport;
 use crate::service::{Member, Service};
 
-/// How far apart two reports are, in nanoseconds.
+/// Period of the reports, in nanoseconds.
 const PERIOD_NS: u64 = 1_000_000_000;
 
-/// Counts what a reader reads, and reports it.
+/// Counts the frames of a reader, and reports them.
 ///
-/// Reports are a courtesy: where the service is missing, as at an earlier version's source, where it has all the readers that it
-/// allows, or where anything else is wrong with it, nothing is reported, and frames are read as ever.
+/// Reports are optional. The service may be missing (as with a source of an earlier version), have its greatest number of
+/// readers, or fail. Then the reader sends no reports and reads frames as usual.
 #[derive(Debug)]
 pub(crate) struct ReportPublisher {
     publisher: Option<Publisher<Service, ReaderReport, ()>>,
     report: ReaderReport,
-    /// What was sent last.
+    /// Last report that was sent.
     sent: ReaderReport,
 }
 
 impl ReportPublisher {
-    /// Of the reader that has this name and number.
+    /// Opens the reports of the reader with this name and number.
     pub(crate) fn open(member: &Member, name: &str, reader: u128) -> Self {
         let mut report = ReaderReport {
             reader: [reader as u64, (reader >> 64) as u64],
@@ -38,7 +38,7 @@ impl ReportPublisher {
         Self { publisher, sent: report, report }
     }
 
-    /// Counts a frame, and how many there are lost by now.
+    /// Counts a frame, and stores the total number of lost frames.
     pub(crate) fn count(&mut self, header: &FrameHeader, lost: u64) {
         let ReaderReport { run_id, frames, sent_ns, .. } = &mut self.report;
         (*run_id, *sent_ns) = (header.run_id, header.published_ns);
@@ -46,36 +46,37 @@ impl ReportPublisher {
         self.report.lost = lost;
     }
 
-    /// Takes note of how many bytes have been written by now.
+    /// Stores the total number of bytes written.
     pub(crate) fn set_bytes_written(&mut self, bytes: u64) {
         self.report.bytes_written = bytes;
     }
 
-    /// Takes note of how many seconds of wall time the disk lasts.
+    /// Stores the wall time until the disk is full, in seconds.
     pub(crate) fn set_room(&mut self, room_s: f64) {
         self.report.room_s = room_s;
     }
 
-    /// Whether the last report is so many periods old. The frames are the clock, also of a source that is started again.
+    /// Whether the last report is at least this many periods old. Time is read from the frames, so this also works across
+    /// a restart of the source.
     pub(crate) fn is_due(&self, periods: u64) -> bool {
         self.report.sent_ns.abs_diff(self.sent.sent_ns) >= periods * PERIOD_NS
     }
 
-    /// Sends the report, where it says anything new. Never waits.
+    /// Sends the report, if it has changed. Never waits.
     pub(crate) fn send(&mut self) {
         if self.report == self.sent {
             return;
         }
         self.sent = self.report;
         if let Some(publisher) = &self.publisher {
-            // Where it cannot be sent the next one says the same and more.
+            // The next report contains the same counts, so a failed send is ignored.
             let _ = publisher.send_copy(self.report);
         }
     }
 }
 
 impl ReportPublisher {
-    /// Sends the last report, of a reader that has ever had something to say.
+    /// Sends the last report, if the reader has read a frame.
     fn end(&mut self) {
         if self.report.frames > 0 {
             self.report.ended = 1;
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_report_says_that_it_is_the_last_unless_there_was_none_before() {
+    fn the_last_report_is_marked_as_last_and_is_not_sent_without_frames() {
         let mut silent = report_publisher();
         silent.end();
         assert_eq!(silent.sent, ReaderReport::default());

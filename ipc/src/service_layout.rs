@@ -1,4 +1,4 @@
-//! How the services that are there are laid out, read from their files without opening them.
+//! Layouts of the existing services, read from their files without opening the services.
 
 use iceoryx2::prelude::{MessagingPattern, ServiceName};
 use iceoryx2::service::Service as _;
@@ -15,25 +15,25 @@ use crate::reader_report::ReaderReport;
 use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, FRAMES, READERS, STATUS, Service};
 use crate::status::Status;
 
-/// One service, as a process has made it.
+/// Layout of one service, as its creator made it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ServiceLayout {
-    /// Its name.
+    /// Name of the service.
     pub service: &'static str,
-    /// The types of what it carries, or why they cannot be told.
+    /// Types of its messages, or the reason for which they cannot be read.
     pub found: Result<String, String>,
-    /// The types that this program carries by that name.
+    /// Types that this program uses for this service.
     pub expected: String,
 }
 
 impl ServiceLayout {
-    /// Whether this program can read the service.
+    /// Whether this program can use the service.
     pub fn agrees(&self) -> bool {
         self.found.as_ref() == Ok(&self.expected)
     }
 }
 
-/// The layouts of all services that are there.
+/// Returns the layouts of all existing services.
 pub(crate) fn service_layouts(domain: &Domain) -> Vec<ServiceLayout> {
     let slice_of = |payload, header: TypeDetail| [described(&payload), described(&header)].join(" under ");
     let single = |payload: TypeDetail| described(&payload);
@@ -52,7 +52,7 @@ pub(crate) fn service_layouts(domain: &Domain) -> Vec<ServiceLayout> {
     expected.into_iter().filter_map(layout).collect()
 }
 
-/// What lies in the domain under this name; `None` where nothing does.
+/// Returns the types of the service with this name; `None` if it does not exist.
 fn found(domain: &Domain, service: &'static str) -> Option<Result<String, String>> {
     let name = ServiceName::new(service).expect("the bus's names are valid service names");
     let pattern =
@@ -77,7 +77,7 @@ fn found(domain: &Domain, service: &'static str) -> Option<Result<String, String
 
 fn described_message(message: &MessageTypeDetails) -> String {
     let payload = described(&message.payload);
-    // No header is one of no bytes.
+    // A service without a user header has a header of 0 bytes.
     if message.user_header.size() == 0 {
         payload
     } else {

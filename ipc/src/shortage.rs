@@ -1,4 +1,4 @@
-//! What the machine or this process is short of, where iceoryx2 says only that it failed.
+//! Finds the resource of the machine or the process that is short, where iceoryx2 reports only a failure.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write as _};
@@ -6,12 +6,12 @@ use std::io::{ErrorKind, Write as _};
 use crate::open_files::is_out_of_files;
 use crate::sweep::SHARED_MEMORY;
 
-/// Less than this of a limit left, in bytes, is too little for a port.
+/// Least address space that a port needs, in bytes. Less is reported as a shortage.
 const LEAST_LEFT: u64 = 64 << 20;
-/// What is tried out of shared memory, in bytes.
+/// Size of the test write into shared memory, in bytes.
 const PROBE: usize = 256 << 10;
 
-/// What is lacking and what to do, in one line; `None` where nothing is found to be.
+/// Returns the shortage and its remedy in one line; `None` if no shortage is found.
 pub(crate) fn shortage() -> Option<String> {
     no_open_files().or_else(no_shared_memory).or_else(no_address_space)
 }
@@ -27,7 +27,7 @@ fn no_shared_memory() -> Option<String> {
         fs::remove_file(&path)?;
         file.write_all(&vec![0; PROBE])
     });
-    // Another file of this name says nothing of the memory.
+    // An existing file of this name does not indicate a shortage of memory.
     let error = written.err().filter(|error| error.kind() != ErrorKind::AlreadyExists)?;
     Some(format!("{SHARED_MEMORY} takes no more memory ({error}): free some or mount it larger"))
 }
@@ -39,14 +39,14 @@ fn no_address_space() -> Option<String> {
     (limit < used + LEAST_LEFT).then(|| {
         let mb = |bytes: u64| bytes as f64 * 1e-6;
         format!(
-            "the address space is limited to {:.0} MB, of which {:.0} MB are in use: `ulimit -v unlimited`",
+            "the address space is limited to {:.0} MB, of which {:.0} MB are in use: raise the limit, `ulimit -v unlimited`",
             mb(limit),
             mb(used)
         )
     })
 }
 
-/// The soft limit in bytes; `None` for none.
+/// Returns the soft limit in bytes; `None` for no limit.
 fn address_space_limit(limits: &str) -> Option<u64> {
     let values = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     values.split_ascii_whitespace().next()?.parse().ok()

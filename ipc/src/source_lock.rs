@@ -1,4 +1,4 @@
-//! One source an instance, without a daemon.
+//! Lock that admits one source per instance, without a daemon.
 
 use core::time::Duration;
 use std::fs::{self, File};
@@ -14,11 +14,12 @@ use crate::lock_file::{self, Refused, hold_alone, if_there};
 use crate::open_files::require_open_files;
 use crate::service::SOURCE_FILES;
 
-/// How long a source waits for one that is ending: after a crash of its parent, say, when both are started again at once.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Timeout of waiting for a source that is ending, for example after a crash of its parent, when both are restarted at
+/// once.
+const END_TIMEOUT: Duration = Duration::from_secs(1);
 const TRY_PERIOD: Duration = Duration::from_millis(5);
 
-/// Held by the one source of an instance for as long as it runs.
+/// Lock of the only source of an instance. The source holds it while it runs.
 #[derive(Debug)]
 pub struct SourceLock {
     path: PathBuf,
@@ -28,22 +29,23 @@ pub struct SourceLock {
 }
 
 impl SourceLock {
-    /// Takes the lock of a domain, whose directory is made where it is missing. Waits up to a second for a source that is
-    /// just ending.
+    /// Takes the lock of a domain, and creates the directory if it is missing. Waits up to one second for a source that
+    /// is ending.
     ///
-    /// A source that was killed while it made a service leaves a file at which every later one would fail. Only sources
-    /// make services and only the holder of this lock is one, so such a file is nobody's, and is removed.
+    /// A source that was killed while it created a service leaves a file on which every later source would fail. Only the
+    /// holder of this lock creates services, so such a file has no owner, and is removed.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`] where another process holds it, [`BusError::TooFewFiles`], [`BusError::Domain`].
+    /// [`BusError::SourceRunning`] where another process holds the lock, [`BusError::TooFewFiles`] where the limit of
+    /// open files is too low. [`BusError::Domain`] where the directory or a file in it is not usable.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         require_open_files(SOURCE_FILES)?;
         let path = lock_path(domain);
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + END_TIMEOUT;
         let locked = loop {
             domain.create_directory()?;
             match hold_alone(&path) {
-                // The last one to leave has just removed the directory.
+                // The last member to leave has just removed the directory.
                 Err(Refused::Io(error)) if error.kind() == ErrorKind::NotFound => {}
                 Err(Refused::Taken { .. }) if Instant::now() < deadline => thread::sleep(TRY_PERIOD),
                 locked => break locked,
@@ -64,17 +66,17 @@ impl SourceLock {
 }
 
 impl SourceLock {
-    /// The process id of the source that holds the lock of a domain; `None` where no source runs.
+    /// Returns the process id of the source that holds the lock of a domain; `None` if no source runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
         lock_file::holder(&lock_path(domain))
     }
 
-    /// Removes the file that a killed source has left.
+    /// Removes the lock file of a killed source.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))
     }
 
-    /// The half-made services that were in the way and have been removed.
+    /// Files of half-made services that were removed when the lock was taken.
     pub fn cleared(&self) -> &[PathBuf] {
         &self.cleared
     }
@@ -82,9 +84,10 @@ impl SourceLock {
 
 impl Drop for SourceLock {
     fn drop(&mut self) {
-        // While the lock is held, so that nobody else's file is removed. What cannot be removed is used again.
+        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
+        // removed is reused.
         let _ = fs::remove_file(&self.path);
-        // The last one to leave the domain could not remove the directory while this file was in it.
+        // The last member to leave could not remove the directory while it contained this file.
         let _ = self.path.parent().map(fs::remove_dir);
     }
 }
@@ -93,7 +96,8 @@ fn lock_path(domain: &Domain) -> PathBuf {
     domain.root().join("source.lock")
 }
 
-/// Removes what a killed source has left half made. Whoever leaves the domain meanwhile may remove any of it first.
+/// Removes the half-made services of a killed source. A member that leaves at the same time may remove some of them
+/// first.
 fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
     let mut cleared = Vec::new();
     for path in half_made(domain)? {
@@ -104,13 +108,13 @@ fn clear_half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
     Ok(cleared)
 }
 
-/// What iceoryx2 has begun to write and not finished: its finished service files are read-only.
+/// Returns the unfinished service files. iceoryx2 makes finished ones read-only.
 pub(crate) fn half_made(domain: &Domain) -> io::Result<Vec<PathBuf>> {
     let Some(entries) = if_there(fs::read_dir(services(domain)))? else { return Ok(Vec::new()) };
     let mut half_made = Vec::new();
     for entry in entries {
         let path = entry?.path();
-        // One that a client has just taken away is no trouble any more.
+        // A client may have removed the file just now.
         if if_there(fs::metadata(&path))?.is_some_and(|metadata| !metadata.permissions().readonly()) {
             half_made.push(path);
         }

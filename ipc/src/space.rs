@@ -1,4 +1,4 @@
-//! Whether shared memory has room: iceoryx2 finds out by a SIGBUS at the first write.
+//! Check that shared memory has enough space. Without it, iceoryx2 would be killed by SIGBUS at the first write.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -9,11 +9,12 @@ use crate::domain::Domain;
 use crate::error::BusError;
 use crate::sweep::SHARED_MEMORY;
 
-/// Checks that `/dev/shm` has `needed` bytes free, by writing as many into a file of the domain's prefix that is
-/// unlinked before the first byte: what a quota or a control group allows counts too.
+/// Checks that `/dev/shm` has `needed` bytes free, by writing as many into a file. The file has the domain's prefix and
+/// is unlinked before the first byte. This also respects a quota or the limit of a control group.
 ///
 /// # Errors
-/// [`BusError::SharedMemoryFull`], or [`BusError::SharedMemoryUnusable`] where `/dev/shm` cannot be written at all.
+/// [`BusError::SharedMemoryFull`] where there is less space, [`BusError::SharedMemoryUnusable`] where `/dev/shm` cannot
+/// be written.
 pub fn require_shared_memory(domain: &Domain, needed: u64) -> Result<(), BusError> {
     static BLOCK: [u8; 64 * 1024] = [0; 64 * 1024];
     let failed = |error: io::Error| match error.kind() {
@@ -30,9 +31,9 @@ pub fn require_shared_memory(domain: &Domain, needed: u64) -> Result<(), BusErro
     Ok(())
 }
 
-/// A file in shared memory that has its name no longer. Another user's file of the same name is left alone.
+/// Creates a file in shared memory and unlinks it. A file of the same name, such as another user's, is not touched.
 fn unnamed_file(domain: &Domain) -> io::Result<File> {
-    /// Threads of one process may ask at once.
+    /// Threads of one process may check at the same time.
     static NUMBER: AtomicU64 = AtomicU64::new(0);
     loop {
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);

@@ -1,31 +1,31 @@
-//! The server's account of itself: the latest value on the `bench-dragon/status` service.
+//! Status of the server: the latest value on the `bench-dragon/status` service.
 
 use iceoryx2::prelude::ZeroCopySend;
 
 use crate::frame::ShowState;
 use crate::time_histogram::TimeHistogram;
 
-/// How the server keeps its schedule. Published ten times a second and once more at the end.
+/// State and timing of the server. Published ten times a second and once more at the end.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[type_name("bench_dragon.Status.v4")]
 pub struct Status {
-    /// Run that this is about.
+    /// Run of the server.
     pub run_id: u64,
     /// Last tick published.
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
     pub sim_time_ns: i64,
-    /// Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
-    /// standstill.
+    /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+    /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,
-    /// How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes
-    /// up for.
+    /// Time by which the show is behind the clock, in nanoseconds of wall time: the rest of standstills, for which the
+    /// show makes up.
     pub behind_ns: u64,
-    /// The furthest that the show has been behind since the start of the run, in nanoseconds of wall time.
+    /// Greatest value of `behind_ns` since the start of the run.
     pub most_behind_ns: u64,
-    /// Lateness of the releases since the start of the run, from when each was due to the start of its tick: median, in
-    /// nanoseconds. Percentiles are those of the histogram, so at most 1/32 too much.
+    /// Median of the lateness of all releases since the start of the run, in nanoseconds. Lateness is the time from the
+    /// due instant to the start of the tick. Percentiles are from the histogram, so they are at most 1/32 too large.
     pub lateness_p50_ns: u64,
     /// 99th percentile of the lateness, in nanoseconds.
     pub lateness_p99_ns: u64,
@@ -33,8 +33,8 @@ pub struct Status {
     pub lateness_p999_ns: u64,
     /// Greatest lateness, in nanoseconds.
     pub lateness_max_ns: u64,
-    /// Duration of the ticks since the start of the run, each until the loop was ready for the next one: median, in
-    /// nanoseconds.
+    /// Median of the duration of all ticks since the start of the run, in nanoseconds. A tick lasts until the loop is
+    /// ready for the next one.
     pub tick_p50_ns: u64,
     /// 99th percentile of the duration, in nanoseconds.
     pub tick_p99_ns: u64,
@@ -42,13 +42,14 @@ pub struct Status {
     pub tick_p999_ns: u64,
     /// Greatest duration, in nanoseconds.
     pub tick_max_ns: u64,
-    /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for one that is not guarded.
+    /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for a server without a guard.
     pub granted_to_m: f64,
-    /// Travel that a refused seek asked a guarded server for, in metres, or [`Status::NONE`]: its guard proves it.
+    /// Travel of a refused seek on a guarded server, in metres, or [`Status::NONE`]. The guard is asked to prove it.
     pub asked_m: f64,
-    /// Travel at which the proven travel ends for good, in metres, or [`Status::NONE`] where the guard has not reached it.
+    /// Travel at which the proven travel ends permanently, in metres; [`Status::NONE`] where the guard has not reached
+    /// it.
     pub guard_end_m: f64,
-    /// Ticks a second of wall time.
+    /// Ticks per second of wall time.
     pub rate_hz: u32,
     /// A [`ShowState`] as its number.
     pub state: u32,
@@ -62,7 +63,7 @@ pub struct Status {
     pub timecode: u32,
     /// A [`TimecodeKind`] as its number.
     pub timecode_kind: u32,
-    /// The [`Stops`] that keep the head from walking, or have it brake, as bits.
+    /// The [`Stops`] that make the head stand or brake, as bits.
     pub stops: u32,
     /// Lateness of every release since the start of the run.
     pub lateness: TimeHistogram,
@@ -76,44 +77,44 @@ impl Status {
     /// Sentinel for *no travel*: NaN.
     pub const NONE: f64 = f64::NAN;
 
-    /// Travel that a refused seek asked for, where there is one.
+    /// Travel of a refused seek in metres, if there is one.
     pub fn asked(&self) -> Option<f64> {
         (!self.asked_m.is_nan()).then_some(self.asked_m)
     }
 
-    /// The state of the show, or `None` where a newer server sends a number that this version does not know.
+    /// The state of the show, or `None` for a number that this version does not support.
     pub fn show_state(&self) -> Option<ShowState> {
         ShowState::from_wire(self.state)
     }
 }
 
 impl Status {
-    /// Travel at which the proven travel ends for good, where the guard has reached it.
+    /// Travel at which the proven travel ends permanently, in metres; `None` where the guard has not reached it.
     pub fn guard_end(&self) -> Option<f64> {
         (!self.guard_end_m.is_nan()).then_some(self.guard_end_m)
     }
 
-    /// The kind of source, or `None` for a number that this version does not know.
+    /// The kind of source, or `None` for a number that this version does not support.
     pub fn source_kind(&self) -> Option<SourceKind> {
         SourceKind::from_wire(self.source)
     }
 
-    /// The state of the guard, or `None` for a number that this version does not know.
+    /// The state of the guard, or `None` for a number that this version does not support.
     pub fn guard_state(&self) -> Option<GuardState> {
         GuardState::from_wire(self.guard)
     }
 
-    /// The state of the timecode, or `None` for a number that this version does not know.
+    /// The state of the timecode, or `None` for a number that this version does not support.
     pub fn timecode_state(&self) -> Option<TimecodeState> {
         TimecodeState::from_wire(self.timecode)
     }
 
-    /// The protocol of the timecode, or `None` for a number that this version does not know.
+    /// The protocol of the timecode, or `None` for a number that this version does not support.
     pub fn timecode_protocol(&self) -> Option<TimecodeKind> {
         TimecodeKind::from_wire(self.timecode_kind)
     }
 
-    /// What keeps the head from walking.
+    /// Reasons for which the head stands or brakes.
     pub fn stops(&self) -> Stops {
         Stops::from_wire(self.stops)
     }
@@ -129,7 +130,7 @@ macro_rules! wire_enum {
         }
 
         impl $name {
-            /// The variant behind a number on the wire, or `None` where this version does not know the number.
+            /// The variant of a number on the wire, or `None` for a number that this version does not support.
             pub fn from_wire(number: u32) -> Option<Self> {
                 match number {
                     $($number => Some(Self::$variant),)*
@@ -166,7 +167,7 @@ wire_enum! {
 }
 
 wire_enum! {
-    /// Whether a guard watches over the head.
+    /// State of the guard.
     GuardState {
         /// The server was not started with `--guarded`.
         #[default]
@@ -179,18 +180,18 @@ wire_enum! {
 }
 
 wire_enum! {
-    /// How the timecode is that the server follows.
+    /// State of the timecode that the server follows.
     TimecodeState {
         /// The server follows no timecode.
         #[default]
         None = 0, "none";
-        /// No timecode has come yet; the show stands.
+        /// No timecode has arrived yet; the show stands.
         Waiting = 1, "waiting";
         /// The timecode runs, and the show follows.
         Locked = 2, "locked";
-        /// The timecode stands, and the show with it.
+        /// The timecode stands, and so does the show.
         Standing = 3, "standing";
-        /// The timecode is lost: the show goes on at its own pace, unless it stood.
+        /// The timecode is lost. The show runs on at its own speed, unless it was standing.
         Lost = 4, "lost";
     }
 }
@@ -208,7 +209,7 @@ wire_enum! {
     }
 }
 
-/// What keeps the head from walking, or has it brake. Several may hold at once.
+/// Reasons for which the head stands or brakes. Several may hold at once.
 #[allow(clippy::struct_excessive_bools, reason = "independent bits of the wire")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stops {
@@ -216,13 +217,13 @@ pub struct Stops {
     pub paused: bool,
     /// Bit 1: a safety hold. `release` lifts it.
     pub held: bool,
-    /// Bit 2: the end of the travel that the guard has granted.
+    /// Bit 2: the head is at the end of the granted travel.
     pub guard_limit: bool,
-    /// Bit 3: the timecode stands, or has not come yet.
+    /// Bit 3: the timecode stands, or has not arrived yet.
     pub timecode: bool,
-    /// Bit 4: the server was asked to end.
+    /// Bit 4: the server is ending.
     pub ending: bool,
-    /// Bit 5: the end of the route, of the run, or of the time asked for.
+    /// Bit 5: the end of the route, of the run or of the requested time.
     pub run_end: bool,
 }
 
@@ -232,7 +233,7 @@ impl Stops {
         self.in_order().into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum()
     }
 
-    /// The stops behind the bits on the wire; bits that this version does not know are ignored.
+    /// The stops of the bits on the wire. Bits that this version does not support are ignored.
     pub fn from_wire(bits: u32) -> Self {
         let holds = |bit: u32| bits >> bit & 1 == 1;
         Self {
@@ -255,7 +256,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_of_stops_passes_the_wire() {
+    fn every_set_of_stops_is_the_same_after_its_way_over_the_wire() {
         for bits in 0..1 << 6 {
             assert_eq!(Stops::from_wire(bits).to_wire(), bits);
         }

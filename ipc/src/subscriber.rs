@@ -1,4 +1,4 @@
-//! Reading frames.
+//! Reader of frames.
 
 use core::time::Duration;
 use std::sync::Arc;
@@ -17,31 +17,33 @@ use crate::membership::Membership;
 use crate::report_publisher::ReportPublisher;
 use crate::service::{FRAMES, Member, Role, Service};
 
-/// Shorter waits are none: the socket behind a listener takes a timeout of 0 microseconds for no timeout at all.
+/// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
+/// timeout.
 pub(crate) const LEAST_WAIT: Duration = Duration::from_micros(1);
 
-/// How often a reader looks for a source that is gone.
+/// Period in which a reader looks for a source while none runs.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
-/// A reader that always finds another frame reports when it should have so many times.
+/// Age of the last report, in report periods, from which a reader that always finds another frame sends a report before
+/// it returns that frame.
 const OVERDUE_PERIODS: u64 = 2;
 
 /// Reads the frames of an instance, oldest first.
 ///
-/// Who waits: nobody but the caller of [`FrameSubscriber::wait`]. A reader that does not keep up loses its own oldest
-/// frames, counts them, and never delays the server or another reader. A subscriber outlives a server: the frames of
-/// the next one follow with [`Continuity::Restarted`].
+/// Only the caller of [`FrameSubscriber::wait`] waits. A reader that is too slow loses its own oldest frames, counts
+/// them, and never delays the server or another reader. A subscriber outlives a server: the frames of the next server
+/// follow with [`Continuity::Restarted`].
 ///
-/// A subscriber tells how it fares, in a [`ReaderReport`](crate::ReaderReport) about once a second, for whoever watches over the
-/// readers. It does so inside [`FrameSubscriber::receive`] where no frame is there to be read, so that none waits for a report;
-/// only a reader that always finds another one, and so is late anyway, reports before it hands that out. A report takes about
-/// ten microseconds and one allocation, nothing else of reading allocates; to tell the time it looks at the frames instead of a
-/// clock. Where a report cannot be sent, nothing else is any different.
+/// A subscriber sends a [`ReaderReport`](crate::ReaderReport) about once a second, for programs that supervise the
+/// readers. [`FrameSubscriber::receive`] sends it when no frame is unread, so that no frame waits for a report. Only a
+/// reader that always finds another frame, and so is late already, sends it before it returns the frame. A report takes
+/// about ten microseconds and one allocation; reading itself does not allocate. The times in the frames serve as its
+/// clock. A report that cannot be sent has no effect on reading.
 ///
 /// One thread uses a subscriber at a time.
 #[derive(Debug)]
 pub struct FrameSubscriber {
-    // Dropped in this order: ports before the node that they belong to, and first the one that sends a last report.
+    // Dropped in this order: first the port that sends the last report, and all ports before their node.
     reports: ReportPublisher,
     subscriber: Subscriber<Service, [HandleState], FrameHeader>,
     listener: Option<Listener<Service>>,
@@ -53,7 +55,7 @@ impl FrameSubscriber {
     /// Opens the frames of a domain, under a node name that `iox2 node list` shows.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where nothing has been published yet; the others as [`Member::frames`].
+    /// [`BusError::NoServer`] where no source has published yet; else as [`Member::join`] and [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
         let subscriber = member.frames()?.subscriber_builder().create().map_err(|error| {
@@ -67,12 +69,12 @@ impl FrameSubscriber {
         Ok(Self { reports, subscriber, listener: None, member, tracker: ContinuityTracker::default() })
     }
 
-    /// The oldest frame that has not been read yet, or `None` where all are read. Never waits.
+    /// Returns the oldest unread frame, or `None` if all are read. Never waits.
     ///
     /// # Errors
-    /// [`BusError::Failed`] where the publisher's memory cannot be mapped or more than
-    /// [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames are held, and
-    /// [`BusError::VersionMismatch`] for a frame whose number of handles is not its header's.
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped, or where
+    /// [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames are already held.
+    /// [`BusError::VersionMismatch`] for a frame whose number of handles contradicts its header.
     pub fn receive(&mut self) -> Result<Option<Frame>, BusError> {
         let Some(sample) = self.subscriber.receive().map_err(|error| BusError::failed(FRAMES, error))? else {
             self.report(1);
@@ -87,14 +89,15 @@ impl FrameSubscriber {
         Ok(Some(Frame { sample, _membership: self.member.membership(), continuity }))
     }
 
-    /// Reports what has been read before, where the last report is so many periods old.
+    /// Sends the report, if the last one is at least this many periods old.
     fn report(&mut self, periods: u64) {
         if self.reports.is_due(periods) {
             self.reports.send();
         }
     }
 
-    /// The newest frame; those before it are dropped unread and do not count as lost. Never waits.
+    /// Returns the newest unread frame, or `None` if all are read. Older frames are dropped unread and do not count as
+    /// lost. Never waits.
     ///
     /// # Errors
     /// As [`FrameSubscriber::receive`].
@@ -106,10 +109,11 @@ impl FrameSubscriber {
         Ok(latest)
     }
 
-    /// The oldest frame that has not been read yet, waiting for it at most `timeout`. A signal ends the wait early.
+    /// Returns the oldest unread frame. Waits for one at most `timeout` and then returns `None`. A signal ends the wait
+    /// early.
     ///
-    /// The first call makes a listener, which costs the server a system call a frame; a reader that only polls does
-    /// not. While no source runs, a wait may end early with nothing.
+    /// The first call creates a listener, which costs the server one system call per frame; a reader that only polls
+    /// costs none. While no source runs, a wait may end early with `None`.
     ///
     /// # Errors
     /// As [`FrameSubscriber::receive`].
@@ -122,13 +126,13 @@ impl FrameSubscriber {
         }
         if self.listener.is_none() {
             match self.listen() {
-                // A frame that was sent before there was a listener wakes nobody.
+                // A frame that was sent before the listener existed does not wake it.
                 Ok(()) => {
                     if let Some(frame) = self.receive()? {
                         return Ok(Some(frame));
                     }
                 }
-                // The source is gone, and what it left is kept by readers that only poll: nobody would wake this one.
+                // The source is gone, and readers that only poll keep its services. Nothing would wake this reader.
                 Err(error) if error.is_absent() => {
                     thread::sleep(timeout.min(LOOK_PERIOD));
                     return self.receive();
@@ -136,7 +140,7 @@ impl FrameSubscriber {
                 Err(error) => return Err(error),
             }
         }
-        let listener = self.listener.as_ref().expect("made where it was missing");
+        let listener = self.listener.as_ref().expect("the listener was created above");
         match listener.timed_wait(|_| (), timeout) {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
             Err(error) => Err(BusError::failed(FRAMES, error)),
@@ -149,40 +153,41 @@ impl FrameSubscriber {
         Ok(())
     }
 
-    /// Frames that were published between the first one read and the last, and that this reader never got.
+    /// Number of frames lost: published between the first and the last frame that this reader has read, but not received
+    /// by it.
     pub fn lost(&self) -> u64 {
         self.tracker.lost()
     }
 
-    /// Tells how many bytes the reader has written by now of what it read, for its next report.
+    /// Sets the total number of bytes that the reader has written, for its next report.
     pub fn set_bytes_written(&mut self, bytes: u64) {
         self.reports.set_bytes_written(bytes);
     }
 
-    /// Sets how many seconds of wall time the reader's disk lasts, for its next report.
+    /// Sets the wall time in seconds until the reader's disk is full, for its next report.
     pub fn set_room(&mut self, room_s: f64) {
         self.reports.set_room(room_s);
     }
 }
 
-/// A frame, borrowed from shared memory: nothing is copied, and nobody writes to it while it is held.
+/// A frame, borrowed from shared memory. Nothing is copied, and no process writes to it while it is held.
 ///
-/// A reader may hold [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) at a time.
+/// A reader may hold up to [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames at a time.
 #[derive(Debug)]
 pub struct Frame {
-    // Dropped in this order: a sample keeps its node, and a node must not outlast the membership.
+    // Dropped in this order: a sample keeps its node alive, and a node must not outlast the membership.
     sample: Sample<Service, [HandleState], FrameHeader>,
     _membership: Arc<Membership>,
     continuity: Continuity,
 }
 
 impl Frame {
-    /// What the frame says about the whole dragon.
+    /// Values of the frame that concern the whole dragon.
     pub fn header(&self) -> &FrameHeader {
         self.sample.user_header()
     }
 
-    /// The handles, head first, one more than there are benches.
+    /// The handles, head first; one more than there are benches.
     pub fn handles(&self) -> &[HandleState] {
         self.sample.payload()
     }
@@ -192,7 +197,7 @@ impl Frame {
         BenchState::all(self.handles())
     }
 
-    /// How the frame stands to the one received before it.
+    /// Relation of the frame to the previously received one.
     pub fn continuity(&self) -> Continuity {
         self.continuity
     }

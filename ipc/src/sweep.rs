@@ -1,4 +1,4 @@
-//! Removing what nobody owns any more. Whoever calls this holds the exclusive lock of the domain's members.
+//! Removes files without an owner. The caller holds the exclusive lock of the domain's members.
 
 use std::fs::{self, DirEntry};
 use std::io;
@@ -11,15 +11,16 @@ use crate::guard_lock::GuardLock;
 use crate::lock_file::if_there;
 use crate::source_lock::SourceLock;
 
-/// Where shared memory lives in the file system.
+/// Folder of shared memory in the file system.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-/// The directories that iceoryx2 makes in a domain's root path.
+/// Directories that iceoryx2 creates in a domain's root path.
 const DIRECTORIES: [&str; 2] = ["nodes", "services"];
 
-/// Removes everything of iceoryx2's from a domain in which nobody is.
+/// Removes all files of iceoryx2 from a domain without processes.
 ///
-/// Files of other users in shared memory stay, whatever their names: they are in nobody's way, since iceoryx2's names there
-/// are random. So does a file that cannot be removed. In the domain's own directory all has to go.
+/// Files of other users in shared memory are kept, whatever their names. They do no harm, because iceoryx2's names there
+/// are random. Files there that cannot be removed are kept too. In the domain's own directory everything must be
+/// removable.
 pub(crate) fn sweep(domain: &Domain) -> Result<(), DomainError> {
     for entry in named_as_ours(Path::new(SHARED_MEMORY), domain)? {
         if foreign_owner(&entry.path(), domain).is_none() {
@@ -36,25 +37,25 @@ pub(crate) fn sweep(domain: &Domain) -> Result<(), DomainError> {
     Ok(())
 }
 
-/// Removes the whole domain, the members' lock file after all that it protects.
+/// Removes the whole domain. The members' lock file is removed after everything that it protects.
 pub(crate) fn dissolve(domain: &Domain, members_lock: &Path) -> Result<(), DomainError> {
     sweep(domain)?;
     let failed = |path: PathBuf| |error| DomainError::Io { path, error };
     let root = domain.root().to_owned();
     SourceLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
     GuardLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
-    // A process that fails before it has a node leaves before the file is written.
+    // A process that fails before it has a node leaves before it writes the file.
     if_there(fs::remove_file(domain.iceoryx2_toml_path())).map_err(failed(domain.iceoryx2_toml_path()))?;
     fs::remove_file(members_lock).map_err(failed(members_lock.to_owned()))?;
     fs::remove_dir(&root).map_err(failed(root))
 }
 
-/// The owner of a path, where that is another user than the domain's.
+/// Returns the owner of a path, if it is another user than the domain's.
 pub(crate) fn foreign_owner(path: &Path, domain: &Domain) -> Option<u32> {
     fs::symlink_metadata(path).ok().map(|metadata| metadata.uid()).filter(|&uid| uid != domain.uid())
 }
 
-/// Entries of a folder that bear the domain's prefix.
+/// Returns the entries of a folder whose names begin with the domain's prefix.
 fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, DomainError> {
     let prefix = domain.prefix();
     let entries: io::Result<Vec<DirEntry>> = fs::read_dir(folder).and_then(Iterator::collect);
@@ -63,7 +64,7 @@ fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, Domain
     Ok(entries)
 }
 
-/// Removes a file, a link or a directory, if it is there; never what a link leads to.
+/// Removes a file, a link or a directory, if it exists. The target of a link is not touched.
 fn remove(entry: &DirEntry) -> io::Result<()> {
     let is_directory = entry.file_type().is_ok_and(|kind| kind.is_dir());
     let path = entry.path();

@@ -1,38 +1,38 @@
-//! A distribution of times as it is on the wire: how many lie in each of a fixed row of buckets.
+//! A distribution of times: the number of times in each of a fixed row of buckets.
 //!
-//! The buckets are those of an HDR histogram with five bits: below 64 ns each is one nanosecond wide, and from there on every
-//! octave is cut into 32 of equal width, so that a bucket is at most 1/32 as wide as its least value. What takes longer than
-//! [`TimeHistogram::LIMIT_NS`] is in the last one.
+//! The buckets are those of an HDR histogram with five bits. Below 64 ns each bucket is 1 ns wide. From there on, every
+//! octave has 32 buckets of equal width, so a bucket's width is at most 1/32 of its least value. The last bucket also has
+//! all times above [`TimeHistogram::LIMIT_NS`].
 
 use iceoryx2::prelude::ZeroCopySend;
 
-/// A bucket's index has so many bits below its octave.
+/// Number of bits of a bucket's index within its octave.
 const SUB_BITS: u32 = 5;
-/// Buckets an octave.
+/// Number of buckets per octave.
 const SUB_BUCKETS: usize = 1 << SUB_BITS;
-/// Bits of the longest time that is told apart.
+/// Number of bits of the longest time with a bucket of its own.
 const LIMIT_BITS: u32 = 36;
 
-/// Times, each counted in the bucket that it lies in.
+/// Counts of times per bucket.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[type_name("bench_dragon.TimeHistogram.v1")]
 pub struct TimeHistogram {
-    /// The longest time, exactly, in nanoseconds; 0 where there is none.
+    /// The longest time, exact, in nanoseconds; 0 without any time.
     pub max_ns: u64,
-    /// How many times lie in each bucket, of which [`TimeHistogram::bounds_ns`] tells the bounds.
+    /// Number of times in each bucket. [`TimeHistogram::bounds_ns`] returns a bucket's bounds.
     pub counts: [u64; Self::BUCKETS],
 }
 
 const _: () = assert!(size_of::<TimeHistogram>() == 8200 && align_of::<TimeHistogram>() == 8);
 
 impl TimeHistogram {
-    /// How many buckets there are.
+    /// Number of buckets.
     pub const BUCKETS: usize = SUB_BUCKETS * (LIMIT_BITS - SUB_BITS + 1) as usize;
-    /// From here on times are not told apart: 68.7 s, in nanoseconds.
+    /// Limit of the buckets in nanoseconds, about 68.7 s. All longer times share the last bucket.
     pub const LIMIT_NS: u64 = 1 << LIMIT_BITS;
 
-    /// The bucket that a time lies in.
+    /// Returns the bucket of a time.
     ///
     /// ```
     /// use bench_dragon_ipc::TimeHistogram;
@@ -51,7 +51,8 @@ impl TimeHistogram {
         (shift as usize) * SUB_BUCKETS + (time_ns >> shift) as usize
     }
 
-    /// The least and the greatest time of a bucket, in nanoseconds. The last one has no greatest: [`u64::MAX`].
+    /// Returns the least and the greatest time of a bucket, in nanoseconds. The last bucket has no limit: its greatest
+    /// time is [`u64::MAX`].
     ///
     /// ```
     /// use bench_dragon_ipc::TimeHistogram;
@@ -60,9 +61,9 @@ impl TimeHistogram {
     /// ```
     ///
     /// # Panics
-    /// Where there is no such bucket.
+    /// If `bucket` is [`TimeHistogram::BUCKETS`] or more.
     pub const fn bounds_ns(bucket: usize) -> (u64, u64) {
-        assert!(bucket < Self::BUCKETS, "no such bucket");
+        assert!(bucket < Self::BUCKETS, "the bucket must be under BUCKETS");
         let shift = (bucket / SUB_BUCKETS).saturating_sub(1);
         let least = ((bucket - shift * SUB_BUCKETS) as u64) << shift;
         let greatest = if bucket == Self::BUCKETS - 1 { u64::MAX } else { least + (1 << shift) - 1 };
@@ -75,7 +76,7 @@ impl TimeHistogram {
         self.max_ns = self.max_ns.max(time_ns);
     }
 
-    /// Adds all times of another.
+    /// Adds all times of another histogram.
     pub fn add(&mut self, other: &Self) {
         for (count, more) in self.counts.iter_mut().zip(&other.counts) {
             *count += more;
@@ -83,14 +84,16 @@ impl TimeHistogram {
         self.max_ns = self.max_ns.max(other.max_ns);
     }
 
-    /// How many times have been counted.
+    /// Returns the number of counted times.
     pub fn count(&self) -> u64 {
         self.counts.iter().sum()
     }
 
-    /// The time that this share of all, from 0 to 1, does not exceed, in nanoseconds; 0 where there is none.
+    /// Returns the time that the given share of all times, from 0 to 1, does not exceed, in nanoseconds; 0 without any
+    /// time.
     ///
-    /// It is the greatest of its bucket, or of all where that is less: never too little, and too much by 1/32 at most.
+    /// The result is the greatest time of its bucket, or the longest time if that is less. So it is never too small, and
+    /// at most 1/32 too large.
     pub fn quantile_ns(&self, share: f64) -> u64 {
         let rank = ((self.count() as f64 * share).ceil() as u64).max(1);
         let mut counted = 0;
@@ -121,7 +124,7 @@ mod tests {
             assert_eq!((TimeHistogram::bucket_of(least), TimeHistogram::bucket_of(greatest)), (bucket, bucket));
             next = greatest.wrapping_add(1);
         }
-        assert_eq!(next, 0, "the last one has no end");
+        assert_eq!(next, 0, "the last bucket has no limit");
     }
 
     #[test]
@@ -133,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quantile_is_never_too_little_and_too_much_by_a_thirty_second_at_most() {
+    fn a_quantile_is_never_too_small_and_at_most_a_thirty_second_too_large() {
         let times: Vec<u64> = (1..=1000).map(|time| time * time * 7).collect();
         let mut histogram = TimeHistogram::default();
         for &time in &times {
@@ -141,13 +144,13 @@ mod tests {
         }
         for (share, exact) in [(0.001, times[0]), (0.5, times[499]), (0.99, times[989]), (0.999, times[998])] {
             let quantile = histogram.quantile_ns(share);
-            assert!(exact <= quantile && quantile <= exact + exact / 32, "{share}: {quantile}, really {exact}");
+            assert!(exact <= quantile && quantile <= exact + exact / 32, "{share}: {quantile}, exact {exact}");
         }
         assert_eq!((histogram.quantile_ns(1.0), histogram.count()), (7_000_000, 1000));
     }
 
     #[test]
-    fn nothing_counted_has_no_quantiles() {
+    fn quantiles_of_an_empty_histogram_are_zero() {
         let nothing = TimeHistogram::default();
         assert_eq!((nothing.count(), nothing.quantile_ns(0.5), nothing.max_ns), (0, 0, 0));
     }
@@ -160,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_added_is_counted_as_if_recorded() {
+    fn added_histograms_count_as_if_their_times_were_recorded() {
         let mut together = TimeHistogram::default();
         let (mut sum, mut other) = (TimeHistogram::default(), TimeHistogram::default());
         for (one, another) in [(3, 70_000), (5, 1 << 40)] {

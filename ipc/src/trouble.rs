@@ -1,4 +1,4 @@
-//! iceoryx2's many reasons for which a service cannot be had, sorted by what one does about them.
+//! Classes of iceoryx2's errors on services, by how this crate handles them.
 
 use core::fmt::Debug;
 
@@ -6,34 +6,34 @@ use iceoryx2::service::builder::event::{EventCreateError, EventOpenError};
 use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeCreateError, PublishSubscribeOpenError};
 use iceoryx2::service::builder::request_response::{RequestResponseCreateError, RequestResponseOpenError};
 
-/// What is wrong with a service.
+/// Class of an error on a service.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Trouble {
-    /// It is not there.
+    /// The service does not exist.
     Absent,
-    /// Another process is taking it away or making it at this moment.
+    /// Another process is creating or removing the service at this moment.
     InFlux,
-    /// A signal came in between: the next try may do.
+    /// A signal interrupted the call. A retry may succeed.
     Interrupted,
-    /// Its layout, pattern or iceoryx2 version is another one.
+    /// Its layout, pattern or iceoryx2 version differs.
     Mismatch,
-    /// This user may not use it.
+    /// This user may not use the service.
     Denied,
-    /// The process that was making it has not finished.
+    /// The process that was creating the service has not finished.
     HalfMade,
-    /// It has as many members as it allows.
+    /// The service has its greatest allowed number of members.
     Full,
-    /// Anything else.
+    /// Any other error.
     Other,
 }
 
-/// An error of iceoryx2 that can be sorted.
+/// An error of iceoryx2 with a class.
 pub(crate) trait Sorted: Debug {
-    /// What it comes down to.
+    /// Returns the class of the error.
     fn trouble(&self) -> Trouble;
 }
 
-/// Sorts an error by the names of its variants, which the patterns share but for a few.
+/// Classifies an error by the names of its variants, most of which all patterns share.
 macro_rules! sort {
     ($error:ty { $($trouble:ident: $($variant:ident)|+;)+ }) => {
         impl Sorted for $error {

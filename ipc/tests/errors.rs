@@ -1,4 +1,4 @@
-//! What goes wrong between a client and the bus is told apart, and told clearly.
+//! Every error between a client and the bus has its own variant and a clear message.
 
 use std::fs;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -9,7 +9,7 @@ use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, Zero
 
 static DOMAINS: AtomicU32 = AtomicU32::new(0);
 
-/// A domain that no other test uses.
+/// Returns a domain that no other test uses.
 fn own_domain() -> Domain {
     let number = DOMAINS.fetch_add(1, Ordering::Relaxed);
     let instance = Instance::new(&format!("e{}-{number}", std::process::id())).expect("the name is valid");
@@ -17,7 +17,7 @@ fn own_domain() -> Domain {
 }
 
 fn assert_left_empty(domain: &Domain) {
-    assert!(!domain.root().exists(), "{} is left", domain.root().display());
+    assert!(!domain.root().exists(), "{} remains", domain.root().display());
     let shared = fs::read_dir("/dev/shm").expect("/dev/shm is readable").flatten();
     let left: Vec<_> =
         shared.filter(|entry| entry.file_name().to_string_lossy().starts_with(&domain.prefix())).collect();
@@ -25,7 +25,7 @@ fn assert_left_empty(domain: &Domain) {
 }
 
 #[test]
-fn without_a_server_a_client_is_told_so_and_leaves_nothing() {
+fn without_a_server_a_client_fails_with_no_server_and_leaves_no_files() {
     let domain = own_domain();
     let error = FrameSubscriber::open(&domain, "test").expect_err("nothing is published");
     assert!(error.is_absent(), "{error}");
@@ -56,11 +56,11 @@ fn frames_of_another_layout_are_a_version_mismatch() {
         .publish_subscribe::<[OtherHandle]>()
         .create()
         .expect("the service can be made");
-    let error = FrameSubscriber::open(&domain, "test").expect_err("the layout is another one");
+    let error = FrameSubscriber::open(&domain, "test").expect_err("the layout differs");
     assert!(matches!(error, BusError::VersionMismatch { service: FRAMES }), "{error}");
     assert!(error.to_string().contains("run the same version of bench-dragon on both sides"), "{error}");
     drop((other, node));
-    // Whoever is last and one of ours clears up.
+    // The last member of this library removes the remains.
     drop(Member::join(&domain, "test", Role::Source { bench_count: 1 }).expect("the domain is usable"));
     assert_left_empty(&domain);
 }
@@ -68,23 +68,23 @@ fn frames_of_another_layout_are_a_version_mismatch() {
 #[test]
 fn a_second_source_is_refused_with_the_pid_of_the_first() {
     let domain = own_domain();
-    let first = SourceLock::take(&domain).expect("the first one gets it");
-    let error = SourceLock::take(&domain).expect_err("the second one does not");
+    let first = SourceLock::take(&domain).expect("the first source gets the lock");
+    let error = SourceLock::take(&domain).expect_err("the second source does not");
     assert!(error.to_string().contains(&format!("pid {}", std::process::id())), "{error}");
     drop(first);
-    drop(SourceLock::take(&domain).expect("after the first has gone"));
+    drop(SourceLock::take(&domain).expect("the lock is free after the first source has ended"));
     assert_left_empty(&domain);
 }
 
 #[test]
-fn more_readers_than_allowed_are_told_so() {
+fn one_reader_too_many_is_refused() {
     let domain = own_domain();
     let member = Member::join(&domain, "source", Role::Source { bench_count: 1 }).expect("the domain is usable");
     let frames = member.frames().expect("the frames can be made");
     let readers: Vec<_> = (0..bench_dragon_ipc::service::MAX_READERS)
-        .map(|_| FrameSubscriber::open(&domain, "test").expect("as many as allowed"))
+        .map(|_| FrameSubscriber::open(&domain, "test").expect("the service has room"))
         .collect();
-    let error = FrameSubscriber::open(&domain, "test").expect_err("one too many");
+    let error = FrameSubscriber::open(&domain, "test").expect_err("the service is full");
     assert!(matches!(error, BusError::TooManyClients { service: FRAMES }), "{error}");
     drop(readers);
     drop(frames);
@@ -93,11 +93,11 @@ fn more_readers_than_allowed_are_told_so() {
 }
 
 #[test]
-fn a_command_that_no_server_takes_is_no_server() {
+fn a_command_without_a_connected_server_fails_with_no_server() {
     let domain = own_domain();
     let member = Member::join(&domain, "source", Role::Source { bench_count: 1 }).expect("the domain is usable");
     let commands = member.commands().expect("the commands can be made");
-    let client = CommandClient::open(&domain, "test").expect("the service is there");
+    let client = CommandClient::open(&domain, "test").expect("the service exists");
     let error = client
         .call(bench_dragon_ipc::Request::Pause, std::time::Duration::from_mins(1))
         .expect_err("no server is connected");
@@ -111,8 +111,8 @@ fn a_directory_that_others_may_write_is_refused() {
     use std::os::unix::fs::PermissionsExt as _;
     let domain = own_domain();
     domain.create_directory().expect("the directory can be made");
-    fs::set_permissions(domain.root(), fs::Permissions::from_mode(0o777)).expect("it is ours");
+    fs::set_permissions(domain.root(), fs::Permissions::from_mode(0o777)).expect("this user owns the directory");
     let error = FrameSubscriber::open(&domain, "test").expect_err("others may write it").to_string();
     assert!(error.contains("has mode 0777, must not be writable by others: chmod 0700 it"), "{error}");
-    fs::remove_dir(domain.root()).expect("it is empty");
+    fs::remove_dir(domain.root()).expect("the directory is empty");
 }

@@ -1,23 +1,22 @@
-//! The newest frame, copied out of shared memory, so that a bridge holds nothing of a server that has ended; and whether the
-//! frame is fresh.
+//! The newest frame and its freshness. The frame is a copy, so a bridge holds no shared memory of a server that has ended.
 
 use std::time::Duration;
 
 use bench_dragon_ipc::{BenchState, Frame, FrameHeader};
 
-/// What a bridge sends at one release.
+/// The frame that a bridge sends at one release.
 #[derive(Clone, Debug, Default)]
 pub struct LatestFrame {
     /// The frame's header.
     pub header: FrameHeader,
     /// The benches, head first.
     pub benches: Vec<BenchState>,
-    /// Whether the frame may still be believed.
+    /// Whether the frame is fresh or stale.
     pub freshness: Freshness,
 }
 
 impl LatestFrame {
-    /// Copies a frame that has just been read, into the same memory.
+    /// Copies a frame that has just been read, and marks it fresh. Reuses the memory of the previous copy.
     pub fn replace(&mut self, frame: &Frame) {
         self.header = *frame.header();
         self.benches.clear();
@@ -25,18 +24,18 @@ impl LatestFrame {
         self.freshness = Freshness::Fresh;
     }
 
-    /// What turns a speed per show second into one of wall time: the time scale, or 0 where the frame is stale.
+    /// Factor from a speed per show second to a speed per wall-clock second: the time scale, or 0 if the frame is stale.
     pub fn speed_factor(&self) -> f64 {
         if self.freshness.is_fresh() { self.header.time_scale } else { 0.0 }
     }
 }
 
-/// The oldest frame that is fresh, however often they come: the slowest server sends one a second.
+/// Smallest freshness limit. The slowest server sends one frame a second.
 const LEAST_LIMIT: Duration = Duration::from_millis(1_500);
-/// Where they come more seldom, as many of their periods.
+/// The freshness limit in frame periods, unless the smallest limit is longer.
 const PERIODS: u32 = 3;
 
-/// How old a frame may be that is fresh, where so many come a second; 0 for a rate that is not known.
+/// Returns the greatest age of a fresh frame. `rate_hz` is the source's frames per second; 0 means that it is unknown.
 ///
 /// ```
 /// use bench_dragon::bridge::freshness_limit;
@@ -51,28 +50,29 @@ pub fn freshness_limit(rate_hz: u32) -> Duration {
     periods.map_or(LEAST_LIMIT, |periods| periods.max(LEAST_LIMIT))
 }
 
-/// How old a frame may be.
+/// Whether a frame is recent enough for its speeds to be used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Freshness {
-    /// Its source was there a moment ago.
+    /// The source sent the frame within the freshness limit.
     #[default]
     Fresh,
-    /// Its source has been silent for too long.
+    /// The source has been silent for longer than the freshness limit.
     Stale {
-        /// How long ago it was sent, in nanoseconds.
+        /// Time since the frame was sent, in nanoseconds.
         age_ns: u64,
     },
 }
 
 impl Freshness {
-    /// Whether it is fresh.
+    /// Whether the value is `Fresh`.
     pub fn is_fresh(self) -> bool {
         self == Self::Fresh
     }
 }
 
-/// Judges a frame by the instant at which it was sent, the present and the greatest age that is fresh. Both instants are of
-/// `CLOCK_MONOTONIC`, in nanoseconds.
+/// Returns whether a frame is fresh at `now_ns`. `limit` is the greatest age of a fresh frame.
+///
+/// Both instants are nanoseconds of `CLOCK_MONOTONIC`.
 ///
 /// ```
 /// use bench_dragon::bridge::{Freshness, freshness};

@@ -1,11 +1,12 @@
-//! Bridges: poses in the words of show control, for desks and media servers.
+//! Bridges: they send poses to lighting desks, media servers and other machines, in protocols of show control.
 //!
-//! A bridge is a reader of the bus like any other. At each release of a rate of its own it takes the newest frame, so that
-//! the server neither wakes it nor waits for it, and says it again in packets: [`psn`], [`osc`]. The encoders know neither
-//! clocks nor sockets. An [`Outlet`] takes their packets to a receiver; it sends and never reads.
+//! A bridge is an ordinary reader of the bus. It polls the newest frame at its own rate, so the server neither wakes it nor
+//! waits for it. It encodes the frame as packets of PosiStageNet ([`psn`]) or Open Sound Control ([`osc`]). The encoders use
+//! neither clocks nor sockets. An [`Outlet`] sends the packets to a receiver and never reads.
 //!
-//! Speeds are in wall time: a frame's speeds, which are per show second, times its time scale. A frame that is too old
-//! to be believed ([`freshness()`]) is sent again with every speed 0, so that nobody walks on where the server is gone.
+//! The packets contain speeds per wall-clock second: a frame's speeds, which are per show second, times its time scale. A
+//! stale frame ([`freshness()`]) is repeated with all speeds 0, so that receivers do not extrapolate while the server is
+//! silent.
 
 pub mod osc;
 pub mod psn;

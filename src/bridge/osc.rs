@@ -1,17 +1,17 @@
-//! Open Sound Control: a message a bench, and one that says what they belong to.
+//! Open Sound Control: one message for each bench, and one for the show.
 //!
 //! | address | arguments |
 //! |---|---|
-//! | `/dragon/show` | show time in seconds (f), state (s), time scale (f), tick (i), fresh (i: 1, or 0 where the server is silent) |
-//! | `/dragon/bench/7` | x, y, z of the centre in metres, heading, speed in m/s of wall time (five f) |
+//! | `/dragon/show` | show time in seconds (f), state (s), time scale (f), tick (i), fresh (i: 1, or 0 if the frame is stale) |
+//! | `/dragon/bench/7` | x, y, z of the centre in metres, heading, speed in metres per wall-clock second (five f) |
 //!
-//! The show's message comes before the benches' of the same frame. The axes are the bus's own: x right, y away, z up; a
-//! heading is counter-clockwise from +x, in degrees from −180 to 180 unless radians are asked for. The tick is its lowest 31
-//! bits.
+//! The show's message precedes the bench messages of the same frame. The axes are those of the bus: x right, y away, z up.
+//! Headings are counter-clockwise from +x, in degrees from −180 to 180, or in radians on request. The tick is reduced to its
+//! lowest 31 bits.
 //!
-//! A message is a packet of its own, which every receiver takes; or the messages go in bundles, as many in each as a
-//! datagram holds, under the time at which the server sent the frame. Over TCP each packet is framed by SLIP with a double
-//! END, as OSC 1.1 has it.
+//! By default each message is one packet, which every receiver accepts. Optionally messages are sent in bundles. A bundle
+//! contains as many messages as a datagram holds, and the time at which the server sent the frame. Over TCP each packet is
+//! framed by SLIP with a double END, as OSC 1.1 specifies.
 //!
 //! Source: Open Sound Control 1.0 (2002) and 1.1 (2009), opensoundcontrol.org; SLIP: RFC 1055.
 
@@ -27,14 +27,14 @@ pub use super::slip_sender::SlipSender;
 /// The unit of headings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum AngleUnit {
-    /// -180 to 180.
+    /// From -180 to 180.
     #[default]
     Degrees,
-    /// -pi to pi.
+    /// From -pi to pi.
     Radians,
 }
 
-/// What is sent, and how.
+/// Settings of an encoder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OscSettings {
     /// The address of a bench's message.
@@ -43,26 +43,27 @@ pub struct OscSettings {
     pub show_address: ShowAddress,
     /// The unit of headings.
     pub angle: AngleUnit,
-    /// Whether messages go in bundles.
+    /// Whether messages are sent in bundles.
     pub bundle: bool,
 }
 
-/// Turns frames into packets.
+/// Encodes frames as packets.
 #[derive(Debug)]
 pub struct OscEncoder {
     settings: OscSettings,
-    /// The benches' addresses, made once.
+    /// Addresses of the bench messages. Each is formatted once.
     addresses: Vec<String>,
     messages: Packets,
 }
 
 impl OscEncoder {
-    /// An encoder of these settings.
+    /// Returns an encoder with these settings.
     pub fn new(settings: OscSettings) -> Self {
         Self { settings, addresses: Vec::new(), messages: Packets::default() }
     }
 
-    /// Replaces `packets` by those of a frame. `unix_minus_monotonic_ns` tells what its clock is on the calendar.
+    /// Replaces the contents of `packets` with the packets of a frame. `unix_minus_monotonic_ns` is the offset from
+    /// `CLOCK_MONOTONIC` to Unix time.
     pub fn frame(&mut self, latest: &LatestFrame, unix_minus_monotonic_ns: i64, packets: &mut Packets) {
         packets.clear();
         if !self.settings.bundle {
@@ -112,18 +113,18 @@ fn bench(bench: &BenchState, angle: AngleUnit, speed_factor: f64) -> Vec<OscType
 fn write(addr: String, args: Vec<OscType>, messages: &mut Packets) {
     let message = OscPacket::Message(OscMessage { addr, args });
     messages.push(|bytes| {
-        encoder::encode_into(&message, bytes).expect("a vector takes every byte");
+        encoder::encode_into(&message, bytes).expect("writing to a vector cannot fail");
     });
 }
 
 const HEADER: &[u8] = b"#bundle\0";
 const HEADER_LEN: usize = HEADER.len() + 8;
-/// Bytes before each message: its length.
+/// Bytes of the length before each message in a bundle.
 const PREFIX_LEN: usize = 4;
-/// From 1900, where OSC's time begins, to 1970, in seconds.
+/// Seconds from 1900, the epoch of OSC time, to 1970.
 const UNIX_EPOCH_S: u64 = 2_208_988_800;
 
-/// Adds bundles of these messages to `packets`, as many in each as a datagram holds, all under one time.
+/// Adds bundles of these messages to `packets`, with as many messages in each as a datagram holds. All have the same time.
 fn pack(messages: &Packets, time: OscTime, packets: &mut Packets) {
     let mut rest = messages.iter().peekable();
     while rest.peek().is_some() {
@@ -144,7 +145,7 @@ fn pack(messages: &Packets, time: OscTime, packets: &mut Packets) {
     }
 }
 
-/// A Unix time in nanoseconds as OSC's: whole seconds since 1900, which begin anew in 2036, and 2⁻³² of a second.
+/// Converts a Unix time in nanoseconds to OSC time: whole seconds since 1900, which wrap in 2036, and units of 2⁻³² s.
 fn osc_time(unix_ns: u64) -> OscTime {
     let (seconds, nanos) = (unix_ns / 1_000_000_000 + UNIX_EPOCH_S, unix_ns % 1_000_000_000);
     OscTime { seconds: seconds as u32, fractional: ((nanos << 32) / 1_000_000_000) as u32 }

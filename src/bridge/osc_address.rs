@@ -5,9 +5,9 @@ use std::str::FromStr;
 
 use rosc::address::verify_address;
 
-/// What stands for a bench's number.
+/// Placeholder for a bench's number.
 const INDEX: &str = "{index}";
-/// Most bytes of an address, so that a message fits into any datagram.
+/// Longest address in bytes. It ensures that a message fits into any datagram.
 const MAX_LEN: usize = 200;
 
 /// The address of a bench's message, with `{index}` for the bench's number.
@@ -18,19 +18,19 @@ pub struct AddressPattern(String);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShowAddress(String);
 
-/// Why a text is no address.
+/// Error for a text that is not an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressError {
-    /// It is not what OSC calls an address.
-    #[error("must begin with /, have no blank and none of #*,?[]{{}} in its parts, and at most {MAX_LEN} characters")]
+    /// The text is not a valid OSC address.
+    #[error("must begin with /, have no space and none of #*,?[]{{}} in its parts, and at most {MAX_LEN} characters")]
     Address,
     /// All benches would have the same address.
-    #[error("must have {INDEX} in it, for the bench's number, as /dragon/bench/{INDEX}")]
+    #[error("must contain {INDEX} for the bench's number, such as /dragon/bench/{INDEX}")]
     NoIndex,
 }
 
 impl AddressPattern {
-    /// The address of a bench.
+    /// Returns the address of a bench's message.
     ///
     /// ```
     /// use bench_dragon::bridge::osc::AddressPattern;
@@ -43,7 +43,7 @@ impl AddressPattern {
         self.0.replace(INDEX, &index.to_string())
     }
 
-    /// Whether the show's message would have the address of a bench's.
+    /// Whether `show` is also the address of some bench's message.
     pub fn is_bench(&self, show: &ShowAddress) -> bool {
         let mut numbers =
             show.0.split(|character: char| !character.is_ascii_digit()).filter_map(|part| part.parse().ok());

@@ -1,25 +1,25 @@
-//! Where packets leave: the packets of a frame, what takes them to a receiver, and when a failure is worth a message.
+//! Sending of packets: the packets of a frame, the trait of the senders, and the reporting of failed sends.
 
 use std::io;
 
-/// Takes packets to a receiver. It never waits for one for long, and reads nothing.
+/// Sends packets to a receiver. An implementation blocks for a bounded time only, and reads nothing.
 pub trait Outlet {
-    /// Sends the packets of one frame, `now_ns` being the present of `CLOCK_MONOTONIC`.
+    /// Sends the packets of one frame. `now_ns` is the current time of `CLOCK_MONOTONIC`.
     fn send(&mut self, packets: &Packets, now_ns: u64) -> Delivery;
 }
 
-/// What became of a frame's packets.
+/// The result of sending one frame's packets.
 #[derive(Debug, Default)]
 pub struct Delivery {
-    /// Packets that were handed over to the network.
+    /// Packets passed to the network.
     pub packets: u64,
-    /// Their bytes.
+    /// Bytes passed to the network.
     pub bytes: u64,
     /// Sends that failed.
     pub errors: u64,
-    /// Whether the whole frame was left out because the receiver had not taken the one before it.
+    /// Whether the whole frame was dropped because the receiver had not accepted all of the previous frame.
     pub dropped: bool,
-    /// The first reason of a failure.
+    /// The first error.
     pub trouble: Option<io::Error>,
 }
 
@@ -39,10 +39,10 @@ impl Delivery {
     }
 }
 
-/// Most bytes of a datagram that an Ethernet of 1,500 bytes carries in one piece: less 20 of IP and 8 of UDP.
+/// Longest datagram in bytes that fits unfragmented into an Ethernet frame: 1,500 less 20 for IP and 8 for UDP.
 pub const MAX_PACKET_LEN: usize = 1_472;
 
-/// Packets one behind the other in one buffer, which is kept from frame to frame.
+/// Packets stored one after another in one buffer. The buffer is reused from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct Packets {
     bytes: Vec<u8>,
@@ -50,19 +50,19 @@ pub struct Packets {
 }
 
 impl Packets {
-    /// Forgets all packets.
+    /// Removes all packets.
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.ends.clear();
     }
 
-    /// Adds the packet that `write` appends to the buffer.
+    /// Adds a packet: the bytes that `write` appends to the buffer.
     pub fn push(&mut self, write: impl FnOnce(&mut Vec<u8>)) {
         write(&mut self.bytes);
         self.ends.push(self.bytes.len());
     }
 
-    /// The packets in their order.
+    /// The packets in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = &[u8]> {
         (0..self.ends.len()).map(|index| {
             let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
@@ -70,42 +70,42 @@ impl Packets {
         })
     }
 
-    /// How many there are.
+    /// Number of packets.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no packets.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 }
 
-/// How long nothing may fail before the trouble counts as over. A host that refuses packets says so about once a second.
+/// An outage ends after this time without a failure. A host that rejects packets reports it only about once a second.
 const CALM_NS: u64 = 3_000_000_000;
 
-/// Follows whether sending works.
+/// Detects the beginning and the end of a period in which sending fails.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outage {
     last_failure_ns: u64,
-    /// Since the outage began; 0 without one.
+    /// Frames that failed since the outage began; 0 without an outage.
     failed_frames: u64,
 }
 
-/// What is to be reported.
+/// A change that the bridge reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutageChange {
     /// Sending has begun to fail.
     Began,
-    /// Sending has worked for a while again.
+    /// Sending has worked again for three seconds.
     Ended {
-        /// Frames that were not sent, or not all of them.
+        /// Frames that were not sent, or only in part.
         failed_frames: u64,
     },
 }
 
 impl Outage {
-    /// Takes note of one frame at `now_ns`. Returns what is to be reported.
+    /// Records the result of one frame at `now_ns`. Returns a change that has to be reported, if any.
     pub fn note(&mut self, failed: bool, now_ns: u64) -> Option<OutageChange> {
         if failed {
             self.last_failure_ns = now_ns;

@@ -1,16 +1,16 @@
-//! PosiStageNet 2.03, the protocol by which lighting desks and media servers follow what moves on a stage.
+//! PosiStageNet 2.03: the protocol by which lighting desks and media servers follow moving objects on a stage.
 //!
-//! Words: a *tracker* is something followed, here a bench; a *packet* is a datagram; a *frame* is the packets of
-//! all trackers at once, under one number and each with their count. DATA packets say where trackers are, INFO packets what
-//! they are called. A packet is a tree of *chunks*.
+//! Words: a *tracker* is a tracked object, here a bench. A *packet* is a datagram. A *frame* is the set of packets that covers
+//! all trackers once; each of its packets has the frame's number and the number of packets. DATA packets contain the poses
+//! of trackers, INFO packets their names. A packet is a tree of *chunks*.
 //!
-//! *Axes.* Its x is right, its y up, its z depth, away from the audience: our (x, y, z) is its (x, z, y). Two axes are exchanged,
-//! so what is right-handed here is left-handed there, and a turn changes its sign. An orientation is the rotation that takes a
-//! board which points along +x to where it points: a vector along the axis of rotation, as long as the angle in radians. So a
-//! heading h is (0, −h, 0).
+//! *Axes.* PosiStageNet's x points right, y up, and z (depth) away from the audience: our (x, y, z) is its (x, z, y). The
+//! exchange of two axes turns our right-handed axes into left-handed ones, so rotations change sign. An orientation is the
+//! rotation from +x to the direction of the board. It is a vector along the axis of rotation; its length is the angle in
+//! radians. So a heading h is (0, −h, 0).
 //!
-//! An example: a bench at (3, 4, 0) that points and walks in +y at 1 m/s has heading π/2. As a tracker it is at (3, 0, 4),
-//! its speed is (0, 0, 1), and its orientation (0, −π/2, 0) turns (1, 0, 0) into (0, 0, 1).
+//! Example: a bench at (3, 4, 0) that points and moves in +y at 1 m/s has heading π/2. As a tracker it has position (3, 0, 4)
+//! and speed (0, 0, 1). Its orientation (0, −π/2, 0) turns (1, 0, 0) into (0, 0, 1).
 //!
 //! Source: PosiStageNet protocol, version 2.03 of 2019-09-09 (VYV Corporation, MA Lighting), posistage.net.
 
@@ -21,14 +21,14 @@ use std::str::FromStr;
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
 
-/// Where PosiStageNet is sent where nothing else was agreed on.
+/// The protocol's default multicast group and port.
 pub const DEFAULT_TARGET: SocketAddrV4 = SocketAddrV4::new(Ipv4Addr::new(236, 10, 10, 10), 56_565);
 
 const VERSION: [u8; 2] = [2, 3];
 
 const DATA_PACKET: u16 = 0x6755;
 const INFO_PACKET: u16 = 0x6756;
-/// Of both kinds of packet.
+/// Chunk in DATA and INFO packets.
 const PACKET_HEADER: u16 = 0;
 const DATA_TRACKER_LIST: u16 = 1;
 const INFO_SYSTEM_NAME: u16 = 1;
@@ -53,20 +53,20 @@ const NAME_LEN: usize = "Bench 65535".len();
 const TRACKERS_IN_A_PACKET: usize = (MAX_PACKET_LEN - DATA_FRAME_LEN) / TRACKER_LEN;
 const NAMES_IN_A_PACKET: usize = (MAX_PACKET_LEN - INFO_FRAME_LEN) / (2 * HEADER_LEN + NAME_LEN);
 
-/// Most benches of a dragon whose frames can be sent: the count of a frame's packets is a byte.
+/// Most benches that fit into one frame: the number of packets in a frame is one byte.
 pub const MAX_BENCHES: usize = u8::MAX as usize * TRACKERS_IN_A_PACKET;
 
 const _: () = assert!(NAMES_IN_A_PACKET >= TRACKERS_IN_A_PACKET && MAX_BENCHES <= u16::MAX as usize);
 
-/// There are more benches than packets can be counted for.
+/// The dragon has more benches than fit into one frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the dragon has {benches} benches: PosiStageNet has room for at most {MAX_BENCHES}")]
+#[error("the dragon has {benches} benches, must be at most {MAX_BENCHES} for PosiStageNet")]
 pub struct TooManyBenches {
     /// The dragon's benches.
     pub benches: usize,
 }
 
-/// Turns frames into packets of at most [`MAX_PACKET_LEN`] bytes, none of which splits a tracker.
+/// Encodes frames as packets of at most [`MAX_PACKET_LEN`] bytes. A tracker is never split between packets.
 #[derive(Debug)]
 pub struct PsnEncoder {
     system_name: SystemName,
@@ -75,7 +75,7 @@ pub struct PsnEncoder {
     info_frame_id: u8,
 }
 
-/// What every packet of a frame says first.
+/// Contents of the header chunk of every packet.
 #[derive(Clone, Copy, Debug)]
 struct PacketHeader {
     timestamp_us: u64,
@@ -84,12 +84,12 @@ struct PacketHeader {
 }
 
 impl PsnEncoder {
-    /// An encoder whose timestamps count from `epoch_ns` of `CLOCK_MONOTONIC`, and whose frames count from 0.
+    /// Returns an encoder. Its timestamps count from `epoch_ns` of `CLOCK_MONOTONIC`, its frames from 0.
     pub fn new(system_name: SystemName, epoch_ns: u64) -> Self {
         Self { system_name, epoch_ns, data_frame_id: 0, info_frame_id: 0 }
     }
 
-    /// Replaces `packets` by the next frame of DATA packets: where the benches are.
+    /// Replaces the contents of `packets` with the next frame of DATA packets: the poses of the benches.
     ///
     /// # Errors
     /// [`TooManyBenches`].
@@ -120,7 +120,7 @@ impl PsnEncoder {
         Ok(())
     }
 
-    /// Replaces `packets` by the next frame of INFO packets: what this sender and the benches are called.
+    /// Replaces the contents of `packets` with the next frame of INFO packets: the names of this sender and of the benches.
     ///
     /// # Errors
     /// [`TooManyBenches`].
@@ -156,10 +156,11 @@ fn packet_count(benches: usize, in_a_packet: usize) -> Result<u8, TooManyBenches
     if benches > MAX_BENCHES {
         return Err(TooManyBenches { benches });
     }
-    Ok(u8::try_from(benches.div_ceil(in_a_packet)).expect("as many packets as a byte counts hold the most benches"))
+    Ok(u8::try_from(benches.div_ceil(in_a_packet)).expect("MAX_BENCHES fit into 255 packets"))
 }
 
-/// Replaces `packets` by those of one frame: in each its header, and what `write` appends.
+/// Replaces the contents of `packets` with the packets of one frame. Each packet contains the header and the
+/// chunks that `write` appends.
 fn write_packets(kind: u16, header: PacketHeader, packets: &mut Packets, mut write: impl FnMut(&mut ChunkWriter<'_>)) {
     let mut data = [0; PACKET_HEADER_LEN - HEADER_LEN];
     data[..8].copy_from_slice(&header.timestamp_us.to_le_bytes());
@@ -176,17 +177,17 @@ fn write_packets(kind: u16, header: PacketHeader, packets: &mut Packets, mut wri
     }
 }
 
-/// 1 to 64 printable ASCII characters, blanks among them.
+/// The name of a sender: 1 to 64 printable ASCII characters, including spaces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SystemName(String);
 
-/// Why a text is no system name.
+/// Error for a text that is not a system name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("must be 1 to {} printable ASCII characters", SystemName::MAX_LEN)]
 pub struct SystemNameError;
 
 impl SystemName {
-    /// Most bytes of a name.
+    /// Longest name in bytes.
     pub const MAX_LEN: usize = 64;
 }
 
@@ -221,12 +222,12 @@ impl ChunkWriter<'_> {
         self.0.extend_from_slice(data);
     }
 
-    /// A chunk of three numbers.
+    /// Appends a chunk that contains three numbers.
     fn vector(&mut self, id: u16, values: [f32; 3]) {
         self.leaf(id, values.map(f32::to_le_bytes).as_flattened());
     }
 
-    /// A chunk of the chunks that `write` appends.
+    /// Appends a chunk that contains the chunks that `write` appends.
     fn branch(&mut self, id: u16, write: impl FnOnce(&mut ChunkWriter<'_>)) {
         let start = self.0.len();
         self.0.extend_from_slice(&[0; HEADER_LEN]);
@@ -237,6 +238,6 @@ impl ChunkWriter<'_> {
 }
 
 fn header(id: u16, len: usize, has_chunks: u32) -> [u8; HEADER_LEN] {
-    assert!(len <= MAX_CHUNK_LEN, "a packet is shorter than a chunk may be");
+    assert!(len <= MAX_CHUNK_LEN, "a packet is shorter than the longest chunk");
     (u32::from(id) | (len as u32) << 16 | has_chunks).to_le_bytes()
 }

@@ -1,4 +1,4 @@
-//! Packets over TCP, framed by SLIP (RFC 1055), to a receiver that may come and go, or be slow.
+//! Sending of packets over TCP, framed by SLIP (RFC 1055). The receiver may disconnect, return, or be slow.
 
 use std::io::{self, ErrorKind, Write as _};
 use std::net::{SocketAddrV4, TcpStream};
@@ -8,46 +8,47 @@ use rustix::net::sockopt::{set_socket_send_buffer_size, set_tcp_user_timeout};
 
 use super::outlet::{Delivery, Outlet, Packets};
 
-/// How long a receiver may take to accept; there is nobody else to be kept waiting meanwhile.
-const CONNECT_PATIENCE: Duration = Duration::from_millis(500);
-/// From a connection's end to the first attempt at another one; each further one waits twice as long.
-const FIRST_PAUSE_NS: u64 = 100_000_000;
-const LONGEST_PAUSE_NS: u64 = 5_000_000_000;
-/// Frames that may wait on this machine for a receiver that is slower: whatever waits is old when it comes.
-const FRAMES_KEPT: usize = 3;
-/// How long a receiver may take nothing before the connection counts as lost.
-const TAKING_PATIENCE_MS: u32 = 5_000;
-/// How long the last packets may take at the end.
-const FAREWELL: Duration = Duration::from_millis(200);
+/// Longest time that an attempt to connect blocks. The bridge has no other receiver that this delays.
+const CONNECT_TIMEOUT: Duration = Duration::from_millis(500);
+/// Time from the end of a connection to the first attempt at another one. The delay doubles after each failure.
+const FIRST_RETRY_DELAY_NS: u64 = 100_000_000;
+const LONGEST_RETRY_DELAY_NS: u64 = 5_000_000_000;
+/// Frames that this machine buffers for a slow receiver. Buffered frames are old when they arrive, so the limit is low.
+const MAX_BUFFERED_FRAMES: usize = 3;
+/// The connection counts as lost after the receiver has accepted no bytes for this time.
+const STALLED_RECEIVER_TIMEOUT_MS: u32 = 5_000;
+/// Longest time that sending the last packets blocks when the bridge ends.
+const FINAL_SEND_TIMEOUT: Duration = Duration::from_millis(200);
 
-/// Connects to a receiver, again and again where it has to. A frame is left out where the one before has not been taken
-/// whole, so that a slow receiver gets whole packets, and poses that are as old as the system's buffers of both sides make
-/// them; the one here is small.
+/// Sends packets over TCP, and reconnects after every failure. It drops a frame while part of the previous frame is unsent, so
+/// a slow receiver still gets whole packets. The delay of these packets depends on the system's buffers on both machines.
+/// The send buffer on this machine is small.
 #[derive(Debug)]
 pub struct SlipSender {
     to: SocketAddrV4,
     connection: Option<TcpStream>,
-    /// When to connect again, and how long to wait after the next failure.
+    /// Earliest time of the next attempt to connect, and the delay after the next failure.
     retry_ns: u64,
     pause_ns: u64,
-    /// What the receiver has not taken yet, from `taken` on.
+    /// Framed bytes of the last frame. The system has not accepted those from `taken` on.
     pending: Vec<u8>,
     taken: usize,
-    /// The longest frame that the system's buffer has been made for.
+    /// The longest frame in bytes, by which the system's send buffer is sized.
     longest: usize,
 }
 
 impl SlipSender {
-    /// A sender that connects with its first frame.
+    /// Returns a sender that connects when it sends its first frame.
     pub fn new(to: SocketAddrV4) -> Self {
-        let pause_ns = FIRST_PAUSE_NS;
+        let pause_ns = FIRST_RETRY_DELAY_NS;
         Self { to, connection: None, retry_ns: 0, pause_ns, pending: Vec::new(), taken: 0, longest: 0 }
     }
 
     fn deliver(&mut self, packets: &Packets, now_ns: u64) -> io::Result<Delivery> {
         self.connect(now_ns)?;
         if !self.flush()? {
-            let trouble = io::Error::new(ErrorKind::TimedOut, "it is slower than the bridge, frames are left out");
+            let trouble =
+                io::Error::new(ErrorKind::TimedOut, "the receiver is slower than the bridge, frames are dropped");
             return Ok(Delivery { dropped: true, trouble: Some(trouble), ..Delivery::default() });
         }
         let mut delivery = Delivery::default();
@@ -56,9 +57,9 @@ impl SlipSender {
             append_framed(packet, &mut self.pending);
             delivery.count(self.pending.len() - before, Ok(()));
         }
-        self.keep_few()?;
+        self.limit_send_buffer()?;
         self.flush()?;
-        self.pause_ns = FIRST_PAUSE_NS;
+        self.pause_ns = FIRST_RETRY_DELAY_NS;
         Ok(delivery)
     }
 
@@ -69,28 +70,29 @@ impl SlipSender {
         if now_ns < self.retry_ns {
             return Err(ErrorKind::NotConnected.into());
         }
-        let stream = TcpStream::connect_timeout(&self.to.into(), CONNECT_PATIENCE)?;
+        let stream = TcpStream::connect_timeout(&self.to.into(), CONNECT_TIMEOUT)?;
         stream.set_nonblocking(true)?;
         stream.set_nodelay(true)?;
-        set_tcp_user_timeout(&stream, TAKING_PATIENCE_MS)?;
+        set_tcp_user_timeout(&stream, STALLED_RECEIVER_TIMEOUT_MS)?;
         self.connection = Some(stream);
         self.longest = 0;
         Ok(())
     }
 
-    /// Has the system keep few frames. Left to itself it keeps megabytes, and a slow receiver gets poses of many seconds ago.
-    fn keep_few(&mut self) -> io::Result<()> {
+    /// Limits the system's send buffer to a few frames. The default buffer holds megabytes, which delays poses to a slow
+    /// receiver by many seconds.
+    fn limit_send_buffer(&mut self) -> io::Result<()> {
         if let Some(stream) = &self.connection
             && self.pending.len() > self.longest
         {
             self.longest = self.pending.len();
-            // The system doubles it, for what it needs beside the bytes.
-            set_socket_send_buffer_size(stream, FRAMES_KEPT * self.longest)?;
+            // The system doubles the value, to have room for its own data.
+            set_socket_send_buffer_size(stream, MAX_BUFFERED_FRAMES * self.longest)?;
         }
         Ok(())
     }
 
-    /// Hands over what the receiver takes at once. Returns whether that was all.
+    /// Sends as many pending bytes as the system accepts without blocking. Returns whether none remain.
     fn flush(&mut self) -> io::Result<bool> {
         let Some(stream) = &mut self.connection else { return Ok(false) };
         while self.taken < self.pending.len() {
@@ -110,7 +112,7 @@ impl SlipSender {
     fn hang_up(&mut self, now_ns: u64) {
         self.connection = None;
         self.retry_ns = now_ns + self.pause_ns;
-        self.pause_ns = (2 * self.pause_ns).min(LONGEST_PAUSE_NS);
+        self.pause_ns = (2 * self.pause_ns).min(LONGEST_RETRY_DELAY_NS);
         self.pending.clear();
         self.taken = 0;
     }
@@ -132,9 +134,9 @@ impl Outlet for SlipSender {
 impl Drop for SlipSender {
     fn drop(&mut self) {
         if let Some(stream) = &mut self.connection {
-            // Whoever does not take the rest now is not waited for.
+            // If the receiver does not accept the rest within the timeout, the rest is lost.
             let _ = stream.set_nonblocking(false);
-            let _ = stream.set_write_timeout(Some(FAREWELL));
+            let _ = stream.set_write_timeout(Some(FINAL_SEND_TIMEOUT));
             let _ = stream.write_all(&self.pending[self.taken..]);
         }
     }
@@ -145,7 +147,7 @@ const ESCAPE: u8 = 0xDB;
 const ESCAPED_END: u8 = 0xDC;
 const ESCAPED_ESCAPE: u8 = 0xDD;
 
-/// Appends a packet between two ENDs, the first of which ends whatever noise came before.
+/// Appends a packet between two END bytes. The first END terminates any noise on the line.
 fn append_framed(packet: &[u8], stream: &mut Vec<u8>) {
     stream.push(END);
     for byte in packet {
@@ -163,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_ends_or_escapes_is_escaped() {
+    fn end_and_escape_bytes_are_escaped() {
         let mut stream = Vec::new();
         append_framed(&[1, END, 2, ESCAPE, 3], &mut stream);
         append_framed(&[], &mut stream);

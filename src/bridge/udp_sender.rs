@@ -1,4 +1,4 @@
-//! Datagrams to one address, unicast, broadcast or multicast.
+//! Sending of datagrams to one address: unicast, broadcast or multicast.
 
 use std::io::{self, ErrorKind};
 use std::net::{Ipv4Addr, SocketAddrV4, UdpSocket};
@@ -8,34 +8,34 @@ use rustix::net::sockopt::set_ip_multicast_if;
 
 use super::outlet::{Delivery, Outlet, Packets};
 
-/// How long a datagram may wait for the network to take those before it.
-const PATIENCE: Duration = Duration::from_millis(20);
+/// Longest time that a send blocks while the system's send buffer is full.
+const SEND_TIMEOUT: Duration = Duration::from_millis(20);
 
-/// Where datagrams go, and how.
+/// The receiver of datagrams, and the settings of the socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UdpTarget {
     /// The receiver.
     pub to: SocketAddrV4,
-    /// The address of the interface by which they leave; without one, the routing table decides.
+    /// The address of the interface that sends; `None`: the routing table decides.
     pub interface: Option<Ipv4Addr>,
-    /// Networks that a multicast datagram may pass through.
+    /// Time to live of multicast datagrams: the number of networks that they may pass through.
     pub multicast_ttl: u32,
 }
 
-/// Sends datagrams. Its socket is bound to a port that the system chooses, and connected: it takes datagrams from nobody but
-/// the receiver, and reads none.
+/// Sends datagrams. Its socket has a port that the system chooses, and is connected to the receiver, so the system discards
+/// datagrams from other addresses. The sender reads none.
 #[derive(Debug)]
 pub struct UdpSender {
     target: UdpTarget,
-    /// `None` where the receiver cannot be reached: a new one is made for the next frame.
+    /// `None` while the receiver is unreachable. The next frame opens a new socket.
     socket: Option<UdpSocket>,
 }
 
 impl UdpSender {
-    /// Makes a sender. That the receiver cannot be reached is no error: it may be by and by.
+    /// Opens a socket. An unreachable receiver is not an error: every send tries again.
     ///
     /// # Errors
-    /// The operating system's reason why there can be no socket, above all that no interface has the address.
+    /// The operating system's error if it cannot open the socket, usually because no interface has the given address.
     pub fn open(target: UdpTarget) -> io::Result<Self> {
         let socket = bind(target)?;
         Ok(Self { target, socket: socket.connect(target.to).is_ok().then_some(socket) })
@@ -63,7 +63,7 @@ impl Outlet for UdpSender {
             let mut sent = send_one(socket, packet);
             if let Err(error) = &sent {
                 if error.kind() == ErrorKind::ConnectionRefused {
-                    // It was an earlier datagram that was refused; this one has not been sent yet.
+                    // The error reports that an earlier datagram was rejected. This one has not been sent yet.
                     delivery.count(0, sent);
                     sent = send_one(socket, packet);
                 } else {
@@ -82,7 +82,7 @@ fn send_one(socket: &UdpSocket, packet: &[u8]) -> io::Result<()> {
 
 fn bind(target: UdpTarget) -> io::Result<UdpSocket> {
     let socket = UdpSocket::bind((target.interface.unwrap_or(Ipv4Addr::UNSPECIFIED), 0))?;
-    socket.set_write_timeout(Some(PATIENCE))?;
+    socket.set_write_timeout(Some(SEND_TIMEOUT))?;
     socket.set_multicast_ttl_v4(target.multicast_ttl)?;
     socket.set_broadcast(true)?;
     if let Some(interface) = target.interface {

@@ -1,4 +1,4 @@
-//! `ctl`: one command and its reply, or the status of the show.
+//! `ctl`: sends one command and prints its reply, or prints the status of the show.
 
 use std::process::ExitCode;
 
@@ -12,7 +12,7 @@ use crate::command::status;
 use crate::command_queue;
 use crate::system::stop::StopFlag;
 
-/// Send one command to the server and print its reply, or print how the show does.
+/// Send one command to the server and print its reply, or print the status of the show.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon ctl status
@@ -20,7 +20,7 @@ use crate::system::stop::StopFlag;
   bench-dragon ctl speed 0.8
   bench-dragon ctl seek 300")]
 pub(crate) struct CtlArgs {
-    /// The command, or `status`.
+    /// The command to send, or `status`.
     #[command(subcommand)]
     pub(crate) command: CtlCommand,
     #[command(flatten)]
@@ -29,40 +29,40 @@ pub(crate) struct CtlArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// Commands to the server.
+/// The commands to the server, and `status`.
 #[derive(Clone, Copy, Debug, Subcommand)]
 pub(crate) enum CtlCommand {
-    /// Stop walking until `resume`.
+    /// Pause the show: the dragon stands still until `resume`.
     #[command(after_help = "Example:
   bench-dragon ctl pause
 
-An operator's stop. One for safety is ctl hold.")]
+A pause is an operator's stop. For safety use ctl hold.")]
     Pause,
-    /// Go on after a pause.
+    /// Resume a paused show.
     #[command(after_help = "Example:
   bench-dragon ctl resume
 
-It is refused while the dragon is held: only ctl release lifts a hold.")]
+The server refuses this command while the dragon is held: only ctl release lifts a hold.")]
     Resume,
-    /// Walk at another speed of the head.
+    /// Change the speed of the head.
     #[command(after_help = "Examples:
   bench-dragon ctl speed 0.8
   bench-dragon ctl speed 1 --instance rehearsal")]
     Speed {
-        /// Metres per show second, 0 to 10.
+        /// Speed of the head in metres per show second, 0 to 10.
         #[arg(value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.0..=Request::MAX_SPEED_MPS))]
         speed_mps: f64,
     },
-    /// Go to a show time.
+    /// Move the dragon to another show time.
     #[command(after_help = "Examples:
   bench-dragon ctl seek 300
   bench-dragon ctl seek -50                   on a turnaround, before the turn")]
     Seek {
-        /// Seconds.
+        /// Show time in seconds.
         #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
         sim_time_s: f64,
     },
-    /// Stop for safety; only `release` lifts it.
+    /// Hold the dragon for safety: it stands still until `release`.
     #[command(after_help = "Example:
   bench-dragon ctl hold")]
     Hold,
@@ -70,22 +70,22 @@ It is refused while the dragon is held: only ctl release lifts a hold.")]
     #[command(after_help = "Example:
   bench-dragon ctl release
 
-A guard's stop is no hold: the guard lifts it, by its next grant.")]
+This command does not lift a guard's stop: the guard lifts it with its next grant.")]
     Release,
-    /// Print how the show does: its state, what lies ahead, and a lamp for each part.
+    /// Print the status of the show: its state, its forecast, and a lamp for each part.
     #[command(after_help = "Examples:
   bench-dragon ctl status
   bench-dragon ctl status --format json | jq .lamps
   bench-dragon ctl status > /dev/null || echo 'look at the show'
 
-It looks at the bus for two seconds, and sends nothing. The exit status is 0 where frames come and no lamp is red, and 1 \
-otherwise. A missing monitor is a warning. docs/metrics.md explains the lamps and the JSON.")]
+The command reads the bus for two seconds and sends nothing. The exit status is 0 if frames arrive and no lamp is red, else 1. \
+A missing monitor is a warning. docs/reference/metrics.md explains the lamps and the JSON.")]
     Status,
-    /// End the server: the head comes to rest first.
+    /// End the server, after the head has come to rest.
     #[command(after_help = "Example:
   bench-dragon ctl stop
 
-With [head] accel_mps2 the head brakes. The last frame of the run says that it has ended.")]
+With [head] accel_mps2 the head brakes. The last frame of the run has the state ended.")]
     Stop,
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     Ok(if outcome.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The request of a command; none for the status.
+/// The request of a command; `None` for `status`.
 fn request(command: CtlCommand) -> Option<Request> {
     Some(match command {
         CtlCommand::Status => return None,

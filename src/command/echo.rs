@@ -1,4 +1,4 @@
-//! `echo`: frames as they come, a line each.
+//! `echo`: prints one line per frame.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -11,13 +11,13 @@ use crate::command::flags::{BusArgs, Format, FormatArgs, count};
 use crate::command::follow::{WAIT_PERIOD, open_frames};
 use crate::command::print::{print_json, print_line};
 
-/// Print frames as they come.
+/// Print each frame as it arrives, one line per frame.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon echo --count 1
   bench-dragon echo --format json | jq .sim_time_ns")]
 pub(crate) struct EchoArgs {
-    /// Frames to print; until Ctrl-C without it.
+    /// Number of frames to print [default: all, until Ctrl-C].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count())]
     pub(crate) count: Option<u64>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! The exit statuses of the program, and which error has which.
+//! The exit statuses of the program, and the errors that cause them.
 
 use std::error::Error;
 use std::io::{self, ErrorKind};
@@ -16,7 +16,7 @@ use crate::source::replay::ReplayError;
 pub(super) const BAD_INPUT: u8 = 2;
 /// A recording that cannot be verified.
 pub(super) const UNVERIFIABLE: u8 = 2;
-/// A contact where `--fail-on-contact` was given.
+/// A contact, if `--fail-on-contact` is given.
 pub(super) const CONTACT: u8 = 3;
 /// A recorder whose disk is full.
 pub(super) const DISK_FULL: u8 = 4;
@@ -49,7 +49,7 @@ fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
         )
 }
 
-/// Whether the reader of our output has ended, as `head` does: that is no failure.
+/// Whether the reader of our output has closed it, as `head` does. This is not a failure.
 pub(super) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     let is_broken = |error: &io::Error| error.kind() == ErrorKind::BrokenPipe;
     error.chain().any(|cause| cause.downcast_ref().is_some_and(is_broken))

@@ -1,4 +1,4 @@
-//! `export`: a recording as a table.
+//! `export`: writes a recording as a table.
 
 use std::fmt::Display;
 use std::fs;
@@ -28,34 +28,35 @@ use crate::system::whole_file::{self, WholeFile};
   bench-dragon export rehearsal.mcap dance.csv --benches --from 60 --to 90 --every 0.04
   bench-dragon export rehearsal.mcap - --alerts | grep contact
 
-A frame of every second of show time, or every --every. Numbers are whole. A workbook has sheets of frames, of positions \
-and speeds with a column for each frame, of alerts and of the configuration; whether it fits is known before it is begun. \
-Of several recorded runs and after a seek, each begins with a frame; the column run_id parts the runs.")]
+The table has one frame per second of show time, or per --every. A .csv file has all digits of each number. A workbook has \
+sheets of frames, of positions and speeds with one column per frame, of alerts, of commands and of the configuration; if it \
+would be too large, the command fails before it writes. Each recorded run, and each stretch after a seek, begins with a frame. \
+The column run_id separates the runs.")]
 #[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts", "commands"])))]
 #[allow(clippy::struct_excessive_bools, reason = "flags of which one may be given")]
 pub(crate) struct ExportArgs {
-    /// The recording.
+    /// Recording to read.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
-    /// The file to write, .csv or .xlsx; - prints comma-separated values.
+    /// File to write, .csv or .xlsx; - prints comma-separated values to stdout.
     #[arg(value_name = "OUT", value_hint = ValueHint::FilePath, value_parser = table_file)]
     pub(crate) out: TableFile,
-    /// Positions, velocities and speeds of every handle [default].
+    /// Export positions, velocities and speeds of every handle [default].
     #[arg(long)]
     handles: bool,
-    /// Centres, headings, velocities and speeds of every bench.
+    /// Export centres, headings, velocities and speeds of every bench.
     #[arg(long)]
     benches: bool,
-    /// Frames alone: show time, state, travel and speed of the head.
+    /// Export only frames: show time, state, travel and speed of the head.
     #[arg(long)]
     frames: bool,
-    /// Alerts alone.
+    /// Export only alerts.
     #[arg(long)]
     alerts: bool,
-    /// The record of commands alone: who sent what and when, and what became of it.
+    /// Export only the record of commands: time, sender, command and outcome.
     #[arg(long)]
     commands: bool,
-    /// Seconds of show time from one row, or column, to the next; 0 for every frame.
+    /// Seconds of show time between exported frames; 0 exports every frame.
     #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 0, "from 0 to"))]
     pub(crate) every: i64,
     #[command(flatten)]
@@ -65,7 +66,7 @@ pub(crate) struct ExportArgs {
 }
 
 impl ExportArgs {
-    /// What the rows are about.
+    /// The subject of the rows.
     pub(crate) fn subject(&self) -> ExportSubject {
         match self {
             Self { benches: true, .. } => ExportSubject::Benches,
@@ -77,7 +78,7 @@ impl ExportArgs {
     }
 }
 
-/// Where a table goes.
+/// The destination of a table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum TableFile {
     /// Comma-separated values to stdout.
@@ -96,13 +97,13 @@ fn table_file(text: &str) -> Result<TableFile, String> {
     }
 }
 
-/// What `export` wrote.
+/// The report of `export`.
 #[derive(Serialize)]
 struct ExportReport<'a> {
     file: &'a Path,
     #[serde(flatten)]
     counts: ExportCounts,
-    /// What could not be read of the recording.
+    /// The parts of the recording that could not be read.
     #[serde(flatten)]
     flaws: Flaws,
 }
@@ -149,7 +150,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses to write over the recording, by whatever name.
+/// Refuses to overwrite the recording, also through another name or a link.
 fn require_another_file(recording: &Path, out: &TableFile) -> anyhow::Result<()> {
     let (TableFile::Csv(path) | TableFile::Xlsx(path)) = out else { return Ok(()) };
     let inode = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
@@ -159,7 +160,7 @@ fn require_another_file(recording: &Path, out: &TableFile) -> anyhow::Result<()>
     Ok(())
 }
 
-/// An error in writing names what was written, and keeps its kind: nobody reading any more is none for `head`.
+/// Adds the destination to a write error. The kind of the error stays: a broken pipe, as with `head`, is not a failure.
 fn named(error: ExportError, what: impl Display) -> anyhow::Error {
     match error {
         ExportError::Write(source) => anyhow::Error::new(source).context(format!("cannot write {what}")),
@@ -167,7 +168,7 @@ fn named(error: ExportError, what: impl Display) -> anyhow::Error {
     }
 }
 
-/// The bar that shows how far the recording has been read.
+/// The progress bar of reading the recording.
 struct Reading {
     bar: Progress,
     position: u64,
@@ -187,7 +188,7 @@ impl Reading {
     }
 }
 
-/// What was written: of comma-separated values the rows, of a workbook what its sheets hold.
+/// The written data in words: the rows of comma-separated values, or the contents of a workbook's sheets.
 fn written_text(subject: ExportSubject, counts: ExportCounts) -> String {
     let ExportCounts { runs, frames, alerts, commands, rows } = counts;
     let runs = if runs > 1 { format!(" of {runs} runs") } else { String::new() };

@@ -1,4 +1,4 @@
-//! Flags that several commands have, and how values are read: a wrong one is refused with what is allowed.
+//! Flags that several commands share, and the parsers of their values. The error of a wrong value states what is allowed.
 
 use std::fmt::Display;
 use std::net::SocketAddr;
@@ -12,20 +12,20 @@ use clap::{Args, ValueEnum, ValueHint};
 
 use crate::recording::ShowInterval;
 
-/// How to print.
+/// Format of the output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
-    /// For people.
+    /// Text for people.
     #[default]
     Text,
-    /// For machines; stable.
+    /// JSON for programs, with stable keys.
     Json,
 }
 
-/// Which instance to talk to.
+/// The flag that names the instance.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct BusArgs {
-    /// The instance: 1 to 24 of a-z, 0-9 and -.
+    /// Name of the instance: 1 to 24 characters of a-z, 0-9 and -.
     #[arg(long, value_name = "NAME", default_value_t, value_parser = instance, global = true)]
     pub(crate) instance: Instance,
 }
@@ -37,38 +37,38 @@ impl BusArgs {
     }
 }
 
-/// How to print.
+/// The flag for the output's format.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct FormatArgs {
-    /// How to print.
+    /// Format of the output.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t, global = true)]
     pub(crate) format: Format,
 }
 
-/// Which dragon.
+/// The flag that names the configuration.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ConfigArgs {
-    /// The configuration, TOML; the paper's dragon without one.
+    /// Configuration file, in TOML [default: the paper's dragon].
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
 
-/// Which frames of a recording.
+/// The flags that select frames of a recording by show time.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct IntervalArgs {
-    /// Show time in seconds: only frames from here on.
+    /// Use only frames from this show time on, in seconds [default: the first].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = nanoseconds)]
     from: Option<i64>,
-    /// Show time in seconds: only frames up to here.
+    /// Use only frames up to this show time, in seconds [default: the last].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = nanoseconds)]
     to: Option<i64>,
 }
 
 impl IntervalArgs {
-    /// The interval.
+    /// Returns the interval.
     ///
     /// # Errors
-    /// One that ends before it begins.
+    /// An interval that ends before it begins.
     pub(crate) fn interval(self) -> Result<ShowInterval, BadInput> {
         let ShowInterval { from_ns: first_ns, to_ns: last_ns } = ShowInterval::ALL;
         let interval = ShowInterval { from_ns: self.from.unwrap_or(first_ns), to_ns: self.to.unwrap_or(last_ns) };
@@ -80,20 +80,20 @@ impl IntervalArgs {
     }
 }
 
-/// Arguments of a process that `show` starts.
+/// The flag of a process that `show` starts.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ChildArgs {
-    /// End when this process, the parent, ends.
+    /// End this process when its parent, the process with this id, ends.
     #[arg(long, value_name = "PID", hide = true, global = true)]
     pub(crate) parent: Option<u32>,
 }
 
-/// Something in the arguments that only the command itself could find wrong.
+/// An error in the arguments that only the command itself, not the parser, can find.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct BadInput(pub(crate) String);
 
-/// Greatest time that can be stepped to, in seconds: its nanoseconds, and some more, are whole numbers of an `f64`.
+/// Greatest time for [`nanoseconds`], in seconds. Its nanoseconds, and some beyond, are exact integers in an `f64`.
 const MAX_STEPPED_S: f64 = 1_000_000.0;
 
 fn instance(name: &str) -> Result<Instance, String> {
@@ -109,17 +109,17 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| "must be a finite number".to_owned())
 }
 
-/// Seconds that are a whole number of nanoseconds, as that.
+/// Reads seconds with at most nine decimals. Returns them in nanoseconds.
 pub(crate) fn nanoseconds(text: &str) -> Result<i64, String> {
-    let told = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
-    let value: f64 = text.parse().map_err(|_| told())?;
+    let refusal = || format!("must be from -{MAX_STEPPED_S} to {MAX_STEPPED_S}, with at most nine decimals");
+    let value: f64 = text.parse().map_err(|_| refusal())?;
     let whole_ns = (value * 1e9).round();
-    // Whole numbers this small have quotients that are rounded as decimals are when they are read.
+    // Both operands are exact, so the quotient is rounded once, like a decimal that is parsed.
     let is_whole = value.abs() <= MAX_STEPPED_S && whole_ns / 1e9 == value;
-    if is_whole { Ok(whole_ns as i64) } else { Err(told()) }
+    if is_whole { Ok(whole_ns as i64) } else { Err(refusal()) }
 }
 
-/// Reads a number of a range.
+/// Reads a number within a range.
 pub(crate) fn within<V>(allowed: RangeInclusive<V>) -> impl Fn(&str) -> Result<V, String> + Clone
 where
     V: FromStr + PartialOrd + Display + Clone,
@@ -130,12 +130,12 @@ where
     }
 }
 
-/// How many of something: one at least.
+/// Reads a count of at least 1.
 pub(crate) fn count() -> impl Fn(&str) -> Result<u64, String> + Clone {
     within(1..=u64::MAX)
 }
 
-/// A time that is stepped to, in nanoseconds; `must_be` names the times that are allowed.
+/// Reads a step between times, in seconds. Returns it in nanoseconds; `must_be` describes the allowed steps in the error.
 pub(crate) fn step(text: &str, lowest_ns: i64, must_be: &str) -> Result<i64, String> {
     let step_ns = nanoseconds(text).ok().filter(|step_ns| *step_ns >= lowest_ns);
     step_ns.ok_or_else(|| format!("must be {must_be} {MAX_STEPPED_S}, with at most nine decimals"))

@@ -1,4 +1,4 @@
-//! What commands read of a server: its frames until a signal, the descriptions of its runs, its record of commands.
+//! Readers of a server for the commands: its frames until a signal, the descriptions of its runs, its record of commands.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,27 +16,27 @@ use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
-/// How often a missing server is looked for.
+/// Period at which a command looks for a missing server.
 const SERVER_LOOK_PERIOD: Duration = Duration::from_millis(20);
-/// How long a reader waits for a frame before it looks at the stop flag again.
+/// Longest wait for a frame before a reader checks the stop flag again.
 pub(crate) const WAIT_PERIOD: Duration = Duration::from_millis(100);
-/// How often a reader that is not woken looks for frames: at the highest rates the bus keeps two milliseconds of them.
+/// Period at which a polling reader looks for frames. At the highest rates the bus buffers two milliseconds of frames.
 const POLL_PERIOD: Duration = Duration::from_millis(1);
 
-/// Opens something of an instance, waiting for as long as nothing is published there. `None` where a signal came first.
+/// Opens a port of an instance. Waits as long as no source publishes there. `None` if a signal arrives first.
 pub(crate) fn open_when_there<Port>(
     instance: &Instance,
     stop: &StopFlag,
     mut open: impl FnMut() -> Result<Port, BusError>,
 ) -> Result<Option<Port>, BusError> {
-    let mut told = false;
+    let mut is_reported = false;
     while !stop.is_set() {
         match open() {
             Ok(port) => return Ok(Some(port)),
             Err(error) if error.is_absent() => {
-                if !told {
+                if !is_reported {
                     complain(&format!("waiting for a server on instance {instance}"));
-                    told = true;
+                    is_reported = true;
                 }
                 thread::sleep(SERVER_LOOK_PERIOD);
             }
@@ -46,8 +46,8 @@ pub(crate) fn open_when_there<Port>(
     Ok(None)
 }
 
-/// The frames of a server for a command whose only job is its output, and the signals that end it. Waits for a server; `None`
-/// where a signal came first.
+/// Opens the frames of a server, and the stop flag that signals set, for a command that only produces output. Waits for a
+/// server. `None` if a signal arrives first.
 pub(crate) fn open_frames(bus: &BusArgs, name: &str) -> anyhow::Result<Option<(FrameSubscriber, StopFlag)>> {
     let domain = bus.domain()?;
     let stop = StopFlag::on_signals()?;
@@ -56,13 +56,13 @@ pub(crate) fn open_frames(bus: &BusArgs, name: &str) -> anyhow::Result<Option<(F
     Ok(frames.map(|frames| (frames, stop)))
 }
 
-/// What a command that measures has read.
+/// Counts of the frames that a measuring command has read.
 #[derive(Default, Serialize)]
 pub(crate) struct FrameCounts {
     pub(crate) frames: u64,
-    /// Frames lost between the first and the last one read.
+    /// Frames lost between the first and the last frame that was read.
     pub(crate) lost: u64,
-    /// How often another run followed.
+    /// Number of changes to another run.
     pub(crate) restarts: u64,
 }
 
@@ -77,7 +77,7 @@ impl FrameCounts {
     }
 }
 
-/// What a reader of every run reads of the bus.
+/// Ports of a reader that follows all runs of an instance.
 pub(crate) struct RunPorts {
     pub(crate) frames: FrameSubscriber,
     pub(crate) descriptions: Descriptions,
@@ -85,7 +85,7 @@ pub(crate) struct RunPorts {
 }
 
 impl RunPorts {
-    /// Opens the frames last, so that from their first one on everything else is there, also what `open_others` opens.
+    /// Opens the ports, the frames last. So all other ports, including those of `open_others`, are open at the first frame.
     pub(crate) fn open<Others>(
         domain: &Domain,
         name: &str,
@@ -96,14 +96,14 @@ impl RunPorts {
         let others = open_others()?;
         let commands = CommandTrail::open(domain, name)?;
         let frames = FrameSubscriber::open(domain, name)?;
-        // A source that was just starting has its record by now.
+        // A source that was starting at the first attempt has created its record by now.
         let commands = commands.map_or_else(|| CommandTrail::open(domain, name), |commands| Ok(Some(commands)))?;
         Ok((Self { frames, descriptions, commands }, others))
     }
 }
 
-/// Gives frame after frame; after a signal, those that were published before it. So a reader that gets every frame loses
-/// none at its end, and one that is slower than the server ends as well.
+/// Returns frame after frame; after a signal, only frames that were published before the signal. So a reader that keeps up
+/// loses no frame at its end, and a reader that is slower than the server ends, too.
 pub(crate) struct Following<'a> {
     stop: &'a StopFlag,
     stopped_ns: Option<u64>,
@@ -112,9 +112,9 @@ pub(crate) struct Following<'a> {
 pub(crate) enum Next {
     /// The oldest frame that has not been read yet.
     Frame(Frame),
-    /// None has come for a while.
+    /// No frame has arrived within the wait.
     Nothing,
-    /// There will be no more.
+    /// All frames have been read after a signal.
     End,
 }
 
@@ -123,13 +123,13 @@ impl<'a> Following<'a> {
         Self { stop, stopped_ns: None }
     }
 
-    /// Waits for the next frame, but not for long. The server wakes this reader with a system call a frame.
+    /// Waits up to [`WAIT_PERIOD`] for the next frame. The server wakes this reader with one system call per frame.
     pub(crate) fn wait(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
         self.next(frames, |frames| frames.wait(WAIT_PERIOD))
     }
 
-    /// The same for a reader to whom a millisecond makes no difference, and which is not woken: it takes what has come in
-    /// the meantime, and costs the server nothing.
+    /// Polls for the next frame, up to [`POLL_PERIOD`] late. The server does not wake this reader, so the reader costs the
+    /// server nothing.
     pub(crate) fn poll(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
         self.next(frames, |frames| {
             let frame = frames.receive()?;
@@ -156,10 +156,10 @@ impl<'a> Following<'a> {
     }
 }
 
-/// How long a run's description may come after its first frame.
+/// Longest wait for a run's description after its first frame.
 const DESCRIPTION_TIMEOUT: Duration = Duration::from_secs(5);
-/// How long to wait for one before there are frames: a source hands it to late joiners ten times a second, unless it is
-/// gone and has left its services to others.
+/// Longest wait for a description before the first frame. A source sends its description to late joiners ten times a second.
+/// A source that has ended does not, although other processes keep its services open.
 const FIRST_DESCRIPTION_TIMEOUT: Duration = Duration::from_millis(500);
 const DESCRIPTION_LOOK_PERIOD: Duration = Duration::from_millis(1);
 
@@ -170,8 +170,8 @@ pub(crate) struct Descriptions {
 }
 
 impl Descriptions {
-    /// Opens them, and returns once there is one: at a high rate, a reader that would wait for it at its first frame would
-    /// lose those that come in the meantime.
+    /// Opens the descriptions and waits for the first one, up to [`FIRST_DESCRIPTION_TIMEOUT`]. A reader that waited at its
+    /// first frame instead would lose frames at a high rate.
     pub(crate) fn open(domain: &Domain, name: &str, stop: &StopFlag) -> Result<Self, BusError> {
         let mut descriptions = Self { reader: DescriptionReader::open(domain, name)?, latest: None };
         let deadline = Instant::now() + FIRST_DESCRIPTION_TIMEOUT;
@@ -181,10 +181,10 @@ impl Descriptions {
         Ok(descriptions)
     }
 
-    /// Waits for the description of a run; frames stay in the reader's buffer meanwhile. `None` where a signal came first.
+    /// Waits for the description of a run, while frames stay in the reader's buffer. `None` if a signal arrives first.
     ///
     /// # Errors
-    /// Where there is none after five seconds, though there are frames.
+    /// The source has published no description within five seconds.
     pub(crate) fn of(&mut self, run_id: u64, stop: &StopFlag) -> anyhow::Result<Option<&Description>> {
         let deadline = Instant::now() + DESCRIPTION_TIMEOUT;
         while self.latest.as_ref().is_none_or(|description| description.run_id != run_id) {
@@ -217,13 +217,13 @@ pub(crate) struct CommandTrail {
     domain: Domain,
     last: Option<CommandEvent>,
     status: Option<(u64, u64)>,
-    /// Events lost so far: those that came too fast, and those of a run from long before the trail was opened.
+    /// Events lost so far: events that overflowed the buffer, and a run's oldest events from before the trail was opened.
     pub(crate) lost: u64,
 }
 
 impl CommandTrail {
-    /// Opens the record of an instance, before its frames. `name` begins the names of its nodes. `None` where there is none:
-    /// there is no source, or it keeps no record.
+    /// Opens the record of an instance, before its frames. The names of the nodes begin with `name`. `None` if there is no
+    /// source, or if the source keeps no record.
     pub(crate) fn open(domain: &Domain, name: &str) -> Result<Option<Self>, BusError> {
         match Self::open_all(domain, name) {
             Err(error) if error.is_absent() => Ok(None),
@@ -242,7 +242,7 @@ impl CommandTrail {
         })
     }
 
-    /// The oldest event that has not been read yet. Never waits.
+    /// Returns the oldest unread event. Never waits.
     pub(crate) fn receive(&mut self) -> Result<Option<CommandEvent>, BusError> {
         let Some(event) = self.events.receive()? else { return Ok(None) };
         // The events of a run are numbered from 0.
@@ -252,8 +252,8 @@ impl CommandTrail {
         Ok(Some(event))
     }
 
-    /// Whether all events of a run's ticks up to this one are there to be received: the run has ended, or its source has
-    /// published a later status, before which it publishes them.
+    /// Whether all events of a run up to this tick are ready to be received. They are if the run has ended, or if its source
+    /// has published a later status: a source publishes events before the status.
     pub(crate) fn is_complete(&mut self, run_id: u64, tick: u64) -> Result<bool, BusError> {
         while let Some(status) = self.statuses.poll()? {
             self.status = Some((status.run_id, status.tick));

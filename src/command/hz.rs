@@ -1,4 +1,4 @@
-//! `hz`: rate, gaps and latency of the frames that arrive.
+//! `hz`: prints rate, losses and latency of the arriving frames.
 
 use std::process::ExitCode;
 
@@ -11,13 +11,13 @@ use crate::command::print::{percentiles, print_report};
 use crate::output::histogram::{LatencyHistogram, Percentiles};
 use crate::system::clock::monotonic_ns;
 
-/// Print rate, gaps and latency of the frames that arrive.
+/// Print rate, losses and latency of the arriving frames, once a second.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon hz
   bench-dragon hz --seconds 10 --format json")]
 pub(crate) struct HzArgs {
-    /// Lines to print, one a second; until Ctrl-C without it.
+    /// Number of lines to print, one per second [default: until Ctrl-C].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count())]
     pub(crate) seconds: Option<u64>,
     #[command(flatten)]
@@ -33,7 +33,7 @@ struct HzLine {
     rate_hz: f64,
     #[serde(flatten)]
     counts: FrameCounts,
-    /// From the instant a frame was due to the instant it was read.
+    /// Time from the instant at which a frame was due to the instant at which it was read.
     latency_us: Percentiles,
 }
 

@@ -1,4 +1,4 @@
-//! `latency`: how long frames take to be read, and how many are lost.
+//! `latency`: measures the latency and the loss of frames.
 
 use std::hint;
 use std::path::PathBuf;
@@ -18,23 +18,23 @@ use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 use crate::system::whole_file;
 
-/// Measure latency and loss of the running bus.
+/// Measure the latency and the loss of frames on the running bus.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon latency
   bench-dragon latency --poll --seconds 60 --hgrm tonight.hgrm
   bench-dragon latency --format json | jq .sent_us.p99
 
-Due is the instant at which the server meant to begin the frame, sent the one at which the frame was ready; read is \
-when every handle of it has been read. --poll takes a core for itself.")]
+A frame is due when the server planned to begin it, sent when it was ready, and read when this command has read every handle \
+of it. --poll fully occupies one processor.")]
 pub(crate) struct LatencyArgs {
-    /// How long to measure; Ctrl-C ends it early, with the report.
+    /// Seconds to measure, 0.01 to 1000000; Ctrl-C ends earlier, with the report.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = within(0.01..=1e6))]
     pub(crate) seconds: f64,
-    /// Look for the next frame all the time, instead of being woken by it.
+    /// Poll for frames without a pause, instead of being woken by the server.
     #[arg(long)]
     pub(crate) poll: bool,
-    /// Write the distribution from due to read as .hgrm, which the HDR histogram plotter reads, in microseconds.
+    /// Write the distribution of the latency from due to read, in microseconds, as .hgrm for the HDR histogram plotter.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) hgrm: Option<PathBuf>,
     #[command(flatten)]
@@ -43,21 +43,21 @@ pub(crate) struct LatencyArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// What `latency` measured.
+/// The results of `latency`.
 #[derive(Serialize)]
 struct LatencyReport {
     #[serde(flatten)]
     counts: FrameCounts,
     seconds: f64,
     mode: ReadMode,
-    /// From the instant a frame was due to the instant every handle had been read, in microseconds; none where no frame
-    /// was read.
+    /// Time from the instant at which a frame was due to the instant at which every handle had been read, in microseconds;
+    /// `None` if no frame was read.
     due_us: Option<Percentiles>,
-    /// The same from the instant a frame was sent.
+    /// The same time from the instant at which the frame was sent.
     sent_us: Option<Percentiles>,
 }
 
-/// How a reader comes to know of a frame.
+/// How the reader notices a new frame.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum ReadMode {
@@ -73,7 +73,7 @@ struct Measured {
 }
 
 impl Measured {
-    /// Reads every handle of a frame, then takes the time.
+    /// Reads every handle of a frame, then reads the clock.
     fn read(&mut self, frame: &Frame) {
         hint::black_box(sum_of_bits(frame.handles()));
         let (read_ns, header) = (monotonic_ns(), frame.header());
@@ -104,14 +104,14 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
         Format::Json => print_json(&report)?,
         Format::Text => print_text(&report, &measured.due)?,
     }
-    // Last, so that nothing that is measured is lost where it cannot be written.
+    // Last, so that the report is printed even if this file cannot be written.
     if let Some(path) = &args.hgrm {
         whole_file::write(path, PercentileText(&measured.due).to_string().as_bytes())?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads all frames that are sent until `end_ns`, or until a signal comes. Returns when that was.
+/// Reads all frames that are sent until `end_ns` or until a signal. Returns the instant of that end.
 fn measure(
     frames: &mut FrameSubscriber,
     mode: ReadMode,
@@ -123,7 +123,7 @@ fn measure(
         match next(frames, mode)? {
             Some(frame) if frame.header().published_ns <= end_ns => measured.read(&frame),
             Some(_) => return Ok(end_ns),
-            // Only where all that came in time has been read.
+            // All frames that were sent in time have been read.
             None if monotonic_ns() >= end_ns => return Ok(end_ns),
             None => {}
         }
@@ -143,7 +143,7 @@ fn next(frames: &mut FrameSubscriber, mode: ReadMode) -> Result<Option<Frame>, B
     }
 }
 
-/// A sum that takes every byte of the handles, in whatever order is fastest.
+/// A sum over all bytes of the handles. It can be computed in any order, so the compiler may choose the fastest.
 fn sum_of_bits(handles: &[HandleState]) -> u64 {
     let sum = |values: [f64; 3]| values.map(f64::to_bits).into_iter().fold(0, u64::wrapping_add);
     handles

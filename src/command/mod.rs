@@ -1,10 +1,12 @@
-//! The command line: parse it, run the command, report its error.
+//! The command line: parses it, runs the command and reports its error.
 //!
-//! Each command has a file: its arguments with their help, and the wiring between them, the library, the bus, clocks and stdout.
+//! Each command has a file or a folder. It holds the command's arguments with their help, and connects the arguments, the
+//! library, the bus, the clocks and stdout.
 
 #![allow(
     rustdoc::broken_intra_doc_links,
-    reason = "doc comments of arguments are help: brackets mean what may be left out"
+    clippy::doc_markdown,
+    reason = "doc comments of arguments are help texts: brackets enclose defaults, and names have no backticks"
 )]
 
 use std::borrow::Cow;
@@ -54,21 +56,21 @@ pub use serve::ServeLine;
 #[command(name = "bench-dragon", version, about, propagate_version = true, disable_help_subcommand = true)]
 #[command(after_help = "Examples:
   bench-dragon show --time-scale 20           the paper's dragon, to its first contact
-  bench-dragon serve --config stage.toml      a server alone
-  bench-dragon ctl pause                      a command to it
-  bench-dragon solve contact --format json    when do two benches touch?
+  bench-dragon serve --config stage.toml      only a server
+  bench-dragon ctl pause                      a command to the server
+  bench-dragon solve contact --format json    the first contact
 
-Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact seen with --fail-on-contact.
-RUST_LOG=debug tells more of what goes on, NO_COLOR=1 without colours.")]
+Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact with --fail-on-contact, 4 disk full while recording.
+RUST_LOG=debug logs more detail. NO_COLOR=1 turns colours off.")]
 pub(crate) struct Cli {
-    /// What to do.
+    /// The command to run.
     #[command(subcommand)]
     pub(crate) command: Command,
     #[command(flatten)]
     pub(crate) child: ChildArgs,
 }
 
-/// The commands.
+/// The program's commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Show(show::ShowArgs),
@@ -87,7 +89,7 @@ pub(crate) enum Command {
     Latency(latency::LatencyArgs),
     Solve(solve::SolveArgs),
     Doctor(doctor::DoctorArgs),
-    /// Print the iceoryx2 configuration of an instance.
+    /// Print the iceoryx2 configuration of an instance, as TOML.
     #[command(after_help = "Example, with the iox2 command:
   mkdir -p config && bench-dragon iox2-config > config/iceoryx2.toml && iox2 service list")]
     Iox2Config(BusArgs),
@@ -95,13 +97,13 @@ pub(crate) enum Command {
     Man(shell::ManArgs),
 }
 
-/// Runs the program with the arguments of this process.
+/// Runs the program with this process's arguments.
 pub fn main() -> ExitCode {
     output::start();
     let status = run();
     let printed = output::finish_stdout();
     let status = match printed {
-        // A command that has failed has given its reason.
+        // A failed command has already reported its reason.
         Err(error) if status == ExitCode::SUCCESS => {
             complain_of(&error.into());
             ExitCode::FAILURE
@@ -133,7 +135,7 @@ fn run() -> ExitCode {
     }
 }
 
-/// Runs a command. The result is the process's exit status.
+/// Runs a command. Returns the exit status of the process.
 fn run_command(cli: Cli) -> anyhow::Result<ExitCode> {
     parent::follow_parent(cli.child)?;
     if is_only_output(&cli.command) {
@@ -162,7 +164,7 @@ fn run_command(cli: Cli) -> anyhow::Result<ExitCode> {
     }
 }
 
-/// Whether a command has nothing to do but its output, and leaves signals as they are.
+/// Whether a command only produces output and installs no signal handlers.
 fn is_only_output(command: &Command) -> bool {
     use Command::{Completions, Doctor, Export, Iox2Config, Man, Solve};
     matches!(command, Solve(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
@@ -174,7 +176,7 @@ fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads the configuration that the arguments name, with the flags over it. An error names the file.
+/// Reads the configuration that the arguments name; `set_flags` overrides its values. An error names the file.
 fn load_config(args: &ConfigArgs, set_flags: impl FnOnce(&mut Document)) -> anyhow::Result<Config> {
     let path = args.config.as_deref();
     let loaded = Config::load(path, set_flags);
@@ -190,18 +192,18 @@ fn complain_of(error: &anyhow::Error) {
     complain(&format!("{label} {}{remedy}", printable(&format!("{error:#}"))));
 }
 
-/// Prints help and version as clap does, an error in one line.
+/// Prints help and version as clap does. Prints an error in one line.
 fn report_usage(error: &clap::Error) -> ExitCode {
     let rendered = error.render();
     if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
         let text = if is_coloured(&io::stdout()) { rendered.ansi().to_string() } else { rendered.to_string() };
         wait_for_reader(None);
-        // Where it fails, the end of the process reports it.
+        // `main` reports a failure when it finishes stdout.
         let _ = output::print(text.into_bytes());
         return ExitCode::SUCCESS;
     }
     let plain = rendered.to_string();
-    // What was typed is part of the message: where it could drive the terminal, it is shown escaped and without colour.
+    // The message repeats the user's input. If the input has control characters, the message is escaped and has no colours.
     let is_plain = plain.lines().any(|line| matches!(printable(line), Cow::Owned(_)));
     let plain = plain.lines().map(printable).collect::<Vec<_>>().join("\n");
     let shown = if is_coloured(&io::stderr()) && !is_plain { rendered.ansi().to_string() } else { plain.clone() };
@@ -213,7 +215,7 @@ fn report_usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(exit_status::BAD_INPUT)
 }
 
-/// A message of clap in one line, without usage and hints. `shown` are the lines of `plain` as they are to look.
+/// A message of clap in one line, without usage and hints. `shown` has the same lines as `plain`, with colours or escaped.
 fn without_usage(plain: &str, shown: &str) -> String {
     let lines = plain.lines().map(str::trim).zip(shown.lines().map(str::trim));
     let message = lines.take_while(|(line, _)| !line.starts_with("Usage:"));
@@ -221,7 +223,7 @@ fn without_usage(plain: &str, shown: &str) -> String {
     said.map(|(_, shown)| shown).collect::<Vec<_>>().join(" ")
 }
 
-/// What to do about an error that comes of a limit of this process.
+/// The remedy for an error that a limit of this process causes.
 fn remedy(error: &anyhow::Error) -> Option<String> {
     let of_cause = error.chain().find_map(|cause| limits::remedy(cause.downcast_ref()?));
     of_cause.or_else(|| limits::remedy_in_words(&format!("{error:#}")))

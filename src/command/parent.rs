@@ -1,13 +1,13 @@
-//! A child process that does not outlive its parent, however the parent ends and whatever the child is doing then.
+//! Ends a child process soon after its parent, for every cause of the parent's end and every state of the child.
 //!
-//! 1. From its fork on, the kernel kills the child at the parent's death, also where the child is stopped (`PR_SET_PDEATHSIG`).
-//! 2. When the next two steps are prepared, SIGTERM takes that signal's place, so that the child ends in order.
-//! 3. A stopped process does not act on SIGTERM. So a thread postpones a timer once a second, whose signal is SIGCONT. In a
-//!    stopped process nothing postpones it: after [`LONGEST_STOP`] the process continues, and finds the SIGTERM.
-//! 4. A child that does not end is killed by the same thread, [`GRACE`] after the parent's death.
+//! 1. From the fork on, the kernel kills the child at the parent's death, even if the child is stopped (`PR_SET_PDEATHSIG`).
+//! 2. Once steps 3 and 4 are prepared, SIGTERM replaces that signal, so that the child ends in order.
+//! 3. A stopped process does not act on SIGTERM. So a thread restarts a timer once a second; the timer sends SIGCONT. In a
+//!    stopped process the thread does not run: after [`LONGEST_STOP`] the process continues, and receives the SIGTERM.
+//! 4. The same thread kills a child that has not ended [`GRACE`] after the parent's death.
 //!
-//! The kernel continues some stopped orphans by itself (`kill_orphaned_pgrp` in Linux's `kernel/exit.c`), but none that is
-//! stopped just then, and none that is inherited by a process of its own session.
+//! The kernel itself continues some stopped orphans (`kill_orphaned_pgrp` in Linux's `kernel/exit.c`). It misses a child that
+//! is being stopped at that moment, and a child that a process of its own session inherits.
 
 use std::os::unix::process::CommandExt as _;
 use std::process::Command;
@@ -23,24 +23,24 @@ use rustix::process::{Pid, Signal, getpid, getppid, kill_process, set_parent_pro
 
 use crate::command::flags::{BadInput, ChildArgs};
 
-/// How long a child may be stopped before it is continued: longer than `show` leaves a stopped child alone.
+/// Longest stop of a child before it continues. A running `show` kills a stopped child earlier.
 const LONGEST_STOP: Duration = Duration::from_secs(10);
-/// How long a child may take to end after its parent's death: a recorder writes what is in flight.
+/// Longest time from the parent's death to the child's end. A recorder writes its pending frames in this time.
 const GRACE: Duration = Duration::from_secs(30);
-/// How often the timer is postponed and the parent looked for.
+/// Period at which the thread restarts the timer and checks the parent.
 const LOOK_PERIOD: Duration = Duration::from_secs(1);
-/// Enough for a loop that calls the kernel.
+/// Stack of the thread, which only calls the kernel in a loop.
 const STACK_BYTES: usize = 64 << 10;
 
-/// Ends this process soon after the parent that the arguments name, and fails where that has ended already.
+/// Ends this process soon after the parent that the arguments name. Fails if that parent has already ended.
 ///
-/// Starts a thread that ends with the process. Call it from the main thread, and first of all.
+/// Starts a thread that ends with the process. Call this from the main thread, before anything else.
 pub(crate) fn follow_parent(args: ChildArgs) -> anyhow::Result<()> {
     let Some(parent) = args.parent else { return Ok(()) };
     let cannot_follow = "cannot follow the parent process";
     let (sender, is_prepared) = mpsc::sync_channel(1);
     let thread = thread::Builder::new().name("parent".to_owned()).stack_size(STACK_BYTES);
-    thread.spawn(move || outlive_no_parent(parent, &sender)).context(cannot_follow)?;
+    thread.spawn(move || watch_parent(parent, &sender)).context(cannot_follow)?;
     is_prepared.recv().context(cannot_follow)?.context(cannot_follow)?;
     set_parent_process_death_signal(Some(Signal::TERM)).context(cannot_follow)?;
     if is_child_of(parent) {
@@ -53,14 +53,14 @@ fn is_child_of(parent: u32) -> bool {
     getppid().map(Pid::as_raw_pid) == i32::try_from(parent).ok()
 }
 
-/// Keeps this process from being stopped for long, and kills it where its end after the parent's takes too long. Reports once
-/// that it is prepared, or why it cannot be.
-fn outlive_no_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
+/// Continues this process if it is stopped for too long, and kills it if it ends too long after its parent. Reports once
+/// through `prepared` that the timer is set, or the reason why it cannot be set.
+fn watch_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
     let event = SigEvent::new(SigevNotify::SigevSignal { signal: TimerSignal::SIGCONT, si_value: 0 });
     let mut timer = match Timer::new(ClockId::CLOCK_MONOTONIC, event) {
         Ok(timer) => timer,
         Err(error) => {
-            // The main thread waits for it.
+            // The main thread waits for this report.
             let _ = prepared.try_send(Err(error));
             return;
         }
@@ -68,7 +68,7 @@ fn outlive_no_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
     let mut orphaned: Option<Instant> = None;
     loop {
         let is_set = timer.set(Expiration::OneShot(LONGEST_STOP.into()), TimerSetTimeFlags::empty());
-        // The main thread takes the first report alone.
+        // The main thread takes only the first report.
         let _ = prepared.try_send(is_set);
         if !is_child_of(parent) && orphaned.get_or_insert_with(Instant::now).elapsed() > GRACE {
             // A process may always kill itself.
@@ -78,9 +78,9 @@ fn outlive_no_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
     }
 }
 
-/// Has the kernel kill the child, also a stopped one, where the thread that starts it ends before the child has called
-/// [`follow_parent`], which asks for a gentler signal.
-#[expect(unsafe_code, reason = "the child itself cannot ask before it is a program")]
+/// Makes the kernel kill the child, even a stopped one, if the thread that starts it ends before the child has called
+/// [`follow_parent`]. That call replaces SIGKILL by SIGTERM.
+#[expect(unsafe_code, reason = "the child cannot make this request itself before exec")]
 pub(super) fn kill_with_parent(command: &mut Command) -> &mut Command {
     let ask = || Ok(set_parent_process_death_signal(Some(Signal::KILL))?);
     // SAFETY: between fork and exec the closure makes one system call. It neither allocates nor locks.

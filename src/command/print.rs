@@ -1,4 +1,4 @@
-//! What commands print: lines and JSON on their way to [`crate::output`], and the bar of a long answer.
+//! Printing for the commands: lines and JSON for [`crate::output`], and the progress bar of a long answer.
 
 use std::fmt::Display;
 use std::io;
@@ -27,7 +27,7 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     Ok(print(line)?)
 }
 
-/// Prints a value for machines, or its text for people.
+/// Prints a value as JSON, or its text for people, both on stdout.
 pub(crate) fn print_report(format: Format, value: &impl Serialize, text: impl Display) -> anyhow::Result<()> {
     match format {
         Format::Json => print_json(value),
@@ -35,7 +35,7 @@ pub(crate) fn print_report(format: Format, value: &impl Serialize, text: impl Di
     }
 }
 
-/// Prints a value for machines on stdout, or its text for people on stderr.
+/// Prints a value as JSON on stdout, or its text for people on stderr.
 pub(crate) fn print_notice(format: Format, value: &impl Serialize, text: &str) -> anyhow::Result<()> {
     match format {
         Format::Json => print_json(value),
@@ -46,28 +46,28 @@ pub(crate) fn print_notice(format: Format, value: &impl Serialize, text: &str) -
     }
 }
 
-/// Prints lines that have their ends.
+/// Prints lines that already end in line feeds.
 pub(crate) fn print_bytes(lines: impl Into<Vec<u8>>) -> anyhow::Result<()> {
     Ok(print(lines.into())?)
 }
 
-/// Says what could not be read of a recording. `done` is what was done with the rest.
+/// Reports the parts of a recording that could not be read. `done` is the verb for the other parts, such as "exported".
 pub(crate) fn complain_of_flaws(recording: &Path, Flaws { cut, skipped_bytes }: Flaws, done: &str) {
     let file = Printable(recording);
     if cut {
-        complain(&format!("{file} stops in the middle: what is whole of it was {done}"));
+        complain(&format!("{file} stops in the middle: its complete part was {done}"));
     }
     if skipped_bytes > 0 {
-        complain(&format!("{skipped_bytes} bytes of {file} are damaged and were passed over"));
+        complain(&format!("{skipped_bytes} bytes of {file} are damaged and were skipped"));
     }
 }
 
-/// Percentiles as one line has them.
+/// Percentiles in one line.
 pub(crate) fn percentiles(Percentiles { p50, p99, p999, max }: Percentiles) -> String {
     format!("p50 {p50:.1} p99 {p99:.1} p99.9 {p999:.1} max {max:.1}")
 }
 
-/// How far a show was behind the clock, behind the count of its overruns; nothing where it kept time.
+/// Lag of a show behind the clock, to follow the count of its overruns. Empty if the show kept time.
 pub(crate) fn behind(behind_s: f64, most_behind_s: f64) -> String {
     if most_behind_s == 0.0 {
         return String::new();
@@ -75,12 +75,12 @@ pub(crate) fn behind(behind_s: f64, most_behind_s: f64) -> String {
     format!(", at most {most_behind_s:.3} s behind, {behind_s:.3} s at the end")
 }
 
-/// An answer that is there sooner shows no bar.
-const PATIENCE: Duration = Duration::from_millis(500);
-/// The bar is drawn anew this often at most.
+/// Delay before the bar appears. A faster answer shows no bar.
+const BAR_DELAY: Duration = Duration::from_millis(500);
+/// Shortest time between two drawings of the bar.
 const DRAW_PERIOD: Duration = Duration::from_millis(50);
 
-/// The bar, taken away when it is dropped. Where stderr is no terminal it is not drawn.
+/// A progress bar, removed when it is dropped. It is drawn only if stderr is a terminal.
 pub(crate) struct Progress {
     what: &'static str,
     total: f64,
@@ -94,15 +94,15 @@ struct State {
 
 impl Progress {
     pub(crate) fn new(what: &'static str, total: f64) -> Self {
-        Self { what, total, state: Mutex::new(State { done: 0.0, due: Instant::now() + PATIENCE }) }
+        Self { what, total, state: Mutex::new(State { done: 0.0, due: Instant::now() + BAR_DELAY }) }
     }
 
-    /// So much more is done.
+    /// Adds completed work.
     pub(crate) fn add(&self, work: f64) {
         self.change(|done| done + work);
     }
 
-    /// So much is done.
+    /// Sets the completed work.
     pub(crate) fn set(&self, work: f64) {
         self.change(|_| work);
     }

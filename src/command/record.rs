@@ -1,4 +1,4 @@
-//! `record`: the recorder's process, and the repair of what a killed one left.
+//! `record`: the recorder's process, and the repair of recordings that killed recorders left.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -21,7 +21,7 @@ use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
 use crate::system::whole_file::folder_of;
 
-/// Record every frame into an MCAP file.
+/// Record every frame, alert and command into an MCAP file.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon record rehearsal.mcap
@@ -29,22 +29,24 @@ use crate::system::whole_file::folder_of;
   bench-dragon record --repair rehearsal.mcap
   bench-dragon record --repair --check rehearsal.mcap")]
 pub(crate) struct RecordArgs {
-    /// The recording to write, or with --repair to finish.
+    /// Recording to write; with --repair, recording to finish.
     #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) file: PathBuf,
-    /// Finish a recording whose recorder was killed, in place and without reading its chunks, instead of recording.
+    /// Instead of recording, finish a recording whose recorder was killed, in place and without reading its chunks.
     #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
     pub(crate) repair: bool,
-    /// With --repair: read every chunk; of a damaged recording save what is sound, and keep the old file as FILE.damaged.
+    /// With --repair, read every chunk; if the recording is damaged, save its sound part and keep the old file as
+    /// FILE.damaged.
     #[arg(long, requires = "repair")]
     pub(crate) check: bool,
-    /// Begin a new file after this many megabytes.
+    /// Begin a new file after this many megabytes, 1 to 1000000 [default: one file].
     #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = within(1..=1_000_000_u64))]
     pub(crate) rotate_mb: Option<u64>,
-    /// Remove the oldest files of this recording over this many megabytes in all.
+    /// Remove the oldest files of this recording when all its files exceed this many megabytes, 4 to 1000000000 [default: keep
+    /// all].
     #[arg(long, value_name = "MB", allow_negative_numbers = true, value_parser = within(4..=1_000_000_000_u64))]
     pub(crate) max_total_mb: Option<u64>,
-    /// Leave what killed recorders left in the folder as it is: `show` finishes it.
+    /// Do not finish recordings that killed recorders left in the folder, because `show` finishes them.
     #[arg(long, hide = true)]
     pub(crate) no_repair: bool,
     #[command(flatten)]
@@ -53,56 +55,56 @@ pub(crate) struct RecordArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// A line of `record`.
+/// A line that `record` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum RecordLine {
-    /// The file is open.
+    /// The recorder has opened its file.
     Started {
-        /// The file.
+        /// The recording.
         file: PathBuf,
     },
-    /// Something that may go wrong later.
+    /// A problem that may come later.
     Warning {
-        /// What.
+        /// The problem, in words.
         message: String,
     },
     /// The recorder has ended.
     Summary(RecordSummary),
 }
 
-/// What a recorder wrote.
+/// Totals of a recorder.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RecordSummary {
     /// Frames written.
     pub frames: u64,
-    /// Frames lost between the first and the last one written.
+    /// Frames lost between the first and the last written frame.
     pub lost: u64,
     /// Alerts written.
     pub alerts: u64,
     /// Events of commands written.
     #[serde(default)]
     pub commands: u64,
-    /// Events of commands lost, those from long before the recording began included.
+    /// Events of commands lost, including events from long before the recording began.
     #[serde(default)]
     pub commands_lost: u64,
     /// Bytes written.
     pub bytes: u64,
-    /// Files that were removed to stay under the allowed total.
+    /// Files that the recorder removed to stay under the allowed total.
     pub removed: u64,
-    /// The files that are there, oldest first.
+    /// The remaining files, oldest first.
     pub files: Vec<PathBuf>,
 }
 
 const MEGABYTE: u64 = 1_000_000;
-/// How often it is looked at how much has been written, and at the disk's outlook.
+/// Period at which the recorder checks the written bytes and the room on the disk.
 const PROGRESS_PERIOD: Duration = Duration::from_secs(1);
-/// How often a warning is given again while it holds.
+/// Period at which the recorder repeats a warning whose cause persists.
 const WARNING_PERIOD: Duration = Duration::from_mins(1);
-/// How long the end of a recording waits for repairs under way; a repair that is cut short is repeated by the next recorder.
-const REPAIR_PATIENCE: Duration = Duration::from_secs(2);
-/// How long the end of a recording waits for the events of its last frames' commands, which follow ten times a second.
-const COMMAND_PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for running repairs at the end of a recording. The next recorder repeats an interrupted repair.
+const REPAIR_TIMEOUT: Duration = Duration::from_secs(2);
+/// Longest wait at the end of a recording for the command events of its last frames. A source sends events ten times a second.
+const COMMAND_TIMEOUT: Duration = Duration::from_secs(2);
 const LOOK_PERIOD: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
@@ -117,11 +119,12 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
         max_total_bytes: args.max_total_mb.map(|megabytes| megabytes * MEGABYTE),
         ..RecorderSettings::new(&args.file, unix_minus_monotonic_ns())
     });
-    // Only now: the recording has begun. Where it has not, the file in its way may be one that is to be finished.
+    // The repair begins after the recorder has opened its file. If that failed because the file exists, the repair may finish
+    // that file.
     let leftovers = if args.no_repair { None } else { begin_repairs(folder_of(&args.file)) };
     let recorded = recorder.map_err(anyhow::Error::from).and_then(|recorder| record(args, recorder, &domain, &stop));
     if let Some(leftovers) = leftovers {
-        leftovers.finish(REPAIR_PATIENCE);
+        leftovers.finish(REPAIR_TIMEOUT);
     }
     recorded.map(|()| ExitCode::SUCCESS)
 }
@@ -138,7 +141,7 @@ fn record(args: &RecordArgs, recorder: Recorder, domain: &Domain, stop: &StopFla
     }
     let summary = session.finish()?;
     if let Some(mut ports) = ports {
-        // With it goes the reader's last report.
+        // The ports send this number with the reader's last report, when they are dropped.
         ports.run.frames.set_bytes_written(summary.bytes);
     }
     let text = summary_text(&summary);
@@ -160,7 +163,7 @@ fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     let done = if was_unfinished { "finished" } else { "was finished already" };
     let found = match &kept {
         Some(kept) => kept_text(skipped_bytes, kept),
-        None if args.check => "; every chunk of it was read and is sound".to_owned(),
+        None if args.check => "; every chunk was read and is sound".to_owned(),
         None => String::new(),
     };
     let text = format!("{} {done}: {}{found}", Printable(&path), Counted(frames, "frame"));
@@ -175,22 +178,22 @@ fn check_one(file: &Path) -> Result<Repair, RepairError> {
     repair_checked(file, |bytes| bar.set(bytes as f64))
 }
 
-/// The part of the report about a damaged file that is kept.
+/// The part of the report about a damaged file that the repair kept.
 fn kept_text(skipped_bytes: u64, kept: &Path) -> String {
     let damage = match skipped_bytes {
         0 => "its records or its indexes are damaged".to_owned(),
-        bytes => format!("{bytes} bytes are damaged and were passed over"),
+        bytes => format!("{bytes} bytes are damaged and were skipped"),
     };
     format!("; {damage}, so the old file is kept as {}", Printable(kept))
 }
 
-/// Begins to finish what killed recorders left in a folder, in a thread of its own that reports each file by a line. A
-/// recording goes on without it.
+/// Starts a thread that finishes the recordings that killed recorders left in a folder. It reports each file in one line. A
+/// failure to start it does not stop the recording.
 fn begin_repairs(folder: &Path) -> Option<BackgroundRepair> {
     let repairs = BackgroundRepair::start(report_repair);
     let repairs =
-        repairs.inspect_err(|error| tracing::warn!("cannot finish what killed recorders left: {error}")).ok()?;
-    // A folder that is not there is reported by the recording itself.
+        repairs.inspect_err(|error| tracing::warn!("cannot finish recordings of killed recorders: {error}")).ok()?;
+    // The recorder itself reports a missing folder.
     if folder.is_dir() {
         repairs.repair(folder.into());
     }
@@ -222,12 +225,13 @@ impl RecordPorts {
     }
 }
 
-/// A recorder at work, over any number of runs.
+/// A running recorder, over any number of runs.
 struct RecordSession {
     format: Format,
     recorder: Recorder,
+    /// Run id and tick of the newest frame.
     newest: Option<(u64, u64)>,
-    /// What is known before the end.
+    /// The part of the summary that is known before the end.
     summary: RecordSummary,
     progress_due: Instant,
     warning_due: Instant,
@@ -239,7 +243,7 @@ impl RecordSession {
         Self { format, recorder, newest: None, summary: RecordSummary::default(), progress_due: now, warning_due: now }
     }
 
-    /// Records frame after frame; after a signal, those that are there already.
+    /// Records frame after frame; after a signal, only frames that were published before it.
     fn follow(&mut self, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
         let mut following = Following::until(stop);
         loop {
@@ -278,12 +282,13 @@ impl RecordSession {
         Ok(())
     }
 
-    /// Records the events up to the last frame, which come after it. Without them nobody could verify the last frames.
+    /// Records the command events up to the last frame, which arrive after that frame. `replay --verify` needs them for the
+    /// last frames.
     fn take_last_commands(&mut self, ports: &mut RecordPorts) -> anyhow::Result<()> {
         let Some((run_id, tick)) = self.newest else { return Ok(()) };
-        let deadline = Instant::now() + COMMAND_PATIENCE;
+        let deadline = Instant::now() + COMMAND_TIMEOUT;
         loop {
-            // Asked before they are received: by then they are all there.
+            // The check comes first: if it succeeds, all events are in the buffer, and `take_commands` receives them.
             let is_complete =
                 ports.run.commands.as_mut().map_or(Ok(true), |commands| commands.is_complete(run_id, tick))?;
             self.take_commands(ports)?;
@@ -292,7 +297,7 @@ impl RecordSession {
             }
             if Instant::now() >= deadline {
                 tracing::warn!(
-                    "commands of the last frames may be missing: the server has reported none up to tick {tick}"
+                    "commands of the last frames may be missing: the server has published no status up to tick {tick}"
                 );
                 return Ok(());
             }
@@ -300,7 +305,7 @@ impl RecordSession {
         }
     }
 
-    /// Tells the bus how much has been written, and people where the disk gets full.
+    /// Reports the written bytes to the bus, and prints a warning if the disk is filling up.
     fn look_at_progress(&mut self, frames: &mut FrameSubscriber) -> anyhow::Result<()> {
         let now = Instant::now();
         if now < self.progress_due {

@@ -1,4 +1,4 @@
-//! `replay`: a recording back onto the bus, or with `--verify` simulated again.
+//! `replay`: plays a recording back onto the bus, or with `--verify` simulates it again and compares.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,34 +20,34 @@ use crate::source::replay::verify::{FlawedFile, RunVerdict, RunVerification, Ver
 use crate::source::replay::{Pass, PassSummary, RATE, Replay, ReplaySettings, ReplaySummary};
 use crate::system::stop::StopFlag;
 
-/// Put a recording back onto the bus, at its pace.
+/// Play a recording back onto the bus, at its recorded pace or at another one.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon replay rehearsal.mcap
   bench-dragon replay rehearsal.mcap --instance archive --readers 2
   bench-dragon replay rehearsal.mcap --from 60 --to 90 --rate 0.5 --loop
 
-Each recorded run gets a new run id, each time that it is played; its ticks count from 0, its frames are due now, and its \
-time_scale is multiplied by the rate. All else is as it was recorded. --from and --to choose frames by their show time, \
-wherever in the recording they are; what lies between is cut out. Of the commands, only `ctl stop` is taken.")]
+Each pass of a recorded run gets a new run id. Its ticks count from 0, its frames are due now, and its time_scale is \
+multiplied by the rate. All other values are as recorded. --from and --to select frames by show time, anywhere in the \
+recording; the replay leaves out all other frames. It accepts only the command `ctl stop`.")]
 pub(crate) struct ReplayArgs {
-    /// The recording; with --verify all of its files, oldest first.
+    /// Recording to play; with --verify all files of the recording, oldest first.
     #[arg(value_name = "FILE", required = true, num_args = 1.., value_hint = ValueHint::FilePath)]
     pub(crate) files: Vec<PathBuf>,
-    /// Play nothing: simulate the recorded runs again, compare every frame bit for bit, and report the first difference.
-    /// Needs no server. Exit status 0: all is as simulated; 1: a frame differs; 2: something cannot be verified.
+    /// Instead of playing, simulate the recorded runs again, compare every frame bit for bit, and report the first difference.
+    /// Needs no server. Exit status: 0 all frames are as simulated, 1 a frame differs, 2 a part cannot be verified.
     #[arg(long, conflicts_with_all = ["from", "to", "rate", "repeat", "readers", "instance"])]
     pub(crate) verify: bool,
     #[command(flatten)]
     pub(crate) interval: IntervalArgs,
-    /// Recorded seconds to play per second, 0.01 to 100.
+    /// Recorded seconds to play per wall-clock second, 0.01 to 100.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = within(RATE))]
     pub(crate) rate: f64,
-    /// Play it so many times; without a number, until Ctrl-C.
+    /// Number of times to play the recording; without a number, until Ctrl-C [default: once].
     #[arg(long = "loop", value_name = "TIMES", num_args = 0..=1, allow_negative_numbers = true, value_parser = count())]
     #[allow(clippy::option_option, reason = "not given, given without a number, given with one")]
     pub(crate) repeat: Option<Option<u64>>,
-    /// Begin once this many readers are connected, after ten seconds at the latest.
+    /// Wait for this many connected readers, 0 to 24, before the first frame, but at most ten seconds.
     #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
     pub(crate) readers: usize,
     #[command(flatten)]
@@ -56,25 +56,25 @@ pub(crate) struct ReplayArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// A line of `replay`.
+/// A line that `replay` prints.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum ReplayLine {
-    /// The services of a pass are there.
+    /// The services of a pass are open.
     Started {
-        /// The number of the run that it is on the bus.
+        /// The run id of the pass on the bus.
         run_id: u64,
-        /// The number of the run that was recorded.
+        /// The run id in the recording.
         recorded_run_id: u64,
     },
     Pass(PassSummary),
     Summary(ReplaySummary),
-    /// A run has been verified, or not.
+    /// The result of verifying a run.
     Run(RunVerification),
     Verification(VerificationSummary),
 }
 
-/// What the verification of a recording came to.
+/// The result of verifying a recording.
 #[derive(Serialize)]
 struct VerificationSummary {
     /// Whether every frame of the recording is as simulated.
@@ -83,7 +83,7 @@ struct VerificationSummary {
     frames: u64,
     frames_verified: u64,
     interrupted: bool,
-    /// The files that could not be read whole.
+    /// The files that could not be read completely.
     flawed: Vec<FlawedFile>,
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn run(args: &ReplayArgs) -> anyhow::Result<ExitCode> {
         return verify_files(&args.files, args.format.format);
     }
     let [file] = &args.files[..] else {
-        return Err(BadInput(format!("{} FILEs are given: only --verify takes several", args.files.len())).into());
+        return Err(BadInput(format!("{} FILEs are given, must be one without --verify", args.files.len())).into());
     };
     let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
@@ -138,7 +138,7 @@ fn print_pass(format: Format, pass: PassSummary) -> anyhow::Result<()> {
     print_report(format, &ReplayLine::Pass(pass), text)
 }
 
-/// Exit status where a frame differs.
+/// Exit status if a frame differs.
 const DIFFERS: u8 = 1;
 
 fn verify_files(files: &[PathBuf], format: Format) -> anyhow::Result<ExitCode> {
@@ -155,7 +155,7 @@ fn verify_files(files: &[PathBuf], format: Format) -> anyhow::Result<ExitCode> {
         complain_of_flaws(&flawed.file, flawed.flaws, "verified");
     }
     if verification.is_interrupted {
-        complain("interrupted: the frames behind were not verified");
+        complain("interrupted: the remaining frames were not verified");
     }
     let status = status(&verification);
     if format == Format::Json {
@@ -167,7 +167,7 @@ fn verify_files(files: &[PathBuf], format: Format) -> anyhow::Result<ExitCode> {
 fn status(verification: &Verification) -> u8 {
     let Verification { runs, flawed, is_interrupted } = verification;
     let is_unverifiable = |run: &RunVerification| matches!(run.verdict, RunVerdict::Unverifiable { .. });
-    // What a recording lacks at its end was never there to be verified; what is damaged was.
+    // A missing end is no failure, because it was never recorded. Damaged bytes are: they were recorded.
     let is_damaged = flawed.iter().any(|file| file.flaws.skipped_bytes > 0);
     if runs.iter().any(|run| matches!(run.verdict, RunVerdict::Differs { .. })) {
         DIFFERS

@@ -22,7 +22,7 @@ use crate::source::timecode::TimecodeCounts;
 use crate::system::processors::Processors;
 use crate::system::stop::StopFlag;
 
-/// Advance the dragon at a fixed rate and publish every frame.
+/// Run the server: advance the dragon at a fixed rate and publish every frame.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon serve
@@ -30,38 +30,39 @@ use crate::system::stop::StopFlag;
   bench-dragon serve --cpu 1 --priority fifo:80
   bench-dragon serve --timecode osc:7000 --timecode-offset -3600
   bench-dragon serve --timecode artnet:0.0.0.0
-  bench-dragon serve --guarded                moves only while a guard runs: monitor --guard
+  bench-dragon serve --guarded                needs a guard to move: monitor --guard
 
-With --timecode, show time is the timecode plus the offset. The show stands until the first timecode, is put to its \
-position, and follows by its pace, up to a tenth faster or slower; over half a second of difference it is put there anew. A \
-timecode that is repeated stands, and the show with it; one that falls silent is lost, and the show goes on. An operator's \
-pause and hold come first. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", four whole numbers, or seconds.")]
+With --timecode, show time is the timecode plus the offset. The show stands still until the first timecode, then seeks to its \
+position and follows it, up to a tenth faster or slower. If show and timecode differ by more than half a second, the show \
+seeks again. If the timecode repeats a position, the show stands still. If the timecode falls silent, it is lost, and the show \
+goes on without it. An operator's pause or hold takes precedence. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", four \
+whole numbers, or seconds.")]
 pub(crate) struct ServeArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Stand held at the start, until `ctl release`.
+    /// Start held: the dragon stands still until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
-    /// Move the head only where `monitor --guard` has proved the way free.
+    /// Move the head only on travel that `monitor --guard` has proved free of contact.
     #[arg(long)]
     pub(crate) guarded: bool,
-    /// Stand paused at the start, or once the hold is lifted.
+    /// Start paused, or be paused once the hold is lifted.
     #[arg(long, hide = true)]
     pub(crate) paused: bool,
-    /// Begin once this many readers are connected, after ten seconds at the latest.
+    /// Wait for this many connected readers, 0 to 24, before the first frame, but at most ten seconds.
     #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
     pub(crate) readers: usize,
-    /// Travel in metres to start at, where the speed was changed on the way.
+    /// Travel in metres to start at, for a run whose speed was changed earlier.
     #[arg(long, value_name = "METRES", hide = true, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) start_travel: Option<f64>,
-    /// Speed in m/s to start with, where it was changed on the way.
+    /// Speed of the head in m/s to start with, for a run whose speed was changed earlier.
     #[arg(long, value_name = "MPS", hide = true, value_parser = finite)]
     pub(crate) start_speed: Option<f64>,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
 
-/// Which run is published, and how.
+/// Arguments of a run: the bus, the configuration, the pace and the timecode.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -74,59 +75,62 @@ pub(crate) struct RunArgs {
     pub(crate) timecode: TimecodeArgs,
 }
 
-/// How a server paces.
+/// Arguments for the rate, the time scale and the interval of a run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PaceArgs {
-    /// Frames a second.
+    /// Frames per second, 1 to 100000 [default: configured, else 1000].
     #[arg(long, value_name = "HZ", allow_negative_numbers = true, value_parser = within(RATE_HZ))]
     pub(crate) rate: Option<u32>,
-    /// Show seconds per wall-clock second, 0.001 to 1000.
+    /// Show seconds per wall-clock second, 0.001 to 1000 [default: configured, else 1].
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true, value_parser = within(TIME_SCALE))]
     pub(crate) time_scale: Option<f64>,
-    /// Wall-clock seconds that a show jumps at once when releases were missed, 0 to 10; a longer standstill is made up slowly.
+    /// Longest standstill in wall-clock seconds that the show makes up in one jump, 0 to 10; it makes up a longer one slowly
+    /// [default: configured, else 0.25].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(CATCH_UP_S))]
     pub(crate) catch_up: Option<f64>,
-    /// Show time in seconds to start at [default: the run's start].
+    /// Show time to start at, in seconds [default: the run's start].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) start_at: Option<f64>,
-    /// Show time in seconds to end at.
+    /// Show time to end at, in seconds [default: the run's end].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) until: Option<f64>,
     #[command(flatten)]
     pub(crate) real_time: RealTimeArgs,
 }
 
-/// What a server asks of the kernel to keep its schedule.
+/// Requests of a server to the kernel, to keep its schedule.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct RealTimeArgs {
-    /// Keep the server's loop on this processor.
+    /// Keep the server's loop on the processor of this number, 0 to 1023 [default: configured, else any].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = within(CPU))]
     pub(crate) cpu: Option<u32>,
-    /// Run the server's loop as other, fifo:N or rr:N, N from 1 to 99, and lock its memory unless as other.
+    /// Scheduling of the server's loop: other, fifo:N or rr:N, N from 1 to 99; fifo and rr also lock its memory [default:
+    /// configured, else other].
     #[arg(long, value_name = "POLICY")]
     pub(crate) priority: Option<Priority>,
-    /// Microseconds before each release from which on the server's loop does not sleep but spins, 0 to 1000.
+    /// Microseconds before each release in which the server's loop spins instead of sleeping, 0 to 1000 [default: configured,
+    /// else 0].
     #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = within(SPIN_US))]
     pub(crate) spin_us: Option<u32>,
 }
 
-/// A line of `serve`.
+/// A line that `serve` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum ServeLine {
-    /// The services are there.
+    /// The server has opened its services.
     Started {
         /// The run's number.
         run_id: u64,
     },
     /// The server listens for timecode.
     Listening {
-        /// Where.
+        /// The address and port.
         listen: SocketAddr,
     },
-    /// Something happened to the timecode that it follows.
+    /// A change of the timecode that the server follows.
     Timecode(TimecodeNews),
-    /// What came of timecode, at the end.
+    /// Counts of the received timecode, at the end.
     TimecodeSummary(TimecodeCounts),
     /// The server has ended.
     Summary(ServerSummary),
@@ -149,7 +153,7 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The configuration with the flags over it, for a server on this machine.
+/// Reads the configuration, overrides it with the flags, and checks it for a server on this machine.
 pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyhow::Result<Config> {
     let RealTimeArgs { cpu, priority, spin_us } = pace.real_time;
     let config = load_config(args, |Document { serve, monitor, .. }| {
@@ -165,10 +169,10 @@ pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyh
     Ok(config)
 }
 
-/// Checks that the server's loop may run where it is to.
+/// Checks that the server's loop may run on the configured processor.
 fn check_cpu(config: &Config) -> anyhow::Result<()> {
     let Some(cpu) = config.tables().serve.cpu else { return Ok(()) };
-    let allowed = Processors::of_this_process().context("cannot tell the processors")?;
+    let allowed = Processors::of_this_process().context("cannot read the processors of this process")?;
     if allowed.contains(cpu) {
         return Ok(());
     }
@@ -182,7 +186,7 @@ pub(crate) fn check_pace(config: &Config, pace: &PaceArgs) -> Result<(), BadInpu
     pace.until.map_or(Ok(()), |until_s| require("--until", until_s, start_s, end_s(config, start_s)))
 }
 
-/// Show time at which a show ends that starts at a time.
+/// Show time in seconds at which a show ends that starts at `start_s`.
 pub(crate) fn end_s(config: &Config, start_s: f64) -> f64 {
     if start_s == config.start_s() { config.end_s() } else { config.timetable_from(start_s).end_s() }
 }
@@ -194,7 +198,7 @@ fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     let config = configure(&args.run.config, &args.run.pace, args.guarded)?;
     match args.start_travel {
-        // The speed was changed on the way, so show time says nothing of the travel.
+        // The speed was changed earlier, so show time does not determine the travel.
         Some(travel_m) => {
             let dragon = config.dragon();
             require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
@@ -218,7 +222,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     Ok(ServerSettings { start, readers: args.readers, ..planned })
 }
 
-/// Warns where the dragon cannot walk all of a planned turnaround.
+/// Warns if the dragon cannot walk all of a planned turnaround.
 fn warn_of_early_end(config: &Config) {
     if let (Some(plan), end) = (config.route().as_turnaround(), config.dragon().run_end())
         && end != RunEnd::RouteEnd
@@ -246,7 +250,9 @@ fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
     let text = format!("serving instance {instance}, run {run_id}; Ctrl-C ends it");
     print_notice(format, &ServeLine::Started { run_id }, &text)?;
     if format == Format::Text && server.is_guarded() {
-        complain("guarded: the head walks where `bench-dragon monitor --guard` has proved the way free");
+        complain(
+            "guarded: the head walks only on travel that `bench-dragon monitor --guard` has proved free of contact",
+        );
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `completions` and `man`: what an installation gives the shell, made from the command line itself.
+//! `completions` and `man`: shell completions and manual pages, generated from the definition of the command line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,43 +16,43 @@ use crate::command::print::{print_bytes, print_line};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
-/// Print what completes this program's commands, options and files in a shell.
+/// Print a script that completes this program's commands, options and files in a shell.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon completions bash > ~/.local/share/bash-completion/completions/bench-dragon
   bench-dragon completions zsh > ~/.zfunc/_bench-dragon
   bench-dragon completions fish > ~/.config/fish/completions/bench-dragon.fish
   bench-dragon completions elvish > ~/.config/elvish/lib/bench-dragon.elv
-  source <(bench-dragon completions bash)     for this shell alone
+  source <(bench-dragon completions bash)     only for this shell
 
-The folder must be there; shells that are started then know it. bash needs its package bash-completion, zsh the line \
-fpath+=~/.zfunc before compinit in ~/.zshrc, Elvish the line use bench-dragon in its rc.elv; PowerShell reads what is \
-printed from its $PROFILE.")]
+The folder must exist. The completions work in shells that are started afterwards. bash needs its package bash-completion. \
+zsh needs the line fpath+=~/.zfunc before compinit in ~/.zshrc. Elvish needs the line use bench-dragon in its rc.elv. For \
+PowerShell, add the script to its $PROFILE.")]
 pub(crate) struct CompletionsArgs {
-    /// The shell.
+    /// Shell to complete in.
     #[arg(value_enum, value_name = "SHELL")]
     pub(crate) shell: Shell,
 }
 
-/// Print a page of the manual, or write all.
+/// Print a page of the manual, or write all pages into a folder.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon man | man -l -
   bench-dragon man solve contact | man -l -
   bench-dragon man --out ~/.local/share/man/man1
 
-After the last one, man bench-dragon and man bench-dragon-solve-contact find their pages.")]
+After the last example, man bench-dragon and man bench-dragon-solve-contact find their pages.")]
 pub(crate) struct ManArgs {
-    /// The command whose page it is, as in `solve contact`; the program's own without one.
+    /// Command whose page to print, as in `solve contact` [default: the program itself].
     #[arg(value_name = "COMMAND", conflicts_with = "out")]
     pub(crate) command: Vec<String>,
-    /// Write all pages, one a command, into this folder, which is made where it is missing.
+    /// Write all pages, one per command, into this folder; a missing folder is created.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
 
 const NAME: &str = "bench-dragon";
-/// The name without a hyphen: with one, the script that `clap_complete` writes for bash knows nothing of what follows a command.
+/// The name without a hyphen. With a hyphen, the bash script of `clap_complete` does not complete after a command.
 const NAME_IN_BASH: &str = "bench_dragon";
 
 pub(super) fn completions(args: CompletionsArgs) -> anyhow::Result<ExitCode> {
@@ -64,13 +64,13 @@ fn script(shell: Shell) -> anyhow::Result<String> {
     let (mut program, mut script) = (Cli::command(), Vec::new());
     let name = if shell == Shell::Bash { NAME_IN_BASH } else { NAME };
     clap_complete::generate(shell, &mut program, name, &mut script);
-    // At the end of a line stands the program that the function is for.
+    // At the end of a line is the name of the program that the function completes, so the hyphen goes back there.
     Ok(String::from_utf8(script)?.replace(&format!(" {NAME_IN_BASH}\n"), &format!(" {NAME}\n")))
 }
 
 pub(super) fn man(args: &ManArgs) -> anyhow::Result<ExitCode> {
     let mut program = Cli::command();
-    // Gives every command its whole name and the arguments that it has from those above it.
+    // Sets the full name of each command, and the arguments that it inherits from its parent commands.
     program.build();
     match &args.out {
         Some(folder) => write_all(&program, folder)?,
@@ -79,13 +79,14 @@ pub(super) fn man(args: &ManArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The command of a name, which may be of several words.
+/// Finds a command by its name, which may have several words.
 fn find<'a>(program: &'a Command, name: &[String]) -> Result<&'a Command, BadInput> {
     name.iter().try_fold(program, |command, word| {
         command.find_subcommand(word).ok_or_else(|| {
             let allowed: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
             let allowed = if allowed.is_empty() { "nothing".to_owned() } else { allowed.join(", ") };
-            BadInput(format!("COMMAND is {}, must be one: after {} comes {allowed}", name.join(" "), called(command)))
+            let (name, parent) = (name.join(" "), called(command));
+            BadInput(format!("COMMAND is {name}, must be a command: allowed after {parent}: {allowed}"))
         })
     })
 }
@@ -94,10 +95,10 @@ fn called(command: &Command) -> &str {
     command.get_bin_name().unwrap_or_else(|| command.get_name())
 }
 
-/// Writes the page of a command and those of the commands under it, and says which.
+/// Writes the pages of a command and of all its subcommands, and prints their paths.
 fn write_all(program: &Command, folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).map_err(|error| {
-        BadInput(format!("--out is {}, must be a folder that can be made: {error}", folder.display()))
+        BadInput(format!("--out is {}, must be a folder that can be created: {error}", folder.display()))
     })?;
     let mut commands = vec![program];
     while let Some(command) = commands.pop() {
@@ -110,20 +111,23 @@ fn write_all(program: &Command, folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The section that all pages are in: commands of users.
+/// The manual section of all pages: user commands.
 const SECTION: &str = "1";
 
 const MANUAL: &str = "bench-dragon manual";
-/// No date, so that the same program has the same pages. What is empty has to be quoted by itself.
+/// No date, so that the same program has the same pages. roff needs quotation marks for an empty argument.
 const NO_DATE: &str = "\"\"";
-/// How every page begins, after its title.
+/// The beginning of every page, after its title.
 const NAME_SECTION: &str = ".SH NAME\n";
-/// Words are neither broken nor set apart: many are to be typed.
+/// Turns hyphenation and justification off, because users copy words from the page.
 const AS_TYPED: &str = ".nh\n.ad l\n";
 
 const EXIT_STATUSES: [(&str, &str); 3] = [("0", "done"), ("1", "failed"), ("2", "bad arguments or configuration")];
-/// What one more means, for commands that have the flag.
-const CONTACT_STATUS: (&str, &str) = ("3", "contact seen where --fail-on-contact was given");
+/// Additional exit statuses, each with an argument of the commands that have it.
+const OTHER_STATUSES: [(&str, (&str, &str)); 2] = [
+    ("fail_on_contact", ("3", "contact with --fail-on-contact")),
+    ("rotate_mb", ("4", "the recording's disk is full")),
+];
 
 /// The name of a command's page: `bench-dragon-solve-contact`.
 fn page_title(command: &Command) -> &str {
@@ -135,7 +139,7 @@ fn page(command: &Command) -> anyhow::Result<String> {
     let Epilogue { examples, notes } = Epilogue::of(command);
     let about = command.get_about().map(ToString::to_string).unwrap_or_default();
     let description = format!("{about}\n\n{}", notes.join("\n"));
-    // The version is in the page's title; examples and exit statuses have sections of their own.
+    // The version is in the page's title. Examples and exit statuses have separate sections.
     let described = command.clone().version(Resettable::Reset).long_about(description.trim_end().to_owned());
     let described = described.after_help(Resettable::Reset).after_long_help(Resettable::Reset);
     let source = format!("bench-dragon {}", env!("CARGO_PKG_VERSION"));
@@ -162,15 +166,18 @@ fn add_examples(examples: &[String], page: &mut Roff) {
 }
 
 fn add_exit_status(command: &Command, page: &mut Roff) {
-    let has_flag = |command: &Command| command.get_arguments().any(|flag| flag.get_id() == "fail_on_contact");
-    let tells_contact = has_flag(command) || command.get_subcommands().any(has_flag);
+    let takes = |command: &Command, id: &str| command.get_arguments().any(|argument| argument.get_id() == id);
+    let others = OTHER_STATUSES.into_iter().filter_map(|(id, status)| {
+        let is_possible = takes(command, id) || command.get_subcommands().any(|command| takes(command, id));
+        is_possible.then_some(status)
+    });
     page.control("SH", ["EXIT STATUS"]);
-    for (status, meaning) in EXIT_STATUSES.into_iter().chain(tells_contact.then_some(CONTACT_STATUS)) {
+    for (status, meaning) in EXIT_STATUSES.into_iter().chain(others) {
         page.control("TP", []).text([bold(status)]).text([roman(meaning)]);
     }
 }
 
-/// The pages of the commands that this one is under.
+/// Adds references to the pages of the parent commands.
 fn add_see_also(command: &Command, page: &mut Roff) {
     let words: Vec<&str> = called(command).split(' ').collect();
     for above in 1..words.len() {
@@ -182,17 +189,17 @@ fn add_see_also(command: &Command, page: &mut Roff) {
     }
 }
 
-/// Examples, then whatever else there is to know.
+/// The text after a command's help: examples, then notes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Epilogue {
-    /// Lines to type, each with a remark behind it where two blanks or more part one from it.
+    /// Lines to type. Two or more blanks separate a line from its remark, if it has one.
     pub(crate) examples: Vec<String>,
-    /// Lines of prose, an empty one between two paragraphs.
+    /// Lines of prose, with an empty line between two paragraphs.
     pub(crate) notes: Vec<String>,
 }
 
 impl Epilogue {
-    /// The one of a command: examples are the indented lines under one that begins with "Example".
+    /// The epilogue of a command. Examples are the indented lines under a line that begins with "Example".
     pub(crate) fn of(command: &Command) -> Self {
         let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
         let mut epilogue = Self::default();
@@ -219,7 +226,7 @@ mod tests {
 
     use super::*;
 
-    /// The program's commands and those under them.
+    /// The program, its commands and their subcommands.
     fn commands() -> Vec<Command> {
         let mut program = Cli::command();
         program.build();
@@ -233,8 +240,8 @@ mod tests {
         commands
     }
 
-    /// The calls of the program in a line of a shell: what stands between its pipes, lists and substitutions, up to where it
-    /// is sent to a file.
+    /// The calls of the program in a shell line: the commands between pipes, lists and substitutions, without redirections
+    /// to files.
     fn calls(example: &str) -> Vec<Vec<String>> {
         let line = example.split_once("  ").map_or(example, |(line, _remark)| line);
         let parts = line.replace("&&", "|").replace("<(", "|").replace(')', "|");
@@ -246,14 +253,14 @@ mod tests {
     }
 
     #[test]
-    fn every_help_has_examples_and_each_of_them_is_a_line_that_the_program_takes() {
+    fn every_help_has_examples_that_the_program_accepts() {
         for command in commands() {
             let name = command.get_bin_name().unwrap_or("bench-dragon").to_owned();
             let epilogue = Epilogue::of(&command);
             assert!(!epilogue.examples.is_empty(), "the help of {name} has no example");
             let calls: Vec<Vec<String>> = epilogue.examples.iter().flat_map(|example| calls(example)).collect();
             let is_of_it = |call: &Vec<String>| format!("{} ", call.join(" ")).starts_with(&format!("{name} "));
-            assert!(calls.iter().any(is_of_it), "no example in the help of {name} is one of it");
+            assert!(calls.iter().any(is_of_it), "no example in the help of {name} calls {name}");
             for call in calls {
                 if let Err(error) = Cli::try_parse_from(&call) {
                     panic!("in the help of {name}: {}\n{error}", call.join(" "));
@@ -263,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn calls_are_found_wherever_they_stand_in_a_line() {
+    fn calls_are_found_at_any_position_in_a_line() {
         let found = |line: &str| -> Vec<String> { calls(line).iter().map(|words| words.join(" ")).collect() };
         assert_eq!(found("bench-dragon hz      its rate > 3"), ["bench-dragon hz"]);
         assert_eq!(found("bench-dragon echo --format json | jq .tick"), ["bench-dragon echo --format json"]);
@@ -273,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_example_is_a_note() {
+    fn lines_that_are_not_examples_are_notes() {
         let command = Command::new("dance").after_help("Examples:\n  dance a   b\n  dance c\n\nOf c,\nthis.\n\nMore.");
         let Epilogue { examples, notes } = Epilogue::of(&command);
         assert_eq!(examples, ["dance a   b", "dance c"]);

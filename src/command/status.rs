@@ -1,4 +1,4 @@
-//! `ctl status`: the state of a running show, for people and as one object of JSON.
+//! `ctl status`: prints the state of a running show, for people or as one JSON object.
 
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -16,16 +16,17 @@ use crate::output::command_words::CommandWords;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
-/// Snapshots a second.
+/// Snapshots per second.
 const SNAPSHOTS_HZ: u32 = 20;
-/// So long the bus is read, in nanoseconds: each reader reports in it, and a monitor that has not is missing.
+/// Time for which the command reads the bus, in nanoseconds. Each reader reports in this time; a monitor that does not is
+/// missing.
 const LOOK_NS: u64 = 2_050_000_000;
-/// So long a bus is waited for, in nanoseconds.
+/// Longest wait for a bus, in nanoseconds.
 const NO_SERVER_NS: u64 = 500_000_000;
-/// The longest that all of it takes, in nanoseconds.
+/// Longest duration of the command, in nanoseconds.
 const LONGEST_NS: u64 = 4_000_000_000;
 
-/// Prints the status; the exit status is 0 where all is well, and 1 where a lamp is red or no frames come.
+/// Prints the status. The exit status is 0 if frames arrive and no lamp is red, else 1.
 pub(super) fn run(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
     let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
     let mut newest = Snapshot { seen_ns: began_ns, ..Snapshot::default() };
@@ -51,30 +52,30 @@ fn has_seen_enough(snapshot: &Snapshot, began_ns: u64) -> bool {
     has_nobody || waited_ns >= LONGEST_NS || has_read && snapshot.frame.is_some() && snapshot.status.is_some()
 }
 
-/// The state of a show as one object of JSON, as `ctl status` prints it. An unknown value is null. Metres, seconds.
+/// The state of a show, as the JSON object that `ctl status` prints. An unknown value is null. Units are metres and seconds.
 #[derive(Serialize)]
 struct StatusReport {
-    /// Whether frames come and no lamp is red.
+    /// Whether frames arrive and no lamp is red.
     well: bool,
     /// `live`, `waiting` (no frame yet, or no server), `silent`, `ended`, `gone` or `failed`.
     link: &'static str,
-    /// What the show is doing: `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
+    /// State of the show: `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
     state: Option<&'static str>,
-    /// Time on the wall, RFC 3339 with the offset of this machine's time zone.
+    /// Wall-clock time, RFC 3339 with the offset of this machine's time zone.
     wall_time: String,
     run_id: Option<u64>,
     tick: Option<u64>,
     time_s: Option<f64>,
-    /// Show seconds a second on the wall.
+    /// Show seconds per wall-clock second.
     time_scale: Option<f64>,
-    /// Speed of the head in metres a show second.
+    /// Speed of the head in metres per show second.
     speed_mps: Option<f64>,
     travel_m: Option<f64>,
     nearest: Option<NearestReport>,
     ahead: ShowForecast,
     guard: GuardSituation,
     lamps: Vec<Lamp>,
-    /// Why each command would be refused; null where it would be accepted.
+    /// The reason for which each command would be refused; null if it would be accepted.
     refusals: Controls,
     last_command: Option<CommandWords>,
 }
@@ -82,13 +83,13 @@ struct StatusReport {
 /// Two benches and their clearance.
 #[derive(Clone, Copy, Serialize)]
 struct NearestReport {
-    /// Negative where they overlap.
+    /// Clearance in metres, negative if the benches overlap.
     clearance_m: f64,
     benches: [usize; 2],
 }
 
 impl StatusReport {
-    /// The report of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds, and at this time on the wall.
+    /// The report of a snapshot at `now_ns`, in nanoseconds of `CLOCK_MONOTONIC`, and at `wall_time`.
     fn new(snapshot: &Snapshot, now_ns: u64, wall_time: &Zoned) -> Self {
         let (link, lamps) = (snapshot.presence_at(now_ns), lamps(snapshot, now_ns));
         let header = snapshot.header();
@@ -113,7 +114,7 @@ impl StatusReport {
         }
     }
 
-    /// The same in lines for people: the show, the clearance, what lies ahead, the newest command, and a line for each lamp.
+    /// The report in lines for people: the show, the clearance, the forecast, the newest command, and one line per lamp.
     fn lines(&self) -> Vec<String> {
         let mut lines = vec![self.show_line()];
         if let Some(NearestReport { clearance_m, benches: [one, another] }) = self.nearest {
@@ -130,19 +131,19 @@ impl StatusReport {
     fn show_line(&self) -> String {
         let clock = self.wall_time.get(11..19).unwrap_or(&self.wall_time);
         let (Some(time_s), Some(time_scale), Some(speed_mps)) = (self.time_s, self.time_scale, self.speed_mps) else {
-            return format!("no frames ({}), {clock} on the wall", self.link);
+            return format!("no frames ({}), wall clock {clock}", self.link);
         };
         let state = self.state.unwrap_or("in an unknown state");
         let link = if self.link == SourcePresence::Live.name() { "" } else { self.link };
         let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
         let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
-        format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, {clock} on the wall")
+        format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, wall clock {clock}")
     }
 
     fn ahead_words(&self) -> Option<String> {
         match self.guard {
             GuardSituation::AtEnd { for_good: true } => {
-                return Some("the guard has stopped the head for good: only a seek moves it on".to_owned());
+                return Some("the guard has stopped the head permanently: only a seek moves it".to_owned());
             }
             GuardSituation::AtEnd { for_good: false } => return Some("the guard has stopped the head".to_owned()),
             _ => {}
@@ -150,9 +151,11 @@ impl StatusReport {
         let when = |at: Arrival| self.when(at);
         Some(match self.ahead {
             ShowForecast::Unknown => return None,
-            ShowForecast::Free { to, is_end: true } => format!("no contact to the end, show time {:.3} s", to.time_s),
+            ShowForecast::Free { to, is_end: true } => {
+                format!("no contact up to the end, show time {:.3} s", to.time_s)
+            }
             ShowForecast::Free { to, is_end: false } => {
-                format!("no contact to show time {:.3} s; the search goes on", to.time_s)
+                format!("no contact up to show time {:.3} s; the search goes on", to.time_s)
             }
             ShowForecast::Contact { at, benches: [one, another] } => {
                 format!("benches {one} and {another} touch {}", when(at))
@@ -161,16 +164,16 @@ impl StatusReport {
                 format!("the guard stops the head {}, before benches {one} and {another}", when(at))
             }
             ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
-                "no guard runs: the head stands until one does".to_owned()
+                "no guard runs: the head stands still until one starts".to_owned()
             }
             ShowForecast::GuardStop { at, benches: None } => {
-                format!("no guard runs: the head stands at {:.3} m of travel {}", at.travel_m, when(at))
+                format!("no guard runs: the head stops at {:.3} m of travel {}", at.travel_m, when(at))
             }
-            ShowForecast::Rest { at } => format!("the head stands at {:.3} m of travel {}", at.travel_m, when(at)),
+            ShowForecast::Rest { at } => format!("the head stops at {:.3} m of travel {}", at.travel_m, when(at)),
         })
     }
 
-    /// By the clock on the wall, and in show time.
+    /// The time until an arrival by the wall clock, and its show time.
     fn when(&self, at: Arrival) -> String {
         let walks = [ShowState::Running.name(), ShowState::Stopping.name()];
         let of_walk = if self.state.is_some_and(|state| walks.contains(&state)) { "" } else { " of walking" };
@@ -202,24 +205,24 @@ mod tests {
     }
 
     #[test]
-    fn a_show_is_reported_in_wall_time_with_show_time_beside_it() {
+    fn the_report_has_wall_time_and_show_time() {
         let running = report(&snapshot(ShowState::Running));
         assert!(running.well);
         let lines = running.lines();
-        let first = "running, show time 12.345 s at 5 times real time, head at 1.000 m/s, 00:00:00 on the wall";
+        let first = "running, show time 12.345 s at 5 times real time, head at 1.000 m/s, wall clock 00:00:00";
         assert_eq!(lines[..2], [first, "ahead: benches 0 and 8 touch in 80.0 s (show time 412.500 s)"]);
         let paused = report(&snapshot(ShowState::Paused)).lines();
         assert_eq!(paused[1], "ahead: benches 0 and 8 touch in 80.0 s of walking (show time 412.500 s)");
     }
 
     #[test]
-    fn without_a_server_nothing_is_well() {
-        let nobody = report(&Snapshot::default());
-        assert!(!nobody.well);
-        let lines = nobody.lines();
-        assert_eq!(lines[0], "no frames (waiting), 00:00:00 on the wall");
+    fn without_a_server_the_show_is_not_well() {
+        let report = report(&Snapshot::default());
+        assert!(!report.well);
+        let lines = report.lines();
+        assert_eq!(lines[0], "no frames (waiting), wall clock 00:00:00");
         assert!(lines.contains(&"  danger   server    no server".to_owned()), "{lines:#?}");
-        let json = serde_json::to_value(&nobody).expect("JSON");
+        let json = serde_json::to_value(&report).expect("JSON");
         assert_eq!(
             (&json["well"], &json["state"], &json["lamps"][0]["level"]),
             (&false.into(), &().into(), &"danger".into())

@@ -1,4 +1,4 @@
-//! What `serve` does about timecode beside its loop: the socket, and the thread that reports what happens.
+//! Timecode for `serve`, outside of its loop: the arguments, the socket, and the thread that reports changes.
 
 use std::io;
 use std::net::SocketAddr;
@@ -20,19 +20,19 @@ use crate::source::timecode::{
     FollowerEvent, FollowerSettings, FrameRate, SampleQueue, TimecodeReceiver, TimecodeSource,
 };
 
-/// Which timecode to follow, and how.
+/// Arguments for the timecode to follow.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TimecodeArgs {
-    /// Follow timecode: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]; this machine's without an address.
+    /// Timecode to follow: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]; without ADDRESS only from this machine.
     #[arg(long = "timecode", value_name = "SOURCE")]
     pub(crate) source: Option<TimecodeSource>,
-    /// Show time minus the timecode's position [default: 0].
+    /// Show time minus the timecode's position, in seconds from -1000000 to 1000000 [default: 0].
     #[arg(long = "timecode-offset", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(-1e6..=1e6))]
     pub(crate) offset_s: Option<f64>,
-    /// Silence after which a timecode is lost and the show goes on by itself [default: 1].
+    /// Silence in seconds after which the timecode is lost and the show goes on without it, 0.1 to 3600 [default: 1].
     #[arg(long = "timecode-timeout", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(0.1..=3600.0))]
     pub(crate) timeout_s: Option<f64>,
-    /// Frames a second of OSC messages that do not tell: 24, 25, 29.97 (drop-frame) or 30 [default: 25].
+    /// Frames per second of OSC messages that do not contain it: 24, 25, 29.97 (drop-frame) or 30 [default: 25].
     #[arg(long = "timecode-fps", value_name = "FPS", requires = "source", value_parser = frame_rate)]
     pub(crate) frame_rate: Option<FrameRate>,
 }
@@ -41,11 +41,11 @@ fn frame_rate(text: &str) -> Result<FrameRate, String> {
     text.parse().ok().and_then(FrameRate::of).ok_or_else(|| "must be 24, 25, 29.97 or 30".to_owned())
 }
 
-/// How often news are looked for.
+/// Period at which the thread looks for news.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 const DEFAULT_TIMEOUT_S: f64 = 1.0;
 
-/// Timecode that is being received, and that nobody follows yet.
+/// Timecode that is being received, and that no server follows yet.
 pub(super) struct AwaitedTimecode {
     receiver: TimecodeReceiver,
     inbox: SampleQueue,
@@ -57,12 +57,12 @@ pub(super) struct AwaitedTimecode {
 pub(super) struct FollowedTimecode {
     receiver: TimecodeReceiver,
     format: Format,
-    /// Ends the thread that reports what happens.
+    /// Ends the thread that reports news.
     is_over: Arc<AtomicBool>,
     news_thread: JoinHandle<()>,
 }
 
-/// Refuses a pace that timecode would not keep, and what its source tells by itself.
+/// Refuses a time scale, because timecode sets it, and a frame rate for Art-Net, whose packets contain it.
 pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
     let time_scale = config.tables().serve.time_scale;
     if args.source.is_some() && time_scale != 1.0 {
@@ -70,14 +70,14 @@ pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput
     }
     match (&args.source, args.frame_rate) {
         (Some(source), Some(_)) if source.kind() == TimecodeKind::ArtNet => {
-            Err(BadInput("--timecode-fps is for osc: Art-Net timecode tells its own frames a second".to_owned()))
+            Err(BadInput("--timecode-fps is only for osc: Art-Net timecode contains its frame rate".to_owned()))
         }
         _ => Ok(()),
     }
 }
 
 impl AwaitedTimecode {
-    /// Begins to listen, where timecode is to be followed.
+    /// Begins to listen, if the arguments name a timecode.
     pub(super) fn start(
         args: &TimecodeArgs,
         config: &Config,
@@ -98,7 +98,7 @@ impl AwaitedTimecode {
         Ok(Some(Self { receiver, inbox, settings, kind: source.kind(), format }))
     }
 
-    /// Has a server follow, and tells what happens from then on.
+    /// Makes a server follow the timecode, and reports news from then on.
     pub(super) fn lead(self, server: &mut Server) -> anyhow::Result<FollowedTimecode> {
         let Self { receiver, inbox, settings, kind, format } = self;
         let (following, news) = TimecodeFollowing::new(settings, kind, inbox);
@@ -112,15 +112,15 @@ impl AwaitedTimecode {
 }
 
 impl FollowedTimecode {
-    /// Tells what is left to tell, and what came in all.
+    /// Reports the remaining news, and the counts of all received timecode.
     pub(super) fn finish(self) -> anyhow::Result<()> {
         self.is_over.store(true, Ordering::Relaxed);
-        // It does not panic, and has nothing to return.
+        // The thread does not panic, and returns nothing.
         let _ = self.news_thread.join();
         let counts = self.receiver.counts();
         let (malformed, of_others, floods) = (counts.malformed, counts.of_others, counts.floods);
         let text = format!(
-            "{} timecodes; dropped: {malformed} malformed, {of_others} of other senders, {floods} floods",
+            "{} timecodes; dropped: {malformed} malformed, {of_others} from other senders, {floods} floods",
             counts.taken
         );
         print_notice(self.format, &ServeLine::TimecodeSummary(counts), &text)
@@ -137,7 +137,7 @@ fn report_news(
         loop {
             let is_last = is_over.load(Ordering::Relaxed);
             while let Ok(news) = news.pop() {
-                // Where stdout is gone, the server's end reports it.
+                // If stdout is closed, the server reports this at its end.
                 let _ = print_notice(format, &ServeLine::Timecode(news), &news_text(&news));
             }
             if is_last {
@@ -148,27 +148,27 @@ fn report_news(
     })
 }
 
-/// What people read of news.
+/// News in words.
 pub(super) fn news_text(news: &TimecodeNews) -> String {
     let time_s = news.sim_time_s;
     let (timecode, show) = match news.event {
         FollowerEvent::Follows { position_s } => {
-            (format!("timecode {position_s:.3} s runs"), format!("the show follows from {time_s:.3} s"))
+            (format!("timecode runs at {position_s:.3} s"), format!("the show follows from {time_s:.3} s"))
         }
         FollowerEvent::Stands { position_s } => {
-            (format!("timecode {position_s:.3} s stands"), "so does the show".to_owned())
+            (format!("timecode stands still at {position_s:.3} s"), "so does the show".to_owned())
         }
         FollowerEvent::Lost { position_s } => (
             format!("timecode is lost, last at {position_s:.3} s"),
-            format!("the show is by itself from {time_s:.3} s"),
+            format!("the show no longer follows, from {time_s:.3} s"),
         ),
     };
     let show = if news.is_stopped { format!("the show stays paused or held at {time_s:.3} s") } else { show };
     format!("{timecode}: {show}")
 }
 
-/// Reports where timecode has to be sent.
+/// Reports the address to which timecode must be sent.
 pub(super) fn print_listening(format: Format, listen: SocketAddr) -> anyhow::Result<()> {
-    let text = format!("listening for timecode on {listen}; the show stands until the first one");
+    let text = format!("listening for timecode on {listen}; the show stands still until the first one");
     print_notice(format, &ServeLine::Listening { listen }, &text)
 }

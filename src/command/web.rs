@@ -1,4 +1,4 @@
-//! `view` and `metrics`: processes that observe the bus and serve what they see over HTTP.
+//! `view` and `metrics`: processes that observe the bus and serve its state over HTTP.
 
 use std::env::{self, VarError};
 use std::io::{self, ErrorKind};
@@ -22,31 +22,31 @@ use crate::display::web::Site;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
-/// Where a page listens, and by which names it may be called.
+/// The flag for the host names of a site.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct SiteArgs {
-    /// A name by which browsers may call this machine, beside its addresses and its host name; may be repeated.
+    /// Further host name by which browsers may open this machine, besides its addresses and its own name; may be repeated.
     #[arg(long = "allow-host", value_name = "NAME", value_parser = host_name)]
     pub(crate) allowed_hosts: Vec<String>,
 }
 
-/// Show what goes on in a browser, and steer from there.
+/// Serve a page that shows the show in a browser, and steers it.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon view                              prints the address to open
-  bench-dragon view --listen 0.0.0.0:8223        for tablets in the house, with the token that is printed
+  bench-dragon view --listen 0.0.0.0:8223        for tablets in the house, with the printed token
   bench-dragon view --read-only --instance main
 
-Looking from this machine is free; to steer, and to look from elsewhere, takes the token in the printed address. It is a new \
-one each time, unless the environment has one in BENCH_DRAGON_TOKEN. What is sent is not encrypted: through a network that is \
-not your own use a tunnel, `ssh -L 8223:localhost:8223 booth`.")]
+A browser on this machine needs no token to watch. Steering, and watching from another machine, need the token in the printed \
+address. The token is new at each start, unless the environment variable BENCH_DRAGON_TOKEN contains one. The connection is \
+not encrypted: in a network that you do not trust use a tunnel, `ssh -L 8223:localhost:8223 booth`.")]
 pub(crate) struct ViewArgs {
-    /// Where the page is served; port 0 takes a free one.
+    /// Address and port of the page; port 0 takes a free one.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8223", value_parser = listen_address)]
     pub(crate) listen: SocketAddr,
     #[command(flatten)]
     pub(crate) site: SiteArgs,
-    /// Take no commands: the page has no controls.
+    /// Serve a page without controls, and accept no commands.
     #[arg(long)]
     pub(crate) read_only: bool,
     #[command(flatten)]
@@ -55,17 +55,17 @@ pub(crate) struct ViewArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// Serve metrics to Prometheus, without a page.
+/// Serve the metrics of the show to Prometheus, without a page.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon metrics                           at http://127.0.0.1:9223/metrics
   bench-dragon metrics --listen 0.0.0.0:9223     for a scraper on another machine
   curl http://127.0.0.1:9223/metrics
 
-`view` serves the same at /metrics. Whoever can reach the address can read them, and nothing else. docs/metrics.md tells \
-them all.")]
+`view` serves the same metrics at /metrics. Anyone who can reach the address can read them, but can do nothing else. \
+docs/reference/metrics.md describes all of them.")]
 pub(crate) struct MetricsArgs {
-    /// Where the metrics are served; port 0 takes a free one.
+    /// Address and port of the metrics; port 0 takes a free one.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9223", value_parser = listen_address)]
     pub(crate) listen: SocketAddr,
     #[command(flatten)]
@@ -78,12 +78,12 @@ pub(crate) struct MetricsArgs {
 
 pub(super) fn host_name(name: &str) -> Result<String, String> {
     let is_name = !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"-._".contains(&byte));
-    if is_name { Ok(name.to_owned()) } else { Err("must be a host's name, without a port".to_owned()) }
+    if is_name { Ok(name.to_owned()) } else { Err("must be a host name without a port".to_owned()) }
 }
 
-/// Snapshots a second on the page: those of most screens.
+/// Snapshots per second on the page: the refresh rate of most screens.
 const VIEW_SNAPSHOTS_HZ: u32 = 60;
-/// The token of one's own, where it is set.
+/// Environment variable with a user-defined token.
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
@@ -112,7 +112,7 @@ fn token() -> anyhow::Result<Token> {
         Err(VarError::NotUnicode(_)) => {
             Err(BadInput(format!("the environment's {TOKEN_VARIABLE} {TokenError}")).into())
         }
-        Err(VarError::NotPresent) => Ok(Token::random().context("the kernel has no random numbers")?),
+        Err(VarError::NotPresent) => Ok(Token::random().context("cannot read random numbers from the kernel")?),
     }
 }
 
@@ -121,12 +121,12 @@ fn announce_page(args: &ViewArgs, token: &Token, address: SocketAddr) -> anyhow:
         if args.read_only && address.ip().is_loopback() { String::new() } else { format!("#token={}", token.secret()) };
     announce(args.format.format, "", url(address, &fragment), address)?;
     if !address.ip().is_loopback() {
-        complain("whoever has this address and its token can look, and steer unless --read-only; it is not encrypted");
+        complain("anyone with this address and token can watch, and steer unless --read-only; nothing is encrypted");
     }
     Ok(())
 }
 
-/// Snapshots a second: scrapers come far less often, but the least clearance is that of all snapshots.
+/// Snapshots per second. Scrapers read far less often, but the least clearance covers all snapshots.
 const METRICS_SNAPSHOTS_HZ: u32 = 10;
 
 pub(super) fn metrics(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
@@ -145,7 +145,7 @@ pub(super) fn metrics(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is printed once there is something to open.
+/// The line that reports the address of a site that is ready.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(tag = "type", rename = "listening")]
 pub(super) struct ListeningLine {
@@ -159,47 +159,48 @@ fn listen(address: SocketAddr, args: &SiteArgs) -> anyhow::Result<Site> {
     Site::open(address, machine, &args.allowed_hosts).map_err(|error| cannot_listen(address, &error))
 }
 
-/// The error of an address that cannot be had.
+/// The error of an address that cannot be bound.
 pub(super) fn cannot_listen(listen: SocketAddr, error: &io::Error) -> anyhow::Error {
     let remedy = if error.kind() == ErrorKind::AddrInUse { "; port 0 takes a free one" } else { "" };
     anyhow!("cannot listen on {listen}: {error}{remedy}")
 }
 
-/// The address of a page, by which others reach it too where it listens to them.
+/// The URL of a page. If the page listens on all addresses, other machines can use the URL, too.
 pub(crate) fn url(address: SocketAddr, page: &str) -> String {
     let reached = SocketAddr::new(reachable(address.ip()), address.port());
     format!("http://{reached}/{page}")
 }
 
-/// Tells people in these words, and machines in a line of JSON, that a page can be opened.
+/// Reports that a page can be opened: its URL after `words`, or a line of JSON.
 pub(crate) fn announce(format: Format, words: &str, url: String, address: SocketAddr) -> anyhow::Result<()> {
     let text = format!("{words}{url}");
     print_report(format, &ListeningLine { url, address }, text)
 }
 
-/// The address by which others reach a machine that listens on all of its own.
+/// The address by which other machines reach a machine that listens on all of its addresses.
 fn reachable(ip: IpAddr) -> IpAddr {
     if !ip.is_unspecified() {
         return ip;
     }
-    // Where there is no network to be found, there is this machine.
+    // Without a network, only this machine can reach the page.
     outward_address().unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST))
 }
 
-/// The address that packets leave from. None is sent: 192.0.2.0/24 is nobody's.
+/// The source address of outgoing packets. No packet is sent; 192.0.2.0/24 is reserved for documentation (RFC 5737).
 fn outward_address() -> io::Result<IpAddr> {
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
     socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
     Ok(socket.local_addr()?.ip())
 }
 
-/// Observes on a thread of its own and shows snapshot after snapshot, while this thread serves until the flag is set.
+/// Observes the bus in a separate thread, which passes each snapshot to `show`. Meanwhile this thread calls `serve`, which
+/// returns once the flag is set.
 ///
-/// When the observing ends, also by a panic, the flag is set: a process that shows what nobody sees any more had better be
-/// started again, by `show` or by a service manager. The first snapshot, of nothing, is shown before anything is served.
+/// The end of the observer, also by a panic, sets the flag: the process would show an outdated state, so `show` or a service
+/// manager should restart it. An empty first snapshot is shown before `serve` is called.
 ///
 /// # Errors
-/// What the serving failed with, or that the observer panicked.
+/// The error of `serve`, or a panic of the observer.
 pub(crate) fn observe_while(
     observer: &Observer,
     stop: &AtomicBool,
@@ -221,7 +222,7 @@ pub(crate) fn observe_while(
     })
 }
 
-/// Sets a flag when it is dropped, however that comes.
+/// Sets a flag when it is dropped, also by a panic.
 struct SetAtEnd<'a>(&'a AtomicBool);
 
 impl Drop for SetAtEnd<'_> {
@@ -245,16 +246,16 @@ mod tests {
     }
 
     fn wait_for(stop: &AtomicBool) -> anyhow::Result<()> {
-        let patience = Instant::now() + Duration::from_mins(1);
+        let deadline = Instant::now() + Duration::from_mins(1);
         while !stop.load(Ordering::Relaxed) {
-            ensure!(Instant::now() < patience, "nothing has ended the process");
+            ensure!(Instant::now() < deadline, "the stop flag was not set within a minute");
             thread::yield_now();
         }
         Ok(())
     }
 
     #[test]
-    fn an_observer_that_panics_ends_the_process_as_failed() {
+    fn a_panic_of_the_observer_ends_the_process_with_an_error() {
         let stop = AtomicBool::new(false);
         let mut snapshots = 0;
         let show = |_| {
@@ -266,17 +267,17 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_serves_no_more_observes_no_more() {
+    fn the_observer_stops_when_serving_ends() {
         let (stop, snapshots) = (AtomicBool::new(false), AtomicU32::new(0));
         let show = |snapshot: Snapshot| {
             assert!(snapshot.seen_ns > 0);
             snapshots.fetch_add(1, Ordering::Relaxed);
         };
         let serve = || {
-            assert!(snapshots.load(Ordering::Relaxed) > 0, "there is something to show at once");
-            bail!("no socket can be had")
+            assert!(snapshots.load(Ordering::Relaxed) > 0, "a snapshot is shown before serving begins");
+            bail!("no socket can be opened")
         };
         let error = observe_while(&observer(), &stop, show, serve).expect_err("serving failed");
-        assert_eq!(error.to_string(), "no socket can be had");
+        assert_eq!(error.to_string(), "no socket can be opened");
     }
 }

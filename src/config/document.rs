@@ -1,4 +1,4 @@
-//! The configuration as it is written: TOML tables, not yet checked.
+//! The TOML document of a configuration, not yet checked.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -11,20 +11,20 @@ use super::ConfigError;
 use super::priority::Priority;
 use super::route_table::RouteTable;
 
-/// Longest document in bytes: what a description carries.
+/// Greatest length of a document in bytes: the greatest length of a description.
 const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
 
-/// The document. Written out, it has every key that means something.
+/// The document. Its written form contains every key that applies.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub struct Document {
     pub(super) dragon: DragonTable,
     pub(super) route: RouteTable,
-    /// How the head walks.
+    /// Walk of the head.
     pub head: HeadTable,
-    /// How the server runs.
+    /// Settings of the server.
     pub serve: ServeTable,
-    /// How near the benches may come.
+    /// Clearances that the monitor and the guard use.
     pub monitor: MonitorTable,
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
@@ -59,15 +59,15 @@ pub struct ServeTable {
     pub rate_hz: u32,
     /// Show seconds per wall-clock second.
     pub time_scale: f64,
-    /// The processor that the server's loop is to run on, where it is to stay on one.
+    /// Processor of the server's loop; `None`: any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu: Option<u32>,
-    /// How the kernel is to schedule the server's loop.
+    /// Scheduling policy and priority of the server's loop.
     pub priority: Priority,
-    /// Microseconds before each release from which on the server's loop does not sleep but spins.
+    /// Time before each release in which the server's loop spins instead of sleeping, in microseconds.
     pub spin_us: u32,
-    /// Wall time in seconds: a show that stood still for no longer jumps to where it should be; after a longer standstill it
-    /// makes up for it slowly.
+    /// Longest standstill, in seconds of wall time, after which the show jumps to the time that is due. After a longer
+    /// standstill it catches up slowly.
     pub catch_up_s: f64,
 }
 
@@ -75,22 +75,22 @@ pub struct ServeTable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub struct MonitorTable {
-    /// Clearance in metres from which on the monitor warns.
+    /// Clearance in metres at or below which the monitor warns.
     pub near_m: f64,
     /// Clearance in metres that the guard keeps.
     pub margin_m: f64,
-    /// Whether a guard keeps the benches apart.
+    /// Whether the server requires a guard, which keeps the benches apart.
     pub guard: bool,
 }
 
-/// What `show` alone goes by.
+/// Settings of the command `show` alone.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct ShowTable {
     pub(super) also: Vec<AlsoTable>,
 }
 
-/// A command that runs beside the show.
+/// A command that `show` runs in addition to its own children.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct AlsoTable {
@@ -132,7 +132,7 @@ pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
     let read = File::open(path).and_then(|file| file.take(MAX_LEN + 1).read_to_string(&mut text));
     match read.map_err(|error| ConfigError(format!("cannot be read: {error}")))? as u64 {
         0..=MAX_LEN => Ok(text),
-        _ => Err(ConfigError(format!("has more than {MAX_LEN} bytes, the most that a configuration may have"))),
+        _ => Err(ConfigError(format!("is longer than {MAX_LEN} bytes, the most that is allowed"))),
     }
 }
 
@@ -145,7 +145,7 @@ pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
     })
 }
 
-/// A message of the TOML reader in one line, with its names of Rust types as people would say them.
+/// Rewrites a message of the TOML reader in one line, with plain words for Rust types.
 fn in_plain_words(message: &str) -> String {
     let names =
         [("\n", "; "), ("expected u32", "expected a whole number"), ("expected u64", "expected a whole number")];
@@ -153,7 +153,7 @@ fn in_plain_words(message: &str) -> String {
     names.fold(message.to_owned(), |message, (name, plain)| message.replace(name, plain))
 }
 
-/// The beginning of a line, for a message.
+/// Returns the beginning of a line, for a message.
 fn excerpt(line: &str) -> String {
     const LONGEST: usize = 60;
     let printable = line.trim().chars().map(|char| if char.is_control() { '?' } else { char });

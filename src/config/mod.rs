@@ -1,7 +1,7 @@
-//! The configuration: one TOML document, validated once into values that need no further check.
+//! The configuration: one TOML document, validated once. Its values need no further check.
 //!
-//! A key that is left out has the value of the paper's dragon, or of its turnaround. Unknown keys, values out of range and impossible
-//! geometry are errors that name the key, the value and what is allowed.
+//! Missing keys have the values of the paper's dragon or of the paper's turnaround. Unknown keys, values out of range
+//! and impossible geometry are errors. They name the key, the value and the allowed values.
 
 mod document;
 mod priority;
@@ -22,35 +22,36 @@ pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 use document::{DragonTable, parse, read};
 use route_table::RouteTable;
 
-/// Ticks a second that a server may run at.
+/// Allowed rates of a server, in ticks a second.
 pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
-/// Show seconds a wall-clock second that a server may run at.
+/// Allowed time scales of a server, in show seconds per second of wall time.
 pub const TIME_SCALE: RangeInclusive<f64> = 0.001..=1000.0;
-/// Processors that a server may be pinned to, as the kernel numbers them: as many as it can tell apart.
+/// Allowed processors of a server, as the kernel numbers them: the range of a CPU set.
 pub const CPU: RangeInclusive<u32> = 0..=1023;
-/// Microseconds that a server may spin before each release.
+/// Allowed spin times of a server before each release, in microseconds.
 pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
-/// Seconds that a server may be told to jump in one go.
+/// Allowed values of the longest standstill after which a show jumps, in seconds of wall time.
 pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
-/// Speeds of the head that a show may be planned with, in metres per show second.
+/// Allowed planned speeds of the head, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
-/// Greatest accelerations of the head that a show may be planned with, in m/s².
+/// Allowed values of the head's greatest acceleration, in m/s².
 pub const HEAD_ACCEL_MPS2: RangeInclusive<f64> = 0.001..=1000.0;
-/// Clearances below which the monitor may be told to warn, in metres.
+/// Allowed clearances of the monitor's warning, in metres.
 pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
-/// Clearances that the guard may be told to keep, in metres.
+/// Allowed margins of the guard, in metres.
 pub const MARGIN_M: RangeInclusive<f64> = 0.000_001..=10.0;
 
-/// Commands that a show may run beside its own children: the bus has room for them and as many others.
+/// Greatest number of commands in `[[show.also]]`: the bus has capacity for these and as many other commands.
 pub const MAX_ALSO: usize = 8;
 
-/// Why a configuration is not valid, in one line: the table, the key, the value, and what is allowed. The caller names the file.
+/// Reason why a configuration is not valid, in one line: table, key, value, and allowed values. The caller adds the
+/// file name.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct ConfigError(String);
 
-/// A document that has been read. Each value but those of `[route]` is in its range; [`build`](Self::build) checks these, and places
-/// the dragon.
+/// A parsed document. All values except those of `[route]` are in range. [`build`](Self::build) checks the route and
+/// places the dragon.
 #[derive(Clone, Debug)]
 pub struct ConfigDocument {
     tables: Document,
@@ -58,7 +59,7 @@ pub struct ConfigDocument {
     route: RouteSpec,
 }
 
-/// A valid configuration: a document, whose tables it gives to read, and the dragon on its route.
+/// A valid configuration: the document's tables, and the dragon on its route.
 #[derive(Clone, Debug)]
 pub struct Config {
     document: ConfigDocument,
@@ -66,28 +67,28 @@ pub struct Config {
 }
 
 impl ConfigDocument {
-    /// Reads a file, or takes the paper's dragon where there is none, and sets the flags over it.
+    /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values.
     ///
     /// # Errors
-    /// What is wrong with the file or a value.
+    /// The file cannot be read, or a value is not valid.
     pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
         let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
         set_flags(&mut tables);
         Self::check(tables)
     }
 
-    /// Reads the text of a description.
+    /// Parses the text of a description.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The text or a value is not valid.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         Self::check(parse(text)?)
     }
 
-    /// Places the dragon on its route, and finds out how far it can walk.
+    /// Places the dragon on its route, and computes how far it can walk.
     ///
     /// # Errors
-    /// What is wrong with the route, or with this dragon on it.
+    /// The route is not valid, or this dragon does not fit on it.
     pub fn build(self) -> Result<Config, ConfigError> {
         let route =
             self.route.build(self.tables.head.speed_mps).map_err(|error| ConfigError(format!("[route] {error}")))?;
@@ -110,7 +111,7 @@ impl ConfigDocument {
         require("monitor", "margin_m", tables.monitor.margin_m, &MARGIN_M)?;
         let count = tables.show.also.len();
         if count > MAX_ALSO {
-            return Err(ConfigError(format!("[[show.also]] is there {count} times, at most {MAX_ALSO} are allowed")));
+            return Err(ConfigError(format!("[[show.also]] occurs {count} times, at most {MAX_ALSO} are allowed")));
         }
         let route = tables.route.plan()?;
         tables.route = RouteTable::written_out(route);
@@ -120,23 +121,23 @@ impl ConfigDocument {
 }
 
 impl Config {
-    /// [`ConfigDocument::load`] and [`ConfigDocument::build`] in one.
+    /// Combines [`ConfigDocument::load`] and [`ConfigDocument::build`].
     ///
     /// # Errors
-    /// As both.
+    /// The errors of both.
     pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
         ConfigDocument::load(path, set_flags)?.build()
     }
 
-    /// [`ConfigDocument::from_toml`] and [`ConfigDocument::build`] in one.
+    /// Combines [`ConfigDocument::from_toml`] and [`ConfigDocument::build`].
     ///
     /// # Errors
-    /// As both.
+    /// The errors of both.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
         ConfigDocument::from_toml(text)?.build()
     }
 
-    /// The whole configuration as TOML, every key written out.
+    /// The whole configuration as TOML, with every key that applies.
     pub fn to_toml(&self) -> String {
         toml::to_string(&self.document.tables).expect("the document has only tables of numbers and strings")
     }
@@ -156,13 +157,13 @@ impl Config {
         self.tables().serve.time_scale / f64::from(self.tables().serve.rate_hz)
     }
 
-    /// Releases that a show may miss in one go and jump.
+    /// Greatest number of missed releases after which the show jumps at once.
     pub fn most_jumped(&self) -> u64 {
-        // The product may be rounded down from a whole number.
+        // Rounding may make the product slightly smaller than a whole number of releases.
         (self.tables().serve.catch_up_s * f64::from(self.tables().serve.rate_hz) * (1.0 + 2.0 * f64::EPSILON)) as u64
     }
 
-    /// The command lines that a show runs beside its own children, in their order. `show` checks what they say.
+    /// Command lines of `[[show.also]]`, in their order. The command `show` checks them.
     pub fn also(&self) -> Vec<&str> {
         self.tables().show.also.iter().map(|also| also.command.as_str()).collect()
     }
@@ -177,12 +178,12 @@ impl Config {
         self.document.route.start_s()
     }
 
-    /// When the head is where on a run from the start.
+    /// Timetable of the head on a run from the start.
     pub fn timetable(&self) -> HeadTimetable {
         self.timetable_from(self.start_s())
     }
 
-    /// The same for a run that begins at a later show time, where the planned speed puts the head.
+    /// Timetable of the head on a run that begins at a later show time, at the travel of the planned speed.
     pub fn timetable_from(&self, start_s: f64) -> HeadTimetable {
         HeadTimetable::new(
             self.tables().head.speed_mps,
@@ -192,14 +193,14 @@ impl Config {
         )
     }
 
-    /// Show time in seconds at which a run from the start ends: where the plan does, or where the dragon can walk no further.
-    /// With ramps the head arrives there later.
+    /// Show time in seconds at which a run from the start ends: at the planned end, or where the dragon can walk no
+    /// further. With ramps the head reaches that point later.
     pub fn end_s(&self) -> f64 {
         if self.tables().head.accel_mps2.is_some() { self.timetable().end_s() } else { self.last_seek_s() }
     }
 
-    /// The latest show time that may be sought, in seconds: a seek puts the head where the planned speed alone has it at that
-    /// time, so this one is at the run's end.
+    /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
+    /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
         match (self.document.route.end_s(), self.dragon.run_end()) {
             (Some(end_s), RunEnd::RouteEnd) => end_s,
@@ -207,19 +208,19 @@ impl Config {
         }
     }
 
-    /// The same with another route.
+    /// Returns the same configuration with another route.
     ///
     /// # Errors
-    /// What is wrong with the route, or with this dragon on it.
+    /// The route is not valid, or this dragon does not fit on it.
     pub fn with_route(&self, route: RouteSpec) -> Result<Self, ConfigError> {
         let tables = Document { route: RouteTable::written_out(route), ..self.tables().clone() };
         ConfigDocument::check(tables)?.build()
     }
 
-    /// The same with another speed of the head, in metres per show second.
+    /// Returns the same configuration with another planned speed of the head, in metres per show second.
     ///
     /// # Errors
-    /// A speed out of range.
+    /// The speed is out of range, or the route is not valid with it.
     pub fn with_head_speed(&self, speed_mps: f64) -> Result<Self, ConfigError> {
         let mut tables = self.tables().clone();
         tables.head.speed_mps = speed_mps;
@@ -280,7 +281,7 @@ mod tests {
     #[test]
     fn a_document_is_read_without_a_dragon_on_its_route() {
         let document = ConfigDocument::from_toml("[route]\npitch_m = 0.2").expect("each value is in its range");
-        let error = document.build().expect_err("the boards are wider").to_string();
+        let error = document.build().expect_err("the boards are wider than the pitch").to_string();
         assert!(error.starts_with("pitch_m is 0.2, must be above width_m"), "{error}");
     }
 
@@ -303,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turnaround_is_the_papers_but_for_what_is_written() {
+    fn missing_keys_of_a_turnaround_have_the_papers_values() {
         let config = Config::from_toml("[route]\nkind = \"turnaround\"\nend_s = 60").expect("the text is valid");
         let plan = TurnaroundSpec { end_s: 60.0, ..TurnaroundSpec::default() };
         assert_eq!(config.route(), RouteSpec::Turnaround(plan));
@@ -320,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn as_many_releases_are_jumped_as_lie_within_the_time() {
+    fn the_jump_limit_is_the_number_of_releases_within_catch_up_s() {
         for (catch_up_s, rate_hz, most) in [(0.0, 1000, 0), (0.25, 50, 12), (0.29, 100, 29), (10.0, 100_000, 1_000_000)]
         {
             let text = format!("[serve]\nrate_hz = {rate_hz}\ncatch_up_s = {catch_up_s:?}\n");
@@ -329,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_key_is_named_with_its_line() {
+    fn the_error_of_an_unknown_key_names_the_key_and_its_line() {
         let error = error_of("[route]\npitch_m = 0.55\npitsch = 1\n");
         assert!(error.starts_with("line 3, `pitsch = 1`: unknown field `pitsch`, expected one of"), "{error}");
     }
@@ -337,7 +338,7 @@ mod tests {
     #[test]
     fn a_show_runs_a_bounded_number_of_commands() {
         let text = "[[show.also]]\ncommand = \"hz\"\n".repeat(MAX_ALSO + 1);
-        assert_eq!(error_of(&text), "[[show.also]] is there 9 times, at most 8 are allowed");
+        assert_eq!(error_of(&text), "[[show.also]] occurs 9 times, at most 8 are allowed");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The scheduling policy and priority that the server's loop asks for.
+//! Scheduling policy and priority of the server's loop.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -6,29 +6,29 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Priorities of the kernel's real-time policies.
+/// Allowed priorities of the kernel's real-time policies.
 pub const REAL_TIME_PRIORITY: RangeInclusive<u8> = 1..=99;
 
-/// How the kernel is to schedule the server's loop. Written `other`, `fifo:80` or `rr:80`.
+/// Scheduling of the server's loop by the kernel. Its text form is `other`, `fifo:80` or `rr:80`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Priority {
-    /// As any other program.
+    /// The policy of ordinary programs.
     #[default]
     Other,
-    /// `SCHED_FIFO`: before every program of a lower priority, until it waits.
+    /// `SCHED_FIFO`: runs before every program of a lower priority, until it waits.
     Fifo(u8),
-    /// `SCHED_RR`: the same, taking turns with programs of the same priority.
+    /// `SCHED_RR`: the same, but takes turns with programs of the same priority.
     RoundRobin(u8),
 }
 
-/// Text that is no priority.
+/// Error of a text that is not a priority.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("must be other, fifo:N or rr:N, N from {} to {}", REAL_TIME_PRIORITY.start(), REAL_TIME_PRIORITY.end())]
 pub struct PriorityError;
 
 impl Priority {
-    /// The priority among real-time programs; `None` where it is not one of them.
+    /// The real-time priority; `None` for [`Priority::Other`].
     pub fn real_time(self) -> Option<u8> {
         match self {
             Self::Other => None,
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_kernel_does_not_know_is_no_priority() {
+    fn any_other_text_is_not_a_priority() {
         for text in ["", "fifo", "fifo:", "fifo:0", "fifo:100", "rr:-1", "idle:5", "FIFO:80", "fifo:80 ", "80"] {
             assert_eq!(text.parse::<Priority>(), Err(PriorityError), "{text:?}");
         }

@@ -1,4 +1,4 @@
-//! The route as it is written. Which keys mean something, and what they default to, depends on its kind.
+//! The table `[route]`, not yet checked. Its kind determines which keys apply, and their defaults.
 
 use std::ops::RangeInclusive;
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ConfigError, require};
 
-/// Show times between which a turnaround may be planned, in seconds.
+/// Allowed show times of a turnaround's plan, in seconds.
 const PLAN_S: RangeInclusive<f64> = -1e6..=1e6;
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -38,7 +38,7 @@ enum RouteKind {
 }
 
 impl RouteTable {
-    /// The table with every key that means something.
+    /// Returns the table of a route, with every key that applies.
     pub(super) fn written_out(plan: RouteSpec) -> Self {
         match plan {
             RouteSpec::Spiral(SpiralSpec { pitch_m, start_turns }) => Self {
@@ -59,10 +59,10 @@ impl RouteTable {
         }
     }
 
-    /// The route that the table plans, what is left out being the paper's.
+    /// Returns the route of the table. Missing keys have the paper's values.
     ///
     /// # Errors
-    /// A key that means nothing for this kind, or times out of range.
+    /// A key does not apply to this kind, or a time is out of range.
     pub(super) fn plan(&self) -> Result<RouteSpec, ConfigError> {
         match self.kind {
             RouteKind::Spiral => self.spiral().map(RouteSpec::Spiral),

@@ -1,4 +1,4 @@
-//! What people look at: one observer of a show, and what the browser page, the terminal and Prometheus make of it.
+//! The displays of a show: one observer, and the browser page, the terminal and the Prometheus metrics that show its snapshots.
 
 pub mod metrics;
 pub mod observe;

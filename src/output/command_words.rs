@@ -1,4 +1,4 @@
-//! A command and its outcome, or another event of the record of commands: in words, and as a line of JSON.
+//! A command and its outcome, or another event of the record of commands: as words, and as a line of JSON.
 
 use bench_dragon_geometry::number::Number;
 use bench_dragon_ipc::{CommandEvent, EventKind, Request, RunStart};
@@ -6,20 +6,20 @@ use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use serde::{Deserialize, Serialize};
 
-/// What has become of a command, or that a run began or ended.
+/// A command with its outcome, or the begin or end of a run, in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CommandWords {
     /// Wall-clock time of the event, `HH:MM:SS` in the time zone of this machine.
     pub clock: String,
-    /// The kind of program that sent it, in lower case.
+    /// Kind of the sender, in lower case.
     pub sender: String,
-    /// What was asked for, such as `seek 300 s`.
+    /// The request, such as `seek 300 s`.
     pub action: String,
-    /// Whether it was accepted.
+    /// Whether the source accepted the command.
     pub accepted: bool,
-    /// Why it was refused, else null.
+    /// Reason of a refusal, else null.
     pub reason: Option<String>,
-    /// All of it but the time, in one line.
+    /// The whole event without its time, in one line.
     pub text: String,
 }
 
@@ -80,7 +80,7 @@ fn action(event: &CommandEvent) -> String {
         (None, Some(EventKind::Follow)) => "the show follows the timecode".to_owned(),
         (None, Some(EventKind::Start)) => event.run_start().map_or_else(String::new, start),
         (None, Some(EventKind::End)) => "the run ends".to_owned(),
-        (None, _) => "a command that this version does not know".to_owned(),
+        (None, _) => "a command of an unknown kind".to_owned(),
     }
 }
 
@@ -90,36 +90,36 @@ fn start(start: RunStart) -> String {
     for (_, extra) in extras.into_iter().filter(|(holds, _)| *holds) {
         words = format!("{words}, {extra}");
     }
-    if start.follows_timecode { format!("{words}, after timecode") } else { words }
+    if start.follows_timecode { format!("{words}, follows timecode") } else { words }
 }
 
 /// A command to the source and its outcome, or another event of the record of commands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommandLine {
-    /// The name of its kind: `pause`, `seek`, `start` and so on.
+    /// Name of the event's kind: `pause`, `seek`, `start` and so on.
     pub command: String,
-    /// All of it but the time, in one line.
+    /// The whole event without its time, in one line.
     pub text: String,
-    /// Whether the source took it.
+    /// Whether the source accepted the command.
     pub accepted: bool,
-    /// The reason of a refusal, or null.
+    /// Reason of a refusal, else null.
     pub reason: Option<String>,
-    /// The kind of program that sent it, in lower case.
+    /// Kind of the sender, in lower case.
     pub sender: String,
-    /// Process id of the sender; null where it is not known.
+    /// Process id of the sender; null if unknown.
     pub pid: Option<u32>,
     /// Wall-clock time of the event, UTC, as ISO 8601.
     pub wall_time: String,
-    /// Tick from which an accepted command holds; the tick at which it was refused otherwise.
+    /// First tick of an accepted command, or the tick at which the source refused it.
     pub tick: u64,
-    /// Show time at which the source took it, in seconds.
+    /// Show time at which the source took the command, in seconds.
     pub time_s: f64,
-    /// The run's number.
+    /// Identifier of the run.
     pub run_id: u64,
-    /// The event's number in its run, from 0.
+    /// Number of the event in its run, from 0.
     pub number: u64,
-    /// Its values as they came: of `speed` metres per show second, of `seek` show time in seconds, of `grant` two travels in
-    /// metres. A value that is no finite number is null.
+    /// Values of the event. `speed`: metres per show second. `seek`: show time in seconds. `grant`: two travels in metres. A
+    /// value that is not finite is null.
     pub values: Vec<Option<f64>>,
 }
 
@@ -143,7 +143,7 @@ impl From<&CommandEvent> for CommandLine {
     }
 }
 
-/// Wall-clock time of an event in this machine's time zone, to the millisecond.
+/// Wall-clock time of an event in the time zone of this machine, to the millisecond.
 pub fn local_time(event: &CommandEvent) -> String {
     zoned(event).strftime("%Y-%m-%d %H:%M:%S%.3f").to_string()
 }
@@ -153,11 +153,11 @@ fn zoned(event: &CommandEvent) -> Zoned {
 }
 
 fn timestamp(event: &CommandEvent) -> Timestamp {
-    // The nanoseconds of an i64 span 292 years, a timestamp thousands.
+    // Cannot fail: nanoseconds in an i64 span 292 years, a timestamp spans thousands.
     Timestamp::from_nanosecond(event.wall_ns.into()).unwrap_or_default()
 }
 
-/// The values that an event of its kind has.
+/// The values that this kind of event uses.
 fn values(event: &CommandEvent) -> &[f64] {
     let count = match event.event_kind() {
         Some(EventKind::Speed | EventKind::Seek) => 1,

@@ -1,5 +1,5 @@
-//! Distributions of latency and lateness, and what is reported of them: percentiles, bars for people, and the text that
-//! `HdrHistogram`'s tools exchange.
+//! Distributions of latency and lateness, and their reports: percentiles, bars for people, and the text format of
+//! `HdrHistogram`'s tools.
 
 use std::fmt;
 
@@ -7,18 +7,18 @@ use bench_dragon_ipc::TimeHistogram;
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
-/// Longest time that is told apart, in nanoseconds: an hour.
+/// Greatest time in nanoseconds: an hour. Longer times count as an hour.
 const MAX_NS: u64 = 3_600_000_000_000;
 
-/// Where the intervals of bars begin, times a power of ten: about a factor of 1.5 apart, and short to write.
+/// Beginnings of the intervals of bars, up to a power of ten. They are about a factor of 1.5 apart, and short to print.
 const MANTISSAS: [u64; 6] = [10, 15, 20, 30, 50, 70];
-/// Least beginning in nanoseconds; what is less is counted with it.
+/// Beginning of the first interval in nanoseconds. Smaller values count in this interval.
 const LEAST_NS: u64 = 100;
 const BAR_WIDTH: usize = 40;
-/// A character filled from the left by 1 to 8 eighths.
+/// Characters that are filled from the left by 1 to 8 eighths.
 const EIGHTHS: [char; 8] =
     ['\u{258f}', '\u{258e}', '\u{258d}', '\u{258c}', '\u{258b}', '\u{258a}', '\u{2589}', '\u{2588}'];
-/// Percentiles between any one and the point half way from it to 100 %: the number that the plotter's examples have.
+/// Number of percentiles in each halving of the distance to 100 %, as in the plotter's examples.
 const TICKS_PER_HALF_DISTANCE: u32 = 5;
 const NS_PER_US: f64 = 1e3;
 
@@ -26,7 +26,7 @@ const NS_PER_US: f64 = 1e3;
 #[derive(Debug)]
 pub struct LatencyHistogram(Histogram<u64>);
 
-/// The percentiles that are reported, in microseconds.
+/// Reported percentiles, in microseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     /// Median.
@@ -46,7 +46,7 @@ impl From<&TimeHistogram> for Percentiles {
 }
 
 impl Percentiles {
-    /// The percentiles of a distribution, of which one reads quantiles and the greatest value in nanoseconds.
+    /// Computes the percentiles of a distribution from its quantile function and its greatest value, both in nanoseconds.
     fn of(quantile_ns: impl Fn(f64) -> u64, max_ns: u64) -> Self {
         let [p50, p99, p999] = [0.5, 0.99, 0.999].map(|quantile| micros(quantile_ns(quantile)));
         Self { p50, p99, p999, max: micros(max_ns) }
@@ -59,22 +59,22 @@ impl LatencyHistogram {
         self.0.saturating_record(value_ns);
     }
 
-    /// The value that this share of all values does not exceed, in nanoseconds; 0 where there is none.
+    /// Value that this share of all values does not exceed, in nanoseconds; 0 without values.
     pub fn quantile_ns(&self, quantile: f64) -> u64 {
         if self.0.is_empty() { 0 } else { self.0.value_at_quantile(quantile) }
     }
 
-    /// The greatest value in nanoseconds; 0 where there is none.
+    /// Greatest value in nanoseconds; 0 without values.
     pub fn max_ns(&self) -> u64 {
         self.0.max()
     }
 
-    /// How many values have been counted.
+    /// Number of values.
     pub fn count(&self) -> u64 {
         self.0.len()
     }
 
-    /// The percentiles that are reported.
+    /// Returns the reported percentiles.
     pub fn percentiles(&self) -> Percentiles {
         Percentiles::of(|quantile| self.quantile_ns(quantile), self.max_ns())
     }
@@ -86,10 +86,10 @@ impl Default for LatencyHistogram {
     }
 }
 
-/// Shows a distribution as lines of microseconds, bar and count, from the interval of the least value to that of the
-/// greatest. No line is wider than 80 characters, and none is shown where nothing was counted.
+/// Prints a distribution as lines with an interval in microseconds, a bar and a count, from the least value to the greatest. No
+/// line is wider than 80 characters. An empty distribution prints nothing.
 ///
-/// An interval is as exact as the histogram, to three digits.
+/// The limits of an interval have the precision of the histogram: three digits.
 #[derive(Clone, Copy, Debug)]
 pub struct Bars<'a>(pub &'a LatencyHistogram);
 
@@ -107,7 +107,7 @@ impl fmt::Display for Bars<'_> {
 }
 
 impl Bars<'_> {
-    /// The intervals by their beginnings in nanoseconds, with what each has counted; none where nothing was.
+    /// Beginning of each interval in nanoseconds, with its count. Empty for an empty distribution.
     fn counts(self) -> Vec<(u64, u64)> {
         let histogram = &self.0.0;
         if histogram.is_empty() {
@@ -127,14 +127,14 @@ impl Bars<'_> {
             if counts.is_empty() {
                 counts.push((interval_ns, 0));
             }
-            let last = counts.last_mut().expect("one has just been made where there was none");
+            let last = counts.last_mut().expect("the lines above add an interval to an empty list");
             last.1 += recorded.count_at_value();
         }
         counts
     }
 }
 
-/// Where the intervals begin, in nanoseconds, without end.
+/// Beginnings of the intervals in nanoseconds, an endless sequence.
 fn beginnings() -> impl Iterator<Item = u64> {
     let powers = std::iter::successors(Some(LEAST_NS / MANTISSAS[0]), |power| power.checked_mul(10));
     powers.flat_map(|power| MANTISSAS.map(|mantissa| power.saturating_mul(mantissa)))
@@ -144,7 +144,7 @@ fn micros(nanos: u64) -> f64 {
     nanos as f64 / NS_PER_US
 }
 
-/// A bar of this share of the greatest width. What was counted at all is seen.
+/// A bar whose share of the greatest width is `count / most`. Any count over 0 is visible.
 fn bar(count: u64, most: u64) -> String {
     if count == 0 {
         return String::new();
@@ -157,10 +157,9 @@ fn bar(count: u64, most: u64) -> String {
     }
 }
 
-/// Shows a distribution as `.hgrm` text, its values in microseconds: percentiles that come the closer together the nearer
-/// they are to 100 %.
+/// Prints a distribution as `.hgrm` text with values in microseconds. Its percentiles are closer together near 100 %.
 ///
-/// Source: `outputPercentileDistribution` of the Java library's `AbstractHistogram`, whose columns and footer these are.
+/// Source of the columns and the footer: `outputPercentileDistribution` of the Java library's `AbstractHistogram`.
 /// <https://hdrhistogram.github.io/HdrHistogram/plotFiles.html> plots such files.
 ///
 /// ```
@@ -194,7 +193,7 @@ impl fmt::Display for PercentileText<'_> {
         let max_us = histogram.max() as f64 / NS_PER_US;
         writeln!(formatter, "#[Mean    = {mean_us:>12.3}, StdDeviation   = {deviation_us:>12.3}]")?;
         writeln!(formatter, "#[Max     = {max_us:>12.3}, Total count    = {:>12}]", histogram.len())?;
-        // The first bucket has all of its sub-buckets, each further one the upper half of them.
+        // The first bucket has all of its sub-buckets. Each further bucket has only the upper half of them.
         let buckets = usize::from(histogram.buckets());
         let sub_buckets = 2 * histogram.distinct_values() / (buckets + 1);
         writeln!(formatter, "#[Buckets = {buckets:>12}, SubBuckets     = {sub_buckets:>12}]")

@@ -1,4 +1,4 @@
-//! The live line of a terminal, which is drawn anew in its place, and the progress bar in it.
+//! The live line of a terminal, which is redrawn in place, and its progress bar.
 
 #[derive(Debug, Default)]
 pub(super) struct LiveLine {
@@ -6,7 +6,7 @@ pub(super) struct LiveLine {
     drawn: Option<String>,
 }
 
-/// Goes to the beginning of the line and erases it (ECMA-48: CR, EL 0).
+/// Moves to the beginning of the line and erases it (ECMA-48: CR, EL 0).
 const ERASE: &str = "\r\u{1b}[K";
 
 impl LiveLine {
@@ -19,7 +19,7 @@ impl LiveLine {
         self.drawn.take().map(|_| ERASE.as_bytes().to_vec())
     }
 
-    /// The bytes that show the newest text, where the terminal does not.
+    /// Returns the bytes that show the newest text. `None` if the terminal shows it.
     pub(super) fn draw(&mut self) -> Option<Vec<u8>> {
         if !self.is_due() {
             return None;
@@ -32,9 +32,9 @@ impl LiveLine {
 
 const LENGTH: usize = 24;
 
-/// A bar of which this fraction is full.
+/// A progress bar, filled to a fraction from 0 to 1.
 pub(crate) fn bar(fraction: f64) -> String {
-    // A fraction of nothing is not a number, and counts as none.
+    // NaN, such as a fraction of nothing, becomes 0.
     let full = (fraction.clamp(0.0, 1.0) * LENGTH as f64) as usize;
     "\u{2588}".repeat(full) + &"\u{2591}".repeat(LENGTH - full)
 }
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bar_is_as_full_as_its_fraction_and_always_of_one_length() {
+    fn bar_shows_its_fraction_and_has_a_fixed_length() {
         let full = |fraction: f64| {
             let bar = bar(fraction);
             assert_eq!(bar.chars().count(), LENGTH, "{fraction}");

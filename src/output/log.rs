@@ -1,10 +1,10 @@
-//! The program's log on stderr: warnings and worse, or what `RUST_LOG` says.
+//! Log of the program on stderr: warnings and errors, or the filter in `RUST_LOG`.
 //!
-//! Of iceoryx2 and zenoh only errors are shown; `RUST_LOG` shows the rest. iceoryx2 warns of its housekeeping: each process
-//! clears away what killed ones have left, and notes what another has cleared before it. What matters of that to people comes
-//! back as an error of the call, and the program reports it itself. zenoh warns of what was not asked for. The lines are told
-//! apart by their target, the module that logged them, and not by their text; those of iceoryx2 come without the dump of the
-//! object that each has.
+//! From iceoryx2 and zenoh, the log shows only errors by default; `RUST_LOG` shows the rest. iceoryx2 warns about its
+//! housekeeping: each process removes the remains of killed processes, and logs remains that another process has removed first.
+//! If such an event matters to people, a call returns it as an error, and the program reports that error. zenoh warns about
+//! features that are off. The filter compares the target of a line, which is the module that logged it, and not its text. The
+//! log omits the object dump in the lines of iceoryx2.
 
 use std::io;
 
@@ -17,7 +17,7 @@ use tracing_subscriber::prelude::*;
 use super::Stream;
 use super::terminal_text::is_coloured;
 
-/// What the targets of libraries begin with whose warnings are not shown. All of iceoryx2's lines have that of its logger.
+/// Prefixes of the targets of libraries whose warnings are hidden. All lines of iceoryx2 have the target of its logger.
 const ERRORS_ONLY: [&str; 2] = ["iceoryx2", "zenoh"];
 
 pub(crate) fn to_stderr() {
@@ -37,7 +37,7 @@ pub(crate) fn to_stderr() {
     tracing_subscriber::registry().with(lines.with_filter(asked.unwrap_or_else(usual))).init();
 }
 
-/// Warnings and worse, of some libraries errors alone.
+/// The default filter: warnings and errors, but only errors from the libraries in [`ERRORS_ONLY`].
 fn usual() -> Targets {
     let errors_only = ERRORS_ONLY.map(|target| (target, Level::ERROR));
     Targets::new().with_default(Level::WARN).with_targets(errors_only)
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn of_libraries_errors_are_shown_and_of_the_program_warnings_too() {
+    fn log_shows_errors_of_libraries_and_warnings_of_the_program() {
         let shown = Lines::default();
         let writer = shown.clone();
         let lines =
@@ -74,13 +74,16 @@ mod tests {
             tracing::warn!(target: "iceoryx2_bb_loggers::tracing", origin, "any text");
             tracing::error!(target: "iceoryx2_bb_loggers::tracing", origin, "a corrupted system");
             tracing::warn!(target: "zenoh::net::runtime", "Gossip is disabled");
-            tracing::warn!("Detected dead node 17: a warning of the program, whatever it begins with");
+            tracing::warn!("Detected dead node 17: a warning of the program with the text of a library");
             tracing::info!("all is well");
         });
         let shown = String::from_utf8(shown.0.lock().expect("no writer panics").clone()).expect("UTF-8");
         let shown: Vec<&str> = shown.lines().collect();
         let [error, warning] = shown[..] else { panic!("{shown:#?}") };
         assert!(error.starts_with("ERROR") && error.contains("a corrupted system"), "{error}");
-        assert!(warning.trim_start().starts_with("WARN") && warning.contains("whatever it begins with"), "{warning}");
+        assert!(
+            warning.trim_start().starts_with("WARN") && warning.contains("with the text of a library"),
+            "{warning}"
+        );
     }
 }

@@ -1,15 +1,15 @@
-//! Everything that the program prints or draws.
+//! Output: printing, tables, figures and histograms.
 //!
-//! | module | what is in it |
+//! | module | contents |
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
-//! | [`histogram`] | distributions of times: percentiles, bars, the text of `HdrHistogram`'s tools |
+//! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
 //! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
 //! | `log` | the log on stderr |
-//! | `terminal_text` | colours, and control characters in what others have written |
-//! | `printing` | all that goes to stdout and stderr: lines, the live line, a whole screen |
-//! | `queue`, `writer`, `live_line` | the bounded queue of a file, the thread that writes to it, the line that is drawn anew |
+//! | `terminal_text` | colours, and escapes for control characters in foreign text |
+//! | `printing` | all output to stdout and stderr: lines, the live line, a whole screen |
+//! | `queue`, `writer`, `live_line` | the bounded queue of a file, its writer thread, the line that is redrawn in place |
 
 pub mod command_words;
 pub mod figure;
@@ -32,7 +32,7 @@ pub(crate) use printing::{
 };
 pub(crate) use queue::Stream;
 
-/// Shows how many there are of something: `1 frame`, `2 frames`.
+/// A count with its noun in singular or plural: `1 frame`, `2 frames`.
 ///
 /// ```
 /// use bench_dragon::output::Counted;

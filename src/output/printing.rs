@@ -1,18 +1,20 @@
-//! Printing: every line to stdout and stderr goes through a bounded queue, and a thread of its own for each file.
+//! Printing: every line to stdout and stderr passes through a bounded queue. Each file has a separate writer thread.
 //!
-//! A terminal that takes nothing (Ctrl-S, a hung ssh) blocks `write(2)` for as long as it likes. So no thread that works writes:
-//! it puts whole lines into a queue. Stdout and stderr share one queue where both lead to one file, so that lines keep their order.
+//! A terminal that accepts no output (Ctrl-S, a stalled ssh) blocks `write(2)` for an unlimited time. So no working thread
+//! writes. It adds whole lines to a queue. Stdout and stderr share one queue if both lead to the same file, so that lines keep
+//! their order.
 //!
 //! | | a terminal | a pipe or a file |
 //! |---|---|---|
-//! | lines that wait at most | 64 KiB | 8 MiB |
-//! | further ones | are dropped; one line reports how many, once output is taken again | the same |
-//! | a process that ends waits without progress for at most | 1 s | 5 s |
+//! | bound of the queue | 64 KiB | 8 MiB |
+//! | lines over the bound | are dropped; one line reports their number, once output is accepted again | the same |
+//! | longest wait without progress at the end of the process | 1 s | 5 s |
 //!
 //! A command whose only job is its output [waits for its reader](wait_for_reader) instead, and drops nothing.
 //!
-//! A reader that has ended, as `head` does, is no failure. Commands whose only job is output end with it, with status 0; those
-//! with duties go on without it. Another failure of stdout, such as a full disk, is one line and a status that is not 0.
+//! A reader that has ended, such as `head`, is not an error. Commands whose only job is output then end with status 0. Other
+//! commands continue without the reader. Any other failure of stdout, such as a full disk, causes one error line and an exit
+//! status other than 0.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::io::{self, Write};
@@ -26,35 +28,35 @@ use super::queue::Stream;
 use super::writer::Writer;
 use crate::system::stop::StopFlag;
 
-/// The writers of the two streams, which may be one.
+/// Writers of the two streams; both may be the same writer.
 #[derive(Debug)]
 struct Output {
     stdout: Arc<Writer>,
     stderr: Arc<Writer>,
-    /// Set where the process waits for its reader; then until this flag is set.
+    /// Set if the process waits for its reader. The flag ends the wait.
     waiting: OnceLock<Option<StopFlag>>,
 }
 
 static OUTPUT: OnceLock<Output> = OnceLock::new();
 
-/// Starts the writers. Called first, so that their threads inherit no priority and no processor of a thread that works.
+/// Starts the writers. Call this first, so that their threads do not inherit the priority or the processor of a working thread.
 pub(crate) fn start() {
     output();
     panic::set_hook(Box::new(report_panic));
 }
 
-/// Has the process wait for the reader of its stdout from now on: for a command whose only job is output. `stop` ends the wait;
-/// without one, signals end the process itself.
+/// From now on, the process waits for the reader of its stdout. For a command whose only job is output. `stop` ends the wait;
+/// without it, signals end the process.
 pub(crate) fn wait_for_reader(stop: Option<&StopFlag>) {
-    // A second call changes nothing.
+    // A second call has no effect.
     let _ = output().waiting.set(stop.cloned());
 }
 
 /// Prints whole lines to stdout.
 ///
 /// # Errors
-/// Where the process waits for its reader: an earlier line could not be written. The first error of a stream comes with the line
-/// after the one that met it, or with [`finish_stdout`].
+/// Only while the process waits for its reader: the first write error of stdout. Writing is asynchronous, so a later call or
+/// [`finish_stdout`] returns the error.
 pub(crate) fn print(lines: Vec<u8>) -> io::Result<()> {
     let Output { stdout, waiting, .. } = output();
     let Some(stop) = waiting.get() else {
@@ -65,12 +67,12 @@ pub(crate) fn print(lines: Vec<u8>) -> io::Result<()> {
     stdout.check()
 }
 
-/// Prints one line to stderr. Where that is gone, nobody is left to read it.
+/// Prints one line to stderr. Ignores a failed stderr.
 pub(crate) fn complain(line: &str) {
     output().stderr.push(Stream::Stderr, format!("{line}\n").into_bytes());
 }
 
-/// Replaces the live line of the terminal that stderr leads to; `None` takes it away. Elsewhere nothing is drawn.
+/// Replaces the live line, if stderr is a terminal. `None` removes it.
 pub(crate) fn set_live_line(text: Option<String>) {
     let stderr = &output().stderr;
     if stderr.is_terminal {
@@ -78,12 +80,12 @@ pub(crate) fn set_live_line(text: Option<String>) {
     }
 }
 
-/// Holds back, from now on, the lines of a terminal that is drawn on. Lines that lead elsewhere do not wait.
+/// From now on, holds back lines to a terminal, while a screen is drawn on it. Does not hold back lines to other files.
 pub(crate) fn hold_terminal() {
     output().terminals().for_each(|terminal| terminal.hold(true));
 }
 
-/// Writes the lines that were held back, for as long as there is progress or patience.
+/// Writes the lines that were held back. Waits while the terminal makes progress, and then for its timeout.
 pub(crate) fn release_terminal() {
     for terminal in output().terminals() {
         terminal.hold(false);
@@ -91,7 +93,7 @@ pub(crate) fn release_terminal() {
     }
 }
 
-/// Writes to stdout in whole lines or pieces, as [`print()`] does, and to stderr in whole lines.
+/// Writes whole lines or pieces to stdout, as [`print()`] does, and whole lines to stderr.
 impl Write for Stream {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
@@ -106,15 +108,16 @@ impl Write for Stream {
     }
 }
 
-/// Draws on the whole terminal that stdout leads to, past all lines. Each flush is a frame, and waits until that is written. Once
-/// the process ends, it waits only as long as the terminal takes something, and its patience after that.
+/// A full-screen display on the terminal of stdout. Its frames overtake all lines in the queue. Each flush sends one frame and
+/// waits until it is written. While the process ends, the flush waits only while the terminal makes progress, and then for its
+/// timeout.
 pub(crate) struct Screen {
     frame: Vec<u8>,
     is_ending: Box<dyn Fn() -> bool>,
 }
 
 impl Screen {
-    /// A screen of a process that ends from the moment at which `is_ending`.
+    /// A screen of a process that ends as soon as `is_ending` returns true.
     pub(crate) fn new(is_ending: impl Fn() -> bool + 'static) -> Self {
         Self { frame: Vec::new(), is_ending: Box::new(is_ending) }
     }
@@ -134,10 +137,10 @@ impl Write for Screen {
     }
 }
 
-/// Writes what waits for stdout, for as long as there is progress or patience.
+/// Writes the queued lines of stdout. Waits while stdout makes progress, and then for its timeout.
 ///
 /// # Errors
-/// Where stdout has failed, but for a reader that has ended.
+/// The first write error of stdout, unless its reader has ended.
 pub(crate) fn finish_stdout() -> io::Result<()> {
     let Output { stdout, stderr, waiting } = output();
     set_live_line(None);
@@ -149,12 +152,13 @@ pub(crate) fn finish_stdout() -> io::Result<()> {
     failure.map_or(Ok(()), |failure| Err(failure.error()))
 }
 
-/// Writes what waits for stderr, for as long as there is progress or patience: the last that a process does.
+/// Writes the queued lines of stderr as the last action of the process. Waits while stderr makes progress, and then for its
+/// timeout.
 pub(crate) fn finish_stderr() {
     output().stderr.flush(|| true);
 }
 
-/// A panic's message goes the way of all lines, and has time to leave: the process may end with the thread.
+/// Prints the message of a panic through the queue, and waits until it is written: the process may end with the thread.
 fn report_panic(panic: &PanicHookInfo<'_>) {
     let thread = thread::current();
     let message = format!("thread '{}' {panic}", thread.name().unwrap_or("unnamed"));
@@ -178,13 +182,13 @@ fn output() -> &'static Output {
 }
 
 impl Output {
-    /// The writers to a terminal. They may be one.
+    /// Writers to a terminal; both may be the same writer.
     fn terminals(&self) -> impl Iterator<Item = &Writer> {
         [&*self.stdout, &*self.stderr].into_iter().filter(|writer| writer.is_terminal)
     }
 }
 
-/// Whether both streams lead to one file.
+/// Whether both streams lead to the same file.
 fn is_one_file() -> bool {
     let file = |fd| fstat(fd).map(|stat| (stat.st_dev, stat.st_ino));
     let [stdout, stderr] = [file(rustix::stdio::stdout()), file(rustix::stdio::stderr())];

@@ -1,8 +1,8 @@
-//! What waits to be written to one file: lines in their order, and the newest state of a live line.
+//! The queue of output to one file: lines in their order, and the newest state of a live line.
 //!
-//! The queue is bounded and never waits. A line for which there is no room is dropped and counted, and so is every line after
-//! it until all lines before it are written; then a report of the count takes their place. So the lines that are written are in
-//! their order, and one knows where some are missing.
+//! The queue is bounded and never waits. It drops and counts a line for which there is no room. It also drops all later lines,
+//! until all earlier lines are written. A report of the count then replaces them. So the written lines keep their order, and a
+//! report marks each gap.
 
 use std::collections::VecDeque;
 use std::mem;
@@ -17,12 +17,12 @@ pub(crate) enum Stream {
     Stderr,
 }
 
-/// What the writer does next.
+/// The next task of the writer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Piece {
     /// Write whole lines, or a state of the live line.
     Bytes(Stream, Vec<u8>),
-    /// Report that so many lines were dropped.
+    /// Report the number of dropped lines.
     Report(u64),
 }
 
@@ -32,9 +32,9 @@ pub(super) struct Queue {
     lines: VecDeque<(Stream, Vec<u8>)>,
     bytes: usize,
     dropped: u64,
-    /// The live line: its newest text, and what the terminal shows.
+    /// The live line: its newest text, and the text that the terminal shows.
     pub(super) live: LiveLine,
-    /// A frame of a screen that is drawn on the whole terminal. It goes past all lines.
+    /// A frame of a screen on the whole terminal. It overtakes all lines.
     pub(super) screen: Vec<u8>,
     pub(super) is_held: bool,
     pub(super) is_writing: bool,
@@ -54,12 +54,12 @@ impl Queue {
         }
     }
 
-    /// Whether so many bytes would be taken. An empty queue takes a line of any length.
+    /// Whether the queue has room for a number of bytes. An empty queue takes a line of any length.
     pub(super) fn has_room(&self, bytes: usize) -> bool {
         self.dropped == 0 && (self.lines.is_empty() || self.bytes + bytes <= self.room_bytes)
     }
 
-    /// Takes whole lines, or drops and counts them.
+    /// Adds whole lines, or drops and counts them.
     pub(super) fn push(&mut self, stream: Stream, lines: Vec<u8>) {
         if self.has_room(lines.len()) {
             self.bytes += lines.len();
@@ -69,20 +69,20 @@ impl Queue {
         }
     }
 
-    /// What to write next, until whose end `is_writing` is set; `None` where there is nothing.
+    /// Takes the next piece to write. Sets `is_writing`, which the writer clears afterwards. `None` if nothing is due.
     pub(super) fn next(&mut self) -> Option<Piece> {
         let piece = self.next_piece();
         self.is_writing = piece.is_some();
         piece
     }
 
-    /// Whether all is written that is not held back.
+    /// Whether all output is written, except lines that are held back.
     pub(super) fn is_idle(&self) -> bool {
         let waits = self.has_lines() && !self.is_held || self.live.is_due() || !self.screen.is_empty();
         !self.is_writing && !waits
     }
 
-    /// The lines that nobody has seen: those that wait, and those that were dropped.
+    /// Number of unwritten lines: queued lines, and dropped lines without a report.
     pub(super) fn unseen(&self) -> u64 {
         self.dropped + self.lines.iter().map(|(_, lines)| line_count(lines)).sum::<u64>()
     }
@@ -121,7 +121,7 @@ mod tests {
         format!("{text}\n").into_bytes()
     }
 
-    /// All pieces that are due, as one text.
+    /// Takes all due pieces and returns them as one text.
     fn written(queue: &mut Queue) -> String {
         let mut text = String::new();
         while let Some(piece) = queue.next() {
@@ -136,32 +136,32 @@ mod tests {
     }
 
     #[test]
-    fn lines_of_both_streams_leave_in_their_order() {
+    fn lines_of_both_streams_keep_their_order() {
         let mut queue = Queue::new(100);
         queue.push(Stream::Stdout, line("one"));
         queue.push(Stream::Stderr, line("two"));
         assert!(!queue.is_idle());
         assert_eq!(queue.next(), Some(Piece::Bytes(Stream::Stdout, line("one"))));
         assert_eq!(queue.next(), Some(Piece::Bytes(Stream::Stderr, line("two"))));
-        assert!(!queue.is_idle(), "the second one is being written");
+        assert!(!queue.is_idle(), "the second line is being written");
         assert_eq!(queue.next(), None);
         assert!(queue.is_idle());
     }
 
     #[test]
-    fn lines_without_room_are_counted_and_reported_where_they_are_missing() {
+    fn lines_without_room_are_dropped_counted_and_reported() {
         let mut queue = Queue::new(8);
         for text in ["one", "two", "three\nfour", "5"] {
             queue.push(Stream::Stdout, line(text));
         }
         assert_eq!(queue.unseen(), 5);
-        assert_eq!(written(&mut queue), "one\ntwo\n3 dropped\n", "the short line does not go past the long one");
+        assert_eq!(written(&mut queue), "one\ntwo\n3 dropped\n", "the short line does not overtake the long one");
         queue.push(Stream::Stdout, line("six"));
         assert_eq!(written(&mut queue), "six\n");
     }
 
     #[test]
-    fn an_empty_queue_takes_a_line_of_any_length() {
+    fn empty_queue_takes_a_line_of_any_length() {
         let mut queue = Queue::new(2);
         assert!(queue.has_room(100));
         queue.push(Stream::Stdout, line("long"));
@@ -170,12 +170,12 @@ mod tests {
     }
 
     #[test]
-    fn the_live_line_is_the_newest_one_and_gives_way_to_lines() {
+    fn live_line_shows_its_newest_text_below_all_lines() {
         let mut queue = Queue::new(100);
         queue.live.text = Some("1 %".to_owned());
         queue.live.text = Some("2 %".to_owned());
         assert_eq!(written(&mut queue), "\r\u{1b}[K2 %");
-        assert_eq!(written(&mut queue), "", "it stands there already");
+        assert_eq!(written(&mut queue), "", "the terminal shows it already");
         queue.push(Stream::Stdout, line("one"));
         queue.push(Stream::Stderr, line("two"));
         assert_eq!(written(&mut queue), "\r\u{1b}[Kone\ntwo\n\r\u{1b}[K2 %");
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn held_lines_wait_for_their_release_and_a_screen_does_not() {
+    fn held_lines_wait_for_their_release_but_a_screen_is_written() {
         let mut queue = Queue::new(4);
         queue.is_held = true;
         queue.push(Stream::Stderr, line("log"));

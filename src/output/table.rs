@@ -1,13 +1,13 @@
-//! Tables: answers in rows and columns, for people and for the programs that they go on working with.
+//! Tables: answers in rows and columns, for people and for other programs.
 //!
-//! A [`Table`] knows nothing of files. [`text`] is for people, [`csv`] for programs, `workbook` for spreadsheets: equal tables
-//! give equal bytes. `CsvWriter` takes row after row, for a table that does not fit into memory; so does a `Book`.
+//! A [`Table`] is independent of file formats. [`text`] is for people, [`csv`] for programs, `workbook` for spreadsheets. Equal
+//! tables give equal bytes. `CsvWriter` and `Book` take one row at a time, for a table that does not fit into memory.
 
 use std::io::{self, Write};
 
 pub(crate) use super::workbook::{Book, MAX_COLUMNS, MAX_ROWS, WorkbookError, workbook};
 
-/// Rows under titled columns.
+/// A table: rows under titled columns.
 ///
 /// ```
 /// use bench_dragon::output::table::{Cell, Column, Table, csv};
@@ -24,7 +24,7 @@ pub struct Table {
     pub(super) rows: Vec<Vec<Cell>>,
 }
 
-/// A column's title, and how its numbers are shown.
+/// A column: its title, and the format of its numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
     pub(super) title: String,
@@ -38,21 +38,21 @@ pub(super) enum Kind {
     Number { decimals: usize },
 }
 
-/// What stands in a row under one column.
+/// The contents of a row in one column.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Nothing: there is no answer.
+    /// Empty: there is no answer.
     Blank,
     /// Words.
     Text(String),
     /// A count or an index.
     Whole(u64),
-    /// A number, whole. People see it rounded to the column's decimals.
+    /// A number with full precision. Text for people shows it rounded to the column's decimals.
     Number(f64),
 }
 
 impl Table {
-    /// A table without rows. Its name is short: a spreadsheet shows the first 31 letters.
+    /// A table without rows. Keep the name short: a sheet of a workbook has a name of at most 31 letters.
     pub fn new(name: impl Into<String>, columns: Vec<Column>) -> Self {
         Self { name: name.into(), columns, rows: Vec::new() }
     }
@@ -60,9 +60,9 @@ impl Table {
     /// Adds a row.
     ///
     /// # Panics
-    /// It must have a cell under each column.
+    /// If the row does not have one cell per column.
     pub fn push(&mut self, row: Vec<Cell>) {
-        assert_eq!(row.len(), self.columns.len(), "a row of \"{}\" has a cell under each column", self.name);
+        assert_eq!(row.len(), self.columns.len(), "a row of \"{}\" must have one cell per column", self.name);
         self.rows.push(row);
     }
 }
@@ -78,7 +78,7 @@ impl Column {
         Self { title: title.into(), kind: Kind::Whole }
     }
 
-    /// A column of numbers, of which people see this many decimals.
+    /// A column of numbers that are shown with this many decimals.
     pub fn number(title: impl Into<String>, decimals: usize) -> Self {
         Self { title: title.into(), kind: Kind::Number { decimals } }
     }
@@ -120,7 +120,8 @@ impl From<Option<f64>> for Cell {
 
 const GAP: &str = "  ";
 
-/// Aligned columns under the table's name, words to the left and numbers to the right. An empty line parts two tables.
+/// Prints tables as aligned columns under their names, with words to the left and numbers to the right. An empty line separates
+/// two tables.
 pub fn text(tables: &[Table]) -> String {
     tables.iter().map(text_lines).collect::<Vec<_>>().join("\n")
 }
@@ -157,8 +158,9 @@ fn shown(cell: &Cell, column: &Column) -> String {
     }
 }
 
-/// Comma-separated values (RFC 4180, with line feeds): a line of titles, then a line for each row. Numbers stand whole, in the shortest form that
-/// reads back the same; a blank cell is empty. An empty line parts two tables.
+/// Prints tables as comma-separated values (RFC 4180, with line feeds): a line of titles, then one line per row. Numbers have
+/// full precision, in the shortest form that reads back as the same value. A blank cell is empty. An empty line separates two
+/// tables.
 pub fn csv(tables: &[Table]) -> Vec<u8> {
     let lines = |table: &Table| {
         let mut writer = CsvWriter::begin(Vec::new(), &table.columns)?;
@@ -169,7 +171,7 @@ pub fn csv(tables: &[Table]) -> Vec<u8> {
     lines.expect("a Vec takes every byte").join(&b'\n')
 }
 
-/// The lines of one table, each written as it comes: for a table that is not to be in memory as a whole.
+/// Writes one table as comma-separated values, one row at a time, so that the whole table is never in memory.
 #[derive(Debug)]
 pub(crate) struct CsvWriter<W> {
     sink: W,
@@ -195,13 +197,13 @@ impl<W: Write> CsvWriter<W> {
         writeln!(self.sink)
     }
 
-    /// Hands what has been written on to its end.
+    /// Flushes the sink.
     pub(crate) fn finish(mut self) -> io::Result<()> {
         self.sink.flush()
     }
 }
 
-/// Words as they are, or between quotes where they hold what parts cells.
+/// Puts words in quotes if they contain a comma, a quote or a line break.
 fn quoted(words: &str) -> String {
     if words.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", words.replace('"', "\"\""))
@@ -210,7 +212,7 @@ fn quoted(words: &str) -> String {
     }
 }
 
-/// A number rounded to decimals as it prints, without the sign of a zero that has nothing but zeros.
+/// Rounds a number to the decimals with which it prints. A result of −0 becomes 0.
 pub(super) fn rounded(number: f64, decimals: usize) -> f64 {
     let text = format!("{number:.decimals$}");
     text.parse::<f64>().expect("a printed number reads back") + 0.0

@@ -1,4 +1,4 @@
-//! Text for a terminal: coloured only where the terminal shows colours, with its control characters escaped.
+//! Text for a terminal: colours only if the terminal shows them, and escapes for control characters.
 
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter, Write as _};
@@ -8,12 +8,12 @@ use anstream::stream::RawStream;
 use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::Style;
 
-/// Whether a stream shows colours: it is a terminal that can, and `NO_COLOR` does not say otherwise.
+/// Whether a stream shows colours: it is a terminal with colours, and `NO_COLOR` is not set.
 pub(crate) fn is_coloured(stream: &impl RawStream) -> bool {
     AutoStream::choice(stream) != ColorChoice::Never
 }
 
-/// A text in the style that it has on a stream: none where that shows no colours.
+/// A text with its style on a stream; without style if the stream shows no colours.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Painted<Text> {
     text: Text,
@@ -43,7 +43,7 @@ impl Display for Printable<'_> {
     }
 }
 
-/// The text with its control characters escaped, as Rust writes them in a string; ends of lines too.
+/// Escapes the control characters of a text, including line breaks, in the notation of Rust strings.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(is_control) {
         return Cow::Borrowed(text);
@@ -60,7 +60,7 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(escaped)
 }
 
-/// Control characters, and those that turn the direction of writing round.
+/// Whether a character is a control character, a line separator, or changes the direction of writing.
 fn is_control(char: char) -> bool {
     char.is_control() || matches!(char, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_cannot_move_the_cursor_or_begin_a_line_of_its_own() {
+    fn names_cannot_move_the_cursor_or_begin_a_new_line() {
         assert_eq!(printable("bühne 1.toml"), "bühne 1.toml");
         assert_eq!(printable("a\u{1b}[2Jb\nerror: c\r\u{9b}\u{202e}"), r"a\u{1b}[2Jb\nerror: c\r\u{9b}\u{202e}");
         assert_eq!(Printable(Path::new("x\u{7}.svg")).to_string(), r"x\u{7}.svg");

@@ -1,4 +1,4 @@
-//! Tables as a workbook (Office Open XML), a sheet each: whole tables, or row by row.
+//! Tables as a workbook (Office Open XML) with one sheet per table: from whole tables, or row by row.
 
 use rust_xlsxwriter::{DocProperties, ExcelDateTime, Format, FormatAlign, Worksheet};
 
@@ -7,16 +7,16 @@ use super::table::{Cell, Column, Kind, Table, rounded};
 const LABEL_WIDTH: u32 = 20;
 const COLUMN_WIDTH: u32 = 12;
 
-/// Columns that a sheet has room for.
+/// Greatest number of columns of a sheet.
 pub(crate) const MAX_COLUMNS: usize = 16_384;
-/// Rows that a sheet has room for, the titles among them.
+/// Greatest number of rows of a sheet, including the titles.
 pub(crate) const MAX_ROWS: usize = 1_048_576;
 
-/// Why tables do not become a workbook.
+/// Reason why tables cannot become a workbook.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum WorkbookError {
-    /// A sheet has no room for it.
-    #[error("the table \"{table}\" has {count} {what}, a sheet has at most {most}")]
+    /// The table does not fit into a sheet.
+    #[error("the table \"{table}\" has {count} {what}; a sheet has at most {most}")]
     TooLarge {
         table: String,
         /// Rows or columns.
@@ -24,14 +24,14 @@ pub(crate) enum WorkbookError {
         count: usize,
         most: usize,
     },
-    /// The workbook's writer refused.
+    /// The library that writes workbooks returned an error.
     #[error(transparent)]
     Writer(#[from] rust_xlsxwriter::XlsxError),
 }
 
-/// A workbook with a sheet for each table, the row of titles and the first column frozen.
+/// Writes a workbook with one sheet per table. The row of titles and the first column are frozen.
 ///
-/// Numbers are rounded to their column's decimals and shown with as many, so that what is read is what is there.
+/// Numbers are rounded to their column's decimals and shown with as many. So a cell shows exactly its value.
 pub(crate) fn workbook(tables: &[Table]) -> Result<Vec<u8>, WorkbookError> {
     let mut workbook = timeless_workbook()?;
     for table in tables {
@@ -46,7 +46,8 @@ pub(crate) fn workbook(tables: &[Table]) -> Result<Vec<u8>, WorkbookError> {
     Ok(workbook.save_to_buffer()?)
 }
 
-/// A workbook whose rows go to temporary files as they come. Its numbers are whole, and shown with their column's decimals.
+/// A workbook that writes its rows to temporary files as they arrive. Its numbers have full precision, and are shown with their
+/// column's decimals.
 pub(crate) struct Book(rust_xlsxwriter::Workbook);
 
 impl Book {
@@ -54,7 +55,7 @@ impl Book {
         Ok(Self(timeless_workbook()?))
     }
 
-    /// Adds a sheet. Its name must fit, and no more than [`MAX_COLUMNS`] and [`MAX_ROWS`] do.
+    /// Adds a sheet. It takes at most [`MAX_COLUMNS`] and [`MAX_ROWS`], and a name of at most 31 letters.
     pub(crate) fn add_sheet(
         &mut self,
         name: &str,
@@ -69,7 +70,8 @@ impl Book {
     }
 }
 
-/// A workbook has the time at which it was made. For equal bytes, it is the day from which spreadsheets count.
+/// An empty workbook with a fixed creation time, so that equal tables give equal bytes. The time is the day from which
+/// spreadsheets count.
 fn timeless_workbook() -> Result<rust_xlsxwriter::Workbook, WorkbookError> {
     let mut workbook = rust_xlsxwriter::Workbook::new();
     let created = ExcelDateTime::from_ymd(1900, 1, 1)?;
@@ -85,7 +87,7 @@ fn require_room(table: &Table) -> Result<(), WorkbookError> {
     }
 }
 
-/// Writes the titles, which stay in sight with the first column, and the rows.
+/// Writes the titles and the rows. Titles and first column stay visible when the sheet scrolls.
 fn write_sheet(
     sheet: &mut Worksheet,
     name: &str,
@@ -142,9 +144,9 @@ mod tests {
     }
 
     #[test]
-    fn a_table_with_too_many_columns_is_named() {
+    fn error_names_the_table_with_too_many_columns() {
         let table = Table::new("speeds", vec![Column::number("x", 1); MAX_COLUMNS + 1]);
         let error = workbook(&[table]).expect_err("one too many");
-        assert_eq!(error.to_string(), "the table \"speeds\" has 16385 columns, a sheet has at most 16384");
+        assert_eq!(error.to_string(), "the table \"speeds\" has 16385 columns; a sheet has at most 16384");
     }
 }

@@ -1,4 +1,4 @@
-//! A file, its queue, and the thread that writes to it.
+//! The writer of a file: its queue, and the thread that writes to it.
 
 use std::io::{self, ErrorKind};
 use std::os::fd::BorrowedFd;
@@ -14,53 +14,53 @@ use rustix::termios::{isatty, tcgetwinsize};
 
 use super::queue::{Piece, Queue, Stream};
 
-/// Bytes that wait for a terminal at most: about as many lines as it can show again.
+/// Bound of a terminal's queue in bytes: about the lines that a terminal can scroll back.
 const TERMINAL_ROOM: usize = 64 << 10;
-/// Bytes that wait for a pipe or a file at most.
+/// Bound of the queue of a pipe or a file, in bytes.
 const FILE_ROOM: usize = 8 << 20;
-/// Bytes of one `write(2)` at most.
+/// Greatest number of bytes in one `write(2)`.
 const WRITE_BYTES: usize = 64 << 10;
-/// How long a process that ends waits for a terminal that takes nothing.
-const TERMINAL_PATIENCE: Duration = Duration::from_secs(1);
-/// How long a process that ends waits for a pipe or a file that takes nothing.
-const FILE_PATIENCE: Duration = Duration::from_secs(5);
-/// How often a wait looks at its reason to end, and the writer at a file that is not ready.
-const LOOK_PERIOD: Duration = Duration::from_millis(10);
-/// The writer formats one line at most.
+/// Longest wait of an ending process for a terminal that accepts no bytes.
+const TERMINAL_TIMEOUT: Duration = Duration::from_secs(1);
+/// Longest wait of an ending process for a pipe or a file that accepts no bytes.
+const FILE_TIMEOUT: Duration = Duration::from_secs(5);
+/// Period at which a wait checks its condition, and the writer retries a file that is not ready.
+const POLL_PERIOD: Duration = Duration::from_millis(10);
+/// Stack of the writer thread, which formats at most one line.
 const STACK_BYTES: usize = 128 << 10;
 
-/// Writes to the file that one or both standard streams lead to. A push returns at once; a thread writes.
+/// Writes to the file of one or both standard streams. A push returns at once; a thread writes.
 ///
-/// The thread is never joined, for it may stand in a `write(2)` that never returns. It ends with the process.
+/// The thread is never joined, because its `write(2)` may never return. It ends with the process.
 #[derive(Debug)]
 pub(super) struct Writer {
     stream: Stream,
     pub(super) is_terminal: bool,
-    /// The writer that reports the dropped lines of this one, if it is another.
+    /// Another writer that reports the dropped lines of this one, if any.
     reports_to: Option<Arc<Self>>,
     queue: Mutex<Queue>,
-    /// Wakes the writer.
+    /// Wakes the writer thread.
     due: Condvar,
-    /// Wakes whoever waits for the writer.
+    /// Wakes threads that wait for the writer.
     written: Condvar,
     writes: AtomicU64,
-    /// Whether a flush has given up, and nothing was taken after it.
+    /// Whether a flush ended early, and the file has accepted no bytes since.
     is_stalled: AtomicBool,
-    /// Why stdout and stderr take no more.
+    /// First write errors of stdout and stderr; a failed stream is not written again.
     failures: [OnceLock<Failure>; 2],
     has_thread: bool,
 }
 
-/// Why a stream takes no more.
+/// First write error of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Failure {
     errno: Errno,
-    /// Whether nobody reads any more: the reader of a pipe has ended, or the terminal is closed.
+    /// Whether the stream has lost its reader: the reader of a pipe has ended, or the terminal is closed.
     pub(super) is_end_of_reader: bool,
 }
 
 impl Failure {
-    /// The error of whoever prints to stdout. A closed terminal is a broken pipe, too.
+    /// Returns the error of a print to stdout. A closed terminal counts as a broken pipe too.
     pub(super) fn error(self) -> io::Error {
         let error = io::Error::from(self.errno);
         let kind = if self.is_end_of_reader { ErrorKind::BrokenPipe } else { error.kind() };
@@ -69,7 +69,7 @@ impl Failure {
 }
 
 impl Writer {
-    /// Starts the thread that writes to the file of a stream. Where no thread can be started, each push writes by itself.
+    /// Starts the thread that writes to the file of a stream. If the system cannot start a thread, each push writes itself.
     pub(super) fn start(stream: Stream, reports_to: Option<Arc<Self>>) -> Arc<Self> {
         let is_terminal = isatty(fd(stream));
         let mut writer = Arc::new(Self {
@@ -87,29 +87,29 @@ impl Writer {
         let of_thread = Arc::clone(&writer);
         let thread = thread::Builder::new().name("output".to_owned()).stack_size(STACK_BYTES);
         if thread.spawn(move || of_thread.write_on()).is_err() {
-            Arc::get_mut(&mut writer).expect("the thread that would share it does not run").has_thread = false;
+            Arc::get_mut(&mut writer).expect("no thread shares the writer").has_thread = false;
         }
         writer
     }
 
-    /// Why a stream that leads here takes no more.
+    /// First write error of a stream of this writer.
     pub(super) fn failure(&self, stream: Stream) -> Option<Failure> {
         self.failures[stream as usize].get().copied()
     }
 
-    /// Fails where stdout, which leads here, takes no more.
+    /// Returns the first write error of stdout. Call it only for the writer of stdout.
     pub(super) fn check(&self) -> io::Result<()> {
         self.failure(Stream::Stdout).map_or(Ok(()), |failure| Err(failure.error()))
     }
 
-    /// Takes whole lines, or drops and counts them.
+    /// Adds whole lines to the queue, or drops and counts them.
     pub(super) fn push(&self, stream: Stream, lines: Vec<u8>) {
         if self.failure(stream).is_none() {
             self.change(|queue| queue.push(stream, lines));
         }
     }
 
-    /// Takes whole lines once there is room for them. They are dropped where `is_stopped` comes first.
+    /// Waits for room in the queue, then adds whole lines. Drops them if `is_stopped` becomes true first.
     pub(super) fn push_waiting(&self, stream: Stream, lines: Vec<u8>, is_stopped: impl Fn() -> bool) {
         let mut queue = self.queue();
         while !queue.has_room(lines.len()) && self.failure(stream).is_none() {
@@ -122,10 +122,10 @@ impl Writer {
         self.push(stream, lines);
     }
 
-    /// Replaces the live line, or takes it away. A longer text than the terminal is wide is cut off.
+    /// Replaces the live line, or removes it. Cuts off a text that is wider than the terminal.
     pub(super) fn set_live(&self, text: Option<String>) {
         let columns = tcgetwinsize(fd(self.stream)).map_or(0, |size| usize::from(size.ws_col));
-        // A terminal without a size is as wide as the first ones were. The last column stays free: some wrap behind it.
+        // A terminal that reports no size counts as 80 columns wide. The last column stays free: some terminals wrap after it.
         let most = if columns == 0 { 80 } else { columns } - 1;
         self.change(|queue| queue.live.text = text.map(|text| text.chars().take(most).collect()));
     }
@@ -134,13 +134,14 @@ impl Writer {
         self.change(|queue| queue.screen.extend_from_slice(frame));
     }
 
-    /// Holds the lines back from now on, or lets them go.
+    /// Starts or stops holding back the lines.
     pub(super) fn hold(&self, is_held: bool) {
         self.change(|queue| queue.is_held = is_held);
     }
 
-    /// Waits until all is written that is not held back. Ends early once the file has taken nothing for [`Self::patience`],
-    /// while `is_bounded`, or where it has taken nothing since another flush ended early; returns whether all is written.
+    /// Waits until all output is written, except lines that are held back. While `is_bounded`, ends early if the file accepts
+    /// no bytes for [`Self::timeout`], or has accepted none since another flush ended early. Returns whether all output is
+    /// written.
     pub(super) fn flush(&self, is_bounded: impl Fn() -> bool) -> bool {
         let mut queue = self.queue();
         let (mut progress, mut since) = (self.progress(), Instant::now());
@@ -149,7 +150,7 @@ impl Writer {
             let now = self.progress();
             if now != progress || !is_bounded() {
                 (progress, since) = (now, Instant::now());
-            } else if self.is_stalled.load(Ordering::Relaxed) || since.elapsed() >= self.patience() {
+            } else if self.is_stalled.load(Ordering::Relaxed) || since.elapsed() >= self.timeout() {
                 self.is_stalled.store(true, Ordering::Relaxed);
                 return false;
             }
@@ -157,17 +158,17 @@ impl Writer {
         true
     }
 
-    /// How long the end of a process waits for a file that takes nothing.
-    pub(super) fn patience(&self) -> Duration {
-        if self.is_terminal { TERMINAL_PATIENCE } else { FILE_PATIENCE }
+    /// Longest wait of an ending process while the file accepts no bytes.
+    fn timeout(&self) -> Duration {
+        if self.is_terminal { TERMINAL_TIMEOUT } else { FILE_TIMEOUT }
     }
 
-    /// The lines that have not been written, and that nobody has been told of.
+    /// Number of unwritten lines that no report has counted.
     pub(super) fn unseen(&self) -> u64 {
         self.queue().unseen()
     }
 
-    /// One line about lines that were dropped.
+    /// Returns a line that reports dropped lines.
     pub(super) fn report(&self, lines: u64) -> Vec<u8> {
         let file = match (self.is_terminal, self.stream) {
             (true, _) => "the terminal",
@@ -178,7 +179,7 @@ impl Writer {
         format!("{lines} {were} dropped: {file} took no output\n").into_bytes()
     }
 
-    /// Changes with every byte that is taken, also by the reader of a pipe that the writer waits for.
+    /// A value that changes with every progress: a write, or a read by the reader of a full pipe.
     fn progress(&self) -> (u64, u64) {
         let unread = if self.is_terminal { 0 } else { ioctl_fionread(fd(self.stream)).unwrap_or(0) };
         (self.writes.load(Ordering::Relaxed), unread)
@@ -190,7 +191,7 @@ impl Writer {
             change(&mut queue);
             !queue.is_writing
         };
-        // A writer that is awake looks again by itself: to wake it costs a system call.
+        // A wake-up costs a system call. A busy writer checks the queue itself before it sleeps.
         if is_asleep {
             self.due.notify_one();
         }
@@ -207,7 +208,7 @@ impl Writer {
         }
     }
 
-    /// Writes what waits, with the queue unlocked meanwhile.
+    /// Writes all due output. Unlocks the queue during each write.
     fn write_waiting<'a>(&'a self, mut queue: MutexGuard<'a, Queue>) -> MutexGuard<'a, Queue> {
         while let Some(piece) = queue.next() {
             drop(queue);
@@ -234,11 +235,11 @@ impl Writer {
                     self.writes.fetch_add(1, Ordering::Relaxed);
                 }
                 Err(Errno::INTR) => {}
-                // Another process that has the file open does not want to wait for it.
-                Err(Errno::AGAIN) => thread::sleep(LOOK_PERIOD),
+                // Another process has made the shared file non-blocking.
+                Err(Errno::AGAIN) => thread::sleep(POLL_PERIOD),
                 Err(errno) => {
                     let is_end_of_reader = errno == Errno::PIPE || errno == Errno::IO && is_device(stream);
-                    // It is the first one: nobody else writes.
+                    // This is the first failure: only one thread writes.
                     let _ = self.failures[stream as usize].set(Failure { errno, is_end_of_reader });
                 }
             }
@@ -246,16 +247,17 @@ impl Writer {
     }
 
     fn wait<'a>(&self, queue: MutexGuard<'a, Queue>) -> MutexGuard<'a, Queue> {
-        self.written.wait_timeout(queue, LOOK_PERIOD).unwrap_or_else(PoisonError::into_inner).0
+        self.written.wait_timeout(queue, POLL_PERIOD).unwrap_or_else(PoisonError::into_inner).0
     }
 
-    /// A thread that panicked while it held the queue has left it whole all the same.
+    /// Locks the queue. Ignores poisoning: a thread that panics while it holds the lock leaves the queue consistent.
     fn queue(&self) -> MutexGuard<'_, Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Whether a stream leads to a device, such as a terminal, which may be closed already and then counts as none.
+/// Whether a stream leads to a character device, such as a terminal. A closed terminal is still a device, but `isatty` rejects
+/// it.
 fn is_device(stream: Stream) -> bool {
     fstat(fd(stream)).is_ok_and(|stat| FileType::from_raw_mode(stat.st_mode) == FileType::CharacterDevice)
 }

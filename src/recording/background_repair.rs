@@ -1,4 +1,4 @@
-//! Finishing what killed recorders left, while something else goes on.
+//! Finishes the recordings of killed recorders in the background.
 
 use std::{
     collections::HashSet,
@@ -16,18 +16,18 @@ use super::{
     repair::{Repair, RepairError, repair},
 };
 
-/// Files and folders that may wait.
+/// Greatest number of files and folders in the queue.
 const MOST_WAITING: usize = 64;
-/// The lowest urgency: by it the kernel also gives a thread its turn at the disk (`ioprio_set(2)`).
+/// The lowest scheduling priority. The kernel derives the disk priority of the thread from it (`ioprio_set(2)`).
 const NICE: i32 = 19;
-/// A file that another repair is at work on is looked at again this often,
-const LOOK_PERIOD: Duration = Duration::from_millis(100);
-/// and this many times at most.
-const MOST_LOOKS: u32 = 100;
+/// Period of retries while another process has locked a file.
+const RETRY_PERIOD: Duration = Duration::from_millis(100);
+/// Greatest number of retries.
+const MOST_RETRIES: u32 = 100;
 
-/// A thread of low urgency that repairs one recording after the other.
+/// A low-priority thread that repairs recordings one after the other.
 ///
-/// A process may end at any instant of a repair: the next one repeats it. So a thread that takes long is not waited for.
+/// A process may end at any instant of a repair; the next repair repeats it. So no process has to wait for a slow repair.
 ///
 /// ```
 /// use std::{sync::mpsc, time::Duration};
@@ -47,22 +47,22 @@ pub struct BackgroundRepair {
 }
 
 impl BackgroundRepair {
-    /// Starts the thread. It calls `report` with the result of each file that was asked for by name, and for each in a folder
-    /// that was unfinished.
+    /// Starts the thread. It calls `report` with the result of each requested file, and of each unfinished recording in a
+    /// requested folder.
     ///
     /// # Errors
-    /// Where the system starts no thread.
+    /// The error of the system if it cannot start a thread.
     pub fn start(mut report: impl FnMut(Result<Repair, RepairError>) + Send + 'static) -> io::Result<Self> {
         let (waiting, requests) = bounded::<PathBuf>(MOST_WAITING);
         let (end, ended) = bounded(0);
         thread::Builder::new().name("record-repair".to_owned()).spawn(move || {
-            // Dropped when the thread ends, in whatever way.
+            // Dropped when the thread ends, even by a panic.
             let _end: Sender<()> = end;
-            // With the process's own urgency it does the same work.
+            // If this fails, the thread works at the priority of the process.
             let _ = setpriority_process(None, NICE);
             for request in requests {
                 if request.is_dir() {
-                    // A folder that cannot be listed shows nothing that could be finished.
+                    // A folder that cannot be listed counts as empty.
                     repair_folder(&request).unwrap_or_default().into_iter().for_each(&mut report);
                 } else {
                     report(repair_when_free(&request));
@@ -72,42 +72,42 @@ impl BackgroundRepair {
         Ok(Self { waiting, ended })
     }
 
-    /// Has a file repaired, or all unfinished recordings of a folder, as [`repair_folder`] does. Never waits; `false` where too
-    /// many are waiting already.
+    /// Queues the repair of a file, or of all unfinished recordings of a folder as by [`repair_folder`]. Never waits. Returns
+    /// `false` if the queue is full.
     pub fn repair(&self, path: PathBuf) -> bool {
         self.waiting.try_send(path).is_ok()
     }
 
-    /// Waits until everything that was asked for is done, but no longer than `patience`; whether it is. Otherwise the thread
-    /// goes on by itself, at most until the process ends.
-    pub fn finish(self, patience: Duration) -> bool {
+    /// Waits until all requested repairs are done, but no longer than `timeout`. Returns whether they are done. Otherwise the
+    /// thread continues, at most until the process ends.
+    pub fn finish(self, timeout: Duration) -> bool {
         drop(self.waiting);
-        self.ended.recv_timeout(patience) == Err(RecvTimeoutError::Disconnected)
+        self.ended.recv_timeout(timeout) == Err(RecvTimeoutError::Disconnected)
     }
 }
 
-/// Repairs a file; where another repair is at work on it, after that one.
+/// Repairs a file. Retries while another process has locked it.
 fn repair_when_free(path: &Path) -> Result<Repair, RepairError> {
-    for _ in 0..MOST_LOOKS {
+    for _ in 0..MOST_RETRIES {
         match repair(path) {
-            Err(RepairError::InUse { .. }) => thread::sleep(LOOK_PERIOD),
+            Err(RepairError::InUse { .. }) => thread::sleep(RETRY_PERIOD),
             done => return done,
         }
     }
     repair(path)
 }
 
-/// Repairs all unfinished recordings of ours in a folder, in place, and reports each; finished ones, those that another
-/// process has open, being recorded or copied, and all other files are passed over.
+/// Repairs all unfinished recordings of ours in a folder, in place, and returns the result of each. Skips finished recordings,
+/// recordings that another process has open (for example to record or copy them), and all other files.
 ///
 /// # Errors
-/// [`RepairError::Read`] where the folder cannot be listed. A recording that cannot be repaired is one entry of the list
-/// and keeps none of the others from being repaired.
+/// [`RepairError::Read`] if the folder cannot be listed. A failed repair is an entry of the list; the other recordings are
+/// still repaired.
 pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, RepairError> {
-    Ok(unfinished_in(folder)?.iter().map(|path| repair(path)).filter(is_news).collect())
+    Ok(unfinished_in(folder)?.iter().map(|path| repair(path)).filter(is_of_unfinished).collect())
 }
 
-/// The files of a folder that a killed recorder may have left.
+/// Files of a folder that may come from a killed recorder, sorted.
 fn unfinished_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
     let entries = entries.map_err(|source| RepairError::Read(folder.into(), source))?;
@@ -121,8 +121,8 @@ fn unfinished_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
     Ok(candidates)
 }
 
-/// The files that other processes have open, as far as this user may know: one that is being copied here is unfinished
-/// too, and not for us to finish.
+/// Files that other processes have open, as far as this user may see them. For example, a file that another process is copying
+/// into the folder looks unfinished, but must not be repaired.
 fn open_files() -> HashSet<PathBuf> {
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
     let others = processes.filter(|process| process.file_name() != *std::process::id().to_string());
@@ -130,10 +130,11 @@ fn open_files() -> HashSet<PathBuf> {
     files.filter_map(|file| fs::read_link(file.path()).ok()).collect()
 }
 
-fn is_news(repair: &Result<Repair, RepairError>) -> bool {
+/// Whether a result concerns an unfinished recording of ours.
+fn is_of_unfinished(repair: &Result<Repair, RepairError>) -> bool {
     match repair {
         Ok(repair) => repair.was_unfinished,
-        // Most files in a folder are not for us to read.
+        // A folder may contain files that are not ours or not readable.
         Err(RepairError::Foreign { .. } | RepairError::InUse { .. } | RepairError::Read { .. }) => false,
         Err(RepairError::Damaged { .. } | RepairError::DiskFull { .. } | RepairError::Write { .. }) => true,
     }

@@ -1,33 +1,34 @@
-//! The messages of a recording as little-endian CDR, the encoding of ROS 2, and which frames become poses for viewers.
+//! Messages of a recording as little-endian CDR, the encoding of ROS 2, and the choice of frames whose poses are recorded.
 //!
-//! A message is four bytes that name the encoding, then the fields in the order of its topic's definition, each
-//! aligned to its size counted from behind those four. Every value keeps its bits. The types of the bus have the same fields
-//! in the same order without padding, so their messages are their bytes in shared memory.
+//! A message has four bytes that name the encoding, then the fields in the order of its topic's definition. Each field is
+//! aligned to its size, counted from after those four bytes. Every value keeps its bits. The types of the bus have the same
+//! fields in the same order, without padding. So their messages are their bytes in shared memory.
 
 use bench_dragon_ipc::{BenchState, FrameHeader, FromBytes, HandleState, IntoBytes as _};
 
 /// Little-endian plain CDR, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// The frame of reference of the poses, with the zero that ends a string, and padded for the number behind it.
+/// Frame of reference of the poses: a string with its final zero, padded for the alignment of the next number.
 const STAGE: &[u8; 8] = b"stage\0\0\0";
 const STAGE_BYTES: u32 = 6;
-/// Thirty poses a second of wall time.
+/// Period of the poses: 30 Hz of wall time.
 const POSE_PERIOD_NS: u64 = 1_000_000_000 / 30;
 
-const _: () = assert!(cfg!(target_endian = "little"), "the bytes of shared memory are recorded as they are");
+const _: () =
+    assert!(cfg!(target_endian = "little"), "messages are the bytes of shared memory, and CDR is little-endian");
 
-/// Replaces the contents of `message` by a frame.
+/// Replaces the contents of `message` with a frame.
 pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[HandleState]) {
     encode(message, header.as_bytes());
     message.extend((handles.len() as u32).to_le_bytes());
     if !handles.is_empty() {
-        // Padding: the handles are aligned to eight bytes.
+        // Padding aligns the handles to eight bytes.
         message.extend([0; 4]);
     }
     message.extend(handles.as_bytes());
 }
 
-/// Replaces the contents of `message` by the poses of all benches at a Unix time, in the frame `stage`.
+/// Replaces the contents of `message` with the poses of all benches at a Unix time, in the frame of reference `stage`.
 pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
     let benches = BenchState::all(handles);
     let [seconds, nanoseconds] = [unix_ns / 1_000_000_000, unix_ns % 1_000_000_000].map(|part| part as u32);
@@ -39,7 +40,7 @@ pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]
     }
 }
 
-/// Reads a frame back, bit for bit; `None` where the message is not one.
+/// Reads a frame back, bit for bit. `None` if the message is not a frame.
 pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
     let (header, rest) = split::<FrameHeader>(message)?;
     let (count, rest) = rest.split_first_chunk()?;
@@ -49,27 +50,27 @@ pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
     Some((header, handles.collect::<Option<_>>()?))
 }
 
-/// Replaces the contents of `message` by its first fields: all of a message that is recorded as it is on the bus.
+/// Replaces the contents of `message` with its encoding and first fields. For a type of the bus, these are all fields.
 pub(super) fn encode(message: &mut Vec<u8>, fields: &[u8]) {
     message.clear();
     message.extend(ENCAPSULATION);
     message.extend(fields);
 }
 
-/// Reads the first fields of a message back, bit for bit; `None` where they are not all there.
+/// Reads the first fields of a message back, bit for bit. `None` if the message is too short or has another encoding.
 pub(super) fn decode<T: FromBytes>(message: &[u8]) -> Option<T> {
     split(message).map(|(fields, _)| fields)
 }
 
-/// The first fields of a message, and what is behind them.
+/// Splits the first fields of a message from the rest.
 fn split<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
     T::read_from_prefix(message.strip_prefix(&ENCAPSULATION)?).ok()
 }
 
-/// Where a bench lies, as `geometry_msgs/msg/Pose`: its centre in metres, and as the quaternion x, y, z, w of a turn about z
-/// its heading from the rear handle to the front one.
+/// Pose of a bench as `geometry_msgs/msg/Pose`: its centre in metres, then its heading as a quaternion x, y, z, w about z.
 ///
-/// A heading of +π/2, in which its front handle lies in direction +y of its rear one, is a quarter turn about z.
+/// The heading points from the rear handle to the front handle. A heading of +π/2, with the front handle in direction +y of the
+/// rear handle, is a quarter turn about z.
 fn pose(bench: &BenchState) -> [f64; 7] {
     let [x, y, z] = bench.centre_m;
     let (sine, cosine) = (bench.heading_rad / 2.0).sin_cos();
@@ -78,16 +79,16 @@ fn pose(bench: &BenchState) -> [f64; 7] {
 
 /// Chooses the frames whose poses are recorded.
 ///
-/// A pose is due every thirtieth of a second, and the first frame no more than half of that before it is chosen. So the
-/// mean rate is 30 Hz at any higher frame rate, every frame is chosen at 30 Hz and below however it jitters, and a pause
-/// is not made up for.
+/// A pose is due every thirtieth of a second. `PoseRate` chooses the first frame that is at most half a period early. So the
+/// mean rate is 30 Hz at any higher frame rate. At 30 Hz and below, every frame is chosen, even with jitter. After a pause, no
+/// extra frames are chosen.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PoseRate {
     due_ns: u64,
 }
 
 impl PoseRate {
-    /// Whether the frame sent at `published_ns`, later than the one asked for before, is chosen.
+    /// Whether the frame sent at `published_ns` is chosen. Call it for frames in their order.
     pub(super) fn is_due(&mut self, published_ns: u64) -> bool {
         let is_due = published_ns + POSE_PERIOD_NS / 2 >= self.due_ns;
         if is_due {
@@ -106,13 +107,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_keeps_every_bit() {
+    fn frame_keeps_every_bit() {
         let odd = [f64::NAN, -0.0, f64::INFINITY, f64::MIN_POSITIVE / 3.0, 1.0 / 3.0, f64::MAX];
         let header = FrameHeader { run_id: 1 << 52, sim_time_ns: i64::MIN, head_travel_m: -0.1, ..Default::default() };
         let handle = HandleState { position_m: [odd[0], odd[1], odd[2]], velocity_mps: [odd[3], odd[4], odd[5]] };
         let mut message = Vec::new();
         encode_frame(&mut message, &header, &[handle; 3]);
-        assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 a handle");
+        assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 per handle");
         let (read_header, read_handles) = decode_frame(&message).expect("a frame");
         assert_eq!((read_header, decode(&message)), (header, Some(header)));
         let bits = |states: &[HandleState]| -> Vec<u64> {
@@ -122,14 +123,14 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_cut_short_is_no_frame() {
+    fn truncated_frame_is_rejected() {
         let mut message = Vec::new();
         encode_frame(&mut message, &FrameHeader::default(), &[HandleState::default(); 2]);
         assert!((0..message.len()).all(|length| decode_frame(&message[..length]).is_none()));
     }
 
     #[test]
-    fn an_alert_keeps_every_bit_and_cut_short_is_none() {
+    fn alert_keeps_every_bit_and_a_truncated_alert_is_rejected() {
         let alert = Alert {
             run_id: 7,
             tick: 1 << 40,
@@ -192,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_is_not_made_up_for() {
+    fn pause_adds_no_extra_poses() {
         let mut rate = PoseRate::default();
         rate.is_due(0);
         let chosen = chosen_in(1, 1_000, &mut rate);

@@ -1,8 +1,8 @@
-//! Reading a whole recording to find damage, and saving what is readable of a damaged one.
+//! Reads a whole recording to find damage, and saves the readable parts of a damaged one.
 //!
-//! Everything that is whole is copied into a new file beside the old one, with an index and a summary. When that file is on
-//! the disk, it takes the old one's place in one step, and the old one is kept under another name: there may be more to
-//! save in it. Whatever fails before, the old file stays as it was.
+//! The check copies all whole chunks into a new file beside the old one, with an index and a summary. When the new file is on
+//! the disk, it replaces the old file in one step. The old file is kept under another name, because more of it may be
+//! recoverable. If the check fails before that, the old file is unchanged.
 
 use std::{
     collections::BTreeSet,
@@ -27,21 +27,21 @@ use super::{
 };
 use crate::system::whole_file::folder_of;
 
-/// What the name of the copy adds to that of the recording; a copy left by a killed repair is overwritten by the next.
+/// Extension of the copy, added to the name of the recording. A repair overwrites the copy of a killed repair.
 pub(super) const COPY_EXTENSION: &str = "repairing";
-/// What the name of an old file adds that is kept.
+/// Extension of a damaged file that is kept, added to its name.
 pub(super) const DAMAGED_EXTENSION: &str = "damaged";
 const CHUNK_BYTES: u64 = 1 << 20;
 const BUFFER_BYTES: usize = 1 << 20;
 
-/// Reads a whole recording, finished or not, and finishes it as [`repair()`] does where every chunk is sound. Of one with
-/// damage a finished copy of all that is sound takes its place, and the old file is kept as `FILE.damaged`.
+/// Reads a whole recording, finished or not. If every chunk is undamaged, finishes it as [`repair()`] does. A damaged recording
+/// is replaced by a finished copy of its undamaged chunks, and the old file is kept as `FILE.damaged`.
 ///
-/// `progress` hears how many bytes of the file have been read, chunk by chunk; for a copy from the beginning again. A copy
-/// needs as much free disk as the recording is large.
+/// `progress` receives the number of bytes read, after each chunk. For a copy it starts again at the beginning of the file. A
+/// copy needs as much free disk space as the size of the recording.
 ///
 /// # Errors
-/// See [`RepairError`]; [`RepairError::Damaged`] is none of them.
+/// See [`RepairError`]. Never returns [`RepairError::Damaged`].
 pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
     let file = Locked::take(open_ours(path)?, path)?;
     let sound = sound_frames(&file.0, &mut progress);
@@ -55,13 +55,13 @@ pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repa
         }
     }
     let file = Locked::take(open_ours(path)?, path)?;
-    // A link stays one: the file that it leads to is replaced.
+    // Keeps a symbolic link: the copy replaces the target of the link.
     let target = path.canonicalize().map_err(|source| RepairError::Read(path.into(), source))?;
     let copied = replace_by_finished_copy(&file.0, &target, progress)?;
     Ok(Repair { path: path.into(), ..copied })
 }
 
-/// The frames of a recording all of whose chunks are sound; `None` where there is damage.
+/// Number of frames of an undamaged recording; `None` if it is damaged.
 fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64>> {
     let mut frame_channels = BTreeSet::new();
     let mut frames = 0;
@@ -78,8 +78,7 @@ fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64
     Ok((damage == (0, false)).then_some(frames))
 }
 
-/// Reads all records of a file's data. Returns how many bytes were passed over, and whether the records break off before the
-/// end of the data.
+/// Reads all records of a file's data. Returns the number of bytes skipped, and whether unreadable bytes end the records.
 fn visit(
     mut file: &File,
     mut progress: impl FnMut(u64),
@@ -108,7 +107,7 @@ fn replace_by_finished_copy(file: &File, path: &Path, progress: impl FnMut(u64))
         Ok(Repair { path: path.into(), frames, was_unfinished: true, skipped_bytes, kept: Some(kept) })
     });
     replaced.map_err(|error| {
-        // The error that is on its way explains more than this one would; the next check overwrites the copy.
+        // The first error explains more than an error of the removal. The next check overwrites the copy.
         let _ = fs::remove_file(&copy);
         RepairError::Write(copy, io_error(error))
     })
@@ -121,16 +120,16 @@ fn io_error(error: McapError) -> io::Error {
     }
 }
 
-/// `FILE.damaged`, or where an earlier one has that name, `FILE.2.damaged` and so on.
+/// A free name: `FILE.damaged`, else `FILE.2.damaged` and so on.
 fn free_name_for_damaged(path: &Path) -> PathBuf {
     let name = |number: u32| match number {
         1 => path.with_added_extension(DAMAGED_EXTENSION),
         number => path.with_added_extension(format!("{number}.{DAMAGED_EXTENSION}")),
     };
-    (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
+    (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder has fewer than 2^32 files")
 }
 
-/// Returns how many frames were copied, and how many bytes were passed over.
+/// Writes the copy. Returns the number of frames copied, and the number of bytes skipped.
 fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> McapResult<(u64, u64)> {
     let file = File::options().read(true).write(true).create(true).truncate(true).open(copy)?;
     file.set_permissions(old.metadata()?.permissions())?;
@@ -166,14 +165,14 @@ impl<W: io::Write + Seek> Copier<W> {
             }
             Record::Message { header, data } => {
                 if !self.has_channels && self.is_of_this_version {
-                    // The chunk that declares them is damaged; this version gives each the same number in every file.
+                    // The chunk that declares the channels is damaged. This version numbers them alike in every file.
                     Channels::declare(&mut self.writer)?;
                     self.has_channels = true;
                 }
                 self.writer.write_to_known_channel(&header, &data)?;
             }
             Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
-            // The writer makes its own header and indexes.
+            // The writer writes its own header and indexes.
             _ => {}
         }
         Ok(())

@@ -1,5 +1,4 @@
-//! Forcing what is recorded onto the disk, on a thread of its own: a power cut costs little, and a slow disk holds up no
-//! frame.
+//! Syncing recorded data to disk, on a separate thread: a power cut loses little, and a slow disk delays no frame.
 
 use std::{
     fs::File,
@@ -10,12 +9,12 @@ use std::{
 
 use crossbeam::channel::{Receiver, Sender, bounded};
 
-/// How often a file that is being written is forced onto the disk, where the disk is that fast.
+/// Least time between two syncs of the open file.
 const PERIOD: Duration = Duration::from_secs(1);
-/// Files that may wait for the disk; with rotation, several are finished while it is slow.
+/// Greatest number of files in the queue for a sync. With rotation, several files may finish while the disk is slow.
 const MOST_WAITING: usize = 4;
 
-/// The thread that waits for the disk.
+/// The thread that syncs files to disk.
 #[derive(Debug)]
 pub(super) struct DiskSync {
     files: Sender<File>,
@@ -31,7 +30,7 @@ impl DiskSync {
         let thread = thread::Builder::new().name("record-sync".to_owned()).spawn(move || {
             for file in asked {
                 if let Err(error) = file.sync_data() {
-                    // The first failure is enough to end the recording.
+                    // The channel holds one error: the first one ends the recording.
                     let _ = failures.try_send(error);
                 }
             }
@@ -39,28 +38,28 @@ impl DiskSync {
         Ok(Self { files, failed, thread, due: Instant::now() + PERIOD })
     }
 
-    /// Has a file that is being written forced onto the disk, once a second and not while others wait. Never waits itself.
+    /// Requests a sync of the open file, at most once a second and only if the queue is empty. Never waits.
     pub(super) fn look_after(&mut self, file: &File) -> io::Result<()> {
         let now = Instant::now();
         if now >= self.due && self.files.is_empty() {
             self.due = now + PERIOD;
-            // Taken by nobody but this thread, so there is room.
+            // Only this thread sends, so the empty queue has room.
             let _ = self.files.try_send(file.try_clone()?);
         }
         self.check()
     }
 
-    /// Has a finished file forced onto the disk. Waits only where several wait already.
+    /// Requests a sync of a finished file. Waits only while the queue is full.
     pub(super) fn keep(&self, file: File) -> io::Result<()> {
-        // The thread ends only when this end is dropped.
+        // The thread ends only after this sender is dropped, so the send succeeds.
         let _ = self.files.send(file);
         self.check()
     }
 
-    /// Waits until all is on the disk.
+    /// Waits until all requested files are on the disk.
     pub(super) fn finish(self) -> io::Result<()> {
         drop(self.files);
-        self.thread.join().expect("the thread that waits for the disk does not panic");
+        self.thread.join().expect("the sync thread does not panic");
         self.failed.try_recv().map_or(Ok(()), Err)
     }
 

@@ -1,10 +1,10 @@
-//! Why a recording could not begin or had to end.
+//! Errors of a recording: reasons why it cannot start or had to end.
 
 use std::{io, ops::RangeInclusive, path::PathBuf};
 
 use super::progress::Size;
 
-/// Why a recording could not begin or had to end.
+/// Reason why a recording cannot start or had to end.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// A setting is out of its range.
@@ -12,49 +12,52 @@ pub enum RecordError {
     OutOfRange {
         /// Name of the setting.
         name: &'static str,
-        /// What it was set to.
+        /// Given value.
         value: u64,
-        /// What it may be set to.
+        /// Allowed range.
         allowed: RangeInclusive<u64>,
     },
-    /// A file of that name is there already; a recording overwrites nothing.
-    #[error("{} exists already and is not overwritten: record into another file or move it away", .0.display())]
+    /// A file with this name already exists. A recording overwrites no file.
+    #[error("{} already exists and is not overwritten: choose another file name, or move the file", .0.display())]
     Exists(PathBuf),
-    /// The file could not be made.
-    #[error("cannot make {}", .0.display())]
+    /// The file cannot be created.
+    #[error("cannot create {}", .0.display())]
     Create(PathBuf, #[source] io::Error),
-    /// The disk has no room for more.
-    #[error("the disk is full ({} free): {} ends here, {}", Size(*free_bytes), path.display(), kept.text())]
+    /// The disk is full.
+    #[error("the disk is full ({} free): the recording stops; {} {}", Size(*free_bytes), path.display(), kept.text())]
     DiskFull {
         /// The file that was being written.
         path: PathBuf,
         /// Bytes that an unprivileged process could still write.
         free_bytes: u64,
-        /// What became of the file.
+        /// State of the file.
         kept: Kept,
     },
-    /// The file could not be written for another reason.
-    #[error("cannot write {} ({} free on its disk): it ends here, {}", path.display(), Size(*free_bytes), kept.text())]
+    /// The file cannot be written for another reason.
+    #[error(
+        "cannot write {} ({} free on its disk): the recording stops; the file {}",
+        path.display(), Size(*free_bytes), kept.text()
+    )]
     Write {
         /// The file that was being written.
         path: PathBuf,
         /// Bytes that an unprivileged process could still write.
         free_bytes: u64,
-        /// What became of the file.
+        /// State of the file.
         kept: Kept,
-        /// What the system or the MCAP library reported.
+        /// Error from the system or the MCAP library.
         source: mcap::McapError,
     },
-    /// The oldest file of a bounded recording could not be removed.
+    /// The oldest file of a bounded recording cannot be removed.
     #[error("cannot remove {}, the oldest file of this recording", .0.display())]
     Remove(PathBuf, #[source] io::Error),
-    /// The recording has ended by an error that was returned before.
-    #[error("the recording has ended already")]
+    /// An earlier error ended the recording.
+    #[error("an earlier error has ended the recording")]
     Ended,
 }
 
 impl RecordError {
-    /// Whether it is for want of room on the disk: recording is possible again once there is some.
+    /// Whether the disk is full. Recording is possible again after files are removed.
     pub fn is_disk_full(&self) -> bool {
         match self {
             Self::DiskFull { .. } => true,
@@ -64,20 +67,22 @@ impl RecordError {
     }
 }
 
-/// What is left of a file that could not be written on.
+/// State of a file that could not be written further.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kept {
     /// A finished file that any reader opens.
     Finished,
-    /// A file without an index: streaming readers read it, and repair finishes it.
+    /// A file without an index. Streaming readers can read it, and repair finishes it.
     Unfinished,
 }
 
 impl Kept {
     fn text(self) -> &'static str {
         match self {
-            Self::Finished => "finished and whole up to here",
-            Self::Unfinished => "whole up to here but unfinished; once there is room, `record --repair` finishes it",
+            Self::Finished => "is finished and complete up to here",
+            Self::Unfinished => {
+                "is complete up to here but has no index: free some disk space, then finish it with `record --repair`"
+            }
         }
     }
 }
@@ -89,7 +94,7 @@ fn range_text(allowed: &RangeInclusive<u64>) -> String {
     }
 }
 
-/// Whether an error means that the disk, or the user's share of it, has no room.
+/// Whether an error means that the disk or the user's quota is full.
 pub(super) fn is_disk_full(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }

@@ -1,4 +1,4 @@
-//! The heads of a recording's records, read wherever they are in the file, without what lies between them.
+//! Reads the heads of a recording's records at any position, without the bytes between them.
 
 use std::{
     fs::File,
@@ -11,40 +11,40 @@ use rustix::fs::{Advice, fadvise};
 
 use super::records::{RECORD_HEAD_BYTES, split_start};
 
-/// The head of a record and as much of its body as tells the lengths of its fields.
+/// Bytes read of each record: its head, and enough of its body for the lengths of its fields.
 pub(super) const START_BYTES: usize = 64;
-/// Read at once: the indexes of a chunk and the start of the next one, as a rule.
+/// Size of the read buffer: usually enough for the indexes of a chunk and the start of the next chunk.
 const BUFFER_BYTES: usize = 4096;
-/// A chunk's header without the name of its compression.
+/// Bytes of a chunk's header without the name of its compression.
 const CHUNK_HEADER_BYTES: u64 = CHUNK_TIMES_BYTES as u64 + 4 + 8;
-/// What comes before that name: two times, a size and a checksum.
+/// Bytes before that name: two times, a size and a checksum.
 const CHUNK_TIMES_BYTES: usize = 8 + 8 + 8 + 4;
-/// A message index without its entries: a channel and their length.
+/// Bytes of a message index without its entries: a channel, and the length of the entries.
 pub(super) const INDEX_HEAD_BYTES: u64 = 2 + 4;
 
-/// Reads here and there in a file.
+/// A reader of single records at any position of a file.
 pub(super) struct Heads<'a> {
     source: BufReader<&'a File>,
-    /// Bytes of the file.
+    /// Length of the file in bytes.
     pub(super) length: u64,
-    /// Where `source` stands.
+    /// Position of `source` in bytes.
     at: u64,
 }
 
 impl<'a> Heads<'a> {
     pub(super) fn of(mut file: &'a File) -> io::Result<Self> {
-        // Without this the kernel reads ahead, which are the chunks' contents. It is advice: nothing depends on it.
+        // Without this advice the kernel reads ahead, into the contents of chunks. A failure costs only time.
         let _ = fadvise(file, 0, None, Advice::Random);
         file.rewind()?;
         Ok(Self { length: file.metadata()?.len(), source: BufReader::with_capacity(BUFFER_BYTES, file), at: 0 })
     }
 
-    /// The first bytes of a record, fewer where the file ends.
+    /// The first [`START_BYTES`] of a record, or fewer at the end of the file.
     pub(super) fn start(&mut self, begin: u64) -> io::Result<Vec<u8>> {
         self.bytes(begin, START_BYTES as u64)
     }
 
-    /// A whole record without its head.
+    /// The body of a record.
     pub(super) fn body(&mut self, begin: u64, end: u64) -> io::Result<Vec<u8>> {
         self.bytes(begin + RECORD_HEAD_BYTES, end - begin - RECORD_HEAD_BYTES)
     }
@@ -56,14 +56,14 @@ impl<'a> Heads<'a> {
         Ok(bytes)
     }
 
-    /// Keeps what has been read ahead, where it is of use.
+    /// Seeks to a byte, and keeps the buffered bytes if they contain it.
     fn go_to(&mut self, at: u64) -> io::Result<()> {
         self.source.seek_relative(at.cast_signed() - self.at.cast_signed())?;
         self.at = at;
         Ok(())
     }
 
-    /// Whether the file goes on with zeros alone, up to its end.
+    /// Whether the file contains only zeros from `begin` to its end.
     pub(super) fn is_zero_from(&mut self, begin: u64) -> io::Result<bool> {
         self.go_to(begin)?;
         loop {
@@ -77,7 +77,7 @@ impl<'a> Heads<'a> {
         }
     }
 
-    /// Whether what follows the data is a summary or the beginning of one: nothing that would be missed.
+    /// Whether a summary, or the beginning of one, follows the data. Such bytes can be cut off without loss.
     pub(super) fn is_summary_from(&mut self, mut begin: u64) -> io::Result<bool> {
         loop {
             let start = self.start(begin)?;
@@ -97,7 +97,8 @@ impl<'a> Heads<'a> {
     }
 }
 
-/// The length of a record's body as its fields state it; `None` where they are not there.
+/// Length of a record's body by its fields. `None` if `body` does not contain them, and for kinds of record that a recording's
+/// data does not contain.
 pub(super) fn length_by_fields(opcode: u8, body: &[u8]) -> Option<u64> {
     match opcode {
         op::CHUNK => {
@@ -107,7 +108,7 @@ pub(super) fn length_by_fields(opcode: u8, body: &[u8]) -> Option<u64> {
             (CHUNK_HEADER_BYTES + u64::from(name_bytes)).checked_add(data_bytes)
         }
         op::MESSAGE_INDEX => Some(INDEX_HEAD_BYTES + u64::from(number_at::<u32>(body, 2)?)),
-        // Of a header two names, of metadata a name and a map.
+        // A header has two names; metadata has a name and a map.
         op::HEADER | op::METADATA => {
             let first_bytes: u32 = number_at(body, 0)?;
             let rest_bytes: u32 = number_at(body, 4_usize.saturating_add(first_bytes as usize))?;
@@ -135,7 +136,7 @@ fn is_of_summary(opcode: u8) -> bool {
     )
 }
 
-/// A little-endian number in bytes, where it is there.
+/// Reads a little-endian number at a byte. `None` if the bytes end before it.
 pub(super) fn number_at<T: FromBytes>(bytes: &[u8], at: usize) -> Option<T> {
     T::read_from_prefix(bytes.get(at..)?).ok().map(|(number, _)| number)
 }

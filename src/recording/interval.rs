@@ -1,4 +1,4 @@
-//! Which part of a recording: frames by their show time, the search for them, and what there was where there are none.
+//! Intervals of show time: the search of a recording for their frames, and the error if it finds none.
 
 use std::{
     fmt,
@@ -7,10 +7,10 @@ use std::{
 
 use super::Flaws;
 
-/// Show times from one to another, both included.
+/// A closed interval of show times.
 ///
-/// A recording may hold several runs, and a run may go back to where it was. So an interval is no stretch of the file, but
-/// all frames whose show time lies in it, wherever they are.
+/// A recording may contain several runs, and a run may seek back. So an interval is not a contiguous part of the file. It
+/// selects all frames whose show time lies in it.
 ///
 /// ```
 /// use bench_dragon::recording::ShowInterval;
@@ -22,17 +22,17 @@ use super::Flaws;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShowInterval {
-    /// The least show time, in nanoseconds.
+    /// Least show time, in nanoseconds.
     pub from_ns: i64,
-    /// The greatest.
+    /// Greatest show time, in nanoseconds.
     pub to_ns: i64,
 }
 
 impl ShowInterval {
-    /// Every show time.
+    /// All show times.
     pub const ALL: Self = Self { from_ns: i64::MIN, to_ns: i64::MAX };
 
-    /// Whether a show time lies in it.
+    /// Whether a show time lies in the interval.
     pub fn contains(&self, sim_time_ns: i64) -> bool {
         (self.from_ns..=self.to_ns).contains(&sim_time_ns)
     }
@@ -54,47 +54,47 @@ impl fmt::Display for ShowInterval {
 #[derive(Clone, Copy, Debug)]
 pub struct IntervalSearch {
     interval: ShowInterval,
-    /// Show times that it has come by: the least and the greatest.
+    /// Least and greatest show time found so far.
     seen: Option<ShowInterval>,
 }
 
-/// Why no frame was found.
+/// Reason why a search found no frame.
 #[derive(Debug, thiserror::Error)]
 pub enum NothingFound {
-    /// There are none at all, or none that can be read.
+    /// The recording has no readable frames.
     #[error("{} holds no frames{flaws}", path.display())]
     NoFrames {
         /// The file.
         path: PathBuf,
-        /// What could not be read of it.
+        /// Unreadable parts of the file.
         flaws: Flaws,
     },
-    /// There are frames, but none of the show times that were asked for.
+    /// The recording has frames, but none in the interval.
     #[error("{} holds no frames {asked}: its show times are {there}", path.display())]
     NothingThere {
         /// The file.
         path: PathBuf,
-        /// What was asked for.
+        /// Interval of the search.
         asked: ShowInterval,
-        /// From the least show time to the greatest.
+        /// Least and greatest show time in the file.
         there: ShowInterval,
     },
 }
 
 impl IntervalSearch {
-    /// A search that has just begun.
+    /// Begins a search.
     pub fn new(interval: ShowInterval) -> Self {
         Self { interval, seen: None }
     }
 
-    /// Comes by a frame of this show time; whether it is one of the interval.
+    /// Takes the show time of the next frame. Returns whether it lies in the interval.
     pub fn comes_by(&mut self, sim_time_ns: i64) -> bool {
         let seen = self.seen.get_or_insert(ShowInterval { from_ns: sim_time_ns, to_ns: sim_time_ns });
         *seen = ShowInterval { from_ns: seen.from_ns.min(sim_time_ns), to_ns: seen.to_ns.max(sim_time_ns) };
         self.interval.contains(sim_time_ns)
     }
 
-    /// Why nothing was found in a file that has been searched, as far as it could be read.
+    /// Returns the reason why the search found no frame in the readable part of a file.
     pub fn nothing_found(&self, path: &Path, flaws: Flaws) -> NothingFound {
         let path = path.to_owned();
         match self.seen {

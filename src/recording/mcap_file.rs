@@ -1,14 +1,14 @@
-//! One MCAP file of a recording while it is written.
+//! The MCAP file that a recording is writing.
 //!
-//! Messages collect in a chunk in memory. [`McapFile::flush`] compresses it and hands it to the operating system with
-//! its index in one write, so that whatever stops the process, the file ends behind a whole record or inside one that
-//! says how long it should have been. Nothing is ever written twice, and no placeholder is left to be filled in later.
-//! Every chunk holds messages: viewers take the earliest chunk's time for the beginning of the recording.
+//! Messages collect in a chunk in memory. [`McapFile::flush`] compresses the chunk and hands it to the operating system with
+//! its index, in one write. So if the process stops at any instant, the file ends behind a whole record, or inside a record
+//! whose head states the full length. No byte is written twice, and no placeholder is filled in later. Every chunk contains
+//! messages: viewers use the earliest time of any chunk as the start of the recording.
 //!
-//! Before a chunk is begun, the room for it *and for the file's summary* is reserved on the disk. When the disk is full
-//! the reservation fails while nothing is at stake, and the file is finished within the room it had.
+//! Before a chunk begins, the room for it *and for the file's summary* is reserved on the disk. If the disk is full, the
+//! reservation fails before any data is lost. The file is then finished within its reserved room.
 //!
-//! The file is locked while it is open: repair leaves a locked file alone.
+//! The file is locked while it is open, and repair rejects a locked file.
 
 use std::{
     collections::BTreeMap,
@@ -28,22 +28,24 @@ use super::{
     error::{Kept, RecordError, is_disk_full},
     progress::DiskSpace,
     reader::Configuration,
+    repair::Locked,
     topics::{CONFIGURATION, Channels, LIBRARY, MessageCounts, PROFILE, Topic},
 };
 use crate::system::whole_file::{create_nameless, folder_of, give_name};
 
-/// Holds a compressed chunk with its index, so that both leave in one write.
+/// Room for a compressed chunk and its index, so that one write sends both.
 const WRITE_BUFFER_BYTES: usize = 2 << 20;
-/// Bytes that a message needs besides its own: record, index entry.
+/// Greatest overhead of a message in bytes: head of the record, and index entry.
 const MESSAGE_OVERHEAD_BYTES: u64 = 64;
-/// More than the schemas, channels, statistics and footer of a summary.
+/// Upper bound on the schemas, channels, statistics and footer of a summary.
 const SUMMARY_BYTES: u64 = 16 << 10;
-/// More than the index of one chunk, or of one metadata record, in the summary.
+/// Upper bound on the index of one chunk, or of one metadata record, in the summary.
 const SUMMARY_ENTRY_BYTES: u64 = 160;
 
 type Sink = NoSeek<BufWriter<File>>;
 
-/// How a file is written: our name in the header, chunks closed by [`McapFile`] alone and never half written.
+/// Options of the MCAP writer. The header contains our library name. Only [`McapFile`] closes chunks, and no chunk is partly
+/// written.
 pub(super) fn write_options(compression_level: u32) -> WriteOptions {
     WriteOptions::new()
         .profile(PROFILE)
@@ -55,7 +57,7 @@ pub(super) fn write_options(compression_level: u32) -> WriteOptions {
         .chunk_size(None)
 }
 
-/// When and as what a message is recorded.
+/// Sequence number and times of a recorded message.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamp {
     pub(super) sequence: u32,
@@ -71,14 +73,16 @@ pub(super) struct McapFile {
     chunk: BufferedChunk,
     chunk_limit_bytes: u64,
     summary_bytes: u64,
-    /// Handed to the operating system, as are the messages in `counts`.
+    /// Bytes handed to the operating system; they contain the messages in `counts`.
     pub(super) written_bytes: u64,
     pub(super) counts: MessageCounts,
     reserved_bytes: Option<u64>,
     is_ended: bool,
+    /// Unlocks the file at the end, after the fields above.
+    _locked: Locked,
 }
 
-/// What has not been handed to the operating system yet.
+/// The open chunk: messages that the operating system does not have yet.
 #[derive(Default)]
 struct BufferedChunk {
     bytes: u64,
@@ -86,10 +90,10 @@ struct BufferedChunk {
 }
 
 impl McapFile {
-    /// Makes the file, locks it and writes its beginning. Where that fails, no file is left.
+    /// Creates the file, locks it and writes its beginning. On an error, no file remains.
     ///
-    /// The file gets its name when its beginning is in it, so that one that is there is a recording, whenever its recorder
-    /// is killed. A file system that makes no files without a name is given one at once.
+    /// The file gets its name after its beginning is written. So a file with this name is always a recording, even if the
+    /// recorder is killed. On a file system without unnamed files, the file has its name from the start.
     pub(super) fn create(path: &Path, compression_level: u32, chunk_limit_bytes: u64) -> Result<Self, RecordError> {
         let begin = |file| Self::begin(path, file, compression_level, chunk_limit_bytes);
         let created = match create_nameless(folder_of(path)) {
@@ -99,7 +103,7 @@ impl McapFile {
             }),
             Err(_) => File::create_new(path).map_err(McapError::from).and_then(|file| {
                 begin(file).inspect_err(|_| {
-                    // The file is ours and holds nothing; the error that is on its way tells more than this one would.
+                    // The file is ours and empty. The first error explains more than an error of the removal.
                     let _ = std::fs::remove_file(path);
                 })
             }),
@@ -113,6 +117,7 @@ impl McapFile {
 
     fn begin(path: &Path, file: File, compression_level: u32, chunk_limit_bytes: u64) -> McapResult<Self> {
         flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(io::Error::from)?;
+        let locked = Locked(file.try_clone()?);
         let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, file.try_clone()?));
         let mut begun = Self {
             path: path.into(),
@@ -126,26 +131,27 @@ impl McapFile {
             counts: MessageCounts::default(),
             reserved_bytes: Some(0),
             is_ended: false,
+            _locked: locked,
         };
         begun.reserve(&[])?;
         begun.flush()?;
         Ok(begun)
     }
 
-    /// Whether messages wait for the next flush.
+    /// Whether the open chunk contains messages.
     pub(super) fn has_unflushed(&self) -> bool {
         self.chunk.bytes > 0
     }
 
-    /// Whether any message was ever written.
+    /// Whether a message was written to this file.
     pub(super) fn holds_messages(&self) -> bool {
         self.channels.is_some()
     }
 
-    /// Size that the finished file would stay under if one more chunk were written that begins with a message.
+    /// Upper bound on the size of the finished file after one more chunk that begins with a message, in bytes.
     pub(super) fn bytes_after_chunk_with(&self, message: &[u8]) -> u64 {
         let chunk = self.chunk_limit_bytes.max(recorded_bytes(message));
-        // Zstandard makes incompressible data larger by less than 1/128.
+        // Zstandard enlarges incompressible data by less than 1/128.
         self.written_bytes + chunk + chunk / 128 + self.summary_bytes + SUMMARY_ENTRY_BYTES
     }
 
@@ -153,7 +159,7 @@ impl McapFile {
         DiskSpace::around(&self.file)
     }
 
-    /// Records the configuration, at once.
+    /// Records the configuration and flushes it.
     pub(super) fn describe(&mut self, Configuration { run_id, toml }: &Configuration) -> McapResult<()> {
         self.flush()?;
         let metadata = [("run_id".to_owned(), run_id.to_string()), ("toml".to_owned(), toml.clone())];
@@ -163,8 +169,8 @@ impl McapFile {
         self.flush()
     }
 
-    /// Whether a message fits into the open chunk; into an empty one any does. The first chunk holds one message: it declares the
-    /// channels by which all that follows is read, and the less of it there is, the less can be damaged.
+    /// Whether a message fits into the open chunk. Any message fits into an empty chunk. The first chunk holds one message
+    /// only: it declares the channels that readers need for all later chunks, and a short chunk is less likely to be damaged.
     pub(super) fn fits(&self, message: &[u8]) -> bool {
         let is_first_chunk = self.counts == MessageCounts::default();
         let room = if is_first_chunk { 0 } else { self.chunk_limit_bytes };
@@ -187,7 +193,7 @@ impl McapFile {
         Ok(())
     }
 
-    /// The channels; the first message's chunk begins with all of them.
+    /// Returns the channels. Declares all of them before the first message, in its chunk.
     fn channels(&mut self) -> McapResult<Channels> {
         Ok(match self.channels {
             Some(channels) => channels,
@@ -195,7 +201,7 @@ impl McapFile {
         })
     }
 
-    /// Closes the chunk and hands it to the operating system: from here on it outlives the process.
+    /// Closes the chunk and hands it to the operating system. After that it survives the end of the process.
     pub(super) fn flush(&mut self) -> McapResult<()> {
         self.writer.flush()?;
         self.written_bytes = self.file.metadata()?.len();
@@ -205,7 +211,7 @@ impl McapFile {
         Ok(())
     }
 
-    /// Writes the summary and gives back the room that was reserved for more; once only, successful or not.
+    /// Writes the summary and releases the rest of the reserved room. Acts only once, even after an error.
     pub(super) fn finish(&mut self) -> McapResult<()> {
         if self.is_ended {
             return Ok(());
@@ -218,16 +224,16 @@ impl McapFile {
         Ok(())
     }
 
-    /// Ends the file after an error: finished if that is possible, else cut behind the last whole record.
+    /// Ends the file after an error. Finishes it if possible, else cuts it behind the last whole record.
     pub(super) fn give_up(mut self, error: McapError) -> RecordError {
         let free_bytes = self.space().map_or(0, |space| space.free_bytes);
         let is_finished = !self.is_ended && !self.has_unflushed() && self.finish().is_ok();
         let kept = if is_finished { Kept::Finished } else { Kept::Unfinished };
         let Self { path, file, writer, written_bytes, .. } = self;
         if kept == Kept::Unfinished {
-            // Not dropped: a dropped buffer tries once more to write what could not be written.
+            // Takes the buffer apart: dropping it would repeat the failed write.
             let _ = writer.into_inner().into_inner().into_parts();
-            // The cut only tidies the file: readers and repair stop at a torn record just as well.
+            // The cut is not essential: readers and repair also stop at a torn record.
             let _ = file.set_len(written_bytes);
         }
         match error {
@@ -236,7 +242,7 @@ impl McapFile {
         }
     }
 
-    /// Reserves the room for a chunk that begins with a message, and for the summary behind it.
+    /// Reserves disk space for a chunk that begins with a message, and for the summary behind it.
     fn reserve(&mut self, message: &[u8]) -> io::Result<()> {
         let needed_bytes = self.bytes_after_chunk_with(message);
         let Some(reserved_bytes) = self.reserved_bytes.filter(|reserved| *reserved < needed_bytes) else {
@@ -245,7 +251,7 @@ impl McapFile {
         match fallocate(&self.file, FallocateFlags::KEEP_SIZE, reserved_bytes, needed_bytes - reserved_bytes) {
             Ok(()) => self.reserved_bytes = Some(needed_bytes),
             Err(full) if is_disk_full(&full.into()) => return Err(full.into()),
-            // A file system that reserves nothing: its full disk shows when a chunk is written.
+            // The file system has no reservation: a full disk shows when a chunk is written.
             Err(_) => self.reserved_bytes = None,
         }
         Ok(())

@@ -1,27 +1,28 @@
 //! Recording: every frame, without loss, into MCAP files that any ROS 2 viewer or reader opens.
 //!
-//! **What is recorded.** `/dragon/frames`, every frame bit for bit; `/dragon/poses`, one pose a bench at 30 Hz;
-//! `/dragon/alerts`; `/dragon/commands`, the record of commands; the configuration as a metadata record in each file. Messages are ROS 2 CDR, their definitions are
-//! in the file. A message's log time is the Unix time at which its frame was sent, its publish time the one at which it
-//! was due, its sequence the low 32 bits of the tick; both times come from the monotonic stamps by one offset that is
-//! fixed at the start.
+//! **Contents.** `/dragon/frames` has every frame, bit for bit. `/dragon/poses` has one pose per bench at 30 Hz.
+//! `/dragon/alerts` has the alerts, and `/dragon/commands` the record of commands. A metadata record in each file has the
+//! configuration. Messages are ROS 2 CDR; their definitions are in the file. The log time of a frame is the Unix time at which
+//! the frame was sent, and its publish time the Unix time at which it was due. Its sequence is the low 32 bits of its tick. The
+//! log time of an alert or a command event is its arrival. These times are monotonic stamps plus one offset, which is fixed at
+//! the start. The publish time of a command event is its own Unix time.
 //!
-//! **Who copies.** The calling thread copies a frame once, from shared memory into a recycled buffer, and does nothing
-//! else. The writing thread encodes, compresses and writes.
+//! **Copies.** The calling thread copies a frame once, from shared memory into a recycled buffer, and does nothing else. The
+//! writing thread encodes, compresses and writes.
 //!
-//! **Who waits.** Frames on their way to the file may take [`BYTES_IN_FLIGHT`] of memory; buffers are made as they are
-//! needed and go round. When all of them wait to be written, [`Recorder::frame`] waits for the disk, and the bus keeps
-//! the newest frames meanwhile, as many as its reader's buffer holds; what it drops shows as a gap in the ticks. Nothing
-//! here can hold up the server.
+//! **Waits.** Frames in flight to the file take at most [`BYTES_IN_FLIGHT`] of memory. Buffers are created when needed, and
+//! recycled. When all buffers are in flight, [`Recorder::frame`] waits for the disk. During that wait the bus keeps the newest
+//! frames, up to the buffer size of its reader. Frames that the bus drops show as a gap in the ticks. The recorder never delays
+//! the server.
 //!
-//! **What a crash costs.** A chunk is closed and handed to the operating system when it is full (about a megabyte) and
-//! half a second after its first message at the latest. A killed recorder loses at most what came after; the file then
-//! lacks its index, and [`repair()`] appends one, in place and without reading the chunks. Once a second the file is forced onto the disk, by a thread that nothing
-//! waits for; so a power cut costs what came after the last time, a few seconds where the disk keeps up. A finished
-//! file is on the disk.
+//! **Crashes.** A chunk is closed and handed to the operating system when it is full (about a megabyte), and at the latest half
+//! a second after its first message. A killed recorder loses at most the messages after the last closed chunk. The file then
+//! lacks its index. [`repair()`] appends one in place, and reads at most the first and the last chunk. Once a second, a
+//! separate thread syncs the file to disk; no frame waits for it. So a power cut loses the data after the last sync: a few
+//! seconds if the disk keeps up. A finished file is on the disk.
 //!
-//! **What a full disk does.** The forecast warns early ([`RecorderProgress`]). When no room is left for another chunk, the file
-//! is finished within the room that was reserved for its summary, and the next call returns [`RecordError::DiskFull`].
+//! **Full disks.** A forecast warns early ([`RecorderProgress`]). When the disk has no room for another chunk, the recorder
+//! finishes the file within the room reserved for its summary. The next call returns [`RecordError::DiskFull`].
 
 pub mod cdr;
 pub mod export;

@@ -1,7 +1,7 @@
-//! How far a recording is, and how long its disk will last.
+//! Progress of a recording, and a forecast of when its disk will be full.
 //!
-//! At 1 kHz the paper's dragon makes about 39 GB an hour before compression, so the end of the disk is forecast from
-//! the rate at which the file grows, and warned of while there is still time to act.
+//! At 1 kHz the paper's dragon produces about 39 GB per hour before compression. The forecast uses the growth rate of the file,
+//! and warns while there is still time to act.
 
 use std::{fmt, fs::File, io, path::PathBuf, time::Duration};
 
@@ -12,50 +12,50 @@ use super::{
     topics::{MessageCounts, Topic},
 };
 
-/// A disk that will be full sooner than this is warned of.
+/// Time to a full disk below which the recorder warns.
 const WARN_BEFORE_FULL_S: f64 = 600.0;
-/// A disk with less than this part of it free is warned of.
+/// Free part of the disk below which the recorder warns.
 const WARN_BELOW_FREE_PART: f64 = 0.05;
-/// The rate is the mean over the last one to two spans of this length.
+/// Averaging span: the rate is the mean over the last one to two spans.
 const RATE_SPAN: Duration = Duration::from_secs(10);
-/// A rate is given from here on; before, start-up would be taken for the rule.
+/// Least recording time for a rate: the start-up phase is not typical.
 const FIRST_RATE_AFTER: Duration = Duration::from_secs(1);
 
-/// How far a recording is: what the operating system has, so what would survive the process.
+/// Progress of a recording. Counts only data handed to the operating system, which survives the end of the process.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecorderProgress {
-    /// Frames that are in the files.
+    /// Frames in the files.
     pub frames: u64,
-    /// Alerts that are in the files.
+    /// Alerts in the files.
     pub alerts: u64,
-    /// Bytes that have been written, those of removed files included.
+    /// Bytes written, including removed files.
     pub bytes_written: u64,
-    /// Files that have been begun, removed ones included.
+    /// Files begun, including removed files.
     pub files: u64,
     /// The file that is being written.
     pub file: PathBuf,
-    /// Seconds until the disk is full at the present rate; `None` where that is not known, or will not happen.
+    /// Seconds until the disk is full at the present rate. `None` if there is no forecast, or the disk will not be full.
     pub seconds_until_full: Option<f64>,
-    /// A reason to make room on the disk.
+    /// Warning to make room on the disk.
     pub warning: Option<SpaceWarning>,
 }
 
-/// What a whole recording came to.
+/// Totals of an ended recording.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordingSummary {
-    /// Frames recorded, those in removed files included.
+    /// Frames recorded, including removed files.
     pub frames: u64,
-    /// Alerts recorded, those in removed files included.
+    /// Alerts recorded, including removed files.
     pub alerts: u64,
-    /// Events of commands recorded, those in removed files included.
+    /// Command events recorded, including removed files.
     pub commands: u64,
-    /// Bytes written, those of removed files included.
+    /// Bytes written, including removed files.
     pub bytes: u64,
-    /// The files that are there, the oldest first.
+    /// Existing files, the oldest first.
     pub files: Vec<PathBuf>,
 }
 
-/// What the writing thread stores of its progress, and any other thread loads.
+/// Progress that the writing thread stores and other threads load.
 #[derive(Debug)]
 pub(super) struct SharedProgress {
     names: FileNames,
@@ -63,7 +63,7 @@ pub(super) struct SharedProgress {
     pub(super) forecast: AtomicCell<Option<SpaceForecast>>,
 }
 
-/// What several files came to.
+/// Totals of several files.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Totals {
     pub(super) files: u64,
@@ -92,37 +92,37 @@ impl SharedProgress {
     }
 }
 
-/// Free and total bytes of a file system, as an unprivileged process may use them.
+/// Free and total bytes of a file system for an unprivileged process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DiskSpace {
-    /// Bytes that can still be written.
+    /// Free bytes.
     pub free_bytes: u64,
     /// Size of the file system.
     pub total_bytes: u64,
 }
 
 impl DiskSpace {
-    /// The space of the file system on which an open file lies.
+    /// Space of the file system that contains an open file.
     ///
     /// # Errors
-    /// What `fstatvfs` reports.
+    /// The error of `fstatvfs`.
     pub fn around(file: &File) -> io::Result<Self> {
         let system = rustix::fs::fstatvfs(file)?;
         Ok(Self { free_bytes: system.f_bavail * system.f_frsize, total_bytes: system.f_blocks * system.f_frsize })
     }
 }
 
-/// How long the disk will last.
+/// Forecast of when the disk will be full.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SpaceForecast {
-    /// The space it was made from.
+    /// Space at the time of the forecast.
     pub(super) space: DiskSpace,
-    /// Seconds until the disk is full at the present rate; `None` where nothing grows or the rate is not known yet.
+    /// Seconds until the disk is full at the present rate. `None` if the recording does not grow, or has no rate yet.
     pub(super) seconds_until_full: Option<f64>,
 }
 
 impl SpaceForecast {
-    /// What the operator should be told, if anything.
+    /// Warning for the operator, if one is due.
     pub(super) fn warning(&self) -> Option<SpaceWarning> {
         let DiskSpace { free_bytes, total_bytes } = self.space;
         match self.seconds_until_full {
@@ -135,19 +135,19 @@ impl SpaceForecast {
     }
 }
 
-/// A reason to make room on the disk.
+/// Warning to make room on the disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpaceWarning {
-    /// At the present rate the disk is full in less than ten minutes.
+    /// At the present rate the disk will be full in less than ten minutes.
     FullSoon {
-        /// Seconds until then.
+        /// Seconds until the disk is full.
         seconds: f64,
-        /// Bytes that can still be written.
+        /// Free bytes.
         free_bytes: u64,
     },
     /// Less than a twentieth of the disk is free.
     NearlyFull {
-        /// Bytes that can still be written.
+        /// Free bytes.
         free_bytes: u64,
         /// Size of the file system.
         total_bytes: u64,
@@ -167,7 +167,7 @@ impl fmt::Display for SpaceWarning {
     }
 }
 
-/// A number of bytes as people read it: `12.3 MB`, `4.5 GB`.
+/// A number of bytes that prints with a unit: `12.3 MB`, `4.5 GB`.
 #[derive(Clone, Copy, Debug)]
 pub struct Size(pub u64);
 
@@ -180,7 +180,7 @@ impl fmt::Display for Size {
     }
 }
 
-/// The rate at which the recording grows, and by it when the disk will be full.
+/// Measures the growth rate of the recording, and forecasts when the disk will be full.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Growth {
     older: Measurement,
@@ -194,10 +194,10 @@ struct Measurement {
 }
 
 impl Growth {
-    /// Takes in how far the recording is, `elapsed` after its start.
+    /// Takes the bytes written until `elapsed` after the start, and returns a forecast.
     ///
-    /// `growth_left_bytes` is by how much the recording can still grow before it removes its own oldest files; a
-    /// recording that finds room for all of that never fills the disk.
+    /// `growth_left_bytes` is the growth left until the recording removes its own oldest files. If the disk has room for it,
+    /// the recording never fills the disk, and the result is `None`.
     pub(super) fn observe(
         &mut self,
         elapsed: Duration,
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_forecast_is_the_free_space_over_the_rate() {
+    fn forecast_is_the_free_space_divided_by_the_rate() {
         let mut growth = Growth::default();
         let forecast = growth.observe(after(5), 50_000_000, ROOMY, None).expect("an unbounded recording");
         assert_eq!(forecast.seconds_until_full, Some(50_000.0));
@@ -242,13 +242,13 @@ mod tests {
     }
 
     #[test]
-    fn the_first_second_gives_no_rate() {
+    fn first_second_gives_no_rate() {
         let forecast = Growth::default().observe(Duration::from_millis(900), 9_000_000, ROOMY, None);
         assert_eq!(forecast.and_then(|forecast| forecast.seconds_until_full), None);
     }
 
     #[test]
-    fn a_slower_rate_is_noticed_within_two_spans() {
+    fn forecast_follows_a_slower_rate_within_two_spans() {
         let mut growth = Growth::default();
         let mut written_bytes = 0;
         let mut last = None;
@@ -260,14 +260,14 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_that_will_be_full_within_ten_minutes_is_warned_of() {
+    fn disk_full_within_ten_minutes_gives_a_warning() {
         let mut growth = Growth::default();
         let forecast = growth.observe(after(2), 2_000_000_000, ROOMY, None).expect("an unbounded recording");
         assert_eq!(forecast.warning(), Some(SpaceWarning::FullSoon { seconds: 500.0, free_bytes: 500_000_000_000 }));
     }
 
     #[test]
-    fn a_disk_with_little_room_is_warned_of_at_any_rate() {
+    fn disk_with_little_room_gives_a_warning_at_any_rate() {
         let space = DiskSpace { free_bytes: 4_900_000_000, total_bytes: 100_000_000_000 };
         let forecast = Growth::default().observe(after(0), 0, space, None).expect("an unbounded recording");
         assert_eq!(
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_that_removes_its_oldest_files_in_time_never_fills_the_disk() {
+    fn recording_that_removes_its_oldest_files_in_time_has_no_forecast() {
         let forecast = Growth::default().observe(after(2), 2_000_000_000, ROOMY, Some(1_000_000_000));
         assert_eq!(forecast, None);
     }

@@ -22,30 +22,29 @@ const READ_BUFFER_BYTES: usize = 1 << 20;
 
 /// The frames of a recording in the order in which they were recorded.
 ///
-/// Reads as it goes, one chunk in memory at a time, and needs no index: a recording that was never finished, or was cut
-/// off anywhere, yields every frame of its whole chunks and then ends. A damaged chunk is passed over. [`FrameReader::flaws`]
-/// reports both.
+/// Reads one chunk at a time into memory and needs no index. From a recording that is unfinished or cut off, it returns every
+/// frame of the complete chunks, and then ends. It skips damaged chunks. [`FrameReader::flaws`] reports both.
 #[derive(Debug)]
 pub struct FrameReader {
     path: PathBuf,
     records: Records<BufReader<File>>,
     context: Context,
-    /// Where the last chunk that is read begins.
+    /// Byte at which the last chunk to be read begins.
     last_position: u64,
     has_looked_at_summary: bool,
 }
 
-/// What could not be read of a recording.
+/// The unreadable parts of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Flaws {
-    /// Whether what was read of the file stopped in the middle, as a killed recorder leaves it.
+    /// Whether the readable records stop before the end of the data, as after a killed recorder.
     pub cut: bool,
-    /// Bytes of damaged chunks that were passed over.
+    /// Bytes of damaged chunks that were skipped.
     pub skipped_bytes: u64,
 }
 
 impl fmt::Display for Flaws {
-    /// What follows "no frames": nothing where there are no flaws.
+    /// Ending of a message such as "no frames"; empty without flaws.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { cut, skipped_bytes } = self;
         match (*skipped_bytes > 0, *cut) {
@@ -59,10 +58,10 @@ impl fmt::Display for Flaws {
     }
 }
 
-/// What has been read of a recording that says what follows in it.
+/// Channels and configuration read so far; later messages depend on them.
 #[derive(Clone, Debug, Default)]
 struct Context {
-    /// The channels of our topics: one each in a file of ours, more where recordings were joined by another tool.
+    /// Channels of our topics: one per topic in a file of ours, more if another tool has joined recordings.
     topics: BTreeMap<u16, Topic>,
     configuration: Option<Configuration>,
 }
@@ -75,29 +74,29 @@ impl Context {
     }
 }
 
-/// A place in a recording, at which reading can begin again.
+/// A position in a recording at which another reader can begin.
 #[derive(Clone, Debug)]
 pub struct Bookmark {
     position: u64,
     context: Context,
 }
 
-/// The configuration that a run was recorded with.
+/// Configuration of a recorded run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Configuration {
-    /// The run.
+    /// Identifier of the run.
     pub run_id: u64,
     /// Dragon and route as TOML text.
     pub toml: String,
 }
 
-/// Why a recording could not be read.
+/// Reason why a recording cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The system could not read the file.
+    /// The system cannot read the file.
     #[error("cannot read {}", .0.display())]
     Io(PathBuf, #[source] io::Error),
-    /// The file is no MCAP file.
+    /// The file is not an MCAP file.
     #[error("{} is not an MCAP recording", .0.display())]
     NotMcap(PathBuf),
     /// A message on the frame topic is not a frame of ours.
@@ -106,13 +105,13 @@ pub enum ReadError {
 }
 
 impl FrameReader {
-    /// Opens a recording and reads up to what comes after its header.
+    /// Opens a recording and reads its header.
     ///
     /// # Errors
-    /// [`ReadError::Io`], and [`ReadError::NotMcap`] where the file does not begin like an MCAP file.
+    /// [`ReadError::Io`], and [`ReadError::NotMcap`] if the file does not begin like an MCAP file.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let failed = |source| ReadError::Io(path.into(), source);
-        // Opening a pipe would wait for somebody who writes into it.
+        // Opening a named pipe would wait for a writer.
         if !fs::metadata(path).map_err(failed)?.is_file() {
             return Err(ReadError::NotMcap(path.into()));
         }
@@ -131,7 +130,7 @@ impl FrameReader {
         }
     }
 
-    /// Opens a recording again where another reader of it was, to read as far as the chunk at `last_position` and no further.
+    /// Opens a recording at the bookmark of another reader. Reads up to and including the chunk at byte `last_position`.
     ///
     /// # Errors
     /// [`ReadError::Io`].
@@ -150,30 +149,30 @@ impl FrameReader {
         Ok(Self { path: path.into(), records, context: context.clone(), last_position, has_looked_at_summary: false })
     }
 
-    /// Where the last frame or alert is: a reader that is opened there begins with the chunk that holds it, so that some
-    /// which came before it come again.
+    /// Bookmark of the last frame, alert or command event. A reader opened there begins with the chunk that contains it, so it
+    /// returns some earlier messages of that chunk again.
     pub fn bookmark(&self) -> Bookmark {
         Bookmark { position: self.records.position.start, context: self.context.clone() }
     }
 
-    /// How far into the file the last frame or alert is, in bytes.
+    /// Byte at which the chunk of the last frame, alert or command event begins.
     pub fn position(&self) -> u64 {
         self.records.position.start
     }
 
-    /// The configuration of the frames that are being read: the last one before them.
+    /// Configuration of the frames being read: the last one before them in the file.
     pub fn configuration(&self) -> Option<&Configuration> {
         self.context.configuration.as_ref()
     }
 
-    /// What could not be read so far; whether the file was cut is known once there are no more frames.
+    /// Unreadable parts found so far. `cut` is valid only after the last frame has been read.
     pub fn flaws(&self) -> Flaws {
         let cut = matches!(self.records.ending, Some(Ending::Cut | Ending::Damaged));
         Flaws { cut, skipped_bytes: self.records.skipped_bytes }
     }
 
-    /// The next alert or event of a command, or the next frame that is wanted, as its header tells. The handles of the others are not decoded,
-    /// so that passing them over is quick.
+    /// Returns the next alert, the next command event, or the next frame whose header `is_wanted` accepts. Skips other frames
+    /// without decoding their handles, which is fast.
     ///
     /// # Errors
     /// [`ReadError::Io`] and [`ReadError::NotAFrame`].
@@ -209,7 +208,7 @@ impl FrameReader {
                     let (header, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;
                     Some(Recorded::Frame(RecordedFrame { log_time_ns, header, handles }))
                 }
-                // A message of another version is passed over; a hole in the numbers of events of commands shows it.
+                // Skips messages of another version. A gap in the numbers of the command events shows them.
                 topic => topic.and_then(|topic| topic.read(&data)),
             };
             if recorded.is_some() {
@@ -219,7 +218,7 @@ impl FrameReader {
         Ok(None)
     }
 
-    /// The next frame that is wanted, as [`FrameReader::next_wanted`]; alerts and events of commands are passed over.
+    /// Returns the next frame that `is_wanted` accepts, like [`FrameReader::next_wanted`]. Skips alerts and command events.
     ///
     /// # Errors
     /// [`ReadError::Io`] and [`ReadError::NotAFrame`].
@@ -236,7 +235,7 @@ impl FrameReader {
         }
     }
 
-    /// Where the chunk is damaged that declares the channels, the summary of a finished recording tells them too.
+    /// Takes the channels from the summary of a finished recording, if the chunk that declares them is damaged.
     fn require_channels(&mut self) -> Result<(), ReadError> {
         let knows_frames = || self.context.topics.values().any(|&topic| topic == Topic::Frames);
         if self.has_looked_at_summary || self.records.skipped_bytes == 0 || knows_frames() {
@@ -256,7 +255,7 @@ impl FrameReader {
     }
 }
 
-/// Whether a frame has the handles that it says.
+/// Whether a frame has the number of handles that its header states.
 fn is_whole((header, handles): &(FrameHeader, Vec<HandleState>)) -> bool {
     handles.len() == header.bench_count as usize + 1
 }

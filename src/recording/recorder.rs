@@ -1,4 +1,4 @@
-//! The recorder: what a program calls to record, and its settings.
+//! The recorder: the interface of a recording program, and its settings.
 
 use std::{
     ops::RangeInclusive,
@@ -20,27 +20,27 @@ use super::{
     writer::RecordingWriter,
 };
 
-/// What frames on their way to the file, or from it to a replay, take of memory at most: six seconds of the paper's dragon at 1 kHz, so that a disk
-/// may stall for longer than a bus can keep frames. A few frames are on their way however large they are.
+/// Greatest memory of the frames in flight, to the file or from it to a replay. It holds six seconds of the paper's dragon at 1
+/// kHz. So a disk may stall for longer than the bus can keep frames. A few frames may be in flight at any frame size.
 pub const BYTES_IN_FLIGHT: usize = 64 << 20;
-/// As many of small frames at most.
+/// Greatest number of small frames in flight.
 const MOST_FRAMES_IN_FLIGHT: usize = 8192;
-/// As many of large frames at least.
+/// Number of large frames that may always be in flight.
 const LEAST_FRAMES_IN_FLIGHT: usize = 4;
 
-/// The smallest size at which files can be told to rotate: dozens of frames.
+/// Least size at which files can rotate: dozens of frames.
 const MIN_ROTATE_BYTES: u64 = 1_000_000;
-/// Parts into which a bounded recording is cut where no file size is given.
+/// Number of files of a bounded recording for which no file size is given.
 const FILES_IN_TOTAL: u64 = 4;
-/// Uncompressed size at which a chunk is closed; a smaller file has smaller chunks.
+/// Uncompressed size at which a chunk is closed. Small rotating files have smaller chunks.
 const CHUNK_BYTES: u64 = 1 << 20;
-/// A rotating file holds this many chunks at least, so it ends close to its limit.
+/// Least number of chunks of a rotating file, so that it ends close to its size limit.
 const CHUNKS_IN_FILE: u64 = 16;
 const COMPRESSION_LEVELS: RangeInclusive<u64> = 1..=19;
 
 /// A recording in progress.
 ///
-/// Dropping it finishes the file as well, but tells nobody how that went.
+/// Dropping a recorder also finishes the file, but reports no error.
 ///
 /// ```
 /// use bench_dragon::recording::{Recorder, RecorderSettings};
@@ -63,17 +63,17 @@ pub struct Recorder {
 struct WriterThread {
     jobs: Sender<WriterJob>,
     empty: Receiver<FrameBuffer>,
-    /// Buffers that there are, empty or in flight.
+    /// Number of buffers, empty or in flight.
     buffers: usize,
     handle: JoinHandle<Result<RecordingSummary, RecordError>>,
 }
 
 impl Recorder {
-    /// Makes the file and starts the writing thread.
+    /// Creates the file and starts the writing thread.
     ///
     /// # Errors
-    /// [`RecordError::OutOfRange`] for a setting, [`RecordError::Exists`] where the file, or with rotation a later file
-    /// of the same name, is there already, and [`RecordError::Create`].
+    /// [`RecordError::OutOfRange`] for a setting. [`RecordError::Exists`] if the file exists, or with rotation a later file of
+    /// the recording. [`RecordError::Create`].
     pub fn start(settings: RecorderSettings) -> Result<Self, RecordError> {
         let names = FileNames::new(settings.file.clone());
         refuse_taken_names(&settings, &names)?;
@@ -89,18 +89,18 @@ impl Recorder {
         Ok(Self { thread: Some(WriterThread { jobs, empty, buffers: 0, handle }), progress })
     }
 
-    /// Records the configuration of a run. Each later file repeats the last one.
+    /// Records the configuration of a run. Each later file repeats the last configuration.
     ///
     /// # Errors
-    /// What ended the writing thread.
+    /// The error that ended the writing thread.
     pub fn describe(&mut self, run_id: u64, toml: &str) -> Result<(), RecordError> {
         self.send(WriterJob::Describe(Configuration { run_id, toml: toml.to_owned() }))
     }
 
-    /// Records a frame: copies it, and waits only while all buffers are in flight.
+    /// Records a frame. Copies it, and waits only while all buffers are in flight.
     ///
     /// # Errors
-    /// What ended the writing thread; the frame, and those that were in flight, are not in the file.
+    /// The error that ended the writing thread. This frame and the frames in flight are not in the file.
     pub fn frame(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Result<(), RecordError> {
         let thread = self.thread.as_mut().ok_or(RecordError::Ended)?;
         let Some(mut buffer) = thread.buffer(size_of_val(handles)) else { return Err(self.ended()) };
@@ -108,23 +108,23 @@ impl Recorder {
         self.send(WriterJob::Frame(buffer))
     }
 
-    /// Records an alert, an event of the record of commands, or another message that arrived at a monotonic instant.
+    /// Records an alert, an event of the record of commands, or another message. `monotonic_ns` is its arrival.
     ///
     /// # Errors
-    /// What ended the writing thread.
+    /// The error that ended the writing thread.
     pub fn record(&mut self, message: impl Into<Message>, monotonic_ns: u64) -> Result<(), RecordError> {
         self.send(WriterJob::Message { message: message.into(), monotonic_ns })
     }
 
-    /// How far the recording is. Does not wait for the writing thread.
+    /// Progress of the recording. Does not wait for the writing thread.
     pub fn progress(&self) -> RecorderProgress {
         self.progress.load()
     }
 
-    /// Writes what is in flight and finishes the file.
+    /// Writes the frames and messages in flight, and finishes the file.
     ///
     /// # Errors
-    /// What ended the writing thread.
+    /// The error that ended the writing thread.
     pub fn finish(mut self) -> Result<RecordingSummary, RecordError> {
         self.join()
     }
@@ -134,9 +134,9 @@ impl Recorder {
         thread.jobs.send(job).map_err(|_| self.ended())
     }
 
-    /// The error of a writing thread that is gone although the recorder is not.
+    /// The error of a writing thread that ended before the recorder.
     fn ended(&mut self) -> RecordError {
-        self.join().expect_err("the writing thread ends by itself only with an error")
+        self.join().expect_err("the writing thread ends before the recorder only with an error")
     }
 
     fn join(&mut self) -> Result<RecordingSummary, RecordError> {
@@ -147,8 +147,8 @@ impl Recorder {
 }
 
 impl WriterThread {
-    /// A buffer to be filled: an empty one, a new one, or where there may be no more of this size, the next that becomes
-    /// empty. `None` where the writing thread has ended.
+    /// Returns an empty buffer, or a new one. At the limit for this frame size, waits for the next empty buffer. `None` if the
+    /// writing thread has ended.
     fn buffer(&mut self, frame_bytes: usize) -> Option<FrameBuffer> {
         let allowed = frames_in_flight(frame_bytes);
         loop {
@@ -164,7 +164,7 @@ impl WriterThread {
             if self.buffers <= allowed {
                 return Some(buffer);
             }
-            // There were more of smaller frames.
+            // Smaller frames allowed more buffers: drops the surplus.
             self.buffers -= 1;
         }
     }
@@ -172,12 +172,12 @@ impl WriterThread {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // Whoever wants to know how it went calls `finish`.
+        // `finish` returns the result.
         let _ = self.join();
     }
 }
 
-/// A frame on its way to the writing thread, and back empty to be filled again.
+/// A frame in flight to the writing thread. The buffer then returns empty to the recorder.
 #[derive(Debug, Default)]
 pub(super) struct FrameBuffer {
     pub(super) header: FrameHeader,
@@ -185,7 +185,7 @@ pub(super) struct FrameBuffer {
 }
 
 impl FrameBuffer {
-    /// Replaces the contents; allocates only until it has held the largest frame.
+    /// Replaces the contents. Allocates only if a frame is larger than all before it.
     fn fill(&mut self, header: &FrameHeader, handles: &[HandleState]) {
         self.header = *header;
         self.handles.clear();
@@ -200,7 +200,7 @@ pub(super) enum WriterJob {
     Describe(Configuration),
 }
 
-/// Frames of a size that may be in flight.
+/// Greatest number of frames of a size that may be in flight.
 pub(crate) fn frames_in_flight(frame_bytes: usize) -> usize {
     (BYTES_IN_FLIGHT / frame_bytes.max(1)).clamp(LEAST_FRAMES_IN_FLIGHT, MOST_FRAMES_IN_FLIGHT)
 }
@@ -216,27 +216,28 @@ fn refuse_taken_names(settings: &RecorderSettings, names: &FileNames) -> Result<
     }
 }
 
-/// Where and how to record.
+/// Settings of a recorder.
 #[derive(Clone, Debug)]
 pub struct RecorderSettings {
-    /// The file to make; with rotation the first of several. It must not exist.
+    /// File to create; with rotation, the first of several. It must not exist.
     pub file: PathBuf,
-    /// Size at which a file is finished and the next one begun, 1 MB or more; `None`: one file, or a quarter of
-    /// `max_total_bytes`.
+    /// Size in bytes at which the recorder finishes a file and begins the next one, 1 MB or more. `None`: a quarter of
+    /// `max_total_bytes`, or one file if that is `None` too.
     pub rotate_bytes: Option<u64>,
-    /// Size that all files together stay under, the oldest being removed; at least `rotate_bytes`. `None`: no bound.
+    /// Bound on the size of all files together, in bytes; at least `rotate_bytes`. The recorder removes the oldest files.
+    /// `None`: no bound.
     pub max_total_bytes: Option<u64>,
-    /// Unix time minus `CLOCK_MONOTONIC`, in nanoseconds, taken once at the start.
+    /// Unix time minus `CLOCK_MONOTONIC`, in nanoseconds, measured once at the start.
     pub unix_minus_monotonic_ns: i64,
     /// Zstandard level, 1 to 19.
     pub compression_level: u32,
 }
 
 impl RecorderSettings {
-    /// The level that keeps up with 10 kHz on one core; higher ones save little on poses.
+    /// The level that keeps up with 10 kHz on one core. Higher levels save little on poses.
     pub const DEFAULT_COMPRESSION_LEVEL: u32 = 1;
 
-    /// Records into one file, however large it grows.
+    /// Settings for one file of unbounded size.
     pub fn new(file: impl Into<PathBuf>, unix_minus_monotonic_ns: i64) -> Self {
         Self {
             file: file.into(),
@@ -264,12 +265,12 @@ impl RecorderSettings {
     }
 }
 
-/// Sizes in bytes that agree with each other.
+/// Consistent size limits in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SizeLimits {
-    /// Size that a file stays under.
+    /// Bound on the size of a file.
     pub(super) file: Option<u64>,
-    /// Size that all files together stay under.
+    /// Bound on the size of all files together.
     pub(super) total: Option<u64>,
     /// Uncompressed size at which a chunk is closed.
     pub(super) chunk: u64,

@@ -1,4 +1,4 @@
-//! The records of an MCAP file in order, up to its end or to where it can no longer be followed.
+//! Records of an MCAP file in order, up to its end or to the first unreadable record.
 
 use std::{
     fmt,
@@ -12,38 +12,37 @@ use mcap::{
 };
 use zstd::bulk::Decompressor;
 
-/// A record, or a chunk unpacked, that claims to be longer is taken for damage: ours are of about a megabyte, and of
-/// eleven where a frame has the most benches that there may be.
+/// Greatest length of a record or an unpacked chunk; a longer one counts as damage. Our chunks have about 1 MB, or 11 MB if a
+/// frame has the greatest number of benches.
 pub(super) const LONGEST_RECORD_BYTES: usize = 64 << 20;
 
-/// Bytes of a record before its body: what it is and how long.
+/// Bytes of a record before its body: its kind and its length.
 pub(super) const RECORD_HEAD_BYTES: u64 = 9;
 
-/// How the records of a file end.
+/// The way in which the records of a file end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ending {
-    /// Behind the last record of the data.
+    /// After the last record of the data.
     Whole,
-    /// In the middle: the rest is missing, as a killed recorder leaves it.
+    /// In the middle: the rest is missing, as after a killed recorder.
     Cut,
-    /// In the middle, and the file goes on: with something that cannot be read, and perhaps more that could.
+    /// In the middle: unreadable bytes follow, and perhaps readable records after those.
     Damaged,
 }
 
-/// Reads records one by one; a chunk is checked as a whole before anything of it is given out, and passed over where it
-/// is damaged.
+/// Reads records one by one. Checks each chunk as a whole before it returns a record of it, and skips a damaged chunk.
 ///
 /// Memory scales with the largest chunk, not with the file.
 pub(super) struct Records<R> {
     source: R,
-    /// What was read last: a record's head or its body.
+    /// The last bytes read: head or body of a record.
     bytes: Vec<u8>,
     chunk: UnpackedChunk,
-    /// Where in the file the last record outside of chunks, or the last chunk, begins and ends.
+    /// Bytes of the file that contain the last chunk, or the last record outside of chunks.
     pub(super) position: Range<u64>,
-    /// Bytes of the damaged chunks that were passed over so far.
+    /// Bytes of the damaged chunks that were skipped so far.
     pub(super) skipped_bytes: u64,
-    /// How the file ended, once [`Records::next`] has returned `None`.
+    /// The end of the file; `Some` after [`Records::next`] has returned `None`.
     pub(super) ending: Option<Ending>,
 }
 
@@ -52,13 +51,13 @@ impl<R: Read> Records<R> {
         Self::at(source, 0)
     }
 
-    /// The records of a file from where one begins, at which the source stands.
+    /// The records of a file from byte `begin`, at which a record begins. The source must be at that byte.
     pub(super) fn at(source: R, begin: u64) -> Self {
         let (bytes, chunk) = (Vec::new(), UnpackedChunk::default());
         Self { source, bytes, chunk, position: begin..begin, skipped_bytes: 0, ending: None }
     }
 
-    /// The next record of the data, or `None` at its end; what follows the data (the summary) is not read.
+    /// The next record of the data, or `None` at its end. Does not read the summary after the data.
     pub(super) fn next(&mut self) -> io::Result<Option<Record<'static>>> {
         if self.ending.is_some() {
             return Ok(None);
@@ -82,8 +81,8 @@ impl<R: Read> Records<R> {
         Ok(if goes_on { Ending::Damaged } else { Ending::Cut })
     }
 
-    /// The next record of the file; `None` where that was a chunk, whose records are to be taken from it, or one of a kind
-    /// that tells no reader of ours anything.
+    /// The next record of the file. `None` for a chunk, which `self.chunk` then contains, and for a kind of record that no
+    /// reader of ours uses.
     fn read(&mut self) -> io::Result<Option<Outer>> {
         let begin = self.position.end;
         if begin == 0 {
@@ -106,9 +105,9 @@ impl<R: Read> Records<R> {
                 }
                 Ok(None)
             }
-            // No kind of record: a file that lost its end in a power cut may go on with zeros.
+            // Not a kind of record: after a power cut a file may continue with zeros.
             0 => Ok(Some(Outer::Broken)),
-            // The crate's parser is asked for nothing else: it panics at an attachment that is too short.
+            // Only these kinds go to the parser of the crate `mcap`: it panics on an attachment that is too short.
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | op::STATISTICS | op::DATA_END => {
                 let record = mcap::parse_record(opcode, &self.bytes).ok().map(Record::into_owned);
                 Ok(Some(record.map_or(Outer::Broken, Outer::Record)))
@@ -117,31 +116,31 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Reads so many bytes; whether they are there.
+    /// Reads a number of bytes. Returns whether the file contains so many.
     fn fill(&mut self, bytes: u64) -> io::Result<bool> {
         self.bytes.clear();
         Ok(self.source.by_ref().take(bytes).read_to_end(&mut self.bytes)? as u64 == bytes)
     }
 }
 
-/// What stands in a file outside of chunks.
+/// A record outside of chunks.
 enum Outer {
     Record(Record<'static>),
-    /// The rest cannot be read.
+    /// The rest of the file is unreadable.
     Broken,
 }
 
-/// The records of one chunk, unpacked and checked.
+/// Records of one chunk, unpacked and checked.
 #[derive(Default)]
 pub(super) struct UnpackedChunk {
     decompressor: Option<Decompressor<'static>>,
     unpacked: Vec<u8>,
-    /// Where the next record begins.
+    /// Offset at which the next record begins.
     position: usize,
 }
 
 impl UnpackedChunk {
-    /// Takes the next chunk. `None` where it is damaged; then it has no records.
+    /// Unpacks a chunk. `None` if it is damaged; it then has no records.
     pub(super) fn unpack(&mut self, chunk: &[u8]) -> Option<()> {
         self.unpacked.clear();
         self.position = 0;
@@ -170,7 +169,7 @@ impl UnpackedChunk {
         (self.unpacked.len() == length).then_some(())
     }
 
-    /// Whether the chunk is what was written: by its checksum, where it has one, and record by record.
+    /// Whether the chunk is undamaged: its checksum matches, if it has one, and it consists of whole records.
     fn is_sound(&mut self, header: &ChunkHeader) -> bool {
         if header.uncompressed_crc != 0 && crc32fast::hash(&self.unpacked) != header.uncompressed_crc {
             return false;
@@ -182,7 +181,7 @@ impl UnpackedChunk {
         rest.is_empty()
     }
 
-    /// The next record, and where in the unpacked chunk it begins.
+    /// The next record, and its offset in the unpacked chunk.
     pub(super) fn next_with_offset(&mut self) -> Option<(u64, Record<'static>)> {
         let offset = self.position as u64;
         let (record, behind) = split_record(&self.unpacked[self.position..])?;
@@ -192,7 +191,7 @@ impl UnpackedChunk {
     }
 }
 
-/// A record of a chunk and what is behind it; `None` where no whole record is, or none that a chunk may hold.
+/// Splits the first record of a chunk from the rest. `None` if it is incomplete, or of a kind that a chunk may not contain.
 fn split_record(bytes: &[u8]) -> Option<(Record<'_>, &[u8])> {
     let (opcode, length, rest) = split_start(bytes)?;
     let (body, behind) = rest.split_at_checked(usize::try_from(length).ok()?)?;
@@ -202,7 +201,7 @@ fn split_record(bytes: &[u8]) -> Option<(Record<'_>, &[u8])> {
     Some((mcap::parse_record(opcode, body).ok()?, behind))
 }
 
-/// What a record is, its length, and what is there of its body; `None` where the file ends within the head.
+/// Kind of a record, its length, and the available bytes of its body. `None` if the file ends within the head.
 pub(super) fn split_start(start: &[u8]) -> Option<(u8, u64, &[u8])> {
     let (&opcode, rest) = start.split_first()?;
     let (length, body) = rest.split_first_chunk()?;

@@ -1,20 +1,19 @@
-//! Finishing a recording whose recorder was killed, in place.
+//! Finishes, in place, a recording whose recorder was killed.
 //!
-//! [`repair()`] surveys the file by the heads of its records, cuts off an incomplete record at its end, and appends what a
-//! finished file has: the end of the data, the summary with the indexes, the footer. It reads no chunk's contents but those
-//! of the first and the last one, and needs about 130 bytes of disk a chunk. [`repair_checked`](super::repair_checked) reads
+//! [`repair()`] surveys the file by the heads of its records and cuts off an incomplete record at its end. Then it appends the
+//! ending of a finished file: the end of the data, the summary with the indexes, the footer. It reads the contents of the first
+//! and the last chunk only, and needs about 130 bytes of disk per chunk. [`repair_checked`](super::repair_checked) reads
 //! everything.
 //!
 //! **A repair that is killed or fails** can be repeated, and loses nothing:
-//! 1. Bytes of the data are never written again. Only what is behind the last whole chunk or description is cut or written.
-//! 2. What is cut holds nothing that a reader could use: a record whose end is missing, message indexes of a chunk that
-//!    stays, or the summary of an earlier repair. All of it but the record is made again from the data.
-//! 3. The magic bytes that end a finished file are written last, when everything before them is on the disk. Until then the
-//!    next survey finds the same data and the beginning of a summary, and cuts that off.
-//! 4. The room on the disk is taken before anything is cut, so a full disk leaves the file as it was.
+//! 1. Repair never overwrites bytes of the data. It cuts or writes only after the last whole chunk or configuration.
+//! 2. The cut bytes contain nothing that a reader could use: an incomplete record, message indexes of a chunk that stays, or
+//!    the summary of an earlier repair. Repair makes all of them again from the data, except the incomplete record.
+//! 3. Repair writes the magic bytes that end a finished file last, after all other bytes are on the disk. Until then the next
+//!    survey finds the same data and the beginning of a summary, and cuts that off.
+//! 4. Repair reserves the disk space before it cuts anything. So a full disk leaves the file unchanged.
 //!
-//! A power cut may reorder what was written before it reached the disk; by (3) no file has the final bytes without its data
-//! and its summary.
+//! A power cut may reorder earlier writes. By (3), no file has the final bytes without its data and its summary.
 
 use std::{
     fs::{self, File},
@@ -38,65 +37,65 @@ use super::{
     topics::LIBRARY_FAMILY,
 };
 
-/// What repair found and did.
+/// Result of a repair.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
     /// The recording.
     pub path: PathBuf,
-    /// Frames that are in it now; without a check, as its indexes count them.
+    /// Number of frames in the recording after the repair. Without a check, the indexes give this number.
     pub frames: u64,
-    /// Whether the file was written; a finished recording without damage is not touched.
+    /// Whether repair has written the file. It does not change a finished recording without damage.
     pub was_unfinished: bool,
-    /// Bytes of the damaged chunks that a check passed over.
+    /// Bytes of the damaged chunks that a check skipped.
     pub skipped_bytes: u64,
-    /// Where the old file is kept, if a check found damage in it.
+    /// Path of the old file, if a check found damage in it.
     pub kept: Option<PathBuf>,
 }
 
-/// Why a recording could not be repaired; but where stated, it is as it was.
+/// Reason why a recording cannot be repaired. The recording is unchanged, unless the variant states otherwise.
 #[derive(Debug, thiserror::Error)]
 pub enum RepairError {
-    /// The file or folder could not be read.
+    /// The file or folder cannot be read.
     #[error("cannot read {}", .0.display())]
     Read(PathBuf, #[source] io::Error),
     /// The file is not a recording of a bench dragon.
     #[error("{} is not a recording of a bench dragon", .0.display())]
     Foreign(PathBuf),
-    /// A recorder or another repair is at work on the file.
+    /// A recorder or another repair has locked the file.
     #[error("{} is being recorded or repaired by another process", .0.display())]
     InUse(PathBuf),
-    /// There is damage, and perhaps more data behind it, so that nothing may be cut off.
+    /// The file is damaged. More data may follow the damage, so nothing may be cut off.
     #[error(
-        "{} is damaged at byte {at_byte}: `record --repair --check` saves what can be read, and needs as much free disk as \
-         the file is large",
+        "{} is damaged at byte {at_byte}: `record --repair --check` copies all readable parts, and needs free disk space of \
+         the size of the file",
         path.display()
     )]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where the damaged record begins.
+        /// Byte at which the damaged record begins.
         at_byte: u64,
     },
     /// The disk has no room for the index.
-    #[error("the disk is full ({} free): {} needs {needed_bytes} bytes more to be finished", Size(*free_bytes), path.display())]
+    #[error("the disk is full ({} free): the index of {} needs {needed_bytes} bytes", Size(*free_bytes), path.display())]
     DiskFull {
         /// The file.
         path: PathBuf,
-        /// Bytes that its index takes.
+        /// Bytes that the index needs.
         needed_bytes: u64,
         /// Bytes that an unprivileged process could still write.
         free_bytes: u64,
     },
-    /// The file could not be written, or the copy that was to take its place. In place, its whole records are still there,
-    /// and the next repair finishes it.
+    /// The file, or the copy that replaces it, cannot be written. After a failed repair in place the whole records are still
+    /// there, and the next repair finishes the file.
     #[error("cannot write {}", .0.display())]
     Write(PathBuf, #[source] io::Error),
 }
 
-/// Finishes a recording in place: an index for all whole chunks, so that any reader opens it.
+/// Finishes a recording in place: adds an index of all whole chunks, so that any reader opens the file.
 ///
-/// The time grows with the number of chunks. A second repair finds a finished file and does nothing. Damage inside a chunk
-/// is not found, and costs readers that chunk; [`repair_checked`](super::repair_checked) finds it.
+/// The time grows with the number of chunks. A second repair finds a finished file and does nothing. Repair does not find
+/// damage inside a chunk; readers skip such a chunk. [`repair_checked`](super::repair_checked) finds it.
 ///
 /// # Errors
 /// See [`RepairError`].
@@ -110,7 +109,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     drop(file);
     let file = File::options().read(true).write(true).open(path);
     let file = Locked::take(file.map_err(|source| RepairError::Write(path.into(), source))?, path)?;
-    // Another repair may have been at work until now.
+    // Another repair may have finished the file before this lock.
     if let Some(frames) = frames_of_finished(&file.0, path)? {
         return Ok(finished(frames, false));
     }
@@ -126,7 +125,7 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
     let failed = |source| RepairError::Read(path.into(), source);
     let foreign = || RepairError::Foreign(path.into());
-    // Opening a pipe would wait for somebody who writes into it.
+    // Opening a named pipe would wait for a writer.
     if !fs::metadata(path).map_err(failed)?.is_file() {
         return Err(foreign());
     }
@@ -137,13 +136,13 @@ pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
     }
 }
 
-/// The frames of a finished recording; `None` where it is unfinished.
+/// Number of frames of a finished recording; `None` if it is unfinished.
 fn frames_of_finished(file: &File, path: &Path) -> Result<Option<u64>, RepairError> {
     let contents = Contents::of_finished(file).map_err(|source| RepairError::Read(path.into(), source))?;
     Ok(contents.and_then(|contents| contents.frames()))
 }
 
-/// A file that no other repair and no recorder is at work on.
+/// A file that a recorder or a repair has locked against the others. It is unlocked when this value is dropped.
 pub(super) struct Locked(pub(super) File);
 
 impl Locked {
@@ -158,7 +157,7 @@ impl Locked {
 
 impl Drop for Locked {
     fn drop(&mut self) {
-        // Closing alone would leave it locked where a child that is just being started has the file too.
+        // A child process that is just starting may share the file. Closing alone would then leave the file locked.
         let _ = self.0.unlock();
     }
 }
@@ -179,21 +178,21 @@ fn finish_in_place(
     match fallocate(file, FallocateFlags::KEEP_SIZE, end, ending.len() as u64) {
         Err(full) if is_disk_full(&full.into()) => {
             let error = failed(full.into());
-            // Gives back what was found of room. The file is as it was, whether this succeeds or not.
+            // Releases the reserved part. The file is unchanged, even if this fails.
             let _ = file.metadata().and_then(|metadata| file.set_len(metadata.len()));
             return Err(error);
         }
-        // A file system that reserves nothing: its full disk shows below.
+        // The file system has no reservation: a full disk shows in `append`.
         _ => {}
     }
     append(file, end + there, &ending[there as usize..]).map_err(|error| {
-        // What is whole stays; a part of the ending would be cut off by the next repair just as well.
+        // Keeps the whole records. If this fails, the next repair cuts off the part of the ending.
         let _ = file.set_len(end + there);
         failed(error)
     })
 }
 
-/// How many bytes of the ending are in the file already: message indexes, or what an earlier repair has written.
+/// Number of bytes of the ending that the file already contains: message indexes, or bytes from an earlier repair.
 fn bytes_there(file: &File, end: u64, ending: &[u8]) -> io::Result<u64> {
     let mut there = 0;
     let mut block = [0; 1 << 14];
@@ -202,14 +201,14 @@ fn bytes_there(file: &File, end: u64, ending: &[u8]) -> io::Result<u64> {
         let same = block[..read].iter().zip(&ending[there..]).take_while(|(old, new)| old == new).count();
         there += same;
         if same == 0 || same < read {
-            // The last byte is written in any case, so that a file is finished by `append` alone.
+            // `append` always writes the magic bytes, so that only `append` finishes a file.
             return Ok(there.min(ending.len() - MAGIC.len()) as u64);
         }
     }
 }
 
-/// Puts the last bytes of a file at `begin`, and cuts off whatever else is there. Only when all but the magic bytes are on
-/// the disk, those are written.
+/// Writes the last bytes of a file at `begin`, and cuts off the old bytes there. Writes the magic bytes after all others are on
+/// the disk.
 fn append(file: &File, begin: u64, bytes: &[u8]) -> io::Result<()> {
     let (but_magic, magic) = bytes.split_at(bytes.len() - MAGIC.len());
     let magic_begin = begin + but_magic.len() as u64;
@@ -219,7 +218,7 @@ fn append(file: &File, begin: u64, bytes: &[u8]) -> io::Result<()> {
     file.write_all_at(but_magic, begin)?;
     file.sync_data()?;
     file.write_all_at(magic, magic_begin)?;
-    // Gives back the room that the recorder had reserved for more.
+    // Releases the space that the recorder had reserved.
     file.set_len(magic_begin + magic.len() as u64)?;
     file.sync_data()
 }

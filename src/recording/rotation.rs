@@ -1,4 +1,4 @@
-//! Which files a recording consists of: their names, and which of them go when the recording grows too large.
+//! The files of a recording: their names, and the removal of the oldest files when the recording exceeds its size limit.
 
 use std::{collections::VecDeque, ffi::OsStr, fs, io, path::PathBuf};
 
@@ -30,7 +30,7 @@ impl FileNames {
         self.first.with_file_name(name)
     }
 
-    /// A file that already has one of these names, the first one's or a later one's.
+    /// Finds an existing file with one of these names.
     pub(super) fn taken(&self) -> io::Result<Option<PathBuf>> {
         for entry in fs::read_dir(folder_of(&self.first))? {
             let name = entry?.file_name();
@@ -56,11 +56,11 @@ impl FileNames {
     }
 }
 
-/// The finished files of a recording, the oldest first.
+/// Finished files of a recording, the oldest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FinishedFiles {
     files: VecDeque<(PathBuf, u64)>,
-    /// Bytes of all of them.
+    /// Size of all finished files in bytes.
     pub(super) bytes: u64,
 }
 
@@ -70,7 +70,8 @@ impl FinishedFiles {
         self.files.push_back((path, bytes));
     }
 
-    /// Takes out the oldest file where these files and a current one of `current_bytes` exceed `limit_bytes` together.
+    /// Removes the oldest file from the list and returns its path, if these files and a current file of `current_bytes`
+    /// together exceed `limit_bytes`.
     pub(super) fn take_oldest_over(&mut self, limit_bytes: u64, current_bytes: u64) -> Option<PathBuf> {
         if self.bytes + current_bytes <= limit_bytes {
             return None;
@@ -92,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_file_has_the_given_name_and_the_others_a_number() {
+    fn first_file_has_the_given_name_and_later_files_a_number() {
         let names = FileNames::new("shows/may.day.mcap".into());
         assert_eq!(names.path(1), Path::new("shows/may.day.mcap"));
         assert_eq!(names.path(2), Path::new("shows/may.day-0002.mcap"));
@@ -101,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_belongs_to_a_recording_only_in_the_form_it_would_give() {
+    fn only_names_that_the_recording_would_give_belong_to_it() {
         let names = FileNames::new("show.mcap".into());
         for name in ["show.mcap", "show-0002.mcap", "show-12345.mcap"] {
             assert!(names.includes(OsStr::new(name)), "{name}");
@@ -112,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_files_go_until_the_rest_fits() {
+    fn oldest_files_are_removed_until_the_rest_fits() {
         let mut files = FinishedFiles::default();
         for number in 1..=4 {
             files.push(format!("{number}").into(), 100);
@@ -124,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_current_file_is_never_removed() {
+    fn current_file_is_never_removed() {
         assert_eq!(FinishedFiles::default().take_oldest_over(10, 100), None);
     }
 }

@@ -1,4 +1,4 @@
-//! The summary of a recording: read from a finished one, and written to finish one.
+//! The summary of a recording: reads it from a finished recording, and writes it to finish one.
 
 use std::{
     collections::BTreeMap,
@@ -21,12 +21,12 @@ use super::{
     topics::Topic,
 };
 
-/// The footer's body: where the summary begins, where its offsets do, its checksum.
+/// Bytes of the footer's body: position of the summary, position of its offsets, its checksum.
 const FOOTER_BODY_BYTES: u64 = 8 + 8 + 4;
-/// What a finished file ends with: the footer's head and body, and the magic bytes.
+/// Bytes that end a finished file: head and body of the footer, and the magic bytes.
 const END_BYTES: usize = 9 + FOOTER_BODY_BYTES as usize + MAGIC.len();
 
-/// What is known of a recording. Indexes are kept as the summary has them, about 130 bytes a chunk.
+/// Contents of a recording's summary. The indexes have the encoding of the file, about 130 bytes per chunk.
 #[derive(Debug, Default)]
 pub(super) struct Contents {
     schemas: BTreeMap<u16, (SchemaHeader, Vec<u8>)>,
@@ -37,10 +37,10 @@ pub(super) struct Contents {
 }
 
 impl Contents {
-    /// What the summary of a finished recording declares and counts, without its indexes; `None` where the file has no whole
-    /// summary.
+    /// Reads the declarations and counts of a finished recording's summary, without its indexes. `None` if the file has no
+    /// whole summary.
     ///
-    /// Memory does not grow with the file, nor with what it claims.
+    /// Memory grows neither with the file nor with the lengths that it states.
     pub(super) fn of_finished(mut file: &File) -> io::Result<Option<Self>> {
         let Some(end_begin) = file.metadata()?.len().checked_sub(END_BYTES as u64) else { return Ok(None) };
         let mut end = [0; END_BYTES];
@@ -49,7 +49,7 @@ impl Contents {
         let Ok(Record::Footer(Footer { summary_start, summary_crc, .. })) = mcap::parse_record(op::FOOTER, body) else {
             return Ok(None);
         };
-        // A summary that begins at 0 is none.
+        // A position of 0 means that the file has no summary.
         if !end.ends_with(MAGIC) || summary_start == 0 || summary_start > end_begin {
             return Ok(None);
         }
@@ -66,7 +66,7 @@ impl Contents {
         Ok((records.position.end == end_begin).then_some(contents))
     }
 
-    /// Takes note of a schema, a channel or statistics; other records declare nothing.
+    /// Adds a schema, a channel or statistics; ignores other records.
     pub(super) fn declare(&mut self, record: Record<'_>) {
         match record {
             Record::Schema { header, data } => {
@@ -80,18 +80,18 @@ impl Contents {
         }
     }
 
-    /// The schemas, and then the channels.
+    /// Returns the schemas, then the channels.
     pub(super) fn into_declarations(self) -> impl Iterator<Item = Record<'static>> {
         let schemas = self.schemas.into_values().map(|(header, data)| Record::Schema { header, data: data.into() });
         schemas.chain(self.channels.into_values().map(Record::Channel))
     }
 
-    /// Chunks and metadata records.
+    /// Number of chunks and metadata records.
     pub(super) fn entries(&self) -> u64 {
         self.statistics.as_ref().map_or(0, |known| u64::from(known.chunk_count) + u64::from(known.metadata_count))
     }
 
-    /// Messages on the topic of the frames; `None` where they are not counted.
+    /// Number of messages on the frame topic; `None` without statistics.
     pub(super) fn frames(&self) -> Option<u64> {
         let is_of_frames =
             |id: &u16| self.channels.get(id).is_some_and(|channel| channel.topic == Topic::Frames.name());
@@ -99,7 +99,7 @@ impl Contents {
         Some(counts.filter(|&(id, _)| is_of_frames(id)).fold(0, |sum, (_, &count)| sum.saturating_add(count)))
     }
 
-    /// Takes note of a chunk and of how many messages of each channel it holds.
+    /// Adds a chunk and the number of its messages on each channel.
     pub(super) fn add_chunk(&mut self, index: &ChunkIndex, messages: BTreeMap<u16, u64>) {
         let statistics = self.statistics.get_or_insert_default();
         let is_first = statistics.message_count == 0;
@@ -124,14 +124,14 @@ impl Contents {
         put(&mut self.metadata_indexes, op::METADATA_INDEX, index);
     }
 
-    /// What finishes a file whose data ends at byte `end` but for these message indexes: laid out as the crate `mcap` does
-    /// it, without a checksum of the data.
+    /// Returns the bytes that finish a file whose data ends at byte `end`: these message indexes, then the summary. The layout
+    /// is that of the crate `mcap`, without a checksum of the data.
     pub(super) fn into_ending(self, end: u64, indexes: &[MessageIndex]) -> Vec<u8> {
         let mut bytes = Vec::new();
         for index in indexes {
             put(&mut bytes, op::MESSAGE_INDEX, index);
         }
-        // 0: not known, for that the data would have to be read.
+        // 0: no checksum. It would need a read of all data.
         put(&mut bytes, op::DATA_END, &DataEnd { data_section_crc: 0 });
         let summary = bytes.len();
         let mut offsets = Vec::new();
@@ -148,7 +148,7 @@ impl Contents {
         }
         let summary_start = end + summary as u64;
         put(&mut bytes, op::FOOTER, &Footer { summary_start, summary_offset_start, summary_crc: 0 });
-        // The checksum stands last in the footer, and covers what is before it.
+        // The checksum is the last field of the footer, and covers the summary and footer before it.
         bytes.truncate(bytes.len() - size_of::<u32>());
         let checksum = crc32fast::hash(&bytes[summary..]);
         bytes.extend(checksum.to_le_bytes());
@@ -156,7 +156,7 @@ impl Contents {
         bytes
     }
 
-    /// The records of the summary, by kind.
+    /// Returns the records of the summary, grouped by kind.
     fn into_groups(self) -> [(u8, Vec<u8>); 5] {
         let [mut schemas, mut channels, mut statistics] = [const { Vec::new() }; 3];
         for (header, definition) in self.schemas.values() {

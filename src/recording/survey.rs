@@ -1,13 +1,12 @@
-//! The layout of a recording, read from the heads of its records: where its data ends, and what its summary holds.
+//! Reads the layout of a recording from the heads of its records: the end of its data, and the contents of its summary.
 //!
-//! The survey goes from record to record and reads the head of each, so its time grows with the number of chunks and not
-//! with their bytes. It unpacks two chunks at most: the first one, which declares the channels, and the last one, whose
-//! message indexes may be incomplete.
+//! The survey reads the head of each record. So its time grows with the number of chunks, not with their bytes. It unpacks only
+//! the first chunk, which declares the channels, and the last chunk, whose message indexes may be incomplete.
 //!
-//! **Torn or damaged.** A record states its length twice: in its head, and by the lengths of its fields. Where both agree
-//! and the file ends before the record does, the record is *torn*: the recorder was killed while it wrote, and nothing
-//! follows. Zeros up to the end of the file, as a power cut leaves them, count as torn too. Everything else that is no
-//! record of a recording is *damage*: more data may follow it, so a survey reports it and nothing is cut off.
+//! **Torn or damaged.** A record states its length twice: in its head, and by the lengths of its fields. If both agree and the
+//! file ends before the record does, the record is *torn*: the recorder was killed while it wrote, and no data follows. Zeros
+//! up to the end of the file, as after a power cut, count as torn too. Any other bytes that are not a record of a recording are
+//! *damage*. More data may follow them, so the survey reports damage and nothing is cut off.
 
 use std::{
     collections::BTreeMap,
@@ -28,27 +27,28 @@ use super::{
     summary::Contents,
 };
 
-/// An entry of a message index: time and offset.
+/// Bytes of an entry of a message index: time and offset.
 const INDEX_ENTRY_BYTES: u64 = 8 + 8;
-/// Chunks and descriptions that a survey takes at most: two days of the paper's dragon at 1 kHz, half a gigabyte of memory.
+/// Greatest number of chunks and configurations in a survey: two days of the paper's dragon at 1 kHz, half a gigabyte of
+/// memory.
 const MOST_ENTRIES: u64 = 1 << 21;
 
-/// What repair needs to know of a recording.
+/// The facts that repair needs of a recording.
 #[derive(Debug)]
 pub(super) struct Survey {
-    /// Where the data ends that stays, in bytes.
+    /// Byte at which the data to keep ends.
     pub(super) end: u64,
-    /// Message indexes of the last chunk, to be written there; none where those in the file are complete.
+    /// Message indexes of the last chunk, to be written at `end`. Empty if the indexes in the file are complete.
     pub(super) last_indexes: Vec<MessageIndex>,
-    /// What the summary holds.
+    /// Contents of the summary.
     pub(super) contents: Contents,
 }
 
-/// Why a recording could not be surveyed.
+/// Reason why a recording cannot be surveyed.
 #[derive(Debug)]
 pub(super) enum SurveyError {
     Io(io::Error),
-    /// There is damage at this byte, and there may be more data behind it.
+    /// The file is damaged at this byte, and more data may follow.
     Damaged(u64),
 }
 
@@ -71,25 +71,25 @@ pub(super) fn survey(file: &File) -> Result<Survey, SurveyError> {
 }
 
 enum EndOfData {
-    /// In the middle of a record, or behind a record where another one was to follow.
+    /// In the middle of a record, or after a record without the record that ends the data.
     Torn,
-    /// By the record that ends it; a summary follows, whole or torn.
+    /// With the record that ends the data; a whole or torn summary follows.
     DataEnd,
 }
 
 struct Surveying<'a> {
     heads: Heads<'a>,
-    /// Where the next record begins.
+    /// Byte at which the next record begins.
     at: u64,
     contents: Contents,
-    /// The last chunk, while nothing but its message indexes has followed.
+    /// The last chunk, while only its message indexes have followed it.
     last_chunk: Option<LastChunk>,
 }
 
-/// A chunk and the message indexes behind it.
+/// A chunk and the message indexes after it.
 struct LastChunk {
     index: ChunkIndex,
-    /// How many messages each channel's index has.
+    /// Number of messages in the index of each channel.
     messages: BTreeMap<u16, u64>,
 }
 
@@ -102,7 +102,7 @@ impl LastChunk {
         self.begin() + self.index.chunk_length
     }
 
-    /// Takes note of a channel's message index, the next one behind the chunk; whether it is the channel's first one.
+    /// Adds the message index of a channel, which follows the chunk. Returns whether it is the first index of that channel.
     fn add_index(&mut self, channel: u16, messages: u64) -> bool {
         let begin = self.end() + self.index.message_index_length;
         self.index.message_index_length += RECORD_HEAD_BYTES + INDEX_HEAD_BYTES + messages * INDEX_ENTRY_BYTES;
@@ -112,7 +112,7 @@ impl LastChunk {
 }
 
 impl Surveying<'_> {
-    /// Takes the next record; `Some` where the data ends.
+    /// Reads the next record. Returns `Some` at the end of the data.
     fn step(&mut self) -> Result<Option<EndOfData>, SurveyError> {
         let begin = self.at;
         let start = self.heads.start(begin)?;
@@ -122,7 +122,7 @@ impl Surveying<'_> {
         }
         match length_by_fields(opcode, body) {
             Some(by_fields) if by_fields == length && length <= LONGEST_RECORD_BYTES as u64 => {}
-            // The fields that state the length lie behind the file's end: what is there of the record holds no message.
+            // The file ends before the fields that state the length. So the partial record contains no message.
             None if is_of_data(opcode) && start.len() < START_BYTES => return Ok(Some(EndOfData::Torn)),
             _ => return Err(SurveyError::Damaged(begin)),
         }
@@ -195,11 +195,11 @@ impl Surveying<'_> {
         chunk.unpack(&body).map(|()| chunk).ok_or(SurveyError::Damaged(begin))
     }
 
-    /// Takes note of the last chunk where something else than an index follows it: all of its indexes are there.
+    /// Adds the last chunk to the contents, when a record other than an index follows: all of its indexes are then in the file.
     fn close_chunk(&mut self) -> Result<(), SurveyError> {
         let Some(chunk) = self.last_chunk.take() else { return Ok(()) };
         if chunk.messages.is_empty() {
-            // A chunk of ours holds messages.
+            // Every chunk of ours contains messages.
             return Err(SurveyError::Damaged(chunk.begin()));
         }
         self.add_chunk(chunk)
@@ -218,7 +218,7 @@ impl Surveying<'_> {
         let mut last_indexes = Vec::new();
         match (ending, self.last_chunk.take()) {
             (EndOfData::Torn, Some(chunk)) => {
-                // Its recorder may have been killed between two of its indexes, of which the heads show nothing.
+                // The recorder may have been killed between two message indexes. The heads do not show missing ones.
                 self.at = chunk.end();
                 last_indexes = self.index_again(chunk)?;
             }
@@ -230,7 +230,7 @@ impl Surveying<'_> {
         Ok(Survey { end: self.at, last_indexes, contents: self.contents })
     }
 
-    /// Takes note of a chunk by the messages in it; returns its indexes, which are to be written behind it.
+    /// Indexes the messages of a chunk and adds it to the contents. Returns the indexes, to be written after the chunk.
     fn index_again(&mut self, chunk: LastChunk) -> Result<Vec<MessageIndex>, SurveyError> {
         let mut entries: BTreeMap<u16, Vec<MessageIndexEntry>> = BTreeMap::new();
         let mut unpacked = self.unpack(chunk.begin(), chunk.end())?;

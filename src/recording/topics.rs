@@ -1,11 +1,12 @@
-//! What a recording holds: its topics, the ROS 2 definitions of their messages as any reader without our code needs them, and
-//! the types of the bus that are recorded.
+//! Topics of a recording, and the ROS 2 definitions of their messages for readers without our code. Also the recorded types of
+//! the bus.
 //!
-//! A definition is the text of the message followed by the texts of all that it contains, the form that `rosbag2`
-//! writes and MCAP calls `ros2msg`.
+//! A definition is the text of the message, followed by the texts of all messages that it contains. `rosbag2` writes this form,
+//! and MCAP calls it `ros2msg`.
 //!
-//! **To add a topic** of a type of the bus: a [`Topic`] with its texts, a [`Recorded`] that it is read back as, and the
-//! [`Message`] of the type. Then the command `record` subscribes to it, and hands each message to `Recorder::record`.
+//! **To add a topic** for a type of the bus, add a [`Topic`] with its texts, a variant of [`Recorded`] for reading it back, and
+//! the conversion of the type into a [`Message`]. Then subscribe to it in the command `record`, and pass each message to
+//! `Recorder::record`.
 
 use std::{
     collections::BTreeMap,
@@ -21,17 +22,17 @@ use super::cdr;
 pub(super) const CONFIGURATION: &str = "bench_dragon.configuration";
 /// The MCAP profile: ROS 2 messages.
 pub(super) const PROFILE: &str = "ros2";
-/// The MCAP library name by which a recording is known as ours.
+/// The MCAP library name that identifies our recordings.
 pub(super) const LIBRARY: &str = concat!("bench-dragon/", env!("CARGO_PKG_VERSION"));
-/// What [`LIBRARY`] begins with in every version.
+/// Prefix of [`LIBRARY`] in every version.
 pub(super) const LIBRARY_FAMILY: &str = "bench-dragon";
 
-/// What a message of a recording is. A topic's index in `Topic::ALL` decides the number of its channel.
+/// Topic of a recorded message. A topic's index in `Topic::ALL` decides the number of its channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// The frames, every one of them.
+    /// All frames.
     Frames,
-    /// The bench poses, for the viewers.
+    /// The poses of the benches, for viewers.
     Poses,
     /// The alerts.
     Alerts,
@@ -40,10 +41,10 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// New topics come last: readers of damaged files rely on the numbers.
+    /// Add new topics at the end: readers of damaged files rely on the numbers.
     const ALL: [Self; 4] = [Self::Frames, Self::Poses, Self::Alerts, Self::Commands];
 
-    /// Name of the topic, name of its message type, and that type's full definition.
+    /// Name of the topic, name of its message type, and full definition of that type.
     const fn texts(self) -> [&'static str; 3] {
         match self {
             Self::Frames => ["/dragon/frames", "bench_dragon_msgs/msg/Frame", FRAME],
@@ -53,7 +54,8 @@ impl Topic {
         }
     }
 
-    /// Reads a message of the bus back, bit for bit; `None` where it is of another version, or the topic has none.
+    /// Reads a message of the bus back, bit for bit. `None` for a message of another version, and for topics that have no
+    /// message of the bus.
     pub(super) fn read(self, message: &[u8]) -> Option<Recorded> {
         match self {
             Self::Frames | Self::Poses => None,
@@ -67,22 +69,22 @@ impl Topic {
         self.texts()[0]
     }
 
-    /// The topic of a name; `None` where it is none of ours.
+    /// The topic with a name; `None` for a foreign name.
     pub(super) fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|topic| topic.name() == name)
     }
 }
 
-/// A message as it is recorded.
+/// A message in its recorded form.
 #[derive(Clone, Debug)]
 pub struct Message {
     /// The topic.
     pub topic: Topic,
-    /// The low 32 bits are its sequence number.
+    /// Number of the message. Its low 32 bits become the sequence number.
     pub number: u64,
-    /// Unix time at which it was sent, in nanoseconds, where it says so: its publish time. Otherwise that is its log time.
+    /// Publish time: Unix time at which the message was sent, in nanoseconds. `None`: the publish time equals the log time.
     pub sent_ns: Option<i64>,
-    /// The fields of the topic's definition: those in shared memory, where a type of the bus has them in the same order.
+    /// Bytes of the fields in the order of the topic's definition. A type of the bus has the same order in shared memory.
     pub fields: Vec<u8>,
 }
 
@@ -99,7 +101,7 @@ impl From<&CommandEvent> for Message {
     }
 }
 
-/// What a recording holds: frames, and the messages between them.
+/// An item of a recording: a frame, or a message between frames.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Recorded {
@@ -107,22 +109,22 @@ pub enum Recorded {
     Frame(RecordedFrame),
     /// An alert.
     Alert(Alert),
-    /// An event of the record of commands. It may come after the frame of its tick.
+    /// An event of the record of commands. It may follow the frame of its tick.
     Command(CommandEvent),
 }
 
 /// A frame as it was on the bus, bit for bit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordedFrame {
-    /// Unix time at which it was sent, in nanoseconds.
+    /// Unix time at which the frame was sent, in nanoseconds.
     pub log_time_ns: u64,
-    /// What it says about the whole dragon.
+    /// State of the whole dragon.
     pub header: FrameHeader,
     /// The handles.
     pub handles: Vec<HandleState>,
 }
 
-/// Messages counted, by topic.
+/// Number of messages of each topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct MessageCounts([u64; Topic::ALL.len()]);
 
@@ -175,13 +177,13 @@ uint32 state
 HandleState[] handles
 ================================================================================
 MSG: bench_dragon_msgs/HandleState
-# One hinge: where it is, and its velocity in metres per show second.
+# One handle: its position in metres, and its velocity in metres per show second.
 float64[3] position_m
 float64[3] velocity_mps
 ";
 
 const ALERT: &str = "\
-# What the monitor has seen. Times are nanoseconds of show time.
+# An observation of the monitor. Times are nanoseconds of show time.
 uint64 run_id
 uint64 tick
 int64 sim_time_ns
@@ -195,14 +197,14 @@ uint32 reserved
 ";
 
 const COMMAND_EVENT: &str = "\
-# A command to the source with its outcome, or the start or the end of a run. A run's events are numbered from 0 without a hole.
-# tick: from which an accepted command holds, or at which it was refused. sim_time_ns: show time at which it was taken.
+# A command to the source with its outcome, or the start or end of a run. The events of a run are numbered from 0 without a gap.
+# tick: first tick of an accepted command, or tick at which it was refused. sim_time_ns: show time at which the source took it.
 # wall_ns: nanoseconds since 1970-01-01 00:00 UTC. overruns: releases missed in the run before that tick.
 # values, by kind: 2 speed m/s; 3 seek s; 7 grant from m, to m; 8 and 9 whether timecode leads, time scale;
 # 10 start s, travel m, speed m/s, end s (NaN: none).
 # kind: 0 pause, 1 resume, 2 speed, 3 seek, 4 hold, 5 release, 6 stop, 7 grant, 8 stand, 9 follow, 10 start, 11 end.
 # sender: 0 client, 1 ctl, 2 page, 3 watch, 4 zenoh, 5 timecode, 6 guard, 7 signal, 8 server. pid: 0 where not known.
-# refusal: 0 where accepted, else the number of the reason; lowest and highest: the range of a refused value.
+# refusal: 0 if accepted, else the number of the reason. lowest, highest: allowed range of a refused value.
 # flags: of a grant bit 0 final; of a start bit 0 held, 1 paused, 2 guarded, 3 follows timecode.
 uint64 run_id
 uint64 number

@@ -1,4 +1,4 @@
-//! The thread that encodes, compresses and writes, one file after the other.
+//! The thread that encodes, compresses and writes the files of a recording.
 
 use std::{
     fs,
@@ -21,10 +21,10 @@ use super::{
     topics::{Message, Topic},
 };
 
-/// A message waits no longer than this for its chunk to be closed: half of the second that a killed recorder may lose.
+/// Longest time from a message to the close of its chunk: half of the second that a killed recorder may lose.
 const FLUSH_AFTER: Duration = Duration::from_millis(500);
 
-/// Everything that the writing thread owns.
+/// State of the writing thread.
 pub(super) struct RecordingWriter {
     settings: RecorderSettings,
     limits: SizeLimits,
@@ -42,7 +42,7 @@ pub(super) struct RecordingWriter {
     progress: Arc<SharedProgress>,
 }
 
-/// Why the thread must end; a file that cannot be written is still to be given up.
+/// Reason why the thread must end. After `File`, the caller ends the file with [`McapFile::give_up`].
 enum WriterFault {
     File(McapError),
     Other(RecordError),
@@ -84,7 +84,7 @@ impl RecordingWriter {
         Ok(writer)
     }
 
-    /// Records all jobs until their sender is gone, then finishes the file.
+    /// Records all jobs until the recorder drops the sender, then finishes the file.
     pub(super) fn run(
         mut self,
         jobs: &Receiver<WriterJob>,
@@ -97,7 +97,7 @@ impl RecordingWriter {
             }
             Err(WriterFault::File(error)) => Err(self.file.give_up(error)),
             Err(WriterFault::Other(error)) => {
-                // The first error is the one to tell.
+                // The caller needs the first error, not an error of this call.
                 let _ = self.file.finish();
                 Err(error)
             }
@@ -113,7 +113,7 @@ impl RecordingWriter {
             match job {
                 Ok(WriterJob::Frame(buffer)) => {
                     self.record_frame(&buffer)?;
-                    // A recorder that has gone needs no buffer back.
+                    // Fails only after the recorder has dropped the receiver: it then needs no buffer.
                     let _ = empty.send(buffer);
                 }
                 Ok(WriterJob::Message { message, monotonic_ns }) => self.record_message(&message, monotonic_ns)?,
@@ -172,7 +172,7 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Hands the chunk to the operating system and tells how far the recording is.
+    /// Hands the chunk to the operating system and publishes the progress.
     fn close_chunk(&mut self) -> Result<(), WriterFault> {
         self.flush_at = None;
         if self.file.has_unflushed() {
@@ -183,7 +183,8 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Makes room for a chunk that begins with the message: in a file, and among the files.
+    /// Makes room for a chunk that begins with the message. Begins the next file if this one is full, and removes the oldest
+    /// files.
     fn make_room(&mut self) -> Result<(), WriterFault> {
         let needed_bytes = self.file.bytes_after_chunk_with(&self.message);
         if self.file.holds_messages() && self.limits.file.is_some_and(|limit| needed_bytes > limit) {
@@ -229,7 +230,7 @@ impl RecordingWriter {
     fn publish_progress(&mut self) {
         let totals = self.totals();
         self.progress.totals.store(totals);
-        // A disk that does not tell its size is only not forecast.
+        // Without the size of the disk there is no forecast.
         let Ok(space) = self.file.space() else { return };
         let kept_bytes = self.finished.bytes + self.file.written_bytes;
         let growth_left_bytes = self.limits.total.map(|total| total.saturating_sub(kept_bytes));
@@ -250,8 +251,7 @@ impl RecordingWriter {
 
 /// Unix time of a monotonic instant, both in nanoseconds; 0 for an instant before 1970.
 ///
-/// The offset is fixed when the recording starts, so a step of the system clock leaves the distances between frames as they
-/// were.
+/// The offset is fixed when the recording starts. So a step of the system clock does not change the intervals between frames.
 fn unix_ns(monotonic_ns: u64, unix_minus_monotonic_ns: i64) -> u64 {
     monotonic_ns.saturating_add_signed(unix_minus_monotonic_ns)
 }
@@ -261,14 +261,14 @@ mod tests {
     use super::unix_ns;
 
     #[test]
-    fn distances_between_instants_are_kept() {
+    fn unix_times_keep_the_intervals_between_instants() {
         let offset_ns = 1_700_000_000_000_000_007;
         assert_eq!(unix_ns(5_000, offset_ns) - unix_ns(2_000, offset_ns), 3_000);
         assert_eq!(unix_ns(3, offset_ns), 1_700_000_000_000_000_010);
     }
 
     #[test]
-    fn an_instant_before_1970_is_1970() {
+    fn instants_before_1970_map_to_1970() {
         assert_eq!(unix_ns(3, -10), 0);
     }
 }

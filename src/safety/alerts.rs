@@ -1,4 +1,4 @@
-//! Publishing alerts, and how many alerts of pairs a monitor sends.
+//! Publishes alerts, and limits the rate of a monitor's pair alerts.
 
 use std::cmp::Ordering;
 
@@ -7,20 +7,21 @@ use bench_dragon_ipc::{Alert, AlertKind, BusError, Domain, require_shared_memory
 use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 
-/// Puts alerts on an instance's bus.
+/// Publishes alerts on the bus of an instance.
 #[derive(Debug)]
 pub struct AlertPublisher {
-    // Dropped in this order: ports before the node that they belong to.
+    // Fields drop in this order: the ports before their node.
     publisher: Publisher<Service, Alert, ()>,
     notifier: Notifier<Service>,
     _member: Member,
 }
 
 impl AlertPublisher {
-    /// Opens the alerts of a domain.
+    /// Opens the alert service of a domain.
     ///
     /// # Errors
-    /// [`BusError::SharedMemoryFull`], and as [`Member::alerts`]; more monitors than [`service::MAX_MONITORS`] are refused.
+    /// [`BusError::SharedMemoryFull`], and the errors of [`Member::alerts`]. [`BusError::TooManyClients`] for more monitors
+    /// than [`service::MAX_MONITORS`].
     pub fn open(domain: &Domain) -> Result<Self, BusError> {
         require_shared_memory(domain, service::ALERT_MEMORY)?;
         let member = Member::join(domain, "monitor-alerts", Role::Client)?;
@@ -41,27 +42,27 @@ impl AlertPublisher {
     /// Publishes one alert and wakes its readers.
     ///
     /// # Errors
-    /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
+    /// [`BusError::Failed`] if iceoryx2 has no memory left. The limits of the service exclude this.
     pub fn publish(&self, alert: &Alert) -> Result<(), BusError> {
         self.publisher.send_copy(*alert).map_err(|error| BusError::failed(service::ALERTS, error))?;
-        // A reader that is gone or whose wake-ups are full is its own affair.
+        // Ignores a failed wake-up: the reader has ended, or its wake-up queue is full.
         let _ = self.notifier.notify();
         Ok(())
     }
 }
 
-/// Alerts of pairs that may come at once: fewer than a reader keeps.
+/// Greatest number of pair alerts at once: fewer than the buffer of a reader.
 pub const ALERT_BURST: u32 = 200;
-/// Alerts of pairs a second, by the frames' own clock.
+/// Greatest mean rate of pair alerts per second, by the clock of the frames.
 pub const ALERTS_PER_S: u32 = 100;
 
-/// The alerts that may be sent now: a token bucket.
+/// Limit of the alerts per time: a token bucket.
 #[derive(Debug)]
 pub(super) struct AlertLimit {
     tokens: f64,
     last_ns: u64,
     had_contact: bool,
-    /// Alerts that were left out.
+    /// Number of alerts left out.
     pub(super) suppressed: u64,
 }
 
@@ -70,7 +71,7 @@ impl AlertLimit {
         Self { tokens: f64::from(ALERT_BURST), last_ns: 0, had_contact: false, suppressed: 0 }
     }
 
-    /// Leaves out the alerts of a frame that are too many; the others stay in their order.
+    /// Leaves out the alerts of a frame that exceed the limit. The other alerts keep their order.
     pub(super) fn apply(&mut self, now_ns: u64, alerts: &mut Vec<Alert>) {
         let passed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
         self.last_ns = now_ns;
@@ -88,7 +89,7 @@ impl AlertLimit {
     }
 }
 
-/// Keeps so many alerts: the first contact, and those that go before the last one or with it.
+/// Keeps `most` alerts: the `first` contact, and the alerts up to `last` by priority.
 fn keep(alerts: &mut Vec<Alert>, most: usize, last: Option<Alert>, first: Option<Alert>) {
     let mut left = most - usize::from(first.is_some());
     alerts.retain(|alert| {
@@ -101,7 +102,7 @@ fn keep(alerts: &mut Vec<Alert>, most: usize, last: Option<Alert>, first: Option
     });
 }
 
-/// What goes first where not all can go.
+/// Priority of alerts: contacts, then partings, then the others; each by clearance, then by pair.
 fn order(one: &Alert, other: &Alert) -> Ordering {
     let rank = |alert: &Alert| match alert.alert_kind() {
         Some(AlertKind::Contact) => 0,
@@ -131,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_slowly_is_sent_whole() {
+    fn alerts_below_the_rate_limit_are_all_sent() {
         let mut limit = AlertLimit::new();
         for second in 1..100 {
             let mut alerts = near(ALERTS_PER_S);
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_flood_contacts_are_sent_first_and_then_the_nearest_in_their_order() {
+    fn flood_keeps_contacts_and_then_the_nearest_pairs_in_their_order() {
         let mut limit = AlertLimit::new();
         let mut alerts = [near(100_000), vec![alert(AlertKind::Contact, 7), alert(AlertKind::Parted, 9)]].concat();
         limit.apply(SECOND_NS, &mut alerts);
@@ -159,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_contact_of_a_run_is_always_sent() {
+    fn first_contact_of_a_run_is_always_sent() {
         let mut limit = AlertLimit::new();
         limit.apply(SECOND_NS, &mut near(100_000));
         let mut alerts = [near(10), vec![alert(AlertKind::Contact, 7), alert(AlertKind::Contact, 1)]].concat();

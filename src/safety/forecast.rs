@@ -1,4 +1,4 @@
-//! The travel ahead: a thread that looks for the next contact while the monitor watches the present.
+//! Forecast: a thread that searches the travel ahead for the next contact, while the monitor measures the current frames.
 
 use std::io;
 use std::sync::Arc;
@@ -10,19 +10,19 @@ use bench_dragon_geometry::dragon::{Dragon, Meter};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
-/// Travel that is searched between two looks at new requests, in metres.
+/// Travel searched between two checks for new requests, in metres.
 const STRIDE_M: f64 = 2.0;
-/// Work that may be done for it, in steps, a second or two: a forecast ends where that is not enough.
+/// Greatest work of a stride in steps, one to two seconds. A forecast ends at a stride that needs more.
 const STEPS_PER_STRIDE: u64 = 50_000_000;
 
-/// What is known of the travel ahead.
+/// Result of the search of the travel ahead.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
-    /// Where the knowledge begins, in metres of travel.
+    /// Travel at which the search began, in metres.
     pub from_m: f64,
-    /// From there to here, no two benches touch.
+    /// End of the free travel, in metres: no two benches touch from `from_m` to here.
     pub free_to_m: f64,
-    /// The first contact from there on, where one was found.
+    /// First contact at or after `from_m`, if the search has found one.
     pub contact: Option<Contact>,
 }
 
@@ -31,46 +31,46 @@ impl Forecast {
         Self { from_m, free_to_m: from_m, contact: None }
     }
 
-    /// Whether no two benches touch anywhere from the one travel to the other.
+    /// Whether no two benches touch between two travels.
     pub fn is_free(&self, from_m: f64, to_m: f64) -> bool {
         self.from_m <= from_m && to_m <= self.free_to_m
     }
 
-    /// Whether it says anything about what lies ahead of this travel.
+    /// Whether the forecast is valid for the travel ahead of `travel_m`.
     pub fn covers(&self, travel_m: f64) -> bool {
         self.from_m <= travel_m && self.contact.is_none_or(|contact| travel_m < contact.travel_m)
     }
 }
 
-/// The running search, on a thread of its own that ends with it.
+/// The running search. Its thread ends when the forecaster is dropped.
 #[derive(Debug)]
 pub struct Forecaster {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
-    /// Travel from which was last asked for.
+    /// Start of the last requested search, in metres of travel.
     asked_from_m: f64,
 }
 
-/// What the search and its owner share.
+/// State shared by the search thread and the forecaster.
 #[derive(Debug)]
 struct Shared {
     forecast: AtomicCell<Forecast>,
-    /// Where to search anew: the last request alone counts.
+    /// Start of the next search; a newer request replaces an older one.
     start: ArrayQueue<f64>,
-    /// Work that the stride at hand may take.
+    /// Work limit of the current stride.
     stride: Meter,
     is_over: AtomicBool,
 }
 
 impl Forecaster {
-    /// Starts to search from this travel on for where the clearance of some pair falls to `clearance_m`. In its forecasts that is
-    /// the contact.
+    /// Starts a search from a travel for the first pair whose clearance falls to `clearance_m`. Forecasts report this as the
+    /// contact.
     ///
     /// # Errors
-    /// The operating system's reason why there can be no thread for it.
+    /// The error of the operating system if it cannot start a thread.
     ///
     /// # Panics
-    /// With a clearance that is negative or not finite.
+    /// If the clearance is negative or not finite.
     pub fn start(dragon: &Dragon, clearance_m: f64, from_m: f64) -> io::Result<Self> {
         let shared = Arc::new(Shared {
             forecast: AtomicCell::new(Forecast::unknown_from(from_m)),
@@ -84,15 +84,15 @@ impl Forecaster {
         Ok(Self { shared, thread: Some(thread), asked_from_m: from_m })
     }
 
-    /// What is known at present.
+    /// Returns the latest forecast.
     pub fn latest(&self) -> Forecast {
         self.shared.forecast.load()
     }
 
-    /// Searches anew from the head's travel on, where the latest forecast does not cover it and no benches are so near already. What
-    /// is known so far stays known until the first result.
+    /// Starts a new search from the head's travel, if the latest forecast does not cover it and no pair is that near already
+    /// (`is_found`). The old forecast stays until the new search has a result.
     pub fn follow(&mut self, latest: &Forecast, travel_m: f64, is_found: bool) {
-        // What was asked of this very travel is known.
+        // A search from this travel was already requested, or the last request has no result yet.
         let is_asked = travel_m == self.asked_from_m || self.asked_from_m != latest.from_m;
         if !is_asked && !latest.covers(travel_m) && !is_found {
             self.asked_from_m = travel_m;
@@ -111,10 +111,10 @@ impl Forecaster {
 impl Drop for Forecaster {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
-        // The stride at hand is cut short.
+        // Uses up the work limit, so that the current stride ends at once.
         self.shared.stride.add(STEPS_PER_STRIDE);
         self.wake();
-        // It does not panic, and nothing could be reported here.
+        // The thread does not panic, and `drop` can report no error.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
@@ -142,13 +142,13 @@ impl Shared {
     }
 }
 
-/// The forecast with one stride more, and whether there is more to find out.
+/// Extends a forecast by one stride. Also returns whether the search continues.
 fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> (Forecast, bool) {
     let to_m = (forecast.free_to_m + STRIDE_M).min(dragon.end_travel_m());
     match search.first(forecast.free_to_m, to_m) {
         Ok(Some(contact)) => (Forecast { free_to_m: contact.travel_m, contact: Some(contact), ..forecast }, false),
         Ok(None) => (Forecast { free_to_m: to_m, ..forecast }, to_m < dragon.end_travel_m()),
-        // What lies further ahead stays unknown.
+        // The work limit is spent: the travel further ahead stays unknown.
         Err(spent) => (Forecast { free_to_m: spent.reached_m.max(forecast.free_to_m), ..forecast }, false),
     }
 }

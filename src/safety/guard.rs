@@ -1,12 +1,12 @@
-//! The guard: keeps benches from touching by a movement authority, as railway signalling keeps trains apart.
+//! The guard: prevents contacts with a movement authority, as railway signalling separates trains.
 //!
-//! A guarded server moves the head only as far as it was granted. The guard proves from the published description that on
-//! the travel ahead no two benches come nearer than a margin ([`Request::Grant`]), and keeps the grant a horizon ahead of the
-//! head: never past the point where the clearance would fall under the margin. Where the benches are is a function of
-//! travel alone, so a grant holds at any speed, for as long as the run lasts. If the guard dies, lags or is wrong about the
-//! state, the head comes to rest on travel that was proved free.
+//! A guarded server moves the head only within its grants. From the published description, the guard proves that no two benches
+//! come nearer than a margin on the travel ahead ([`Request::Grant`]). It keeps the grant a horizon ahead of the head, but
+//! never beyond the point at which the clearance falls below the margin. Bench positions depend on travel alone. So a grant is
+//! valid at any speed until the run ends. If the guard dies, lags or has a wrong state, the head comes to rest on proven
+//! travel.
 //!
-//! Pure: frame headers go in, grants come out. Clocks, the bus and the thread are the command's.
+//! Pure: frame headers go in, grants come out. The command owns the clocks, the bus and the thread.
 
 use std::sync::Arc;
 
@@ -16,32 +16,32 @@ use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
 use crate::config::Config;
 
-/// Handles that are placed in one go, in whole strides, so that the present is looked at in between: for less than a
-/// second's work.
+/// Greatest number of handles placed in one call, in whole strides: less than a second of work. Between calls, the guard reads
+/// the newest frame.
 const HANDLES_AT_A_TIME: usize = 4_000_000;
-/// Work that may be done in one go, in steps: some two seconds, so that a stride on which very many pairs are near the margin
-/// does not keep the guard from its present.
+/// Greatest work of one call in steps: about two seconds. So a stride with very many pairs near the margin does not keep the
+/// guard from the newest frame.
 pub const STEPS_AT_A_TIME: u64 = 50_000_000;
-/// Work that the forecast of a contact behind the final rest may take, in steps.
+/// Greatest work of the forecast of a contact beyond the final rest, in steps.
 const FORECAST_STEPS: u64 = 20_000_000;
-/// Ticks that a grant reaches ahead at least: one passes before the server takes it.
+/// Least reach of a grant ahead of the head in ticks. The server applies a grant one tick later.
 const LEAST_TICKS: f64 = 3.0;
-/// How far ahead of the head a grant reaches where the server misses no release, in seconds of wall time at its speed.
+/// Reach of a grant ahead of the head if the server misses no release, in seconds of wall time at the head's speed.
 const LEAST_HORIZON_S: f64 = 0.5;
-/// How far a grant reaches where one is needed, in horizons, so that not every frame needs one.
+/// Reach of a new grant in horizons: more than one, so that not every frame needs a new grant.
 const GRANTED_HORIZONS: f64 = 1.5;
 
-/// Where the head rests for good: no further travel can ever be granted.
+/// The final rest of the head: no further travel can be granted from here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinalRest {
     /// Travel of the head in metres.
     pub travel_m: f64,
     /// Show time in seconds.
     pub sim_time_s: f64,
-    /// Whether the margin is kept there; where it is not, the head was repositioned there, and never walked.
+    /// Whether the clearance keeps the margin here. If not, the head was repositioned to this travel, and did not walk to it.
     pub is_free: bool,
-    /// Show time at which two benches would touch if the head walked on at its planned speed; `None` where they would not
-    /// up to the run's end, or where it takes too much work to find out.
+    /// Show time in seconds at which two benches would touch if the head continued at its planned speed. `None` if they would
+    /// not touch before the run ends, or if the search needs too much work.
     pub forecast_s: Option<f64>,
 }
 
@@ -49,42 +49,42 @@ pub struct FinalRest {
 #[derive(Debug)]
 pub struct Guard<'a> {
     dragon: &'a Dragon,
-    /// Clearance that it keeps, in metres.
+    /// Clearance that the guard keeps, in metres.
     margin_m: f64,
-    /// How far ahead of the head a grant reaches, in seconds of wall time at its speed.
+    /// Reach of a grant ahead of the head, in seconds of wall time at the head's speed.
     horizon_s: f64,
     run_id: u64,
     planned_speed_mps: f64,
     accel_mps2: Option<f64>,
     rate_hz: f64,
-    /// Speed at which the head last walked.
+    /// Last walking speed of the head.
     walking_speed_mps: f64,
-    /// The proven travel that the head is on, unless it is not free.
+    /// Proven travel at the head; `None` if the head is at a margin violation.
     present: Option<Granting<'a>>,
-    /// Proven travel that a seek has asked for.
+    /// Proven travel at the target of a seek.
     prepared: Option<Granting<'a>>,
-    /// Travel that was asked for last, which may not be free.
+    /// Target of the last seek, which may be at a margin violation.
     asked_m: Option<f64>,
-    /// Travel at which a margin violation was last found.
+    /// Travel of the last margin violation.
     refused_m: Option<f64>,
 }
 
-/// Proven travel and how much of it the server knows.
+/// Proven travel, and the part of it that the server has.
 #[derive(Debug)]
 struct Granting<'a> {
     proven: ProvenTravel<'a>,
-    /// Where the last grant of it that was taken ends, and whether for good.
+    /// End of the last grant that the server has taken, and whether that grant is final.
     granted: Option<(f64, bool)>,
 }
 
 impl<'a> Guard<'a> {
-    /// The guard of a run of this dragon, which was published with this configuration.
+    /// The guard of a run of a dragon with its published configuration.
     pub fn new(dragon: &'a Dragon, config: &Config, run_id: u64) -> Self {
         Self {
             dragon,
             margin_m: config.tables().monitor.margin_m,
-            // A server that has missed releases jumps without a frame in between. The guard's answer to a frame may come after
-            // the next jump, so a grant reaches two jumps further.
+            // A server that misses releases jumps without a frame in between. The grant for a frame may arrive after the next
+            // jump. So a grant reaches two jumps further.
             horizon_s: LEAST_HORIZON_S + 2.0 * config.tables().serve.catch_up_s,
             run_id,
             planned_speed_mps: config.tables().head.speed_mps,
@@ -98,21 +98,21 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Looks at a frame of the run, and at the travel that a refused seek asked for, proves more travel where it is needed,
-    /// and returns a grant for the server. It is returned again until [`Guard::note_granted`] says that it was taken.
+    /// Takes a frame of the run, and the target of a refused seek. Proves more travel if it is needed, and returns a grant for
+    /// the server. Returns the grant again until [`Guard::note_granted`] confirms it.
     pub fn follow(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
         if header.show_state().is_some_and(ShowState::walks) {
             self.walking_speed_mps = header.head_speed_mps;
         }
         let (run_id, travel_m) = (self.run_id, header.head_travel_m);
         let horizon_m = self.horizon_m(header.time_scale);
-        self.stand_on(travel_m);
+        self.update_present(travel_m);
         self.prepare(asked_m);
         let present = self.present.as_mut().and_then(|present| present.next_grant(run_id, travel_m, horizon_m));
         present.or_else(|| self.prepared.as_mut()?.next_grant(run_id, self.asked_m?, horizon_m))
     }
 
-    /// Takes note that the server has taken a grant.
+    /// Notes that the server has taken a grant.
     pub fn note_granted(&mut self, from_m: f64, to_m: f64, is_final: bool) {
         let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
         for granting in grantings.filter(|granting| granting.proven.begin_m() == from_m) {
@@ -120,8 +120,7 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Whether this frame, which the guard has looked at, shows the head at rest where no further travel can ever be
-    /// granted.
+    /// Whether the head is at its final rest in this frame. Call it after [`Guard::follow`] with the same frame.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
         let travel_m = header.head_travel_m;
         let is_end = match &self.present {
@@ -131,7 +130,7 @@ impl<'a> Guard<'a> {
         is_end && header.show_state() == Some(ShowState::Held)
     }
 
-    /// What there is to report of such a frame.
+    /// Returns the final rest of a frame for which [`Guard::is_final`] is true.
     pub fn final_rest(&self, header: &FrameHeader) -> FinalRest {
         let travel_m = header.head_travel_m;
         let dragon = self.dragon.metered(&Meter::of(FORECAST_STEPS));
@@ -141,16 +140,16 @@ impl<'a> Guard<'a> {
         FinalRest { travel_m, sim_time_s, is_free: self.present.is_some(), forecast_s }
     }
 
-    /// How far ahead of the head a grant is to reach: a horizon of wall time at its speed, some ticks of it at least, and the
-    /// way to brake from there.
+    /// Reach of a grant ahead of the head in metres: a horizon of wall time at the head's speed, or at least [`LEAST_TICKS`],
+    /// plus the braking distance.
     fn horizon_m(&self, time_scale: f64) -> f64 {
         let speed_mps = self.walking_speed_mps.max(self.planned_speed_mps);
         let braking_m = self.accel_mps2.map_or(0.0, |accel_mps2| speed_mps * speed_mps / (2.0 * accel_mps2));
         self.horizon_s.max(LEAST_TICKS / self.rate_hz) * time_scale * speed_mps + braking_m
     }
 
-    /// Finds the proven travel that the head is on, or begins it there.
-    fn stand_on(&mut self, travel_m: f64) {
+    /// Finds the proven travel that contains the head's travel, or begins a new proof there.
+    fn update_present(&mut self, travel_m: f64) {
         let holds =
             |granting: &Option<Granting<'_>>| granting.as_ref().is_some_and(|some| some.proven.contains(travel_m));
         if holds(&self.present) || self.refused_m == Some(travel_m) {
@@ -160,7 +159,7 @@ impl<'a> Guard<'a> {
         self.refused_m = self.present.is_none().then_some(travel_m);
     }
 
-    /// Begins a proof where a seek was asked to go, unless it was before.
+    /// Begins a proof at a new target of a seek.
     fn prepare(&mut self, asked_m: Option<f64>) {
         if asked_m != self.asked_m {
             self.asked_m = asked_m;
@@ -176,7 +175,7 @@ impl<'a> Guard<'a> {
 }
 
 impl Granting<'_> {
-    /// Proves on, and returns what is to be granted if it is needed for a head at `travel_m`.
+    /// Extends the proof, and returns a grant if a head at `travel_m` needs one.
     fn next_grant(&mut self, run_id: u64, travel_m: f64, horizon_m: f64) -> Option<Request> {
         let is_needed = |(to_m, is_final): (f64, bool)| !is_final && to_m < travel_m + horizon_m;
         if !self.granted.is_none_or(is_needed) {
@@ -189,10 +188,10 @@ impl Granting<'_> {
     }
 }
 
-/// A difference of clearance over this, in metres, is a fault: far above the rounding of any pose, far below any margin.
+/// Difference of clearance in metres above which a frame is faulty: far above the rounding of any pose, far below any margin.
 pub const FAULT_M: f64 = 1e-8;
 
-/// Checks the frames of one run.
+/// Checks the clearances of the frames of one run against the reference solver.
 #[derive(Debug)]
 pub struct ClearanceCheck {
     dragon: Arc<Dragon>,
@@ -202,13 +201,13 @@ pub struct ClearanceCheck {
 }
 
 impl ClearanceCheck {
-    /// A check of this dragon.
+    /// A check of a dragon.
     pub fn new(dragon: Arc<Dragon>) -> Self {
         let solver = ChainSolver::new(&dragon);
         Self { dragon, solver, boards: Vec::new(), search: ClearanceSearch::default() }
     }
 
-    /// The nearest pair with the head at a travel, by the reference solver; `None` outside the run and with fewer than
+    /// Returns the nearest pair for a travel of the head, by the reference solver. `None` outside the run, and for fewer than
     /// three benches.
     pub fn nearest(&mut self, travel_m: f64) -> Option<PairClearance> {
         let handles = self.solver.solve(&self.dragon, travel_m).ok()?;
@@ -216,7 +215,7 @@ impl ClearanceCheck {
         self.search.nearest(&self.boards)
     }
 
-    /// Whether the nearest pair that was measured in a frame is as near as it should be, to [`FAULT_M`].
+    /// Whether the clearance of the nearest pair in a frame agrees with the reference solver, to [`FAULT_M`].
     pub fn agrees(&mut self, header: &FrameHeader, measured: Option<PairClearance>) -> bool {
         match (self.nearest(header.head_travel_m), measured) {
             (Some(expected), Some(measured)) => (expected.clearance_m - measured.clearance_m).abs() <= FAULT_M,

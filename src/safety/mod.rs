@@ -1,7 +1,7 @@
-//! What keeps benches apart: the monitor measures and reports, the guard grants the head no travel that is not proven free.
+//! Safety: the monitor measures and reports clearances, and the guard grants the head only proven travel.
 //!
-//! The server's end of the guard's grants is the head's [`motion`](crate::source::server::motion), which stops at the end of what
-//! it was granted also where no guard is left. Clocks and the bus of both are their commands'.
+//! In the server, the head's [`motion`](crate::source::server::motion) obeys the grants. It stops at the end of a grant, even
+//! without a running guard. The commands of monitor and guard own the clocks and the bus.
 
 pub mod alerts;
 pub mod forecast;

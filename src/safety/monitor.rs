@@ -1,16 +1,16 @@
 //! The collision monitor: measures every frame, and sweeps the travel between frames.
 //!
-//! - *Measured* from a frame's own poses: the clearance of every pair of benches that could touch.
-//! - *Swept* with the published description between two frames that the head walked: the exact travel at which a pair
-//!   touches or parts, so that no contact is missed at any rate, time scale or loss of frames. Travel that the
-//!   [`forecast`](super::forecast) has already shown to be free is not swept again.
-//! - Travel across a seek or a restart is never swept: nothing is known of it (`source_motion`).
+//! - *Measure:* from the poses of a frame, the monitor measures the clearance of every pair of benches that could touch.
+//! - *Sweep:* between two frames that the head walked, the monitor uses the published description to find the exact travel at
+//!   which a pair touches or parts. So it misses no contact at any rate, time scale or loss of frames. It does not sweep travel
+//!   that the [`forecast`](super::forecast) has already shown to be free.
+//! - The monitor never sweeps travel across a seek or a restart, because the head did not walk it (`source_motion`).
 //!
-//! The work and the alerts of a frame are bounded, whatever the dragon: a sweep ends early where it takes too many steps, at
-//! most [`MAX_WATCHED`] pairs are watched, the nearest, and alerts have a greatest rate ([`ALERTS_PER_S`]). What was left out
-//! is counted.
+//! The work and the alerts of a frame are bounded for every dragon. A sweep ends early if it needs too many steps. The monitor
+//! watches at most the nearest [`MAX_WATCHED`] pairs. Alerts have a greatest rate ([`ALERTS_PER_S`]). The monitor counts
+//! incomplete sweeps and omitted alerts.
 //!
-//! Pure: frames go in, alerts come out. Clocks, the bus and the search thread are the command's.
+//! Pure: frames go in, alerts come out. The command owns the clocks, the bus and the search thread.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -28,27 +28,27 @@ use crate::config::Config;
 #[cfg(doc)]
 use super::alerts::ALERTS_PER_S;
 
-/// A pair that came near is watched until it is this many times the warning distance apart.
-const FAREWELL: f64 = 1.25;
-/// An overlap under this, in metres, is the rounding of a touch that the sweep has found or will find.
+/// Clearance ÷ warning distance above which a near pair is no longer watched.
+const UNWATCH_RATIO: f64 = 1.25;
+/// Greatest overlap in metres that is only the rounding of a touch. The sweep finds that touch.
 const TOUCH_TOLERANCE_M: f64 = 1e-9;
-/// Pairs that are watched at most.
+/// Greatest number of watched pairs.
 pub const MAX_WATCHED: usize = 10_000;
-/// Work that the sweep up to a frame may take, in steps: some fifth of a second. Between two frames of the paper's dragon it is
-/// a thousand.
+/// Greatest work of the sweep up to a frame in steps: about a fifth of a second. The paper's dragon needs a thousand steps
+/// between two frames.
 const SWEEP_STEPS: u64 = 4_000_000;
 
-/// How a watched pair stands.
+/// State of a watched pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PairState {
     Near,
     Touching,
 }
 
-/// Watches one run of a dragon.
+/// Monitor of one run of a dragon.
 #[derive(Debug)]
 pub struct Monitor {
-    /// The dragon that is watched.
+    /// The watched dragon.
     pub dragon: Arc<Dragon>,
     source: SourceMotion,
     near_m: f64,
@@ -61,14 +61,14 @@ pub struct Monitor {
     alerts: Vec<Alert>,
     limit: AlertLimit,
     sweeping: Meter,
-    /// Whether the rest of the sweeps have only what one may take together.
+    /// Whether all further sweeps share the work limit of one sweep.
     is_ending: bool,
-    /// Frames up to which the way was not swept whole, for that took too much work.
+    /// Number of frames whose sweep ended early because it needed too much work.
     pub unswept: u64,
 }
 
 impl Monitor {
-    /// A monitor of the run that was published with this configuration.
+    /// A monitor of a run with its published configuration.
     pub fn new(config: &Config) -> Self {
         let dragon = Arc::clone(config.dragon());
         let sweeping = Meter::of(SWEEP_STEPS);
@@ -90,23 +90,23 @@ impl Monitor {
         }
     }
 
-    /// All frames from here on are swept with the work of one, so that a monitor that is to end does.
+    /// From now on, all sweeps share the work limit of one sweep, so that an ending monitor ends soon.
     pub fn end_soon(&mut self) {
         self.is_ending = true;
     }
 
-    /// Alerts that were left out, for they were too many.
+    /// Number of alerts that exceeded the limit and were left out.
     pub fn suppressed(&self) -> u64 {
         self.limit.suppressed
     }
 
-    /// Whether some pair touches, as of the last frame.
+    /// Whether a pair touches in the last frame.
     pub fn is_touching(&self) -> bool {
         self.pairs.values().any(|&state| state == PairState::Touching)
     }
 
-    /// Takes the next frame of the run. Returns the pair with the least clearance, where there are two benches that
-    /// are not neighbours; what there is to tell is in [`Monitor::alerts`].
+    /// Takes the next frame of the run, and stores its alerts in [`Monitor::alerts`]. Returns the pair with the least
+    /// clearance; `None` if all benches are neighbours.
     pub fn observe(
         &mut self,
         header: &FrameHeader,
@@ -124,12 +124,12 @@ impl Monitor {
         nearest
     }
 
-    /// What the last frame brought, in the order in which it happened.
+    /// Alerts of the last frame, in the order of their events.
     pub fn alerts(&self) -> &[Alert] {
         &self.alerts
     }
 
-    /// Finds the contacts and partings on the way from `last` to `next`.
+    /// Finds the contacts and partings on the travel from `last` to `next`.
     fn sweep(&mut self, last: &FrameHeader, next: &FrameHeader, forecast: Option<&Forecast>) {
         let (from_m, to_m) = (last.head_travel_m, next.head_travel_m);
         let known_free = forecast.is_some_and(|forecast| forecast.is_free(from_m, to_m));
@@ -155,13 +155,13 @@ impl Monitor {
         }
     }
 
-    /// Measures the frame and updates the pairs that are watched.
+    /// Measures the frame and updates the watched pairs.
     fn measure(&mut self, header: &FrameHeader, handles: &[HandleState], forecast_ns: i64) -> Option<PairClearance> {
         self.dragon.place_boards_at(handles, plan_view, &mut self.boards);
-        let farewell_m = self.near_m * FAREWELL;
-        let found = self.clearances.nearest_and_within(&self.boards, farewell_m);
+        let unwatch_m = self.near_m * UNWATCH_RATIO;
+        let found = self.clearances.nearest_and_within(&self.boards, unwatch_m);
         let mut watched = BTreeMap::new();
-        for pair in found.iter().take(MAX_WATCHED).filter(|pair| pair.clearance_m <= farewell_m) {
+        for pair in found.iter().take(MAX_WATCHED).filter(|pair| pair.clearance_m <= unwatch_m) {
             let known = self.pairs.get(&pair.benches).copied();
             let state = match known {
                 None | Some(PairState::Near) if pair.clearance_m < -TOUCH_TOLERANCE_M => Some(PairState::Touching),
@@ -179,7 +179,7 @@ impl Monitor {
         found.first().copied()
     }
 
-    /// Show time of the forecast contact at the head's present speed, or at the planned one while it stands.
+    /// Show time of the forecast contact at the present speed of the head; at the planned speed while the head stands.
     fn forecast_ns(&self, header: &FrameHeader, forecast: Option<&Forecast>) -> i64 {
         let ahead = forecast
             .filter(|forecast| forecast.covers(header.head_travel_m))
@@ -190,7 +190,7 @@ impl Monitor {
     }
 }
 
-/// An alert about the run as a whole.
+/// An alert of the whole run, without a pair.
 pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
     Alert {
         run_id: header.run_id,
@@ -206,7 +206,7 @@ pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
     }
 }
 
-/// A frame of run 1 whose head has walked a metre a show second since 0.
+/// A frame of run 1 whose head has walked one metre per show second since 0.
 #[cfg(test)]
 pub(crate) fn walking_frame(tick: u64, sim_time_s: f64) -> FrameHeader {
     FrameHeader {
@@ -220,7 +220,7 @@ pub(crate) fn walking_frame(tick: u64, sim_time_s: f64) -> FrameHeader {
     }
 }
 
-/// An alert that a frame is not as published; with the pair that was nearest in it.
+/// An alert that a frame differs from the published description, with the nearest pair in the frame.
 pub fn fault_alert(header: &FrameHeader, nearest: Option<PairClearance>) -> Alert {
     let none = run_alert(header, AlertKind::Fault);
     nearest.map_or(none, |pair| pair_alert(header, AlertKind::Fault, &pair, Alert::NO_FORECAST))
@@ -237,14 +237,14 @@ fn pair_alert(header: &FrameHeader, kind: AlertKind, pair: &PairClearance, forec
     }
 }
 
-/// An alert of what the sweep found: at that instant the clearance is 0 and the forecast is now.
+/// An alert of a touch that the sweep found. Its clearance is 0; for a contact, its forecast is the instant of the touch.
 fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, sim_time_ns: i64) -> Alert {
     let pair = PairClearance { benches: touch.benches, clearance_m: 0.0, point: touch.point };
     let forecast_ns = if kind == AlertKind::Contact { sim_time_ns } else { Alert::NO_FORECAST };
     Alert { sim_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
 }
 
-/// A handle's position as seen from above, in metres.
+/// Position of a handle seen from above, in metres.
 pub fn plan_view(handle: &HandleState) -> DVec2 {
     DVec2::new(handle.position_m[0], handle.position_m[1])
 }

@@ -1,33 +1,32 @@
-//! How a source moves the head: whether it walked from one frame to the next, so that the travel between can be swept, or was
-//! repositioned.
+//! Decides whether the head walked from one frame to the next, so that the travel between can be swept, or was repositioned.
 
 use bench_dragon_ipc::{FrameHeader, Request, ShowState};
 
 use crate::config::Config;
 use crate::source::server::motion::FASTEST;
 
-/// How far show time may be from a whole number of steps, in seconds: its resolution on the wire.
+/// Greatest difference of show time from a whole number of steps, in seconds: its resolution on the wire.
 const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
-/// How far travel may be from speed times show time, in metres: that resolution at the greatest speed.
+/// Greatest difference of travel from speed times show time, in metres: that resolution at the greatest speed.
 const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
-/// How much faster than configured a source may have gone for a while that follows timecode, with some room.
-const TIMECODE_HASTE: f64 = 1.25;
+/// Greatest time scale of a source that follows timecode ÷ configured time scale, with a reserve.
+const TIMECODE_SPEEDUP: f64 = 1.25;
 /// Rounding of the instants at which two frames were due, in seconds.
 const CLOCK_TOLERANCE_S: f64 = 2e-9;
-/// Periods between two frames from which on a release was missed.
+/// Periods between two frames above which a release was missed.
 const MISSED_FROM: f64 = 1.5;
 
-/// What a configuration says of the source's steps.
+/// Properties of the source's steps in a configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SourceMotion {
-    /// Show seconds that a running tick advances, as configured.
+    /// Configured step of show time per running tick, in seconds.
     tick_s: f64,
-    /// Ticks a second: a source that follows timecode advances show time by its frames' time scale ÷ this.
+    /// Ticks per second. With timecode, the step of show time is the frame's time scale ÷ this rate.
     rate_hz: u32,
-    /// Greatest acceleration in m/s²; without one the head starts and stops at once.
+    /// Greatest acceleration in m/s². `None`: the head starts and stops at once.
     accel_mps2: Option<f64>,
-    /// Releases that a server may miss between two of its frames and jump.
+    /// Greatest number of missed releases over which a server jumps between two frames.
     most_jumped: u64,
 }
 
@@ -41,11 +40,11 @@ impl SourceMotion {
         }
     }
 
-    /// Whether the head walked, or stood, from one frame of a source to another, so that it passed all travel between in this order.
-    /// Where it did not, the source was started again or the head repositioned, and nothing is known of the travel between.
+    /// Whether the head walked, or stood still, from one frame of a source to a later one. It then passed all travel between,
+    /// in this order. Otherwise the source restarted or the head was repositioned, and the travel between is unknown.
     ///
-    /// A server that misses releases goes on by as many periods in its next tick. So two successive frames with missed releases
-    /// between them are taken as frames with others lost between them: the head walked as long as the clock let it.
+    /// After missed releases, the next tick of a server advances by all missed periods. So missed releases between two
+    /// successive frames count like lost frames: the clock limits how far the head walked.
     pub(super) fn walked(&self, last: &FrameHeader, next: &FrameHeader) -> bool {
         let Self { tick_s, rate_hz, accel_mps2, most_jumped } = *self;
         if last.run_id != next.run_id || last.tick >= next.tick {
@@ -55,15 +54,16 @@ impl SourceMotion {
         let travel_step_m = next.head_travel_m - last.head_travel_m;
         let (ticks, clock_s) = (next.tick - last.tick, clock_s(last, next));
         let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
-        // Where the time scale is not the configured one, timecode is followed, a standstill is made up, or a recording is replayed
-        // faster or slower, whose time scale tells nothing of its steps.
-        let longest_tick_s = if [last_s, next_s] == [tick_s; 2] { tick_s } else { TIMECODE_HASTE * tick_s };
+        // Another time scale than the configured one has three causes. The source follows timecode, it makes up for a
+        // standstill, or it replays a recording faster or slower. In the last case, the time scale does not determine the
+        // steps.
+        let longest_tick_s = if [last_s, next_s] == [tick_s; 2] { tick_s } else { TIMECODE_SPEEDUP * tick_s };
         let has_missed = clock_s > MISSED_FROM * longest_tick_s;
         let longest_s = match ticks {
-            // On a run from another host frames are due when they come: a period more, for those that come early.
+            // A frame from another host is due at its arrival. It may arrive early, so one more period is allowed.
             1 if has_missed => (clock_s + longest_tick_s).min((most_jumped as f64 + 1.0) * longest_tick_s),
             1 => longest_tick_s,
-            // Between them the source may have jumped, and made up for a standstill.
+            // Between the two frames, the source may have jumped and made up for a standstill.
             _ => FASTEST * clock_s.max(ticks as f64 * longest_tick_s),
         };
         if !(0.0..=longest_s + SIM_TIME_TOLERANCE_S).contains(&sim_step_s) || travel_step_m < 0.0 {
@@ -73,8 +73,9 @@ impl SourceMotion {
         if ticks > 1 || has_missed || !runs {
             return travel_step_m <= sim_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
         }
-        // Successive frames of a running show: one whole step, at the speed that the second one states or on a ramp up or down
-        // to it, which leaves the mean of both speeds by at most a quarter of what the speed may change.
+        // Two successive frames of a running show are one whole step apart. The head walks at the speed in the second frame, or
+        // on a ramp to it. On a ramp, the mean speed differs from the mean of both speeds by at most a quarter of the greatest
+        // speed change.
         let (step_m, off_m) = match accel_mps2 {
             None => (next.head_speed_mps * sim_step_s, 0.0),
             Some(accel_mps2) => {
@@ -108,7 +109,7 @@ mod tests {
         FrameHeader { head_travel_m, ..frame }
     }
 
-    /// A frame that was due so many nanoseconds after an instant.
+    /// A frame that was due `at_ns` after a fixed instant.
     fn due(at_ns: u64, frame: FrameHeader) -> FrameHeader {
         FrameHeader { scheduled_ns: 7_000_000_000 + at_ns, ..frame }
     }
@@ -116,7 +117,7 @@ mod tests {
     const PERIOD_NS: u64 = 20_000_000;
 
     #[test]
-    fn what_the_stated_speed_and_the_time_between_two_frames_allow_is_walked_and_all_else_is_not() {
+    fn steps_within_the_stated_speed_and_time_are_walked_and_others_are_not() {
         let last = frame(5, 0.1);
         let (fast, finished) = (scaled(100.0, last), ShowState::Finished.to_wire());
         for (last, next, is_walked, what) in [
@@ -146,28 +147,28 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_over_missed_releases_is_walked_and_a_seek_beyond_what_the_clock_allows_is_not() {
+    fn jump_over_missed_releases_is_walked_and_seek_beyond_the_clock_is_not() {
         let last = due(5 * PERIOD_NS, frame(5, 0.1));
         let walked = |periods, next| MOTION.walked(&last, &due(periods * PERIOD_NS, next));
         for missed in [1_u32, 5, 12] {
             let (periods, next) = (6 + u64::from(missed), frame(6, 0.12 + 0.02 * f64::from(missed)));
             assert!(walked(periods, next), "{missed} missed");
             let rested = FrameHeader { state: ShowState::Held.to_wire(), head_speed_mps: 0.0, ..next };
-            assert!(walked(periods, rested), "{missed} missed, at rest behind them");
+            assert!(walked(periods, rested), "{missed} missed, at rest after them");
         }
         for (periods, next, is_walked, what) in [
             (12, frame(8, 0.24), true, "missed releases and lost frames"),
-            (106, frame(105, 2.2), true, "frames lost while it made up"),
-            (6, frame(6, 0.22), false, "no release is missed"),
-            (11, frame(6, 0.32), false, "five are missed"),
-            (100, frame(6, 2.0), false, "more than are jumped"),
+            (106, frame(105, 2.2), true, "frames lost while the server made up for a standstill"),
+            (6, frame(6, 0.22), false, "no missed release"),
+            (11, frame(6, 0.32), false, "five missed releases"),
+            (100, frame(6, 2.0), false, "more missed releases than a server jumps over"),
         ] {
             assert_eq!(walked(periods, next), is_walked, "{what}");
         }
     }
 
     #[test]
-    fn a_tick_that_makes_up_for_a_standstill_is_walked() {
+    fn ticks_that_make_up_for_a_standstill_are_walked() {
         let making_up = |periods, tick, time_s| due(periods * PERIOD_NS, scaled(1.1, frame(tick, time_s)));
         let stood = due(5 * PERIOD_NS, frame(5, 0.1));
         let (first, second, jump) = (making_up(105, 6, 0.122), making_up(106, 7, 0.144), making_up(110, 8, 0.232));
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_another_host_are_walked_though_they_are_due_when_they_come() {
+    fn frames_of_another_host_that_are_due_at_their_arrival_are_walked() {
         let last = due(0, frame(5, 0.1));
         for (at_ns, time_s) in [(14_000_000, 0.12), (27_000_000, 0.12), (51_000_000, 0.16), (333_000_000, 0.34)] {
             assert!(MOTION.walked(&last, &due(at_ns, frame(6, time_s))), "{time_s} s after {at_ns} ns");
@@ -186,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ramp_is_walked_and_a_leap_on_it_is_not() {
+    fn ramp_is_walked_and_jump_on_a_ramp_is_not() {
         let ramping = SourceMotion { accel_mps2: Some(2.0), ..MOTION };
         let last = FrameHeader { head_speed_mps: 0.5, ..frame(5, 0.1) };
         let next = |travel_m| FrameHeader { head_speed_mps: 0.54, ..at_travel(travel_m, frame(6, 0.12)) };

@@ -1,4 +1,4 @@
-//! The record of commands: from the loop to the thread that publishes their events.
+//! Record of commands: a queue of events from the loop to the thread that publishes them.
 
 use bench_dragon_ipc::CommandEvent;
 #[cfg(feature = "zenoh")]
@@ -9,7 +9,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::system::clock::unix_ns;
 
-/// Events that may wait to be published: more than a flood of commands makes in the time between two reports.
+/// Greatest number of events that wait to be published: more than a flood of commands produces between two reports.
 const MOST_WAITING: usize = 1024;
 
 /// The loop's end of the record. Recording neither waits nor allocates.
@@ -21,14 +21,14 @@ pub(crate) struct CommandLog {
 }
 
 impl CommandLog {
-    /// The empty record of a run, and the end of it that the publishing thread reads.
+    /// Creates the empty record of a run. Returns it with the end that the publishing thread reads.
     pub(super) fn new(run_id: u64) -> (Self, Consumer<CommandEvent>) {
         let (waiting, to_publish) = RingBuffer::new(MOST_WAITING);
         (Self { waiting, run_id, number: 0 }, to_publish)
     }
 
-    /// Records an event at a show time, after so many missed releases. Where too many wait already, it is lost, which its
-    /// readers see by the next one's number.
+    /// Records an event at a show time, with the number of releases missed so far. A full queue drops the event.
+    /// Readers detect this by the gap in the event numbers.
     pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
         let Moment { sim_time_ns, overruns } = moment;
         let (run_id, number) = (self.run_id, self.number);
@@ -37,26 +37,26 @@ impl CommandLog {
     }
 }
 
-/// Where a run stands as it takes a command.
+/// Show time and missed releases of a run when it takes a command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moment {
     pub(crate) sim_time_ns: i64,
     pub(crate) overruns: u64,
 }
 
-/// A command that its client waits for an answer to.
+/// Command whose client waits for a reply.
 #[cfg(feature = "zenoh")]
 #[derive(Debug)]
 pub(crate) struct AskedCommand(pub(super) ActiveRequest<Service, Command, (), CommandReply, ()>);
 
 #[cfg(feature = "zenoh")]
 impl AskedCommand {
-    /// What is asked for; `None` for a kind that this version does not know.
+    /// The request; `None` for a kind that this version does not recognise.
     pub(crate) fn request(&self) -> Option<Request> {
         Request::from_wire(self.0.payload())
     }
 
-    /// Answers it. A client that has gone in the meantime changes nothing.
+    /// Sends the reply. A client that has disconnected is not an error.
     pub(crate) fn answer(self, reply: CommandReply) {
         let _ = self.0.send_copy(reply);
     }

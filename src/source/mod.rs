@@ -1,7 +1,7 @@
-//! What every source of frames is made of: the server's simulation is one, a replay another.
+//! Sources of frames: the server and the replay, and the parts that all sources share.
 //!
 //! A source holds the instance's [`SourceLock`](bench_dragon_ipc::SourceLock), creates the services, and gives each run
-//! a number of its own.
+//! a new random number.
 
 mod command_log;
 mod reporter;

@@ -1,4 +1,4 @@
-//! A source's slow side: a thread that publishes the description and the status, so that the loop does not have to.
+//! Thread of a source that publishes the description, the status and the command events, outside the loop.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -16,7 +16,7 @@ use rtrb::Consumer;
 use super::service_manager::ServiceManager;
 use super::source_report::LoopGauges;
 
-/// How often the status is published and late joiners are given the description.
+/// Period of the status, and of the delivery of the description to late joiners.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
 
 pub(super) struct Reporter {
@@ -32,7 +32,7 @@ pub(super) struct Reporter {
 }
 
 impl Reporter {
-    /// Publishes the description.
+    /// Joins the bus and publishes the description.
     ///
     /// # Errors
     /// As [`Member::join`] and [`Member::description`].
@@ -59,7 +59,7 @@ impl Reporter {
         })
     }
 
-    /// Publishes until the run has ended, and then the last status.
+    /// Publishes until the run has ended, then publishes the last status.
     pub(super) fn run(mut self, woken: &Receiver<()>) {
         let mut service_manager = ServiceManager::of_environment();
         let mut segments = SegmentWatch::new(&self.domain);
@@ -72,7 +72,7 @@ impl Reporter {
         self.publish(usize::MAX);
     }
 
-    /// Whether a guard watches over the head.
+    /// The state of the run's guard: not required, missing or running.
     fn guard_state(&self) -> GuardState {
         match (self.gauges.is_guarded.load(Ordering::Relaxed), GuardLock::holder(&self.domain)) {
             (false, _) => GuardState::None,
@@ -81,24 +81,24 @@ impl Reporter {
         }
     }
 
-    /// Publishes the events that wait, so many at most, and gives late joiners the last ones.
+    /// Publishes at most `most` waiting events, and delivers the last ones to late joiners.
     fn publish_commands(&mut self, most: usize) {
         for _ in 0..most {
             let Ok(event) = self.commands.pop() else { break };
             if let Err(error) = self.events.send_copy(event) {
-                tracing::warn!("the event of a command is not published: {error}");
+                tracing::warn!("cannot publish the event of a command: {error}");
             }
         }
         if let Err(error) = self.events.update_connections() {
-            tracing::warn!("a reader of the commands is not served: {error:?}");
+            tracing::warn!("cannot deliver command events to a reader: {error:?}");
         }
     }
 
-    /// Publishes the status, and before it the events that wait, so many at most. Unless more wait, a reader of both that has
-    /// a status has the events of all ticks up to the status's.
+    /// Publishes at most `most_commands` waiting events, then the status. If no more events wait, a reader that has
+    /// this status can also read all events up to the status's tick.
     pub(super) fn publish(&mut self, most_commands: usize) {
         let gauges = Arc::clone(&self.gauges);
-        // The tick first, so that the histograms have counted every tick before it, and its events wait.
+        // The tick is loaded first: then the histograms contain every earlier tick, and its events are in the queue.
         let tick = gauges.tick.load(Ordering::Acquire);
         self.publish_commands(most_commands);
         let (lateness, tick_time) = (gauges.lateness.histogram(), gauges.duration.histogram());
@@ -132,10 +132,10 @@ impl Reporter {
             tick_time,
         };
         if let Err(error) = self.status.send_copy(status) {
-            tracing::warn!("the status is not published: {error}");
+            tracing::warn!("cannot publish the status: {error}");
         }
         if let Err(error) = self.description.update_connections() {
-            tracing::warn!("a reader of the description is not served: {error:?}");
+            tracing::warn!("cannot deliver the description to a reader: {error:?}");
         }
     }
 }

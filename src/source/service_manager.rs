@@ -1,17 +1,17 @@
-//! What is reported to the service manager, where one has started the server and listens: systemd's `sd_notify(3)`.
+//! Reports to the service manager that started the server: systemd's `sd_notify(3)`.
 //!
-//! Without a `NOTIFY_SOCKET` in the environment all of this does nothing.
+//! Without `NOTIFY_SOCKET` in the environment, these functions do nothing.
 
 use std::time::{Duration, Instant};
 
 use sd_notify::NotifyState;
 
-/// How often the state of the show is reported to the service manager.
+/// Period of the reports of the show's state.
 const STATUS_PERIOD: Duration = Duration::from_secs(1);
-/// Signs of life in the time that the service manager waits for one.
-const SIGNS_A_WAIT: u32 = 4;
+/// Signs of life in each watchdog interval of the service manager.
+const SIGNS_PER_INTERVAL: u32 = 4;
 
-/// The service manager as the reporting thread sees it.
+/// The reporting thread's connection to the service manager.
 #[derive(Debug)]
 pub(super) struct ServiceManager {
     sign_period: Option<Duration>,
@@ -23,26 +23,27 @@ pub(super) struct ServiceManager {
 impl ServiceManager {
     pub(super) fn of_environment() -> Self {
         Self {
-            sign_period: sd_notify::watchdog_enabled().map(|wait| wait / SIGNS_A_WAIT),
+            sign_period: sd_notify::watchdog_enabled().map(|wait| wait / SIGNS_PER_INTERVAL),
             last_sign: Instant::now(),
             last_status: None,
             last_beats: 0,
         }
     }
 
-    /// Passes on that the loop lives, where its `beats` have moved on since the last time, and now and then how it stands.
+    /// Sends a sign of life if one is due and `beats` has increased since the last one. Sends the show's state once a
+    /// second.
     pub(super) fn look(&mut self, beats: u64, status: impl FnOnce() -> String) {
         let now = Instant::now();
         if self.takes_sign(beats, now) {
-            tell(&NotifyState::Watchdog);
+            notify(&NotifyState::Watchdog);
         }
         if self.last_status.is_none_or(|last| now - last >= STATUS_PERIOD) {
-            tell(&NotifyState::Status(&status()));
+            notify(&NotifyState::Status(&status()));
             self.last_status = Some(now);
         }
     }
 
-    /// Whether a sign of life is due, and the loop has given one.
+    /// Whether a sign of life is due and the loop has turned since the last one.
     fn takes_sign(&mut self, beats: u64, now: Instant) -> bool {
         let is_due = self.sign_period.is_some_and(|period| now - self.last_sign >= period);
         let is_taken = is_due && beats != self.last_beats;
@@ -53,18 +54,18 @@ impl ServiceManager {
     }
 }
 
-/// Tells that the services are there: clients can come.
+/// Reports that the services exist and clients can connect.
 pub(crate) fn ready() {
-    tell(&NotifyState::Ready);
+    notify(&NotifyState::Ready);
 }
 
-/// Tells that the server is ending.
+/// Reports that the server is ending.
 pub(crate) fn stopping() {
-    tell(&NotifyState::Stopping);
+    notify(&NotifyState::Stopping);
 }
 
-fn tell(state: &NotifyState<'_>) {
-    // A service manager that does not listen is its own affair; it will say so where it misses something.
+fn notify(state: &NotifyState<'_>) {
+    // A failed report is not an error of the show. A service manager that misses a sign of life reports it.
     let _ = sd_notify::notify(std::slice::from_ref(state));
 }
 
@@ -80,16 +81,16 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_does_not_turn_gives_no_sign_of_life() {
+    fn a_stopped_loop_gives_no_sign_of_life() {
         let (mut manager, start) = manager(Some(PERIOD));
         assert!(manager.takes_sign(1, start + PERIOD));
-        assert!(!manager.takes_sign(1, start + 2 * PERIOD), "it stands");
-        assert!(!manager.takes_sign(1, start + 9 * PERIOD), "it stands");
-        assert!(manager.takes_sign(2, start + 9 * PERIOD), "it goes on");
+        assert!(!manager.takes_sign(1, start + 2 * PERIOD), "the loop has stopped");
+        assert!(!manager.takes_sign(1, start + 9 * PERIOD), "the loop has stopped");
+        assert!(manager.takes_sign(2, start + 9 * PERIOD), "the loop turns again");
     }
 
     #[test]
-    fn signs_of_life_come_no_more_often_than_they_are_wanted() {
+    fn signs_of_life_keep_their_period() {
         let (mut manager, start) = manager(Some(PERIOD));
         assert!(!manager.takes_sign(1, start + PERIOD / 2));
         assert!(manager.takes_sign(2, start + PERIOD));
@@ -97,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_who_does_not_ask_is_given_signs_of_life() {
+    fn without_a_watchdog_there_are_no_signs_of_life() {
         let (mut manager, start) = manager(None);
         assert!(!manager.takes_sign(1, start + 100 * PERIOD));
     }

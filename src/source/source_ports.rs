@@ -1,4 +1,4 @@
-//! What a source has on the bus: the server, a replay, and a bridge that receives.
+//! Ports of a source on the bus: of the server, of a replay, and of a receiving bridge.
 
 use std::time::{Duration, Instant};
 
@@ -21,13 +21,13 @@ use super::reporter::node_name;
 use super::source_report::{SourceReport, TimesOfAll};
 use crate::system::clock::monotonic_ns;
 
-/// How long a source waits for the readers that it was told to expect.
-const READER_PATIENCE: Duration = Duration::from_secs(10);
+/// Time that a source waits for the expected readers.
+const READER_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// What one run of a source has on the bus. The run has a number of its own, and its ticks are counted afresh.
+/// The ports of one run of a source. Each run has its own number, and its ticks count from 0.
 ///
-/// The sample of the next frame is loaned right after the last one is sent, so that between a release and its frame
-/// there is neither an allocation nor a search for free memory.
+/// The sample of the next frame is loaned right after the last one is sent. So there is neither an allocation nor a
+/// search for free memory between a release and its frame.
 #[derive(Debug)]
 pub(crate) struct SourcePorts {
     // Dropped in this order: the sample before its publisher, ports before their services, all of them before the node.
@@ -39,22 +39,22 @@ pub(crate) struct SourcePorts {
     handle_count: usize,
     commands: Server<Service, Command, (), CommandReply, ()>,
     _commands: CommandService,
-    // Alerts are the monitor's and reports the readers', but only a source creates services, and they last while somebody
-    // holds them.
+    // The monitor publishes alerts and the readers publish reports. But only a source creates services, and a service
+    // exists only while a node holds it.
     _alerts: (AlertService, EventService),
     _readers: ReaderService,
-    /// Its slow side, which publishes the description and the status.
+    /// The reports of the run: a thread publishes the description, the status and the command events.
     pub(crate) report: SourceReport,
     _member: Member,
     pub(crate) run_id: u64,
 }
 
 impl SourcePorts {
-    /// Makes the services of a run, or takes over those that clients of an earlier source keep open, and publishes its
-    /// description.
+    /// Creates the services of a run, or takes over the services that clients of an earlier source hold open. Publishes
+    /// the description.
     ///
-    /// Its frames come so many times a second, which is not what the run is described with where it is played faster, or
-    /// thinned out; 0 where that is not known.
+    /// `rate_hz` is the number of frames a second that the source publishes; 0 where it is not known. For a replay it
+    /// may differ from the rate in the description.
     ///
     /// # Errors
     /// [`BusError::SharedMemoryFull`] where the frames of all possible readers would not fit, and as [`Member::join`].
@@ -75,7 +75,7 @@ impl SourcePorts {
         let readers = member.readers()?;
         let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
         require_shared_memory(domain, service::frame_memory(bench_count))?;
-        // The last services: clients take them for the sign that all are there.
+        // These services are created last: clients take their existence as the sign that all services exist.
         let (frames, frame_events) = (member.frames()?, member.frame_events()?);
         let handle_count = bench_count + 1;
         let publisher = frames
@@ -105,32 +105,34 @@ impl SourcePorts {
         })
     }
 
-    /// Whether to wait for readers: there are fewer than expected, and it has been less than ten seconds since `begun`.
+    /// Whether to wait longer: fewer readers are connected than expected, and less than [`READER_TIMEOUT`] has passed
+    /// since `begun`.
     pub(crate) fn awaits_readers(&self, expected: usize, begun: Instant) -> bool {
         let seen = self.frames.dynamic_config().number_of_subscribers();
-        let is_over = begun.elapsed() >= READER_PATIENCE;
+        let is_over = begun.elapsed() >= READER_TIMEOUT;
         if seen < expected && is_over {
             tracing::warn!("starting with {seen} of {expected} readers");
         }
         seen < expected && !is_over
     }
 
-    /// Publishes the frame whose handles `fill` writes in place, and whose header it returns.
+    /// Publishes a frame: `fill` writes its handles in place and returns its header.
     ///
     /// # Errors
     /// [`BusError::Failed`] where iceoryx2 has no memory left, which the limits of the service rule out.
     pub(crate) fn publish(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) -> Result<(), BusError> {
-        let mut sample = self.next.take().expect("a sample is loaned after each frame");
+        let mut sample = self.next.take().expect("each publish loans the next sample");
         let header = fill(sample.payload_mut());
         *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
         sample.send().map_err(|error| BusError::failed(service::FRAMES, error))?;
-        // A reader that is gone or whose wake-ups are full is its own affair.
+        // A reader that is gone, or whose queue of wake-ups is full, is not an error of the source.
         let _ = self.notifier.notify();
         self.next = Some(loan(&self.publisher, self.handle_count)?);
         Ok(())
     }
 
-    /// Publishes a frame from elsewhere as a tick of this run: with its number, and due and sent now.
+    /// Publishes a frame of another source as a tick of this run, with this run's number and the given tick and due
+    /// time.
     pub(crate) fn publish_copy(
         &mut self,
         header: &FrameHeader,
@@ -146,10 +148,10 @@ impl SourcePorts {
         self.publish(fill)
     }
 
-    /// Takes up to [`MAX_ACTIVE_REQUESTS`] commands, answers each with what `decide` says of it, and records it with its
-    /// answer. The others wait for the next tick.
+    /// Takes up to [`MAX_ACTIVE_REQUESTS`] commands, replies to each with the result of `decide`, and records it with
+    /// its reply. The other commands wait for the next tick.
     ///
-    /// A client that is gone before its answer, or a connection that fails, changes nothing for the others.
+    /// A client that disconnects before its reply, or a connection that fails, does not affect the other commands.
     pub(crate) fn take_commands(
         &mut self,
         tick: u64,
@@ -179,30 +181,30 @@ impl SourcePorts {
     }
 }
 
-/// Takes an instance for a source.
+/// Takes the instance's source lock, and removes incomplete service files of a killed source.
 ///
 /// # Errors
-/// [`BusError::SourceRunning`] where a source runs on it.
+/// [`BusError::SourceRunning`] where another source runs on the instance.
 pub(crate) fn take_instance(domain: &Domain) -> Result<SourceLock, BusError> {
     let lock = SourceLock::take(domain)?;
     for path in lock.cleared() {
-        tracing::warn!("removed {}, which a killed server had left half made", path.display());
+        tracing::warn!("removed {}, an incomplete service file of a killed server", path.display());
     }
     Ok(lock)
 }
 
-/// The rate that a run is described with; 0 where its description is one that this version does not know.
+/// The rate in the description of a run, in hertz; 0 where this version cannot read the description.
 pub(crate) fn described_rate_hz(toml: &str) -> u32 {
     described(toml, "serve", "rate_hz").unwrap_or(0)
 }
 
-/// The benches that a run is described with, unless its description is one that this version does not know.
+/// The number of benches in the description of a run; `None` where this version cannot read the description.
 #[cfg(feature = "zenoh")]
 pub(crate) fn described_bench_count(toml: &str) -> Option<u32> {
     described(toml, "dragon", "benches")
 }
 
-/// A whole number of a description. All else of it is passed over, since a newer version may say more.
+/// Reads a whole number of a description. The other keys are ignored, since a newer version may add some.
 fn described(toml: &str, section: &str, key: &str) -> Option<u32> {
     let table = toml.parse::<toml::Table>().ok()?;
     table.get(section)?.get(key)?.as_integer()?.try_into().ok()
@@ -215,10 +217,10 @@ fn loan(
     publisher.loan_slice(handle_count).map_err(|error| BusError::failed(service::FRAMES, error))
 }
 
-/// A random number under 2^53, so that every double and every JavaScript number holds it.
+/// A random number under 2^53, so that a double and a JavaScript number represent it exactly.
 fn random_run_id() -> u64 {
     let mut bytes = [0; 8];
     rustix::rand::getrandom(&mut bytes, rustix::rand::GetRandomFlags::empty())
-        .expect("the kernel's random numbers are ready long before any program runs");
+        .expect("the kernel's random numbers are ready before this program starts");
     u64::from_ne_bytes(bytes) >> 11
 }

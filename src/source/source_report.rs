@@ -1,4 +1,4 @@
-//! What the loop of a source reports of its run: a few stores a tick, that a thread of its own publishes.
+//! Report of a source's loop on its run: a few atomic stores a tick, which a separate thread publishes.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use super::reporter::Reporter;
 use super::server::motion::Limits;
 use crate::output::histogram::Percentiles;
 
-/// The slow side of a run, on a thread of its own. What the loop tells it costs a few stores.
+/// The loop's access to the [`Reporter`], which runs on a separate thread. Each report costs a few stores.
 #[derive(Debug)]
 pub(crate) struct SourceReport {
     gauges: Arc<LoopGauges>,
@@ -27,11 +27,13 @@ pub(crate) struct SourceReport {
 }
 
 impl SourceReport {
-    /// Starts the thread of a source of this kind and returns once the description is on the bus, and a status, which tells
-    /// the rate of what comes: frames a second, 0 where that is not known.
+    /// Starts the reporting thread of a source of this kind. Returns when the description and a first status are on the
+    /// bus.
+    ///
+    /// `rate_hz` is the number of frames a second that the source publishes; 0 where it is not known.
     ///
     /// # Errors
-    /// As [`Reporter::open`]; [`BusError::Failed`] where no thread can be started.
+    /// As [`Reporter::open`]; [`BusError::Failed`] where the thread cannot be started.
     pub(crate) fn start(
         kind: SourceKind,
         domain: Domain,
@@ -52,12 +54,10 @@ impl SourceReport {
             }
             Err(error) => drop(ready.send(Err(error))),
         };
-        let thread =
-            thread::Builder::new().name("reporter".to_owned()).spawn(work).map_err(|error| BusError::Failed {
-                service: service::STATUS,
-                reason: format!("cannot start the thread that reports: {error}"),
-            })?;
-        opened.recv().expect("the thread answers before it does anything else")?;
+        let thread = thread::Builder::new().name("reporter".to_owned()).spawn(work).map_err(|error| {
+            BusError::Failed { service: service::STATUS, reason: format!("cannot start the reporting thread: {error}") }
+        })?;
+        opened.recv().expect("the thread first sends the result of its start")?;
         Ok(Self { gauges, commands, wake, thread: Some(thread) })
     }
 
@@ -65,7 +65,7 @@ impl SourceReport {
         self.gauges.beats.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Tells what the last frame says, and how many releases have been skipped so far.
+    /// Reports the values of the last frame, and how many releases have been skipped so far.
     pub(crate) fn report_frame(&self, frame: &FrameHeader, overruns: u64) {
         self.beat();
         self.gauges.tick.store(frame.tick, Ordering::Release);
@@ -80,13 +80,14 @@ impl SourceReport {
         self.gauges.most_behind_ns.fetch_max(behind_ns, Ordering::Relaxed);
     }
 
-    /// Tells how many frames a second come from now on; 0 where that is not known.
+    /// Reports the number of frames a second from now on; 0 where it is not known.
     #[cfg(feature = "zenoh")]
     pub(crate) fn report_rate(&self, rate_hz: u32) {
         self.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
     }
 
-    /// Reports how far a guarded head may walk, and where a seek has asked for.
+    /// Reports the travel up to which a guarded head may walk, the travel of a refused seek, and the end of the proven
+    /// travel.
     pub(crate) fn report_limits(&self, limits: Limits) {
         let Limits { granted_to_m, asked_m, end_m } = limits;
         let gauges = &*self.gauges;
@@ -129,48 +130,49 @@ impl SourceReport {
 
 impl Drop for SourceReport {
     fn drop(&mut self) {
-        // Also where the server fails, so that the thread's ports are taken off the bus.
+        // This also runs where the server fails, so that the thread's ports leave the bus.
         self.end();
     }
 }
 
-/// The times of all ticks, in microseconds.
+/// Percentiles of the times of all ticks, in microseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TimesOfAll {
-    /// From the releases to the starts of their ticks.
+    /// From each release to the start of its tick.
     pub(crate) lateness_us: Percentiles,
-    /// From the starts of the ticks to their ends.
+    /// From the start of each tick until the loop was ready for the next one.
     pub(crate) tick_us: Percentiles,
 }
 
-/// What the loop tells the reporter, a word at a time: each is the value of the last tick, not all of the same one.
+/// Values that the loop shares with the reporter. Each is stored on its own, so a reader may see values of different
+/// ticks.
 #[derive(Debug, Default)]
 pub(super) struct LoopGauges {
     /// Last tick published.
     pub(super) tick: AtomicU64,
-    /// Its show time in nanoseconds.
+    /// Show time of that tick in nanoseconds.
     pub(super) sim_time_ns: AtomicI64,
-    /// Its state, as on the wire.
+    /// State of the show at that tick, as its wire number.
     pub(super) state: AtomicU32,
-    /// Frames a second; 0 where that is not known.
+    /// Frames a second; 0 where it is not known.
     pub(super) rate_hz: AtomicU32,
     /// Releases skipped so far.
     pub(super) overruns: AtomicU64,
     /// How far the show is behind the clock, in nanoseconds.
     pub(super) behind_ns: AtomicU64,
-    /// The furthest that it has been.
+    /// Greatest `behind_ns` of the run.
     pub(super) most_behind_ns: AtomicU64,
-    /// Counted up by the loop with every turn, so that it is seen to live.
+    /// Number of turns of the loop. The service manager receives a sign of life only while it increases.
     pub(super) beats: AtomicU64,
-    /// Travel that a guarded head may walk to, the bits of a double.
+    /// Travel up to which a guarded head may walk, in metres, as the bits of a double.
     pub(super) granted_to_m: AtomicU64,
-    /// Travel that a refused seek of a guarded head asked for, the bits of a double.
+    /// Travel that a refused seek of a guarded head requested, in metres, as the bits of a double.
     pub(super) asked_m: AtomicU64,
-    /// Travel at which the proven travel ends for good, the bits of a double.
+    /// Travel at which the proven travel ends permanently, in metres, as the bits of a double.
     pub(super) guard_end_m: AtomicU64,
-    /// Whether the head waits for a guard's grants.
+    /// Whether the head walks only on travel that a guard has granted.
     pub(super) is_guarded: AtomicBool,
-    /// What keeps the head from walking, as on the wire.
+    /// The [`Stops`] that keep the head from walking, as wire bits.
     pub(super) stops: AtomicU32,
     pub(super) timecode: AtomicU32,
     pub(super) timecode_kind: AtomicU32,
@@ -187,7 +189,7 @@ impl LoopGauges {
         Self { rate_hz: rate_hz.into(), granted_to_m: none(), asked_m: none(), guard_end_m: none(), ..Self::default() }
     }
 
-    /// How the show stands, in one line.
+    /// State, show time, lag and overruns of the show, in one line.
     pub(super) fn in_words(&self) -> String {
         let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
         let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 * 1e-9;
@@ -198,7 +200,7 @@ impl LoopGauges {
     }
 }
 
-/// A [`TimeHistogram`] that one thread counts into and others may look at meanwhile.
+/// A [`TimeHistogram`] that one thread updates while other threads read it.
 #[derive(Debug)]
 pub(super) struct TimeCounter {
     max_ns: AtomicU64,
@@ -206,7 +208,7 @@ pub(super) struct TimeCounter {
 }
 
 impl TimeCounter {
-    /// The distribution at present. While the loop counts, a tick may be missing in it.
+    /// The present distribution. A tick that the loop is counting may be missing.
     pub(super) fn histogram(&self) -> TimeHistogram {
         let mut histogram = TimeHistogram { max_ns: self.max_ns.load(Ordering::Acquire), ..TimeHistogram::default() };
         for (count, counter) in histogram.counts.iter_mut().zip(&self.counts) {
@@ -215,7 +217,7 @@ impl TimeCounter {
         histogram
     }
 
-    /// Only one thread counts, so loading and storing need not be one step.
+    /// Counts a time. Only one thread counts, so the load and the store need not be one atomic operation.
     fn record(&self, time_ns: u64) {
         let counter = &self.counts[TimeHistogram::bucket_of(time_ns)];
         counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
@@ -236,7 +238,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_loop_counts_is_what_the_other_thread_sees() {
+    fn another_thread_reads_the_times_that_the_loop_counts() {
         let (counter, mut histogram) = (TimeCounter::default(), TimeHistogram::default());
         for time_ns in [0, 5, 31_000, 31_001, 1 << 50] {
             counter.record(time_ns);

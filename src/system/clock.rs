@@ -1,4 +1,4 @@
-//! The clocks: `CLOCK_MONOTONIC` for everything that is compared, the wall clock for dates alone.
+//! The clocks: `CLOCK_MONOTONIC` for all times that are compared, the wall clock only for dates.
 
 use std::num::NonZeroU64;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -20,18 +20,18 @@ pub fn unix_ns() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64)
 }
 
-/// What to add to a `CLOCK_MONOTONIC` stamp of now to get Unix time, in nanoseconds.
+/// Present difference of Unix time and `CLOCK_MONOTONIC`, in nanoseconds.
 pub fn unix_minus_monotonic_ns() -> i64 {
     unix_ns() - monotonic_ns() as i64
 }
 
-/// Makes this thread's sleeps end when they are due: by default the kernel may add 50 µs to save a wake-up.
+/// Makes the sleeps of this thread precise. By default, the kernel may add 50 µs to a sleep to save a wake-up.
 pub fn sleep_precisely() {
-    // A kernel that refuses leaves the sleeps as they were, which the lateness shows.
+    // If the kernel refuses, the sleeps stay imprecise, and the lateness shows this.
     let _ = set_current_timer_slack(NonZeroU64::new(1));
 }
 
-/// Keeps the processor busy until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns the clock then.
+/// Keeps the processor busy until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns the clock at the end.
 pub fn spin_until(deadline_ns: u64) -> u64 {
     loop {
         let now_ns = monotonic_ns();
@@ -42,7 +42,7 @@ pub fn spin_until(deadline_ns: u64) -> u64 {
     }
 }
 
-/// Sleeps until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns false where a signal ended the sleep early.
+/// Sleeps until `CLOCK_MONOTONIC` reaches `deadline_ns`. Returns false if a signal ended the sleep early.
 pub fn sleep_until(deadline_ns: u64) -> bool {
     let deadline =
         Timespec { tv_sec: (deadline_ns / NANOS_PER_SECOND) as i64, tv_nsec: (deadline_ns % NANOS_PER_SECOND) as i64 };

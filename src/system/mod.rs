@@ -1,4 +1,4 @@
-//! The machine: clocks, processors, signals, limits, whole files.
+//! The operating system: clocks, processors, signals, limits, whole files.
 
 pub mod clock;
 pub(crate) mod limits;

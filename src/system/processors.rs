@@ -1,33 +1,33 @@
-//! The machine's processors, as the kernel numbers them.
+//! Processors of the machine, with the numbers of the kernel.
 
 use std::fmt;
 use std::io;
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-/// A set of processors. Shown as the kernel's tools do: `0-3,6`.
+/// A set of processors. Prints in the form of the kernel's tools: `0-3,6`.
 #[derive(Clone, Copy)]
 pub struct Processors(CpuSet);
 
 impl Processors {
-    /// Those that this thread may run on.
+    /// Returns the processors on which this thread may run.
     ///
     /// # Errors
-    /// The operating system's reason.
+    /// The error of the operating system.
     pub fn of_this_process() -> io::Result<Self> {
         Ok(Self(sched_getaffinity(None)?))
     }
 
-    /// Whether this one is among them.
+    /// Whether the set contains a processor.
     pub fn contains(&self, cpu: u32) -> bool {
         (cpu as usize) < CpuSet::MAX_CPU && self.0.is_set(cpu as usize)
     }
 }
 
-/// Keeps this thread on one processor; other threads of the process stay free.
+/// Binds this thread to one processor. Does not bind other threads of the process.
 ///
 /// # Errors
-/// The operating system's reason: there is no such processor, or it is not this process's to use.
+/// The error of the operating system: the processor does not exist, or this process may not use it.
 pub fn keep_on(cpu: u32) -> io::Result<()> {
     if cpu as usize >= CpuSet::MAX_CPU {
         return Err(io::ErrorKind::InvalidInput.into());
@@ -72,13 +72,13 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_shown_as_a_range() {
+    fn consecutive_processors_print_as_a_range() {
         assert_eq!(set(&[0, 1, 2, 3, 6, 1022, 1023]).to_string(), "0-3,6,1022-1023");
         assert_eq!(set(&[5]).to_string(), "5");
     }
 
     #[test]
-    fn a_number_beyond_what_the_kernel_tells_apart_is_in_no_set() {
+    fn numbers_beyond_the_greatest_processor_are_in_no_set() {
         let all: Vec<usize> = (0..CpuSet::MAX_CPU).collect();
         assert!(set(&all).contains(1023) && !set(&all).contains(1024) && !set(&[1]).contains(0));
     }

@@ -1,5 +1,4 @@
-//! The signals that end a process cleanly, as a flag that loops look at: Ctrl-C (SIGINT), SIGTERM, and SIGHUP, which comes when
-//! the terminal is closed.
+//! The signals that end a process cleanly, as a flag that loops check: SIGINT (Ctrl-C), SIGTERM, and SIGHUP (closed terminal).
 
 use std::fs;
 use std::io;
@@ -12,21 +11,22 @@ use std::time::{Duration, Instant};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
-/// Exit status of a process that a second signal ends, as shells number it.
+/// Exit status after a second signal, as in shells.
 const FORCED_EXIT_STATUS: i32 = 130;
-/// A signal this soon after the first is the same wish: some tools signal a process and its group.
+/// Time after the first signal in which further signals count as the same request. Some tools signal both a process and its
+/// group.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// Set by the first signal. A SIGINT or SIGTERM over a second after another ends the process at once; a SIGHUP does not, for
-/// the shell and the kernel each send one when a terminal is closed.
+/// A flag that the first signal sets. A SIGINT or SIGTERM more than a second after the first one ends the process at once. A
+/// SIGHUP does not: when a terminal is closed, the shell and the kernel each send one.
 #[derive(Clone, Debug)]
 pub struct StopFlag(Arc<AtomicBool>);
 
 impl StopFlag {
-    /// Takes over SIGINT, SIGTERM and, unless `nohup` has it ignored, SIGHUP for the rest of the process.
+    /// Handles SIGINT and SIGTERM for the rest of the process, and SIGHUP unless `nohup` ignores it.
     ///
     /// # Errors
-    /// The operating system's reason.
+    /// The error of the operating system.
     pub fn on_signals() -> io::Result<Self> {
         let stop = Self(Arc::new(AtomicBool::new(false)));
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
@@ -46,24 +46,24 @@ impl StopFlag {
         Ok(stop)
     }
 
-    /// Whether a signal has come.
+    /// Whether a signal has arrived.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// The flag itself.
+    /// Returns the underlying atomic flag.
     pub fn as_atomic(&self) -> &AtomicBool {
         &self.0
     }
 }
 
-/// Whether this process was started with SIGHUP ignored, as `nohup` does: then it stays so.
+/// Whether this process was started with SIGHUP ignored, as by `nohup`. It then stays ignored.
 pub fn is_hangup_ignored() -> bool {
-    // Where there is no /proc, nothing says so.
+    // Without /proc, SIGHUP counts as not ignored.
     fs::read_to_string("/proc/self/status").is_ok_and(|status| ignores(&status, SIGHUP))
 }
 
-/// Whether a process's status has a signal among those that it ignores (`proc_pid_status(5)`).
+/// Whether the status of a process lists a signal as ignored (`proc_pid_status(5)`).
 fn ignores(status: &str, signal: i32) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);

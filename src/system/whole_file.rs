@@ -1,7 +1,7 @@
-//! Files that are there whole or not at all.
+//! Files that are either complete or absent.
 //!
-//! A file has no name while it is written, and gets one when it is complete: a process that is killed before leaves nothing.
-//! Where the file system has no files without a name, it has a hidden one until then.
+//! A file has no name until it is complete. So a killed process leaves no partial file. On a file system without unnamed files,
+//! the file has a hidden name until it is complete.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -15,41 +15,40 @@ use anyhow::Context as _;
 use rustix::fs::{AtFlags, CWD, OFlags, linkat};
 use tempfile::TempPath;
 
-/// Writes a file in one go, in place of one of that name. Where that fails, what was there before is left as it was.
+/// Writes a whole file, and replaces an existing one. On an error, the existing file is unchanged.
 ///
-/// The bytes are on the disk before the file gets its name. What is no ordinary file, such as a pipe or a terminal, is
-/// written to as it is.
+/// The bytes are on the disk before the file gets its name. A special file, such as a pipe or a terminal, is written directly.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let mut file = WholeFile::create(path)?;
     file.write_all(bytes).with_context(|| format!("cannot write {}", path.display()))?;
     file.finish()
 }
 
-/// Fails where a file could not be written: for what takes long to find out.
+/// Fails if a file cannot be written. Call it before a long computation.
 pub(crate) fn check(path: &Path) -> anyhow::Result<()> {
     let create = |path: PathBuf| {
         if path.is_dir() {
             return Err(ErrorKind::IsADirectory.into());
         }
-        // To open and close a pipe would be its end to whoever reads it.
+        // Opening and closing a pipe would end the input of its reader.
         if path.exists() && !path.is_file() { Ok(()) } else { WholeFile::begin(path).map(drop) }
     };
     behind_links(path).and_then(create).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// A file that is written little by little, and takes its place with [`WholeFile::finish`]. One that is dropped before is gone.
+/// A file that is written in parts, and gets its name with [`WholeFile::finish`]. Dropping it earlier removes it.
 #[derive(Debug)]
 pub(crate) struct WholeFile {
     file: File,
     path: PathBuf,
-    /// A hidden name in the same folder, of this process alone; none where the path is that of no ordinary file.
+    /// A hidden name in the same folder, which only this process uses; `None` for a special file.
     hidden: Option<TempPath>,
-    /// Whether it has not even that name yet.
+    /// Whether the file does not have the hidden name yet.
     is_nameless: bool,
 }
 
 impl WholeFile {
-    /// Begins a file that is to be at a path.
+    /// Begins a file for a path.
     pub(crate) fn create(path: &Path) -> anyhow::Result<Self> {
         let create = |path: PathBuf| {
             if path.exists() && !path.is_file() {
@@ -61,7 +60,7 @@ impl WholeFile {
         behind_links(path).and_then(create).with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Puts the file in its place.
+    /// Gives the file its name, and replaces an existing file.
     pub(crate) fn finish(self) -> anyhow::Result<()> {
         let path = self.path.clone();
         self.finish_or_leave().with_context(|| format!("cannot write {}", path.display()))
@@ -69,7 +68,7 @@ impl WholeFile {
 
     fn begin(path: PathBuf) -> io::Result<Self> {
         let hidden = hidden_path(&path)?;
-        // What a killed process of the same number left.
+        // Removes the file of a killed process with the same process id.
         match fs::remove_file(&hidden) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
             _ => {}
@@ -85,7 +84,7 @@ impl WholeFile {
         let Some(hidden) = self.hidden else { return Ok(()) };
         self.file.sync_all()?;
         if self.is_nameless {
-            // By that name it can be moved onto another file.
+            // Only a file with a name can replace another file.
             give_name(&self.file, &hidden)?;
         }
         hidden.persist(self.path).map_err(|failed| failed.error)
@@ -102,10 +101,10 @@ impl io::Write for WholeFile {
     }
 }
 
-/// Creates a file without a name, in a folder.
+/// Creates an unnamed file in a folder.
 ///
 /// # Errors
-/// Where that cannot be made, or could not be named: not every file system has it.
+/// If the file cannot be created, or could not get a name later. Not every file system has unnamed files.
 pub fn create_nameless(folder: &Path) -> io::Result<File> {
     let flags = OFlags::TMPFILE.bits() as i32;
     let file = OpenOptions::new().read(true).write(true).custom_flags(flags).open(folder)?;
@@ -113,25 +112,25 @@ pub fn create_nameless(folder: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Gives a nameless file its name.
+/// Gives an unnamed file its name.
 ///
 /// # Errors
-/// Where the name is taken, and the operating system's others.
+/// If the name is taken, and the other errors of the operating system.
 pub fn give_name(file: &File, path: &Path) -> io::Result<()> {
     Ok(linkat(CWD, open_file_path(file), CWD, path, AtFlags::SYMLINK_FOLLOW)?)
 }
 
-/// The folder in which a file lies; `.` for a bare name.
+/// The folder of a file; `.` for a name without a folder.
 pub fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// The path by which this process finds a file that it has open.
+/// Path of a file that this process has open.
 fn open_file_path(file: &File) -> String {
     format!("/proc/self/fd/{}", file.as_raw_fd())
 }
 
-/// Behind a symbolic link it is the file linked to that is replaced.
+/// Resolves symbolic links, so that the target of a link is replaced and not the link.
 fn behind_links(path: &Path) -> io::Result<PathBuf> {
     match fs::canonicalize(path) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(path.to_owned()),
@@ -156,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_being_written_is_not_there_and_one_that_is_dropped_never_was() {
+    fn file_is_absent_until_it_is_finished_and_a_dropped_file_stays_absent() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("dance.csv");
         let mut file = WholeFile::create(&path).expect("the folder is ours");
@@ -164,22 +163,22 @@ mod tests {
         assert_eq!(
             names(folder.path()).len(),
             usize::from(!file.is_nameless),
-            "a name only where files cannot be without"
+            "a hidden name only on a file system without unnamed files"
         );
-        file.finish().expect("it takes its place");
+        file.finish().expect("the file gets its name");
         assert_eq!(names(folder.path()), ["dance.csv"]);
-        assert_eq!(fs::read(&path).expect("it is there"), b"whole");
-        drop(WholeFile::create(&path).expect("there may be one already"));
-        assert_eq!(fs::read(&path).expect("it is still there"), b"whole");
+        assert_eq!(fs::read(&path).expect("the file exists"), b"whole");
+        drop(WholeFile::create(&path).expect("a file with this name may exist"));
+        assert_eq!(fs::read(&path).expect("the file still exists"), b"whole");
         assert_eq!(names(folder.path()), ["dance.csv"]);
     }
 
     #[test]
-    fn what_a_process_of_the_same_number_left_is_in_nobodys_way() {
+    fn remains_of_a_process_with_the_same_id_are_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("dance.csv");
         fs::write(folder.path().join(format!(".dance.csv.{}", process::id())), b"half").expect("the folder is ours");
-        write(&path, b"whole").expect("it is written");
+        write(&path, b"whole").expect("the folder is ours");
         assert_eq!(names(folder.path()), ["dance.csv"]);
     }
 }

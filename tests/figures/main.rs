@@ -1,6 +1,6 @@
-//! Every figure, from the paper's dragon on its routes. What a file must have in it is in `python/test_figures.py`.
+//! Every figure, of the paper's dragon on its routes. `python/test_figures.py` checks the content of the files.
 //!
-//! The figures stay in the folder that cargo gives to tests, so that somebody can look at them.
+//! The figures stay in cargo's folder for tests, so that people can look at them.
 
 mod paper;
 
@@ -10,7 +10,7 @@ use std::path::Path;
 use bench_dragon::output::figure::{FigureFormat, Paper};
 
 #[test]
-fn a_stock_reader_finds_what_print_needs() {
+fn a_stock_reader_finds_everything_that_a_printer_needs() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("figures");
     fs::create_dir_all(&folder).expect("a folder");
     for (name, drawing) in paper::drawings() {
@@ -29,7 +29,7 @@ fn equal_data_give_equal_bytes() {
     }
 }
 
-/// A sheet of A0 at 300 dots to the inch would be 140 million dots.
+/// A sheet of A0 at 300 dots per inch would have 140 million dots.
 #[test]
 fn a_figure_on_large_paper_has_a_bounded_number_of_dots() {
     let of_a_sheets = 2.0_f64.sqrt();
@@ -45,7 +45,7 @@ fn a_figure_on_large_paper_has_a_bounded_number_of_dots() {
 }
 
 #[test]
-fn figures_of_almost_nothing_can_be_drawn() {
+fn figures_of_very_few_points_can_be_drawn() {
     let mut clearance = paper::clearance_over_time();
     clearance.near_misses.clear();
     clearance.contact = None;

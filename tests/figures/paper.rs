@@ -1,4 +1,4 @@
-//! The paper's dragon on its routes, as the figures take it.
+//! The paper's dragon on its routes, as input of the figures.
 
 use std::sync::Arc;
 
@@ -110,7 +110,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
 pub(crate) fn contact_view() -> ContactView {
     let dragon = inward();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
-        .expect("no limit")
+        .expect("the search has no limit")
         .expect("the paper's dragon touches itself");
     let handles = handles(&dragon, contact.travel_m);
     ContactView {
@@ -129,7 +129,7 @@ pub(crate) fn contact_view() -> ContactView {
 pub(crate) fn clearance_over_time() -> ClearanceOverTime {
     let dragon = inward();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
-        .expect("no limit")
+        .expect("the search has no limit")
         .expect("the paper's dragon touches itself");
     let mut search = ClearanceSearch::default();
     let mut nearest = |time_s: f64| {
@@ -182,7 +182,7 @@ pub(crate) fn speeds_over_time() -> SpeedsOverTime {
     }
 }
 
-/// Made up: lines that rise, fall, bend, jump and end.
+/// Invented data: lines that rise, fall, bend, jump and end.
 pub(crate) fn sensitivity() -> SensitivityChart {
     let parameters = ["pitch", "head length", "body length", "width", "hole offset", "speed"].map(str::to_owned);
     let curve = |parameter: usize, size: f64| {

@@ -1,4 +1,4 @@
-//! Commands and replies as they lie in shared memory, where any process of this user can write them.
+//! Commands and replies in shared memory, where any process of this user can write them.
 
 use bench_dragon::source::server::motion::{Motion, MotionPlan, MotionSettings};
 use bench_dragon_ipc::{Command, CommandReply, Request};
@@ -7,8 +7,8 @@ use bench_dragon_ipc::{Command, CommandReply, Request};
 const COMMAND_BYTES: usize = 33;
 const RUN_ID: u64 = 0;
 
-/// The head stays within its run, and where it is guarded within what was granted, whatever it is asked for and when; a
-/// reply of any bits has an outcome that can be told.
+/// Fails unless the head stays within its run, and a guarded head within its grant, for any commands at any time, and a reply
+/// of any bits has an outcome with a text.
 pub(crate) fn check(input: &[u8]) {
     let kind = input.first().copied().unwrap_or_default();
     let plan = MotionSettings {

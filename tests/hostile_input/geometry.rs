@@ -1,10 +1,10 @@
-//! A configuration that is well written, with any numbers in it: what a text of random bytes hardly ever is.
+//! A well-formed configuration with any numbers. A text of random bytes is hardly ever well-formed.
 
 use std::collections::BTreeMap;
 
 use crate::config;
 
-/// Bytes of a key with its number: which key, how the number is meant, the number.
+/// Bytes of a key with its number: the key, the meaning of the number, the number.
 const ENTRY_BYTES: usize = 10;
 /// The keys that take a number.
 const KEYS: [(&str, &str); 16] = [
@@ -26,7 +26,7 @@ const KEYS: [(&str, &str); 16] = [
     ("route", "kind"),
 ];
 
-/// As of any configuration; the dragon of one that is valid has been followed to where it can walk no further.
+/// Fails as for any configuration. A valid configuration follows its dragon to the end of its run.
 pub(crate) fn check(input: &[u8]) {
     config::check(text(input).as_bytes());
 }
@@ -51,8 +51,8 @@ fn value(key: &str, meaning: u8, bits: u64) -> String {
         "kind" if bits.is_multiple_of(2) => "\"spiral\"".to_owned(),
         "kind" => "\"turnaround\"".to_owned(),
         "benches" | "rate_hz" => (bits % 120_000).to_string(),
-        // Any number, and more often one that might be meant: from a micrometre to a hundred kilometres, of either sign
-        // where times are.
+        // One number in eight is arbitrary. The others are plausible: from a micrometre to a hundred kilometres, and times of
+        // either sign.
         _ if meaning.is_multiple_of(8) => format!("{:?}", f64::from_bits(bits)).replace("NaN", "nan"),
         _ => {
             let sign = if key.ends_with("_s") && meaning.is_multiple_of(2) { -1.0 } else { 1.0 };

@@ -1,7 +1,7 @@
-//! What comes from outside may be anything: a configuration, a command, a message of a recording, a recording, timecode.
+//! Input from outside may be arbitrary: a configuration, a command, a message of a recording, a recording, timecode.
 //!
-//! Each file here has what must hold for every input of a kind. The fuzz targets (`fuzz/run`) look for an input for which
-//! it does not; this test goes through a corpus that is small: what they begin with, and what they have found.
+//! Each file checks the properties of every input of a kind. The fuzz targets (`fuzz/run`) search for an input that violates
+//! them. This test checks a small corpus: the seeds and the findings of the fuzz targets.
 
 mod command;
 mod config;
@@ -28,12 +28,12 @@ fn check_corpus(kind: &str, check: fn(&[u8])) {
 }
 
 #[test]
-fn a_configuration_is_valid_and_written_back_or_refused_in_one_line() {
+fn any_configuration_is_written_back_unchanged_or_refused_in_one_line() {
     check_corpus("config", config::check);
 }
 
 #[test]
-fn a_configuration_of_any_numbers_is_a_dragon_that_can_walk_or_refused() {
+fn a_configuration_of_any_numbers_is_refused_or_its_dragon_can_walk() {
     check_corpus("geometry", geometry::check);
 }
 
@@ -43,12 +43,12 @@ fn commands_of_any_bits_leave_the_motion_within_its_run() {
 }
 
 #[test]
-fn a_message_is_a_frame_that_keeps_its_bits_or_none() {
+fn a_message_is_read_as_a_frame_with_the_same_bits_or_rejected() {
     check_corpus("frame", frame::check);
 }
 
 #[test]
-fn a_recording_is_read_as_far_as_it_goes_and_repair_keeps_what_was_read() {
+fn a_recording_is_read_up_to_its_damage_and_repair_keeps_these_frames() {
     check_corpus("recording", recording::check);
 }
 

@@ -1,4 +1,4 @@
-//! A file that says it is a recording.
+//! A file with the name of a recording.
 
 use std::fs;
 use std::path::Path;
@@ -7,13 +7,13 @@ use bench_dragon::recording::cdr::encode_frame;
 use bench_dragon::recording::{FrameReader, ReadError, RepairError, repair, repair_checked};
 use bench_dragon::source::replay::PlaybackClock;
 
-/// More frames than this are not kept for comparison.
+/// Greatest number of frames that are kept for comparison.
 const MOST_FRAMES: usize = 1 << 12;
 
-/// A file is no recording, or read up to where it cannot be; a replay knows when each frame is due; and repair leaves a
-/// recording with an index that has every frame that was read before.
+/// Fails unless a file is rejected or read up to its damage, each frame has a due time in a replay, and a repair leaves a
+/// recording with an index and every frame that was read before.
 pub(crate) fn check(input: &[u8]) {
-    // On memory, where there is such a disk: a fuzzer makes thousands of files a second.
+    // The folder is in memory if possible, since a fuzzer creates thousands of files per second.
     let memory = Path::new("/dev/shm");
     let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
     let folder = folder.expect("a folder");
@@ -24,21 +24,21 @@ pub(crate) fn check(input: &[u8]) {
         Ok(repaired) if repaired.was_unfinished => check_finished(&path, &before),
         Ok(_) => {}
         Err(RepairError::Foreign { .. } | RepairError::Damaged { .. }) => {
-            assert!(fs::read(&path).expect("the file is still there") == input, "it is as it was");
+            assert!(fs::read(&path).expect("the file is still there") == input, "the file is unchanged");
         }
-        Err(error) => panic!("the disk is in order, yet {error}"),
+        Err(error) => panic!("unexpected error: {error}"),
     }
     fs::write(&path, input).expect("a file");
     match repair_checked(&path, |_| ()) {
         Ok(_) => check_finished(&path, &before),
         Err(RepairError::Foreign { .. } | RepairError::Write { .. }) => {
-            assert!(read(&path).ok() == before.ok(), "it is as it was, but for an index");
+            assert!(read(&path).ok() == before.ok(), "only an index was added");
         }
-        Err(error) => panic!("the disk is in order, yet {error}"),
+        Err(error) => panic!("unexpected error: {error}"),
     }
 }
 
-/// A repaired recording is finished, and has every frame that was read before.
+/// Fails unless a repaired recording is finished, and has every frame that was read before.
 fn check_finished(path: &Path, before: &Result<Vec<Vec<u8>>, ReadError>) {
     assert!(!repair(path).expect("a finished recording").was_unfinished, "a repaired recording is finished");
     if let Ok(before) = before {
@@ -46,7 +46,7 @@ fn check_finished(path: &Path, before: &Result<Vec<Vec<u8>>, ReadError>) {
     }
 }
 
-/// The messages of the frames that a replay would publish.
+/// Returns the messages of the frames that a replay would publish.
 fn read(path: &Path) -> Result<Vec<Vec<u8>>, ReadError> {
     let mut clock = PlaybackClock::new(1.0);
     let mut frames = Vec::new();

@@ -1,4 +1,5 @@
-//! Packets on the port of timecode, which any process of this machine can send, or any other machine where that was asked for.
+//! Packets on the port of timecode. Any process of this machine can send them, and, if the address allows it, any other
+//! machine.
 
 use bench_dragon::source::server::motion::{Motion, MotionPlan, MotionSettings};
 use bench_dragon::source::timecode::{
@@ -9,9 +10,9 @@ use bench_dragon_ipc::Request;
 const TICK_NS: u64 = 1_000_000;
 const LAST_S: f64 = 432.75;
 
-/// A packet is a position within its day, none of ours, or malformed; and whatever
-/// positions come, and whenever, the show stays within its run and goes back only where it is put back. The first byte tells
-/// the source, the second one how many ticks lie between two packets, the third one how long each of them is.
+/// Fails unless a packet is a position within its day, ignored or malformed, and the show stays within its run and goes back
+/// only by a seek, for any positions at any time. The first byte selects the source, the second the number of ticks between two
+/// packets, the third the length of each packet.
 pub(crate) fn check(input: &[u8]) {
     let Some((&[source, ticks, length], packets)) = input.split_first_chunk() else { return };
     let source: TimecodeSource = (if source & 1 == 0 { "osc:0" } else { "artnet" }).parse().expect("a source");
@@ -39,7 +40,7 @@ fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
     let show = ShowPosition { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
     let (order, _) = follower.steer(now_ns, show);
     if let Some(sim_time_s) = order.seek_s {
-        motion.request(Request::Seek { sim_time_s }).expect("it is within the run");
+        motion.request(Request::Seek { sim_time_s }).expect("the time is within the run");
         follower.note_seek(true);
     }
     assert!((Follower::LEAST_TIME_SCALE..=Follower::GREATEST_TIME_SCALE).contains(&order.time_scale));

@@ -1,4 +1,4 @@
-//! Timecode as Art-Net sends it.
+//! Art-Net timecode.
 
 use bench_dragon::source::timecode::Malformed;
 use bench_dragon::source::timecode::art_net::position;
@@ -16,30 +16,30 @@ fn with(index: usize, byte: u8) -> [u8; 19] {
 }
 
 #[test]
-fn the_four_rates_tell_their_positions() {
+fn each_of_the_four_rates_has_its_position() {
     let positions = [0, 1, 2, 3].map(|kind| position_s(&with(18, kind)));
     let expected = [62.0 + 5.0 / 24.0, 62.2, (62.0 * 30.0 + 5.0 - 2.0) * 1001.0 / 30_000.0, 62.0 + 5.0 / 30.0];
     for (position, expected) in positions.into_iter().zip(expected) {
-        let position_s = position.expect("it is sound").expect("it is a timecode");
+        let position_s = position.expect("the settings are sound").expect("the message is a timecode");
         assert!((position_s - expected).abs() < 1e-12, "{position_s} {expected}");
     }
 }
 
 #[test]
 fn a_packet_cut_short_is_malformed_and_a_longer_one_is_not() {
-    // One that ends before its opcode tells what it is, and all others before the rate.
+    // The first packet ends before its opcode, the others before their rate.
     assert!((0..19).all(|length| position_s(&PACKET[..length]) == Err(Malformed)));
     assert_eq!(position_s(&[&PACKET[..], b"more"].concat()), Ok(Some(62.2)));
 }
 
 #[test]
-fn other_packets_and_other_streams_are_none_of_ours() {
+fn other_packets_and_other_streams_are_ignored() {
     assert_eq!(position_s(b"Art-Net\0\x00\x50\x00\x0e"), Ok(None), "ArtDmx");
     assert_eq!(position_s(&with(13, 1)), Ok(None));
 }
 
 #[test]
-fn what_never_shows_is_malformed() {
+fn positions_that_no_clock_shows_are_malformed() {
     for (index, byte) in [(0, b'a'), (7, 1), (11, 13), (14, 25), (15, 60), (16, 60), (17, 24), (17, 99), (18, 4)] {
         assert_eq!(position_s(&with(index, byte)), Err(Malformed), "byte {index} is {byte}");
     }

@@ -30,7 +30,7 @@ fn the_start_and_the_end_of_a_run_are_worded() {
         follows_timecode: true,
     };
     let text = |event: &CommandEvent| CommandWords::from(event).text;
-    assert_eq!(text(&start.event()), "server: the run begins at 0.1 s, held, guarded, after timecode");
+    assert_eq!(text(&start.event()), "server: the run begins at 0.1 s, held, guarded, follows timecode");
     assert_eq!(text(&CommandEvent::plain(EventKind::End, Sender::Server, 77)), "server: the run ends, at tick 77");
     let stand = CommandEvent::plain(EventKind::Stand, Sender::Timecode, 5);
     assert_eq!(text(&stand), "timecode: the show stands with the timecode, at tick 5");
@@ -40,7 +40,7 @@ fn the_start_and_the_end_of_a_run_are_worded() {
 fn an_event_of_a_newer_version_is_worded_too() {
     let event = CommandEvent { kind: 99, sender: 98, ..CommandEvent::default() };
     let text = CommandWords::from(&event).text;
-    assert_eq!(text, "sender 98: a command that this version does not know, at tick 0");
+    assert_eq!(text, "sender 98: a command of an unknown kind, at tick 0");
 }
 
 #[test]

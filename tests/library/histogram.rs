@@ -29,7 +29,7 @@ fn each_interval_has_a_bar_as_long_as_its_share_of_the_greatest() {
 }
 
 #[test]
-fn any_distribution_is_shown_whole_and_in_lines_that_a_terminal_holds() {
+fn any_distribution_is_shown_completely_in_lines_that_fit_a_terminal() {
     let an_hour_ns = 3_600_000_000_000;
     let text = bars(&[(0, 1), (1, 1), (99, 1), (1_499, 3), (an_hour_ns, 1_000)]);
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
@@ -39,7 +39,7 @@ fn any_distribution_is_shown_whole_and_in_lines_that_a_terminal_holds() {
 }
 
 #[test]
-fn nothing_counted_has_no_bars() {
+fn an_empty_histogram_has_no_bars() {
     assert_eq!(bars(&[]), "");
 }
 
@@ -58,7 +58,7 @@ fn text_has_the_columns_and_the_footer_of_the_java_library() {
 }
 
 #[test]
-fn rows_rise_to_all_that_was_counted() {
+fn rows_increase_up_to_the_total_count() {
     let text = PercentileText(&histogram((0..10_000).map(|i| 1_000 + i * i))).to_string();
     let rows: Vec<Vec<f64>> = text
         .lines()
@@ -74,7 +74,7 @@ fn rows_rise_to_all_that_was_counted() {
 }
 
 #[test]
-fn nothing_counted_is_a_table_without_rows() {
+fn an_empty_histogram_is_a_table_without_rows() {
     let text = PercentileText(&LatencyHistogram::default()).to_string();
     assert_eq!(text.lines().count(), 5, "{text}");
     assert!(text.contains("Total count    =            0]"), "{text}");

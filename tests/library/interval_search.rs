@@ -1,11 +1,11 @@
-//! What a search of a recording reports where it finds nothing.
+//! The report of a search that finds no frame in a recording.
 
 use std::path::Path;
 
 use bench_dragon::recording::{Flaws, IntervalSearch, ShowInterval};
 
 #[test]
-fn a_search_that_finds_nothing_tells_what_there_is() {
+fn a_search_without_a_result_reports_the_recorded_show_times() {
     let mut search = IntervalSearch::new(ShowInterval { from_ns: 5_000_000_000, to_ns: i64::MAX });
     let path = Path::new("dance.mcap");
     let told = |flaws| IntervalSearch::new(ShowInterval::ALL).nothing_found(path, flaws).to_string();

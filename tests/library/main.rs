@@ -1,4 +1,4 @@
-//! Public modules of the library, as a client uses them: a file each.
+//! Public modules of the library, as a client uses them: one file per module.
 
 mod art_net;
 mod command_words;

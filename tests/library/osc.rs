@@ -56,7 +56,7 @@ fn a_frame_is_the_show_and_then_its_benches() {
 }
 
 #[test]
-fn a_stale_frame_says_so_and_stands() {
+fn a_stale_frame_is_marked_and_has_no_speed() {
     let sent = packets(1, AngleUnit::Radians, false, Freshness::Stale { age_ns: 1 });
     let [OscPacket::Message(show), OscPacket::Message(bench)] = sent.as_slice() else { panic!("{sent:?}") };
     assert_eq!(show.args[4], OscType::Int(0));
@@ -93,7 +93,7 @@ fn a_time_counts_seconds_since_1900_and_their_fractions() {
 }
 
 #[test]
-fn only_what_osc_calls_an_address_is_one() {
+fn only_valid_osc_addresses_are_accepted() {
     let long = format!("/{{index}}/{}", "a".repeat(200));
     let bad =
         ["{index}", "/a b/{index}", "/{index}/", "//{index}", "/a#/{index}", "/*/{index}", "/\u{e9}/{index}", &long];

@@ -14,7 +14,7 @@ fn position_s(args: Vec<OscType>) -> Result<Option<f64>, Malformed> {
 }
 
 fn position_of_packet(packet: &OscPacket) -> Result<Option<f64>, Malformed> {
-    let packet = rosc::encoder::encode(packet).expect("it can be written");
+    let packet = rosc::encoder::encode(packet).expect("the file can be written");
     Ok(position(&packet, "/timecode", FrameRate::Ebu)?.map(|position| position.since_midnight_s))
 }
 
@@ -23,7 +23,7 @@ fn text(text: &str) -> OscType {
 }
 
 #[test]
-fn a_position_comes_as_text_as_four_numbers_or_as_seconds() {
+fn a_position_is_read_from_text_from_four_numbers_or_from_seconds() {
     use OscType::{Double, Float, Int, Long};
     for (args, expected_s) in [
         (vec![text("01:02:03:05")], 3723.2),
@@ -38,13 +38,13 @@ fn a_position_comes_as_text_as_four_numbers_or_as_seconds() {
         (vec![Double(3723.16)], 3723.16),
         (vec![Int(60)], 60.0),
     ] {
-        let position_s = position_s(args.clone()).expect("it is sound").expect("it is a timecode");
+        let position_s = position_s(args.clone()).expect("the settings are sound").expect("the message is a timecode");
         assert!((position_s - expected_s).abs() < 1e-9, "{args:?} is {position_s}");
     }
 }
 
 #[test]
-fn what_is_no_position_is_malformed() {
+fn messages_without_a_position_are_malformed() {
     use OscType::{Bool, Double, Float, Int};
     let texts = ["", "1:2", "01:02:03:25", "99:00:00:00", "00:01:00;00", "+1:02:03:04", "001:02:03:04", "01:02:60.0"];
     let texts = texts.into_iter().chain(["inf", "-1.5", "1e3"]).map(|malformed| vec![text(malformed)]);
@@ -62,7 +62,7 @@ fn what_is_no_position_is_malformed() {
 }
 
 #[test]
-fn messages_of_other_addresses_are_none_of_ours() {
+fn messages_of_other_addresses_are_ignored() {
     let other = OscPacket::Message(OscMessage { addr: "/fader".to_owned(), args: vec![OscType::Bool(true)] });
     assert_eq!(position_of_packet(&other), Ok(None));
     let bundle = |content| OscPacket::Bundle(OscBundle { timetag: OscTime::from((0, 1)), content });
@@ -74,9 +74,9 @@ fn messages_of_other_addresses_are_none_of_ours() {
 
 proptest! {
     #[test]
-    fn no_bytes_do_any_harm(bytes in prop::collection::vec(any::<u8>(), 0..200), flips in prop::collection::vec((0..40_usize, any::<u8>()), 0..4)) {
+    fn any_bytes_are_decoded_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200), flips in prop::collection::vec((0..40_usize, any::<u8>()), 0..4)) {
         let _ = position(&bytes, "/timecode", FrameRate::Ebu);
-        let mut packet = rosc::encoder::encode(&message(vec![text("01:02:03:05"), OscType::Int(25)])).expect("it can be written");
+        let mut packet = rosc::encoder::encode(&message(vec![text("01:02:03:05"), OscType::Int(25)])).expect("the file can be written");
         for (index, byte) in flips {
             let index = index % packet.len();
             packet[index] = byte;

@@ -8,7 +8,7 @@ use bench_dragon_ipc::{BenchState, FrameHeader, HandleState};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
 
-/// Ids of the two kinds of packet, by the protocol.
+/// The protocol's ids of the two kinds of packets.
 const DATA_PACKET: u16 = 0x6755;
 const INFO_PACKET: u16 = 0x6756;
 
@@ -24,10 +24,10 @@ fn encoder() -> PsnEncoder {
     PsnEncoder::new("Dragon".parse().expect("a name"), EPOCH_NS)
 }
 
-/// A chunk: id, whether it has chunks, and its data.
+/// Returns a chunk: its id, whether it has chunks, and its data.
 type Chunk<'a> = (u16, bool, &'a [u8]);
 
-/// Chunks one behind the other.
+/// Returns successive chunks as bytes.
 fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
     let mut found = Vec::new();
     while let Some((header, rest)) = bytes.split_first_chunk() {
@@ -36,11 +36,11 @@ fn chunks(mut bytes: &[u8]) -> Vec<Chunk<'_>> {
         found.push((header as u16, header >> 31 == 1, data));
         bytes = after;
     }
-    assert!(bytes.is_empty(), "{} bytes behind the last chunk", bytes.len());
+    assert!(bytes.is_empty(), "{} bytes follow the last chunk", bytes.len());
     found
 }
 
-/// The chunks of the trackers of a packet, and the packet's count of packets and frame id.
+/// Returns the chunks of a packet's trackers, with the packet's number of packets and frame id.
 fn trackers(packet: &[u8], id: u16) -> (Vec<Chunk<'_>>, u8, u8) {
     let [(packet_id, true, content)] = chunks(packet)[..] else { panic!("a packet is one chunk") };
     assert_eq!(packet_id, id);
@@ -50,7 +50,7 @@ fn trackers(packet: &[u8], id: u16) -> (Vec<Chunk<'_>>, u8, u8) {
 }
 
 #[test]
-fn a_data_packet_is_what_the_protocol_says_byte_by_byte() {
+fn a_data_packet_has_the_bytes_of_the_protocol() {
     let mut packets = Packets::default();
     encoder().data(&latest(1), EPOCH_NS + 7_000, &mut packets).expect("one bench fits");
     let float = f32::to_le_bytes;
@@ -70,7 +70,7 @@ fn a_data_packet_is_what_the_protocol_says_byte_by_byte() {
 }
 
 #[test]
-fn an_info_packet_is_what_the_protocol_says_byte_by_byte() {
+fn an_info_packet_has_the_bytes_of_the_protocol() {
     let mut packets = Packets::default();
     encoder().info(1, EPOCH_NS, &mut packets).expect("one bench fits");
     #[rustfmt::skip]
@@ -86,7 +86,7 @@ fn an_info_packet_is_what_the_protocol_says_byte_by_byte() {
 }
 
 #[test]
-fn a_stale_frame_is_invalid_and_stands() {
+fn a_stale_frame_is_invalid_and_has_no_speed() {
     let stale = LatestFrame { freshness: Freshness::Stale { age_ns: 1 }, ..latest(1) };
     let mut packets = Packets::default();
     encoder().data(&stale, EPOCH_NS, &mut packets).expect("one bench fits");
@@ -97,7 +97,7 @@ fn a_stale_frame_is_invalid_and_stands() {
 }
 
 #[test]
-fn frame_ids_wrap_round() {
+fn frame_ids_wrap_around() {
     let (mut encoder, mut packets) = (encoder(), Packets::default());
     for frame in 0..600 {
         encoder.data(&latest(1), EPOCH_NS, &mut packets).expect("one bench fits");
@@ -144,7 +144,7 @@ fn bench(front: [f64; 3], rear: [f64; 3], velocity_mps: [f64; 3]) -> BenchState 
     BenchState::between(&handle(front), &handle(rear))
 }
 
-/// A bench as it is sent: its position, its speed and its orientation.
+/// Returns a bench as sent: its position, its speed and its orientation.
 fn tracker(bench: &BenchState, time_scale: f64) -> [[f32; 3]; 3] {
     let header = FrameHeader { time_scale, ..FrameHeader::default() };
     let latest = LatestFrame { header, benches: vec![*bench], freshness: Freshness::Fresh };
@@ -168,13 +168,13 @@ fn a_bench_that_walks_upstage_is_the_documented_tracker() {
 }
 
 #[test]
-fn height_is_its_y() {
+fn the_height_is_the_trackers_y() {
     let raised = bench([2.0, 1.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 0.25]);
     assert_eq!(tracker(&raised, 1.0)[..2], [[1.0, 0.5, 1.0], [0.0, 0.25, 0.0]]);
 }
 
 #[test]
-fn the_orientation_turns_plus_x_into_the_direction_of_the_board() {
+fn the_orientation_rotates_plus_x_into_the_direction_of_the_board() {
     for step in -8..=8 {
         let heading = f64::from(step) * PI / 8.0;
         let [x, y] = [heading.cos(), heading.sin()];

@@ -1,4 +1,4 @@
-//! When the ticks of a server are due.
+//! Due times of a server's ticks.
 
 use bench_dragon::source::server::schedule::Schedule;
 

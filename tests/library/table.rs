@@ -12,12 +12,12 @@ fn columns_are_as_wide_as_their_widest_cell() {
 }
 
 #[test]
-fn words_that_hold_commas_or_quotes_stand_between_quotes() {
+fn cells_with_commas_or_quotes_are_quoted() {
     let mut table = Table::new("t", vec![Column::text("who, what"), Column::number("x", 1)]);
     table.push(vec![Cell::from("the \"tail\""), Cell::Blank]);
     table.push(vec![Cell::from("head"), Cell::from(0.1 + 0.2)]);
     assert_eq!(
-        String::from_utf8(csv(&[table])).expect("it is text"),
+        String::from_utf8(csv(&[table])).expect("the text is UTF-8"),
         "\"who, what\",x\n\"the \"\"tail\"\"\",\nhead,0.30000000000000004\n"
     );
 }

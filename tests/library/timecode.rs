@@ -1,11 +1,11 @@
-//! Clocks of timecode, where it comes from, and which sender is followed.
+//! Clocks and sources of timecode, and the choice of the sender.
 
 use std::net::IpAddr;
 
 use bench_dragon::source::timecode::{Clock, FrameRate, Malformed, SenderLock, TimecodeSource};
 
 #[test]
-fn numbers_out_of_range_never_show() {
+fn numbers_out_of_range_are_rejected() {
     let clock = Clock { hours: 23, minutes: 59, seconds: 59, frames: 23 };
     assert!(clock.position_s(FrameRate::Film).is_ok());
     for wrong in [
@@ -20,7 +20,7 @@ fn numbers_out_of_range_never_show() {
 }
 
 #[test]
-fn rates_are_known_as_people_write_them() {
+fn rates_are_read_in_their_usual_notation() {
     let rates = [24.0, 25.0, 29.97, f64::from(29.97_f32), 30_000.0 / 1001.0, 30.0].map(FrameRate::of);
     let drop_frame = Some(FrameRate::DropFrame);
     let [film, ebu, smpte] = [FrameRate::Film, FrameRate::Ebu, FrameRate::Smpte].map(Some);
@@ -29,7 +29,7 @@ fn rates_are_known_as_people_write_them() {
 }
 
 #[test]
-fn a_second_sender_is_heard_when_the_first_is_lost() {
+fn a_second_sender_is_accepted_when_the_first_is_lost() {
     let [one, other] = [1, 2].map(|last| IpAddr::from([127, 0, 0, last]));
     let mut sender_lock = SenderLock::new(1_000);
     assert!(sender_lock.admits(one, 0));
@@ -37,11 +37,11 @@ fn a_second_sender_is_heard_when_the_first_is_lost() {
     assert!(sender_lock.admits(one, 1_000));
     assert!(!sender_lock.admits(other, 2_000));
     assert!(sender_lock.admits(other, 2_001));
-    assert!(!sender_lock.admits(one, 2_002), "now it is the second one's turn");
+    assert!(!sender_lock.admits(one, 2_002), "now the second sender is accepted");
 }
 
 #[test]
-fn what_is_left_out_is_this_machine_and_the_usual_port() {
+fn a_missing_address_is_this_machine_and_a_missing_port_the_usual_one() {
     for (text, whole) in [
         ("osc:7000", "osc:127.0.0.1:7000/timecode"),
         ("osc:0", "osc:127.0.0.1:0/timecode"),
@@ -56,7 +56,7 @@ fn what_is_left_out_is_this_machine_and_the_usual_port() {
 }
 
 #[test]
-fn anything_else_is_refused() {
+fn other_sources_are_refused() {
     let of_osc = ["osc", "osc:", "osc:70000", "osc:host:7000", "osc:7000/", "osc:7000/a b", "osc:7000/*"];
     let others = ["", "artnet:", "artnet6454", "artnet:x", "midi:1"];
     for text in of_osc.into_iter().chain(others) {

@@ -18,7 +18,7 @@ fn a_prefix_has_words_and_no_wildcards() {
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_given_in_one_line() {
+fn errors_of_a_configuration_file_are_one_line() {
     for text in ["{", "{ mode: 'pear' }", "{ lisen: {} }", "[]", "{ listen: { endpoints: ['nowhere'] } }"] {
         let mut file = tempfile::NamedTempFile::new().expect("a file");
         file.write_all(text.as_bytes()).expect("a file");

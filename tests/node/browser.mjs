@@ -1,6 +1,6 @@
-// A page of the view in Chromium, for the scenarios beside this file. Each of them is started with the page's address, says
-// on stdout in JSON what it has come to, a line each, and ends with 0 if all went well. What the test has to do meanwhile
-// (kill a server, say) it does when it reads the line; nobody waits for a time.
+// A page of the view in Chromium, for the scenarios beside this file. Each scenario is started with the page's address. It
+// writes its progress to stdout as lines of JSON, and exits with status 0 if all checks pass. When the test reads a line, it
+// does its own part, for example killing a server. No scenario waits for a fixed time.
 
 import { once } from 'node:events';
 import { createRequire } from 'node:module';
@@ -11,7 +11,10 @@ const installed = createRequire(path.join(packages, 'package.json'));
 export const { chromium } = installed('playwright-core');
 export const axeSource = installed('axe-core').source;
 
-const PATIENCE_MS = 60_000;
+const TIMEOUT_MS = 150_000;
+/** Time after which an action without an outcome is repeated. It is longer than a question of the page is valid. */
+const RETRY_MS = 10_000;
+const MOST_TRIES = 12;
 const FLAGS = [
   '--no-sandbox',
   '--disable-gpu',
@@ -22,11 +25,12 @@ const FLAGS = [
   '--disable-sync',
 ];
 
-/** Chromium, until the scenario is over. */
+/** Runs a scenario with Chromium, and closes Chromium afterwards. */
 export async function withBrowser(scenario) {
   const browser = await chromium.launch({
     executablePath: process.env.BENCH_DRAGON_CHROMIUM ?? '/usr/bin/chromium',
     args: FLAGS,
+    timeout: TIMEOUT_MS,
   });
   try {
     await scenario(browser);
@@ -35,14 +39,14 @@ export async function withBrowser(scenario) {
   }
 }
 
-/** A page at an address, and what it has complained about; before anything else of it, `init` is run in it. */
+/** Opens a page at an address, and collects its errors and warnings. `init` runs in the page before its own scripts. */
 export async function openPage(browser, address, { init, ...options } = {}) {
   const context = await browser.newContext({
     viewport: { width: 1280, height: 800 },
     colorScheme: 'light',
     ...options,
   });
-  context.setDefaultTimeout(PATIENCE_MS);
+  context.setDefaultTimeout(TIMEOUT_MS);
   if (init !== undefined) await context.addInitScript(init);
   const page = await context.newPage();
   const complaints = [];
@@ -54,10 +58,64 @@ export async function openPage(browser, address, { init, ...options } = {}) {
   return { page, complaints };
 }
 
-/** Waits until the page says how things stand, in the style sheet's word. */
+/** Waits until the page has a status, named as in the style sheet. */
 export async function stands(page, status) {
   const wait = page.waitForFunction((wanted) => document.body.dataset.status === wanted, status);
-  await named(page, `the page says ${status}`, wait);
+  await named(page, `the page has the status ${status}`, wait);
+}
+
+/**
+ * Repeats an action until the page has a status. A page that was busy for over 1.5 s takes its connection for lost, and ignores
+ * keys until it has connected again.
+ */
+export async function reach(page, status, act) {
+  for (let tries = 0; tries < MOST_TRIES; tries += 1) {
+    await act();
+    if (await holdsSoon(page, (wanted) => document.body.dataset.status === wanted, status)) return;
+  }
+  await stands(page, status);
+}
+
+/** Presses a button until its question is seen: after 5 s, the page takes the question back. */
+export async function asks(page, button, word, question) {
+  for (let tries = 0; tries < MOST_TRIES; tries += 1) {
+    await page.click(button);
+    if (await holdsSoon(page, matches, [[word, question.source]])) return;
+  }
+  await reads(page, word, question);
+}
+
+/** Presses a button that asks for confirmation until the reply matches. */
+export async function confirm(page, button, word, question, reply) {
+  await asks(page, button, word, question);
+  for (let tries = 0; tries < MOST_TRIES; tries += 1) {
+    await page.click(button);
+    // The reply, or the question again if it had lapsed before the press.
+    await holdsSoon(page, matches, [
+      ['#reply', reply.source],
+      [word, question.source],
+    ]);
+    const text = await page.textContent('#reply');
+    if (reply.test(text)) return;
+    if (text.endsWith('…')) break;
+  }
+  await reads(page, '#reply', reply);
+}
+
+/** Whether the text of one of these elements matches its pattern. Runs in the page. */
+function matches(wanted) {
+  return wanted.some(([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? ''));
+}
+
+/** Whether a condition holds within the time after which an action is repeated. */
+async function holdsSoon(page, condition, argument) {
+  try {
+    await page.waitForFunction(condition, argument, { timeout: RETRY_MS });
+    return true;
+  } catch (error) {
+    if (error.name !== 'TimeoutError') throw error;
+    return false;
+  }
 }
 
 /** Waits until an element's text matches. */
@@ -67,7 +125,7 @@ export async function reads(page, selector, pattern) {
   return page.textContent(selector);
 }
 
-/** What the page shows of the frame that the plan was drawn of last, once numbers and plan are of the same one. */
+/** The page's values of the frame that the plan was last drawn from, once numbers and plan are from the same frame. */
 export async function shown(page) {
   const both = await page.waitForFunction(() => {
     const plan = document.querySelector('#plan').dataset;
@@ -85,7 +143,7 @@ export async function shown(page) {
   };
 }
 
-/** A wait whose failure says what was waited for, and what the page shows. */
+/** Awaits `wait`. Its failure reports the awaited event and the page's text. */
 async function named(page, what, wait) {
   try {
     return await wait;
@@ -98,9 +156,9 @@ async function named(page, what, wait) {
 /** Waits for an event of a process or a stream. */
 export async function occurs(emitter, event, what) {
   try {
-    return await once(emitter, event, { signal: AbortSignal.timeout(PATIENCE_MS) });
+    return await once(emitter, event, { signal: AbortSignal.timeout(TIMEOUT_MS) });
   } catch (error) {
-    throw new Error(`waited ${PATIENCE_MS / 1000} s until ${what}`, { cause: error });
+    throw new Error(`waited ${TIMEOUT_MS / 1000} s until ${what}`, { cause: error });
   }
 }
 
@@ -108,7 +166,7 @@ export function say(value) {
   process.stdout.write(`${JSON.stringify(value)}\n`);
 }
 
-/** Ends the scenario as failed unless something holds. */
+/** Ends the scenario with an error unless a condition holds. */
 export function expect(holds, what) {
   if (!holds) throw new Error(what);
 }

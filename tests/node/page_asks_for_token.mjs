@@ -1,5 +1,5 @@
-// Off loopback looking takes the token, too: a page without it asks for the address, and goes on with what it is given.
-// Started in a network of its own, where it starts the view itself.
+// Off loopback, viewing needs the token too. A page without it asks for the address, and connects with the one entered. The
+// scenario runs in a network namespace of its own, in which it starts the view itself.
 //
 //     node page_asks_for_token.mjs PROGRAM INSTANCE ADDRESS
 
@@ -11,7 +11,7 @@ import { expect, occurs, openPage, reads, say, stands, withBrowser } from './bro
 const [program, instance, listen] = process.argv.slice(2);
 const args = ['view', '--format', 'json', '--instance', instance, '--listen', listen];
 const view = spawn(program, args, { stdio: ['ignore', 'pipe', 'ignore'] });
-const [line] = await occurs(readline.createInterface({ input: view.stdout }), 'line', 'the view says where it listens');
+const [line] = await occurs(readline.createInterface({ input: view.stdout }), 'line', 'the view prints its address');
 const { url } = JSON.parse(line);
 
 await withBrowser(async (browser) => {
@@ -27,16 +27,16 @@ await withBrowser(async (browser) => {
   await page.fill('#token-field', url);
   await page.press('#token-field', 'Enter');
   await stands(page, 'running');
-  expect(await page.isEnabled('#hold'), 'with the token it steers');
-  expect(await page.isHidden('#token-form'), 'it asks for what it has');
+  expect(await page.isEnabled('#hold'), 'with the token, the controls are disabled');
+  expect(await page.isHidden('#token-form'), 'the page asks for a token that it already has');
 
   const given = await openPage(browser, url);
   await stands(given.page, 'running');
-  // Chromium says of each page without TLS that it takes no such header from it.
+  // Chromium warns on each page without TLS that it ignores this header.
   const ours = [...complaints, ...given.complaints].filter((one) => !one.includes('Cross-Origin-Opener-Policy'));
   expect(ours.length === 0, ours.join('\n'));
 });
 view.kill('SIGTERM');
-const [status] = await occurs(view, 'exit', 'the view ends');
+const [status] = await occurs(view, 'exit', 'the view has ended');
 expect(status === 0, `the view ended with status ${status}`);
 say({ type: 'passed' });

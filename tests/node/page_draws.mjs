@@ -1,4 +1,5 @@
-// The dragon on the screen: it moves; paused, the picture and the numbers are written out to be compared with the bus.
+// The dragon on the screen: it moves. When paused, the scenario writes the picture and the numbers, which the test compares
+// with the bus.
 //
 //     node page_draws.mjs URL PIXELS
 
@@ -20,7 +21,7 @@ await withBrowser(async (browser) => {
   say({ type: 'picture', ...(await shown(page)), ...(await writePixels(page)) });
 
   await page.keyboard.press('b');
-  // At once: the details of bench 1 are another one's.
+  // Both digits are inserted at once, since the details of bench 1 would appear after the first one.
   await page.keyboard.insertText('17');
   await page.waitForSelector('#bench-centre:visible');
   const texts = ['role', 'centre', 'heading', 'front'].map((name) => page.textContent(`#bench-${name}`));
@@ -32,7 +33,7 @@ function picture(page) {
   return page.evaluate(() => document.querySelector('#plan').toDataURL());
 }
 
-/** Writes the plan as red, green, blue and alpha, and says its size and the colours that things have. */
+/** Writes the plan as red, green, blue and alpha. Returns its size and the colours of the wood, the head and the ground. */
 async function writePixels(page) {
   const { base64, ...sizes } = await page.evaluate(() => {
     const plan = document.querySelector('#plan');

@@ -1,4 +1,4 @@
-// A guarded show: the guard's stop is announced instead of a contact; the guard's situations are told apart.
+// A guarded show: the page announces the guard's stop instead of a contact, and distinguishes the guard's situations.
 //
 //     node page_is_guarded.mjs URL
 
@@ -11,15 +11,16 @@ await withBrowser(async (browser) => {
   await reads(page, '#outlook', /^Guard stops the head in \d+\.\d s$/);
   await reads(page, '#outlook-more', /^before benches \d+ and \d+ come too near, at show time \d+\.\d{3} s$/);
   await page.waitForSelector('.lamp[data-name="guard"][data-level="good"]');
+  say({ type: 'seek' });
   await stands(page, 'held');
-  await reads(page, '#explanation', /^The guard holds for good: further on, benches come nearer than its margin/);
-  expect(await page.isHidden('#release'), 'a release is offered that would be refused');
+  await reads(page, '#explanation', /^The guard holds the dragon permanently: ahead, benches come nearer than the margin/);
+  expect(await page.isHidden('#release'), 'the page offers a release that would be refused');
   await examine(page, 'at the end of the proven travel');
   say({ type: 'kill the guard' });
   await reads(page, '#explanation', /^NO GUARD/);
   await page.waitForSelector('.lamp[data-name="guard"][data-level="danger"]');
   await page.waitForSelector('#seek-set:disabled');
-  expect(/no guard/.test(await page.getAttribute('#seek-set', 'title')), 'a seek without a guard is offered');
+  expect(/no guard/.test(await page.getAttribute('#seek-set', 'title')), 'the page offers a seek without a guard');
   expect(complaints.length === 0, complaints.join('\n'));
   say({ type: 'passed' });
 });

@@ -1,12 +1,14 @@
-// A contact stays until it is acknowledged; alerts are listed by their kinds.
+// A contact stays until it is acknowledged, and alerts are filtered by kind.
 //
 //     node page_keeps_contacts.mjs URL
 
 import { examine } from './accessible.mjs';
-import { expect, openPage, reads, say, withBrowser } from './browser.mjs';
+import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs';
 
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, process.argv[2]);
+  await stands(page, 'held');
+  say({ type: 'release' });
   await page.waitForSelector('#contacts:visible');
   const text = await reads(page, '#contacts-text', /^Contact: benches 0 and 8 at 412\.47 s/);
   await page.waitForSelector('.kind[data-kind="contact"]');
@@ -21,12 +23,12 @@ await withBrowser(async (browser) => {
 
   say({ type: 'seek', text });
   await page.waitForFunction(() => Number(document.querySelector('#show-time').textContent) < 300);
-  expect(await page.isVisible('#contacts'), 'the contact is forgotten with its show time');
+  expect(await page.isVisible('#contacts'), 'a seek removes the contact');
   await page.click('#acknowledge');
   await page.waitForSelector('#contacts', { state: 'hidden' });
   await page.reload();
   await page.waitForSelector('.kind[data-kind="contact"]');
-  expect(await page.isHidden('#contacts'), 'what was acknowledged comes back with the page');
+  expect(await page.isHidden('#contacts'), 'an acknowledged contact returns after a reload');
   expect(complaints.length === 0, complaints.join('\n'));
   say({ type: 'passed' });
 });

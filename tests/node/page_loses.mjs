@@ -1,4 +1,4 @@
-// A server that is killed, and a view that is. The test does it when it reads of it here.
+// A killed server, and a killed view. The test kills them when it reads the lines of this scenario.
 //
 //     node page_loses.mjs URL
 
@@ -10,12 +10,12 @@ await withBrowser(async (browser) => {
   say({ type: 'kill the server' });
   await stands(page, 'lost');
   await reads(page, '#banner-word', /^SERVER LOST$/);
-  expect(await page.isVisible('#banner'), 'a picture that is not live has a banner over it');
+  expect(await page.isVisible('#banner'), 'a picture that is not live has no banner');
   const old = await reads(page, '#banner-text', /is \d+\.\d s old/);
   await page.waitForFunction((text) => document.querySelector('#banner-text').textContent !== text, old);
   say({ type: 'start a server', shown_after_ms: await shownAfterMs(page) });
   await stands(page, 'running');
-  expect(await page.isHidden('#banner'), 'a live picture has none');
+  expect(await page.isHidden('#banner'), 'a live picture has a banner');
   expect(complaints.length === 0, complaints.join('\n'));
 
   say({ type: 'kill the view' });
@@ -35,11 +35,11 @@ await withBrowser(async (browser) => {
   say({ type: 'seen' });
 });
 
-/** For how long nothing has come, once that is longer than some time. Showing the tab does not begin it anew. */
+/** The displayed silence in seconds, once it exceeds `least_s`. Showing the tab does not reset it. */
 async function silenceSeconds(page, least_s) {
   const longer = await page.waitForFunction((least) => {
-    const [, said] = /for (\d+\.\d) s/.exec(document.querySelector('#banner-text').textContent) ?? [];
-    return Number(said) > least && Number(said);
+    const [, shown] = /for (\d+\.\d) s/.exec(document.querySelector('#banner-text').textContent) ?? [];
+    return Number(shown) > least && Number(shown);
   }, least_s);
   return longer.jsonValue();
 }

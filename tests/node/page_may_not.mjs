@@ -1,4 +1,4 @@
-// What a page without the token may do, and one of a view that takes no commands.
+// The rights of a page without the token, and of a page of a read-only view.
 //
 //     node page_may_not.mjs URL READ-ONLY-URL
 
@@ -26,7 +26,7 @@ await withBrowser(async (browser) => {
 
   const wrong = await openPage(browser, address.replace(/token=.*/, 'token=00000000000000000000000000000000'));
   await stands(wrong.page, 'running');
-  expect(await wrong.page.isDisabled('#hold'), 'a wrong token steers');
+  expect(await wrong.page.isDisabled('#hold'), 'a wrong token enables the controls');
 
   const blocked = await openPage(browser, address, { init: blockStorage });
   await stands(blocked.page, 'running');
@@ -39,12 +39,12 @@ await withBrowser(async (browser) => {
   expect((await readOnly.page.$$('#controls')).length === 0, 'a page of a read-only view has controls');
   await readOnly.page.keyboard.press('h');
   await readOnly.page.keyboard.press('?');
-  expect(await readOnly.page.isHidden('#shortcuts .control >> nth=0'), 'it lists keys that do nothing');
+  expect(await readOnly.page.isHidden('#shortcuts .control >> nth=0'), 'the page lists keys without an action');
   expect(readOnly.complaints.length === 0, readOnly.complaints.join('\n'));
   say({ type: 'passed' });
 });
 
-/** As browsers do whose site data somebody has blocked. */
+/** Makes storage throw, as in a browser with blocked site data. */
 function blockStorage() {
   for (const name of ['localStorage', 'sessionStorage']) {
     Object.defineProperty(window, name, {

@@ -1,4 +1,4 @@
-// How many pictures a second the page draws, on its own count.
+// Pictures per second that the page draws, by its own count.
 //
 //     node page_pace.mjs URL SCREEN BENCHES SECONDS
 
@@ -16,7 +16,7 @@ await withBrowser(async (browser) => {
   await page.waitForFunction((wanted) => document.querySelector('#plan').dataset.benches === wanted, benches);
   const before = await page.evaluate(() => document.querySelector('#plan').toDataURL());
   await page.waitForFunction((old) => document.querySelector('#plan').toDataURL() !== old, before);
-  // The first second is the browser's own: it compiles.
+  // The first second is not counted, since the browser compiles the page.
   await second();
   const drawn = [];
   for (let counted = 0; counted < Number(seconds); counted += 1) {

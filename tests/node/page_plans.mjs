@@ -1,4 +1,4 @@
-// What lies ahead: the timeline shows the planned clearance of the whole show, and what the plan says in a line.
+// The timeline shows the planned clearance of the whole show, and a summary of the plan.
 //
 //     node page_plans.mjs URL
 
@@ -17,7 +17,7 @@ await withBrowser(async (browser) => {
     for (const [at, one] of flags.entries()) {
       for (const other of flags.slice(at + 1)) {
         const areApart = one.row !== other.row || one.left + one.wide <= other.left || other.left + other.wide <= one.left;
-        expect(areApart, `flags cover each other: ${JSON.stringify([one, other])}`);
+        expect(areApart, `flags overlap: ${JSON.stringify([one, other])}`);
       }
     }
     const points = Number(await page.getAttribute('#timeline-area', 'data-planned-points'));
@@ -27,7 +27,7 @@ await withBrowser(async (browser) => {
   }
 });
 
-/** In how many columns right of the middle of the timeline something of the planned line's colour is drawn. */
+/** The share of the columns in the timeline's right half that contain the planned line's colour. */
 function drawnAhead(page) {
   return page.evaluate(() => {
     const canvas = document.querySelector('#timeline');

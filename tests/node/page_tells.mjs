@@ -1,5 +1,5 @@
-// What the page tells of a show on its night: where a stopping head will stand, who did what, what lacks, and that the end was
-// an orderly one. The test gives the commands when it reads of them here.
+// The page's texts during a show: the place of rest of a stopping head, the senders of commands, missing parts, and an orderly
+// end. The test gives the commands when it reads the lines of this scenario.
 //
 //     node page_tells.mjs URL
 
@@ -9,7 +9,7 @@ import { expect, openPage, reads, say, stands, withBrowser } from './browser.mjs
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, process.argv[2]);
   await stands(page, 'running');
-  // Five times as fast as the clock: 350 s of show time are 70 s on the wall.
+  // At a time scale of 2, 360 s of show time are 180 s of wall time.
   await reads(page, '#outlook', /^Contact in \d+\.\d s$/);
   await reads(page, '#outlook-more', /^benches \d+ and \d+, at show time \d+\.\d{3} s$/);
   const [left_s, time_s, now_s] = await page.evaluate(() => {
@@ -24,12 +24,12 @@ await withBrowser(async (browser) => {
 
   await lamp(page, 'monitor', 'danger|warning');
   await reads(page, '#no-alerts', /^Contacts may go unreported\. Monitor: /);
-  expect(await page.isHidden('#release'), 'there is nothing to release');
+  expect(await page.isHidden('#release'), 'a release is offered without a hold');
 
   say({ type: 'hold' });
   await stands(page, 'stopping');
-  await reads(page, '#explanation', /^A hold\. The head stands in \d+\.\d s, after \d+\.\d\d m\.$/);
-  await reads(page, '#outlook', /^Stands in \d+\.\d s$/);
+  await reads(page, '#explanation', /^Hold\. The head stops in \d+\.\d s, at \d+\.\d\d m of travel\.$/);
+  await reads(page, '#outlook', /^Head stops in \d+\.\d s$/);
   expect((await page.getAttribute('#outlook-figure', 'data-level')) === 'far', 'a stop is shown as a contact');
   await stands(page, 'held');
   await page.click('#commands-tab');
@@ -41,9 +41,9 @@ await withBrowser(async (browser) => {
   say({ type: 'stop' });
   await stands(page, 'ended');
   await reads(page, '#word', /^ENDED$/);
-  expect(await page.isHidden('#banner'), 'an orderly end has no alarm over the picture');
+  expect(await page.isHidden('#banner'), 'an orderly end is shown as an alarm');
   await page.waitForSelector('#hold:disabled');
-  expect(/ended/.test(await page.getAttribute('#hold', 'title')), 'a control that is off does not say why');
+  expect(/ended/.test(await page.getAttribute('#hold', 'title')), 'a disabled control does not show the reason');
   await page.waitForSelector('#pause:disabled');
   await examine(page, 'ended');
   say({ type: 'ended' });
@@ -52,7 +52,7 @@ await withBrowser(async (browser) => {
   await reads(page, '#source', /^REPLAY$/);
   await page.waitForSelector('#source:visible');
   await page.waitForSelector('#hold:disabled');
-  expect(/recording is replayed/.test(await page.getAttribute('#hold', 'title')), 'a replay takes no hold');
+  expect(/replays a recording/.test(await page.getAttribute('#hold', 'title')), 'a replay offers a hold');
   await examine(page, 'replay');
   expect(complaints.length === 0, complaints.join('\n'));
   say({ type: 'passed' });

@@ -1,4 +1,4 @@
-// Receives PosiStageNet with @jwetzell/posistagenet, from a socket that has joined the group: see psn_receivers.py.
+// Receives PosiStageNet with @jwetzell/posistagenet, from a socket that has joined the multicast group: see psn_receivers.py.
 //
 //     node psn_receiver.cjs SOCKET FRAMES FILE
 'use strict';
@@ -39,7 +39,7 @@ function trackerRow({ chunk, data }) {
   return [chunk.header.id, ...vector(data.pos), ...vector(data.speed), ...vector(data.ori), status, Number(data.timestamp.data.timestamp)];
 }
 
-// Consecutive packets of one frame id, together.
+// Groups consecutive packets of one frame id.
 function framesOf(packets) {
   const found = [];
   for (const { data } of packets) {
@@ -53,7 +53,7 @@ function framesOf(packets) {
   return found;
 }
 
-// The decoder puts frames together by itself, all but those with the id 0.
+// The decoder assembles frames itself, except those with the id 0.
 function namesOf() {
   const decoder = new Decoder();
   datagrams.forEach((datagram) => decoder.decode(datagram));

@@ -1,4 +1,4 @@
-//! Bad input: one line on stderr that names it and says what is allowed, exit status 2, and no trace on the bus.
+//! Bad input: one line on stderr with the input and the allowed values, exit status 2, and no trace on the bus.
 
 use std::fs;
 
@@ -6,8 +6,8 @@ use test_support::process::{Ended, Process};
 
 use crate::stage::{Stage, program};
 
-/// Fails unless there is exactly one line of error, with everything that it is to name in it, each thing once.
-fn assert_told(ended: &Ended, code: i32, named: &[&str]) {
+/// Fails unless there is exactly one line of error that contains each of these texts once.
+fn assert_one_error(ended: &Ended, code: i32, named: &[&str]) {
     let Ended { stdout, stderr, .. } = ended;
     assert_eq!((ended.code(), stdout.as_str()), (Some(code), ""), "{named:?}: {stderr}");
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n') && stderr.lines().count() == 1, "{stderr:?}");
@@ -40,7 +40,7 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["serve", "--priority", "fifo:100"], &["--priority", "'fifo:100'", "other, fifo:N or rr:N, N from 1 to 99"]),
         (&["show", "--spin-us", "1001"], &["--spin-us", "'1001'", "must be from 0 to 1000"]),
         (&["show", "--start-at", "500"], &["--start-at is 500, must be from 0 to 432.758"]),
-        (&["show", "--out", "file"], &["--out is file, must be a folder that can be made"]),
+        (&["show", "--out", "file"], &["--out is file, must be a folder that can be created"]),
         (&["monitor", "--progress", "0"], &["--progress", "'0'", "from 0.01 to 3600"]),
         (&["record"], &["<FILE>"]),
         (&["record", "a.mcap", "--rotate-mb", "0"], &["--rotate-mb", "'0'", "from 1 to 1000000"]),
@@ -65,7 +65,7 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["latency", "--hgrm"], &["--hgrm <FILE>"]),
     ];
     for (args, named) in cases {
-        assert_told(&stage.run(args), 2, named);
+        assert_one_error(&stage.run(args), 2, named);
     }
 }
 
@@ -92,7 +92,7 @@ fn bad_questions_to_the_planner_are_named_with_what_is_allowed() {
         (&["solve", "why"], &["unrecognized subcommand 'why'"]),
     ];
     for (args, named) in cases {
-        assert_told(&Process::start(program(args)).end(), 2, named);
+        assert_one_error(&Process::start(program(args)).end(), 2, named);
     }
 }
 
@@ -101,7 +101,7 @@ fn bad_names_of_instances_are_named_with_what_is_allowed() {
     for name in ["", "Dragon", "a_b", "a/b", "..", "aaaaaaaaaaaaaaaaaaaaaaaaa"] {
         let command = program(&["ctl", "pause", "--instance", name]);
         let ended = Process::start(command).end();
-        assert_told(&ended, 2, &["--instance", &format!("'{name}'"), "1 to 24 of a-z, 0-9 and -"]);
+        assert_one_error(&ended, 2, &["--instance", &format!("'{name}'"), "1 to 24 of a-z, 0-9 and -"]);
     }
 }
 
@@ -135,7 +135,7 @@ fn bad_configurations_are_named_by_key_value_and_what_is_allowed() {
     ];
     for (text, named) in cases {
         fs::write(stage.path("stage.toml"), text).expect("a file");
-        assert_told(&stage.run(&["serve", "--config", "stage.toml"]), 2, named);
+        assert_one_error(&stage.run(&["serve", "--config", "stage.toml"]), 2, named);
     }
 }
 
@@ -148,27 +148,27 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
         (&["show", "--config", "none.toml"], 2, &["none.toml: cannot be read: No such file"]),
         (&["record", "--repair", "none.mcap"], 2, &["cannot read none.mcap: No such file"]),
         (&["record", "--repair", "letter"], 2, &["letter is not a recording of a bench dragon"]),
-        (&["record", "none/a.mcap"], 2, &["cannot make none/a.mcap: No such file"]),
-        (&["record", "letter"], 2, &["letter exists already and is not overwritten"]),
+        (&["record", "none/a.mcap"], 2, &["cannot create none/a.mcap: No such file"]),
+        (&["record", "letter"], 2, &["letter already exists and is not overwritten"]),
     ];
     for (args, code, named) in cases {
-        assert_told(&stage.run(args), *code, named);
+        assert_one_error(&stage.run(args), *code, named);
     }
-    assert_eq!(fs::read(stage.path("letter")).expect("it is still there"), b"not a recording");
+    assert_eq!(fs::read(stage.path("letter")).expect("the file still exists"), b"not a recording");
 }
 
 #[test]
-fn a_command_without_a_server_says_how_to_start_one() {
+fn a_command_without_a_server_reports_how_to_start_one() {
     let stage = Stage::new();
     let expected =
         format!("no server runs on instance \"{}\": start one with `bench-dragon serve`", stage.domain().instance());
     for order in [&["pause"][..], &["resume"], &["speed", "1"], &["seek", "0"], &["hold"], &["release"], &["stop"]] {
-        assert_told(&stage.run(&[&["ctl"], order].concat()), 1, &[&expected]);
+        assert_one_error(&stage.run(&[&["ctl"], order].concat()), 1, &[&expected]);
     }
 }
 
 #[test]
-fn no_command_at_all_gets_the_help() {
+fn a_call_without_a_command_prints_the_help() {
     let ended = Process::start(program::<&str>(&[])).end();
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""));
     assert!(ended.stderr.contains("Usage: bench-dragon <COMMAND>"), "{}", ended.stderr);

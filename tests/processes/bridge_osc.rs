@@ -1,4 +1,4 @@
-//! Open Sound Control as `python-osc` of PyPI receives it.
+//! Open Sound Control, received by `python-osc` of PyPI.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use crate::stage::Stage;
 const BENCHES: usize = 223;
 const FRAMES: usize = 10;
 
-/// A way of telling.
+/// A kind of transport and its expected messages.
 #[derive(Clone, Copy, Debug)]
 struct Way {
     transport: &'static str,
@@ -46,7 +46,7 @@ fn python_osc_receives_every_bench_as_a_message() {
 }
 
 #[test]
-fn addresses_and_angles_are_as_they_were_asked_for() {
+fn addresses_and_angles_follow_the_flags() {
     receive(NAMED);
 }
 
@@ -66,7 +66,7 @@ fn python_osc_receives_messages_and_bundles_by_tcp() {
     receive(Way { transport: "tcp", args: &["--tcp", "--bundle"], ..PLAIN });
 }
 
-/// Runs a server, a bridge and python-osc, and compares every value with the bus.
+/// Runs a server, a bridge and python-osc, and compares every received value with the bus.
 fn receive(way: Way) -> Value {
     let stage = Stage::new();
     let mut receiver = start_receiver(way.transport);
@@ -74,7 +74,8 @@ fn receive(way: Way) -> Value {
     let target = format!("127.0.0.1:{port}");
     let args = [&["bridge", "osc", "--format", "json", "--rate", "10", "--to", target.as_str()], way.args].concat();
     let mut bridge = stage.start_waiting(&args);
-    let server = stage.serve(&["--rate", "20", "--time-scale", "10", "--readers", "2"]);
+    // At this rate the bus keeps forty seconds for the reader, which reads when the receiver has ended.
+    let server = stage.serve(&["--rate", "5", "--time-scale", "10", "--catch-up", "10", "--readers", "2"]);
     let mut reader = Reader::join(&stage);
     assert_eq!(bridge.json()["to"], target.as_str());
     let received = receiver.json();
@@ -106,7 +107,7 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], way: Way) {
     let shot = shots.iter().find(|shot| show[3] == shot.header.tick).expect("a frame of the bus");
     assert_close(&show[0], shot.header.sim_time_s());
     assert_eq!((&show[1], &show[2]), (&"running".into(), &10.0.into()));
-    // Stale where the machine has kept the server waiting.
+    // A frame is stale if a busy machine has delayed the server.
     let is_fresh = show[4] == 1;
     assert!(is_fresh || show[4] == 0, "{show}");
     let time_scale = if is_fresh { 10.0 } else { 0.0 };

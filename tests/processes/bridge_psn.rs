@@ -1,4 +1,4 @@
-//! PosiStageNet as two receivers see it that were not written here: `pypsn` of PyPI and `@jwetzell/posistagenet` of npm.
+//! PosiStageNet, received by two programs of other authors: `pypsn` of PyPI and `@jwetzell/posistagenet` of npm.
 
 use std::env;
 use std::fs;
@@ -16,19 +16,19 @@ use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
 
 const BENCHES: usize = 223;
-/// Ten seconds of them.
+/// Frames of ten seconds.
 const FRAMES: usize = 600;
 const RATE_HZ: usize = 60;
 const PACKETS_IN_A_FRAME: usize = 12;
 
-/// What one receiver decoded.
+/// The frames and names that one receiver decoded.
 #[derive(Debug)]
 struct Received {
     frames: Vec<Value>,
     names: Value,
 }
 
-/// Ends the reading when it is dropped, so also where an assertion fails.
+/// Ends the reading when it is dropped, also if an assertion fails.
 #[derive(Debug)]
 struct Over<'a>(&'a AtomicBool);
 
@@ -63,11 +63,11 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
         let over = Over(&is_over);
         let started = bridge.json();
         assert_eq!((&started["type"], &started["to"]), (&"started".into(), &target.as_str().into()), "{started}");
-        assert_eq!(receivers.next_line(), None, "it ends when it has enough");
+        assert_eq!(receivers.next_line(), None, "the receivers end after the last frame");
         receivers.end().expect_clean();
         let summary = bridge.terminate().expect_clean().last_json();
         drop(over);
-        let shots = reader.join().expect("a reader that does not fail");
+        let shots = reader.join().expect("the reader does not panic");
         (shots, summary, started["epoch_ns"].as_u64().expect("the bridge's clock has a beginning"))
     });
     server.stop();
@@ -84,18 +84,18 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
             assert_whole(frame, index);
             stale += u64::from(!assert_is_of_the_bus(frame, &shots, epoch_ns));
         }
-        // A machine that is busy enough keeps the server waiting for longer than a frame is fresh.
+        // A busy machine may delay the server for longer than a frame is fresh.
         assert!(summary["stale"].as_u64() >= Some(stale), "{stale}: {summary}");
     }
 }
 
-/// The files that the receivers write.
+/// Returns the paths of the files that the receivers write.
 fn decoded(stage: &Stage) -> Vec<PathBuf> {
     let by_npm = node_script().map(|_| stage.path("npm.jsonl"));
     [stage.path("pypsn.jsonl")].into_iter().chain(by_npm).collect()
 }
 
-/// Both receivers, once they have joined the group, and their port.
+/// Starts both receivers, and waits until they have joined the group. Returns them with their port.
 fn start_receivers(stage: &Stage) -> (Process, String) {
     let mut command = python();
     command.args(["tests/python/psn_receivers.py", &FRAMES.to_string()]).arg(stage.path(""));
@@ -113,7 +113,7 @@ fn node_script() -> Option<&'static str> {
     folder.join("node_modules").exists().then_some("tests/node/psn_receiver.cjs")
 }
 
-/// Every frame of a server.
+/// Reads every frame of a server until the flag is set.
 fn read_until(stage: &Stage, is_over: &AtomicBool) -> Vec<Shot> {
     let mut reader = Reader::join(stage);
     let mut shots = Vec::new();
@@ -136,7 +136,7 @@ fn assert_names(names: &Value, stage: &Stage) {
     }
 }
 
-/// Frame ids count on, each packet knows how many there are, and no tracker is missing.
+/// Fails unless frame ids are consecutive, each packet has the number of packets, and no tracker is missing.
 fn assert_whole(frame: &Value, index: usize) {
     assert_eq!(frame["frame_id"], index % 256, "frame {index}");
     let headers = frame["headers"].as_array().expect("a list of packets");
@@ -152,12 +152,13 @@ fn assert_whole(frame: &Value, index: usize) {
     assert!(ids.eq((0..BENCHES as u64).map(Some)), "frame {index}");
 }
 
-/// Every value is that of the frame of the bus which was sent at the trackers' time. Returns whether it is told as fresh.
+/// Fails unless every value equals that of the frame of the bus with the trackers' time. Returns whether the frame is marked as
+/// fresh.
 fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) -> bool {
     let timestamp_us = frame["trackers"][0][11].as_u64().expect("a time");
     let sent_us = |shot: &Shot| (shot.header.published_ns - epoch_ns) / 1_000;
     let shot = shots.iter().find(|shot| sent_us(shot) == timestamp_us).expect("a frame of the bus");
-    assert!(frame["headers"][0][0].as_u64() >= Some(timestamp_us), "told before it was sent");
+    assert!(frame["headers"][0][0].as_u64() >= Some(timestamp_us), "the packet is older than its frame");
     let trackers = frame["trackers"].as_array().expect("a list");
     let is_fresh = trackers[0][10] == 1.0;
     for (tracker, handles) in trackers.iter().zip(shot.handles.windows(2)) {
@@ -173,8 +174,8 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], epoch_ns: u64) -> bool {
     is_fresh
 }
 
-/// Position, speed, orientation and status as the documentation has them: y and z change places, turns their sign, and
-/// what is stale stands.
+/// Returns position, speed, orientation and status as documented: y and z are swapped, angles change their sign, and a stale
+/// tracker has no speed.
 fn tracker_of(bench: &BenchState, time_scale: f64, is_fresh: bool) -> [f64; 10] {
     let factor = if is_fresh { time_scale } else { 0.0 };
     let ([x, y, z], [vx, vy, vz]) = (bench.centre_m, bench.velocity_mps.map(|value| value * factor));

@@ -1,4 +1,4 @@
-//! Bridges where something is missing: the server, the receiver, the interface.
+//! Bridges with a missing server, receiver or interface.
 
 use std::io::Read as _;
 use std::net::{TcpListener, TcpStream, UdpSocket};
@@ -13,17 +13,17 @@ use test_support::skip::is_possible;
 use crate::reader::Reader;
 use crate::stage::{Stage, program};
 
-/// Packets among which the wanted one is: of the paper's dragon at fifty frames a second, those of a minute.
+/// Greatest number of packets until the wanted one: those of a minute, for the paper's dragon at fifty frames a second.
 const MAX_PACKETS: usize = 40_000;
-/// Where the first tracker's status lies in a DATA packet.
+/// Offset of the first tracker's status in a DATA packet.
 const STATUS_AT: usize = 80;
-/// Where its speed lies.
+/// Offset of the first tracker's speed.
 const SPEED_AT: usize = 48;
-/// Where its timestamp lies.
+/// Offset of the first tracker's timestamp.
 const TIMESTAMP_AT: usize = 88;
-/// Where the packet's own timestamp lies.
+/// Offset of the packet's own timestamp.
 const SENT_AT: usize = 8;
-/// An address of this machine on which nobody else chooses ports.
+/// An address of this machine on which no other program chooses ports.
 const RECEIVER: &str = "127.34.56.78:0";
 
 fn receiver() -> (UdpSocket, String) {
@@ -33,7 +33,7 @@ fn receiver() -> (UdpSocket, String) {
     (socket, address)
 }
 
-/// The connection of a bridge, whose reads have a deadline.
+/// Accepts the connection of a bridge. Its reads have a deadline.
 #[track_caller]
 fn accept(listener: &TcpListener) -> TcpStream {
     listener.set_nonblocking(true).expect("a listener");
@@ -48,12 +48,12 @@ fn accept(listener: &TcpListener) -> TcpStream {
 struct FirstTracker {
     status: f32,
     speed: [f32; 3],
-    /// How old the frame of the bus was when it was told.
+    /// Age of the frame of the bus when the packet was sent.
     age_us: u64,
 }
 
 impl FirstTracker {
-    /// Reads it from a packet, where it is one of DATA that begins with it.
+    /// Reads the first tracker from a packet; `None` unless it is a DATA packet that begins with it.
     fn of(packet: &[u8]) -> Option<Self> {
         let is_first = packet.len() >= TIMESTAMP_AT + 8 && packet[..2] == [0x55, 0x67] && packet[24..26] == [0, 0];
         let float = |at: usize| f32::from_le_bytes(packet[at..at + 4].try_into().expect("four bytes"));
@@ -66,30 +66,30 @@ impl FirstTracker {
     }
 }
 
-/// Reads packets until the first tracker of one is as wanted.
+/// Reads packets until a first tracker is as wanted.
 fn wait_for(socket: &UdpSocket, is_wanted: impl Fn(&FirstTracker) -> bool) -> FirstTracker {
     let mut packet = [0; 1_500];
     let mut next = || {
-        let len = socket.recv(&mut packet).expect("the bridge goes on sending");
+        let len = socket.recv(&mut packet).expect("the bridge continues to send");
         FirstTracker::of(&packet[..len])
     };
     let found = (0..MAX_PACKETS).find_map(|_| next().filter(&is_wanted));
-    found.expect("one of so many is as wanted")
+    found.expect("one of the packets is as wanted")
 }
 
-/// Reads packets until one's first tracker has this status; returns its speed.
+/// Reads packets until a first tracker has this status. Returns its speed.
 fn wait_for_status(socket: &UdpSocket, status: f32) -> [f32; 3] {
     wait_for(socket, |tracker| tracker.status == status).speed
 }
 
-/// The next notice; other lines are passed over.
+/// Returns the message of the next notice. Skips other lines.
 fn notice(bridge: &mut Process) -> String {
     let lines = bridge.json_until("a notice", |line| line["type"] == "notice");
     lines.last().expect("a line")["message"].as_str().expect("a text").to_owned()
 }
 
 #[test]
-fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there() {
+fn trackers_of_a_killed_server_become_invalid_and_stop_until_the_next_server_starts() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let mut bridge = stage.start_waiting(&["bridge", "psn", "--to", &target, "--rate", "50", "--format", "json"]);
@@ -112,7 +112,7 @@ fn trackers_of_a_dead_server_turn_invalid_and_stand_until_another_one_is_there()
 }
 
 #[test]
-fn a_replay_that_is_slow_is_no_silent_server() {
+fn a_slow_replay_is_not_a_silent_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50", "--until", "1", "--readers", "1"]);
     let recorder = stage.start(&["record", "a.mcap"]);
@@ -132,7 +132,7 @@ fn a_replay_that_is_slow_is_no_silent_server() {
 }
 
 #[test]
-fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
+fn a_missing_receiver_is_reported_and_a_later_one_gets_the_poses() {
     let stage = Stage::new();
     let address = {
         let socket = UdpSocket::bind(RECEIVER).expect("a port");
@@ -142,7 +142,7 @@ fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
     let mut bridge = stage.start(&["bridge", "psn", "--to", &address.to_string(), "--format", "json"]);
     let told = notice(&mut bridge);
     assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
-    let socket = UdpSocket::bind(address).expect("nobody else binds here");
+    let socket = UdpSocket::bind(address).expect("no other program binds this address");
     socket.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     wait_for_status(&socket, 1.0);
     let told = notice(&mut bridge);
@@ -153,7 +153,7 @@ fn a_receiver_that_is_not_there_is_told_and_one_that_comes_gets_the_poses() {
 }
 
 #[test]
-fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
+fn a_stopped_or_killed_bridge_does_not_delay_the_server() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let server = stage.serve(&["--rate", "500"]);
@@ -163,7 +163,7 @@ fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
     bridge.signal(Signal::STOP);
     let mut reader = Reader::join(&stage);
     let first = reader.next().header.tick;
-    // More than the bus keeps for the bridge: the server has overwritten what it did not read.
+    // More frames than the bus keeps for the bridge: the server has overwritten unread ones.
     let shots = reader.read_to_tick(first + 600);
     assert!(shots.windows(2).all(|pair| pair[0].header.run_id == pair[1].header.run_id));
     bridge.kill();
@@ -172,8 +172,8 @@ fn a_bridge_that_stands_still_or_is_killed_costs_the_server_nothing() {
 }
 
 #[test]
-fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_told() {
-    // Three in the system's buffer, which may hold twice as much as it was asked for, and those on both sides of it.
+fn a_tcp_receiver_that_does_not_read_loses_whole_frames_and_is_reported() {
+    // Three frames in the system's buffer, which may be twice as large as requested, and the frames on both sides of it.
     const MOST_KEPT: usize = 12;
     let stage = Stage::new();
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -186,7 +186,7 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_tol
     let told = notice(&mut bridge);
     assert_eq!(
         told,
-        format!("cannot send to {target}, still trying: it is slower than the bridge, frames are left out")
+        format!("cannot send to {target}, still trying: the receiver is slower than the bridge, frames are dropped")
     );
     bridge.signal(Signal::TERM);
     let mut bytes = Vec::new();
@@ -197,12 +197,12 @@ fn a_tcp_receiver_that_does_not_read_loses_whole_frames_but_for_a_few_and_is_tol
     assert_eq!(packets.len() % 224, 0, "only whole frames");
     assert!(packets.chunks(224).all(|frame| frame[0].starts_with(b"/dragon/show\0")));
     let kept = packets.len() / 224;
-    assert!(kept <= MOST_KEPT, "{kept} frames are old when they come");
+    assert!(kept <= MOST_KEPT, "{kept} frames were kept");
     server.stop();
 }
 
 #[test]
-fn a_tcp_receiver_that_comes_late_or_again_is_found() {
+fn a_tcp_receiver_that_starts_late_or_again_is_found() {
     let stage = Stage::new();
     let address = {
         let listener = TcpListener::bind(RECEIVER).expect("a port");
@@ -212,7 +212,7 @@ fn a_tcp_receiver_that_comes_late_or_again_is_found() {
     let mut bridge = stage.start(&["bridge", "osc", "--tcp", "--to", &address.to_string(), "--format", "json"]);
     let told = notice(&mut bridge);
     assert!(told.starts_with(&format!("cannot send to {address}, still trying: Connection refused")), "{told}");
-    let listener = TcpListener::bind(address).expect("nobody else binds here");
+    let listener = TcpListener::bind(address).expect("no other program binds this address");
     for _ in 0..2 {
         let mut stream = accept(&listener);
         let mut beginning = [0; 13];
@@ -224,7 +224,7 @@ fn a_tcp_receiver_that_comes_late_or_again_is_found() {
 }
 
 #[test]
-fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
+fn a_network_that_comes_up_is_used_and_its_loss_is_reported() {
     let stage = Stage::new();
     let pair = "link add stage type veth peer name desk";
     let trial = format!("ip {pair} && exec \"$@\"");
@@ -260,28 +260,36 @@ fn a_network_that_comes_is_used_and_one_that_goes_is_told() {
 }
 
 #[test]
-fn what_cannot_be_sent_at_all_is_one_line() {
+fn impossible_bridges_are_refused_in_one_line() {
     let stage = Stage::new();
     let cases: [(&[&str], i32, &str); 11] = [
         (
             &["psn", "--interface", "192.0.2.77"],
             1,
-            "error: no interface can send from 192.0.2.77, `ip address` lists those",
+            "error: no interface can send from 192.0.2.77, `ip address` lists all interfaces",
         ),
-        (&["psn", "--to", "10.0.0.1"], 2, "must be an IPv4 address and a port, as 10.0.0.20:56565"),
+        (&["psn", "--to", "10.0.0.1"], 2, "must be an IPv4 address and a port, such as 10.0.0.20:56565"),
         (&["psn", "--to", "10.0.0.1:0"], 2, "must be an IPv4 address and a port"),
         (&["psn", "--rate", "251"], 2, "must be from 1 to 250"),
         (&["psn", "--ttl", "0"], 2, "must be from 1 to 255"),
         (&["psn", "--name", "Drache \u{9f8d}"], 2, "must be 1 to 64 printable ASCII characters"),
-        (&["osc", "--address", "/dragon"], 2, "must have {index} in it"),
+        (&["osc", "--address", "/dragon"], 2, "must contain {index} for the bench's number"),
         (
             &["osc", "--address", "/a b/{index}"],
             2,
-            "must begin with /, have no blank and none of #*,?[]{} in its parts",
+            "must begin with /, have no space and none of #*,?[]{} in its parts",
         ),
         (&["osc", "--tcp", "--ttl", "3"], 2, "cannot be used with"),
-        (&["osc", "--tcp", "--to", "236.1.1.1:9000"], 2, "--to is 236.1.1.1:9000, must be one machine's with --tcp"),
-        (&["osc", "--show-address", "/dragon/bench/0"], 2, "--show-address is /dragon/bench/0, must be no bench's"),
+        (
+            &["osc", "--tcp", "--to", "236.1.1.1:9000"],
+            2,
+            "--to is 236.1.1.1:9000, must be the address of one machine with --tcp",
+        ),
+        (
+            &["osc", "--show-address", "/dragon/bench/0"],
+            2,
+            "--show-address is /dragon/bench/0, must differ from each bench's",
+        ),
     ];
     for (args, status, complaint) in cases {
         let ended = stage.run(&[&["bridge"], args].concat());
@@ -292,17 +300,17 @@ fn what_cannot_be_sent_at_all_is_one_line() {
 }
 
 #[test]
-fn more_benches_than_packets_can_be_counted_for_are_refused_with_the_most() {
+fn more_benches_than_a_frame_can_hold_are_refused_with_the_limit() {
     let stage = Stage::new();
     let config = stage.path("long.toml");
     std::fs::write(&config, "[dragon]\nbenches = 5101\n[route]\npitch_m = 1.7\nstart_turns = 60\n").expect("a file");
-    let config = config.to_str().expect("a path of text");
+    let config = config.to_str().expect("the path is UTF-8");
     let server = stage.serve(&["--config", config, "--rate", "5", "--held"]);
     let (_socket, target) = receiver();
     let ended = stage.run(&["bridge", "psn", "--to", &target]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
     assert!(
-        ended.stderr.ends_with("error: the dragon has 5101 benches: PosiStageNet has room for at most 5100\n"),
+        ended.stderr.ends_with("error: the dragon has 5101 benches, must be at most 5100 for PosiStageNet\n"),
         "{}",
         ended.stderr
     );

@@ -10,7 +10,7 @@ use test_support::skip::skip;
 
 use crate::stage::Stage;
 
-/// What the scenarios need of this machine. One at a time: a browser is many processes.
+/// The programs that the scenarios need. Only one browser runs at a time, since a browser is many processes.
 #[derive(Debug)]
 pub(crate) struct Browser {
     pub(crate) node: PathBuf,
@@ -18,7 +18,7 @@ pub(crate) struct Browser {
     _alone: MutexGuard<'static, ()>,
 }
 
-/// A view and its page's address.
+/// A view and the address of its page.
 #[derive(Debug)]
 pub(crate) struct View {
     pub(crate) process: Process,
@@ -27,7 +27,7 @@ pub(crate) struct View {
 }
 
 impl Browser {
-    /// Says why where there is none.
+    /// Finds node and Chromium. Skips the test if one is missing.
     pub(crate) fn find() -> Option<Self> {
         static ALONE: Mutex<()> = Mutex::new(());
         let node = env::var_os("BENCH_DRAGON_NODE").map(PathBuf::from);
@@ -53,7 +53,7 @@ impl Browser {
         Process::start(node)
     }
 
-    /// Gives a scenario to a command that runs node.
+    /// Adds a scenario to a command that runs node.
     pub(crate) fn give(&self, command: &mut Command, scenario: &str, args: &[&str]) {
         command.arg(format!("tests/node/{scenario}")).args(args).current_dir(env!("CARGO_MANIFEST_DIR"));
         command.env("BENCH_DRAGON_NODE", &self.node).env("BENCH_DRAGON_CHROMIUM", &self.chromium);

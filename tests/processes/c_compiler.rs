@@ -1,4 +1,4 @@
-//! The C library as a program of somebody else finds it: installed, compiled and linked against by the machine's own tools.
+//! The C library as other programs use it: installed, then compiled and linked with the machine's own tools.
 
 use std::env;
 use std::ffi::OsStr;
@@ -12,24 +12,24 @@ use crate::stage::Stage;
 
 const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/ipc/c");
 
-/// Whatever a compiler finds is an error.
+/// Flags that make every warning an error.
 const STRICT: [&str; 5] = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-pthread"];
 
-/// As what a client is compiled.
+/// The language of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Language {
     C99,
     Cpp17,
 }
 
-/// How a client is linked.
+/// The kind of linkage of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Linkage {
     Shared,
     Static,
 }
 
-/// The library's installation for the tests of this process: from the libraries that cargo has built beside the test.
+/// Installs the library once for the tests of this process, from the libraries that cargo has built beside the test.
 pub(crate) fn prefix() -> &'static Path {
     static PREFIX: OnceLock<PathBuf> = OnceLock::new();
     PREFIX.get_or_init(|| {
@@ -67,7 +67,7 @@ pub(crate) fn compile_at(source: &Path, program: PathBuf, language: Language, li
     program
 }
 
-/// Runs a tool that has to succeed, and returns what it prints.
+/// Runs a tool, fails unless it succeeds, and returns its stdout.
 pub(crate) fn succeed(command: Command) -> String {
     let line = format!("{command:?}");
     let Ended { status, stdout, stderr } = Process::start(command).end();
@@ -84,7 +84,7 @@ fn library_folder() -> PathBuf {
     prefix().join("lib")
 }
 
-/// What pkg-config says of the installed library.
+/// Returns the output of pkg-config for the installed library.
 fn pkg_config(args: &[&str]) -> Vec<String> {
     let path = library_folder().join("pkgconfig");
     let mut pkg_config = Command::new("pkg-config");
@@ -92,15 +92,15 @@ fn pkg_config(args: &[&str]) -> Vec<String> {
     succeed(pkg_config).split_whitespace().map(str::to_owned).collect()
 }
 
-/// The system's libraries that the static library needs.
+/// Returns the system's libraries that the static library needs.
 fn private_libraries() -> Vec<String> {
     let mut libraries = pkg_config(&["--static", "--libs-only-l"]);
     libraries.retain(|library| library != "-lbench_dragon_c");
-    assert!(!libraries.is_empty(), "the library stands on the system's");
+    assert!(!libraries.is_empty(), "the library needs libraries of the system");
     libraries
 }
 
-/// A program under valgrind, for which any error and any leak is a failure.
+/// Returns the command that runs a program under valgrind. Each error and each leak is a failure.
 pub(crate) fn under_valgrind(program: &Path) -> Command {
     let mut command = Command::new("valgrind");
     command.args([

@@ -1,5 +1,5 @@
-//! The C library, in the hands of C and C++ programs: what they read, to the last bit, is what Rust reads; what they are told is
-//! what happens. The programs are in `ipc/c/tests`, and hold what they can judge by themselves.
+//! The C library, used by C and C++ programs. They read the same values as Rust, to the last bit, and get the same errors. The
+//! programs are in `ipc/c/tests`, and check themselves what needs no other process.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,10 +23,10 @@ const COMPILERS: [&str; 3] = ["gcc", "g++", "pkg-config"];
 /// Benches of the paper's dragon.
 const BENCHES: usize = 223;
 
-/// Every way to compile and link a client.
+/// All combinations of language and linkage.
 const WAYS: [(Language, Linkage); 4] = [(C99, Shared), (C99, Static), (Cpp17, Shared), (Cpp17, Static)];
 
-/// A client's program, under valgrind where the machine has it.
+/// Returns the command of a client, under valgrind if the machine has it.
 fn watched(program: &Path) -> Command {
     if has_programs(&["valgrind"]) { under_valgrind(program) } else { Command::new(program) }
 }
@@ -37,19 +37,19 @@ fn start(stage: &Stage, mut client: Command, args: &[&str]) -> Process {
     Process::start(client)
 }
 
-/// Compiles a client of `ipc/c/tests`, runs it, watched, to its end and returns what it prints.
+/// Compiles a client of `ipc/c/tests`, runs it under valgrind to its end, and returns its stdout.
 fn run(stage: &Stage, source: &str, args: &[&str]) -> String {
     let program = compile(stage, source, language_of(source), Shared);
     start(stage, watched(&program), args).end().expect_clean().stdout
 }
 
-/// As what a client was written.
+/// Returns the language of a client.
 fn language_of(source: &str) -> Language {
     if Path::new(source).extension().is_some_and(|extension| extension == "cpp") { Cpp17 } else { C99 }
 }
 
 #[test]
-fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
+fn c_and_cpp_read_the_same_values_as_rust() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -70,11 +70,11 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
 
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
-    let commands = CommandClient::open(stage.domain(), "test").expect("a server has made the services");
+    let commands = CommandClient::open(stage.domain(), "test").expect("a server has created the services");
     commands.call(Request::Release, DEADLINE).expect("the server answers").outcome().expect("the show is held");
     shots.extend(reader.read_to_end());
     assert_eq!(reader.lost(), 0);
-    // To its reader, the first one follows on nothing.
+    // For its reader, the first frame has no predecessor.
     let expected: Vec<String> = shots[1..].iter().map(line_of).collect();
     assert_eq!(shots[shots.len() - 1].header.sim_time_ns, 2_000_000_000, "the whole show");
     for (file, process) in clients {
@@ -83,7 +83,7 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
         let lines: Vec<&str> = lines.lines().collect();
         assert!(
             lines.ends_with(&expected.iter().map(String::as_str).collect::<Vec<_>>()),
-            "another frame, or another value"
+            "the client has read the same frames and values"
         );
         assert!(lines[0].ends_with(" 0 0"), "the first frame is its reader's first");
     }
@@ -91,7 +91,7 @@ fn every_value_that_c_and_cpp_read_is_what_rust_reads() {
 }
 
 #[test]
-fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
+fn a_c_client_gets_an_error_for_every_missing_or_invalid_argument() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -100,7 +100,7 @@ fn a_c_client_is_told_of_every_argument_that_is_missing_or_out_of_range() {
 }
 
 #[test]
-fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
+fn a_c_client_commands_the_server_and_gets_the_reason_of_a_refusal() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -111,14 +111,14 @@ fn a_c_client_commands_the_server_and_is_told_why_it_refuses() {
 }
 
 #[test]
-fn what_a_c_client_holds_stays_as_it_was_after_server_and_dragon_are_gone() {
+fn a_frame_that_a_c_client_holds_outlives_the_server_and_the_dragon() {
     if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
-    let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
+    let description = eventually("the description has arrived", || reader.poll().expect("the bus is readable"));
     let expected = format!("{}\n20\n{}", server.process.pid(), description.toml);
     assert_eq!(run(&stage, "lifetimes.c", &[]), expected);
     server.summary();
@@ -155,15 +155,15 @@ fn a_c_client_that_stops_reading_counts_what_it_lost() {
 }
 
 #[test]
-fn a_c_client_hears_the_alerts_that_rust_hears() {
+fn a_c_client_gets_the_same_alerts_as_rust() {
     if !has_programs(&COMPILERS) {
         return;
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--held", "--time-scale", "5"]);
-    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
-    // It is held, and says so: the monitor reads.
+    // The monitor reads frames once it reports the hold.
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
 
     let printed = run(&stage, "alerts.c", &["410"]);
@@ -171,10 +171,12 @@ fn a_c_client_hears_the_alerts_that_rust_hears() {
     let heard: Vec<String> = std::iter::from_fn(|| alerts.receive().expect("the bus is readable"))
         .map(|alert| line_of_alert(&alert))
         .collect();
-    let until =
-        heard.iter().position(|line| Some(line.as_str()) == printed.last().copied()).expect("the contact is heard");
+    let until = heard
+        .iter()
+        .position(|line| Some(line.as_str()) == printed.last().copied())
+        .expect("the contact is among the alerts");
     let heard: Vec<&str> = heard[..=until].iter().map(String::as_str).collect();
-    assert!(printed.len() > 1, "near before they touch");
+    assert!(printed.len() > 1, "alerts of near benches precede the contact");
     assert!(heard.ends_with(&printed), "{printed:#?}\n{heard:#?}");
     monitor.terminate().expect_clean();
     server.stop();
@@ -192,7 +194,7 @@ fn threads_share_a_dragon_and_each_has_its_own_last_error() {
 }
 
 #[test]
-fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
+fn cmake_builds_the_examples_and_they_print_the_pose() {
     if !has_programs(&["cmake", "gcc", "g++"]) {
         return;
     }
@@ -215,10 +217,10 @@ fn the_examples_are_built_by_cmake_and_tell_where_the_dragon_is() {
     assert!(heads.starts_with("0.000 s: head at 8.800, "), "{heads}");
     assert_eq!(benches.lines().count(), 223, "{benches}");
     assert!(benches.starts_with("0: centre "), "{benches}");
-    assert_eq!(server.summary()["frames"], heads.lines().count(), "a line a frame: {heads}");
+    assert_eq!(server.summary()["frames"], heads.lines().count(), "one line per frame: {heads}");
 }
 
-/// A frame as the client `frames` writes it.
+/// Returns a frame as the line that the client `frames` writes.
 fn line_of(shot: &Shot) -> String {
     let numbers =
         shot.handles.iter().flat_map(|HandleState { position_m, velocity_mps }| [*position_m, *velocity_mps]).flatten();
@@ -237,7 +239,7 @@ fn line_of(shot: &Shot) -> String {
     words.map(|word| format!("{word:x}")).chain([continuity]).collect::<Vec<_>>().join(" ")
 }
 
-/// An alert as the client `alerts` prints it.
+/// Returns an alert as the line that the client `alerts` prints.
 fn line_of_alert(alert: &Alert) -> String {
     let [x, y] = alert.point_m.map(f64::to_bits);
     let words = [

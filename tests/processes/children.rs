@@ -1,11 +1,11 @@
-//! The processes that a show has started, found in `/proc`.
+//! The child processes of a show, found in `/proc`.
 
 use std::fs;
 
 use rustix::process::{Pid, Signal, kill_process};
 use test_support::eventually::eventually;
 
-/// Waits for the show's child that runs a command, and which is not the one before. Returns its process id.
+/// Waits for a child of the show that runs a command, other than the one with the id `before`. Returns its process id.
 pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 {
     eventually(&format!("the show has a {command} other than {before:?}"), || {
         children(show).into_iter().find(|(pid, name)| name == command && Some(*pid) != before)
@@ -13,13 +13,13 @@ pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 
     .0
 }
 
-/// The show's running children and the commands that they run.
+/// Returns the show's running children with their commands.
 pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
-    let processes = fs::read_dir("/proc").expect("Linux has it").flatten();
+    let processes = fs::read_dir("/proc").expect("Linux has this file").flatten();
     processes
         .filter_map(|process| {
             let pid = process.file_name().to_str()?.parse().ok()?;
-            // A process that has ended meanwhile has nothing to read.
+            // The file is missing if the process has just ended.
             let line = fs::read(process.path().join("cmdline")).ok()?;
             let args: Vec<String> =
                 line.split(|&byte| byte == 0).map(|arg| String::from_utf8_lossy(arg).into()).collect();
@@ -29,12 +29,12 @@ pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
         .collect()
 }
 
-/// Ends a child of a show as a crash does.
+/// Kills a child of a show.
 pub(crate) fn kill(child: u32) {
-    send(child, Signal::KILL).expect("it is running");
+    send(child, Signal::KILL).expect("the process runs");
 }
 
-/// Sends a signal to a child of a show; an error where it has ended and its show has taken note of that.
+/// Sends a signal to a child of a show. Fails if the child has ended and its show has waited for it.
 pub(crate) fn send(child: u32, signal: Signal) -> rustix::io::Result<()> {
     kill_process(Pid::from_raw(child.cast_signed()).expect("a process id is not 0"), signal)
 }

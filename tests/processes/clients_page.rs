@@ -1,4 +1,5 @@
-//! The programs on `docs/clients.md`, run as they are written there, but for the instance, addresses and ports.
+//! The programs for bridges on `docs/reference/clients.md`, run as they are written there, except for instance, addresses and ports.
+//! `examples.rs` has those in Rust, C and Python.
 
 use std::env;
 use std::fs;
@@ -7,44 +8,32 @@ use std::process::Command;
 
 use test_support::process::Process;
 use test_support::pytest::python;
-use test_support::skip::{has_programs, skip};
+use test_support::skip::skip;
 
-use crate::c_compiler::Language::C99;
-use crate::c_compiler::Linkage::Shared;
-use crate::c_compiler::compile_at;
 use crate::stage::Stage;
 
-/// Lines that a program prints before it is believed.
+/// Lines that a program has to print.
 const LINES: usize = 3;
 
-fn page(name: &str) -> String {
-    let path = format!("{}/{name}", env!("CARGO_MANIFEST_DIR"));
-    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
-
-/// The program in a language under a heading of the page.
+/// Returns the program in a language under a heading of the page.
 fn program(heading: &str, language: &str) -> String {
-    let page = page("docs/clients.md");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/clients.md");
+    let page = fs::read_to_string(path).expect("there is a page about clients");
     let (_, section) = page.split_once(&format!("\n## {heading}\n")).expect("the page has the heading");
     let section = section.split("\n## ").next().expect("a section has a beginning");
-    code(section, language)
-}
-
-/// The first block of code in a language.
-fn code(text: &str, language: &str) -> String {
-    let (_, block) = text.split_once(&format!("```{language}\n")).expect("there is code in the language");
+    let (_, block) = section.split_once(&format!("```{language}\n")).expect("there is code in the language");
     block.split("```").next().expect("a block has an end").to_owned()
 }
 
-/// Fails unless a program prints lines, and keeps on running.
-fn assert_goes_on(mut client: Process) {
+/// Fails unless a program prints lines, and continues to run.
+pub(crate) fn assert_goes_on(mut client: Process) {
     for _ in 0..LINES {
-        assert!(client.next_line().is_some(), "it has ended: {}", client.end().stderr);
+        assert!(client.next_line().is_some(), "the program has ended: {}", client.end().stderr);
     }
     client.kill();
 }
 
-/// Starts Python with a program of the page, in which some words are others.
+/// Starts Python with a program of the page, in which some words are replaced.
 fn start_python(heading: &str, others: &[(&str, &str)]) -> Process {
     let mut client = python();
     client.args(["-u", "-c", &with(program(heading, "python"), others)]);
@@ -56,49 +45,6 @@ fn with(program: String, others: &[(&str, &str)]) -> String {
         assert!(program.contains(word), "{word} is in {program}");
         program.replace(word, other)
     })
-}
-
-#[test]
-fn the_rust_program_is_the_one_that_is_compiled_with_the_crate() {
-    let documented = page("ipc/src/lib.rs");
-    let (_, example) = documented.split_once("//! ```no_run\n").expect("the crate has an example");
-    let lines = example.lines().take_while(|line| *line != "//! ```");
-    let compiled: String = lines.map(|line| line.trim_start_matches("//!").trim_start_matches(' ')).collect();
-    for text in [program("Rust", "rust,no_run"), code(&page("README.md"), "rust,no_run")] {
-        assert!(text.lines().count() <= 15, "{text}");
-        assert_eq!(text.lines().map(str::trim_start).collect::<String>(), compiled);
-    }
-}
-
-#[test]
-fn the_c_program_prints_where_the_head_is() {
-    if !has_programs(&["gcc", "pkg-config"]) {
-        return;
-    }
-    let stage = Stage::new();
-    let server = stage.serve(&["--rate", "20"]);
-    let source = stage.path("head.c");
-    let instance = format!("bd_dragon_open(\"{}\"", stage.domain().instance());
-    fs::write(&source, with(program("C and C++", "c"), &[("bd_dragon_open(NULL", &instance)]))
-        .expect("the folder is ours");
-    let client = compile_at(&source, stage.path("head"), C99, Shared);
-    // Line by line, though it does not print to a terminal.
-    let mut unbuffered = Command::new("stdbuf");
-    unbuffered.arg("--output=L").arg(client);
-    assert_goes_on(Process::start(unbuffered));
-    server.stop();
-}
-
-#[test]
-fn the_python_program_reads_a_dragon_and_pauses_it() {
-    let stage = Stage::new();
-    let server = stage.serve(&["--rate", "20", "--start-at", "59", "--readers", "1"]);
-    let instance = format!("Dragon(\"{}\")", stage.domain().instance());
-    let client = start_python("Python", &[("Dragon(\"dragon\")", &instance)]);
-    let stdout = client.end().expect_clean().stdout;
-    let last = stdout.lines().last().expect("it has printed");
-    assert!(stdout.starts_with("223 benches\n") && last.starts_with("paused from tick "), "{stdout}");
-    server.stop();
 }
 
 #[test]
@@ -126,7 +72,7 @@ fn the_posistagenet_programs_print_trackers() {
 fn the_osc_program_prints_where_the_head_is() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    // On any port of this machine, which it prints.
+    // The program uses any free port, and prints it.
     let serving = "BlockingOSCUDPServer((\"0.0.0.0\", 9000), dispatcher).serve_forever()";
     let on_any_port = "server = BlockingOSCUDPServer((\"127.0.0.1\", 0), dispatcher)
 print(server.server_address[1])
@@ -146,7 +92,7 @@ fn the_zenoh_program_prints_where_the_head_is() {
     let server = stage.serve(&["--rate", "20"]);
     let mut bridge = stage.start(&["bridge", "zenoh", "--listen", "tcp/127.0.0.1:0", "--format", "json"]);
     let started = bridge.json();
-    let endpoint = started["listens"][0].as_str().expect("it says where it listens").to_owned();
+    let endpoint = started["listens"][0].as_str().expect("the line has the endpoint").to_owned();
     let key = format!("bench-dragon/{}/frames", stage.domain().instance());
     let others = [("tcp/10.0.0.5:7447", endpoint.as_str()), ("bench-dragon/dragon/frames", key.as_str())];
     assert_goes_on(start_python("Another machine: zenoh", &others));
@@ -165,7 +111,7 @@ fn the_timecode_program_is_followed() {
         .as_str()
         .and_then(|listen| Some(listen.rsplit_once(':')?.1.to_owned()))
         .expect("an address with a port");
-    let client = start_python("Timecode, the other way", &[("7000", &port)]);
+    let client = start_python("Timecode to the show", &[("7000", &port)]);
     server.json_until("the show follows the timecode", |line| line["event"] == "follows");
     client.kill();
     server.terminate().expect_clean();

@@ -1,4 +1,4 @@
-//! Every command of `ctl`, its reply, and the frames around the tick from which it holds.
+//! Every command of `ctl`, its reply, and the frames around the tick from which it applies.
 
 use std::time::Duration;
 
@@ -11,16 +11,16 @@ use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::periods;
 use crate::stage::{Server, Stage};
 
-/// Slow, so that what the reader's buffer holds is half a minute.
+/// Slow, so that the reader's buffer holds twenty seconds.
 const RATE_HZ: i64 = 10;
 const TICK_NS: i64 = 1_000_000_000 / RATE_HZ;
 
-/// A server with somebody who writes down every frame.
+/// A server, and a reader that keeps every frame.
 struct Rehearsal {
     server: Server,
     reader: Reader,
     shots: Vec<Shot>,
-    // Dropped last.
+    // The stage is dropped last.
     stage: Stage,
 }
 
@@ -37,7 +37,7 @@ impl Rehearsal {
         self.stage.run(&[&["ctl", "--format", "json"], order].concat())
     }
 
-    /// Sends a command that is accepted; returns the last frame without and the first with it.
+    /// Sends a command that is accepted. Returns the last frame before it and its first frame.
     fn accept(&mut self, order: &[&str]) -> [Shot; 2] {
         let ended = self.ctl(order).expect_clean();
         let reply = ended.last_json();
@@ -46,7 +46,7 @@ impl Rehearsal {
         self.around(tick)
     }
 
-    /// Sends a command that is refused; returns why.
+    /// Sends a command that is refused. Returns the reason.
     fn refuse(&mut self, order: &[&str]) -> String {
         let ended = self.ctl(order);
         let mut reply = ended.last_json();
@@ -59,16 +59,16 @@ impl Rehearsal {
         }
     }
 
-    /// Sends a request past the command line, which would not let it through; returns why it is refused.
+    /// Sends a request without the command line, which would reject it. Returns the refusal.
     fn refuse_request(&mut self, request: Request) -> Refusal {
-        let client = CommandClient::open(self.stage.domain(), "test").expect("the server is there");
+        let client = CommandClient::open(self.stage.domain(), "test").expect("a server runs");
         let reply = client.call(request, Duration::from_mins(1)).expect("the server answers");
         let [before, after] = self.around(reply.tick);
         assert_eq!(before.state(), after.state(), "a refused command changes nothing");
         reply.outcome().expect_err("the value is out of range")
     }
 
-    /// The frame before a tick and the one of that tick.
+    /// Returns the frame before a tick and the frame of that tick.
     fn around(&mut self, tick: u64) -> [Shot; 2] {
         if self.shots.last().is_none_or(|shot| shot.header.tick < tick) {
             self.shots.extend(self.reader.read_to_tick(tick));
@@ -77,13 +77,13 @@ impl Rehearsal {
         [self.shots[tick as usize - 1].clone(), self.shots[tick as usize].clone()]
     }
 
-    /// The frame after the last one that was read.
+    /// Reads the next frame.
     fn next(&mut self) -> Shot {
         self.shots.push(self.reader.next());
         self.shots.last().expect("just pushed").clone()
     }
 
-    /// Ends the server and checks what holds for every frame of any show.
+    /// Ends the server, and checks the properties of every frame of any show.
     fn end(self) {
         let Self { stage: _stage, server, mut reader, mut shots } = self;
         let run_id = server.run_id;
@@ -108,28 +108,28 @@ fn assert_stands_unless_running(before: &Shot, after: &Shot) {
     }
 }
 
-/// Periods from one frame to the next, of a show that runs in the second, as the first one's state lets it: one that stood
-/// before goes on by one.
+/// Returns the periods of show time from one frame to the next, in which the show runs. A show that stood before advances by
+/// one period.
 fn periods_between(before: &Shot, after: &Shot) -> f64 {
     let ran = before.state() == ShowState::Running;
     let periods = if ran { periods(&before.header, &after.header, RATE_HZ as u64) } else { 1 };
     periods as f64 * after.header.time_scale
 }
 
-/// Fails unless the second frame is one whole step of a running show after the first.
+/// Fails unless the second frame is one step of a running show after the first.
 fn assert_walked(before: &Shot, after: &Shot, speed_mps: f64) {
     let (last, next) = (&before.header, &after.header);
     assert_eq!(after.state(), ShowState::Running);
     let periods = periods_between(before, after);
     assert_eq!(next.sim_time_ns - last.sim_time_ns, (periods * TICK_NS as f64).round() as i64, "tick {}", next.tick);
-    // A new speed holds from the release at which it is taken: through those missed before, the head walked at the old one.
+    // A new speed applies from its release on. During the releases missed before, the head walked at the old speed.
     let earlier_m = (periods - next.time_scale) * last.head_speed_mps / RATE_HZ as f64;
     let expected_m = last.head_travel_m + earlier_m + next.time_scale * speed_mps / RATE_HZ as f64;
     assert!((next.head_travel_m - expected_m).abs() < 1e-12, "tick {}: {}", next.tick, next.head_travel_m);
     assert_eq!(next.head_speed_mps, speed_mps);
 }
 
-/// Fails unless the second frame stands where the first one was, or came to at 1 m/s through the releases missed in between.
+/// Fails unless the second frame has the first frame's position, advanced at 1 m/s by the releases missed in between.
 fn assert_stands(before: &Shot, after: &Shot, state: ShowState) {
     assert_eq!(after.state(), state);
     let ran = before.state() == ShowState::Running;
@@ -140,7 +140,7 @@ fn assert_stands(before: &Shot, after: &Shot, state: ShowState) {
 }
 
 #[test]
-fn a_pause_holds_from_its_tick_to_that_of_the_resume() {
+fn a_pause_applies_from_its_tick_to_the_tick_of_the_resume() {
     let mut rehearsal = Rehearsal::start(&[]);
     let [running, paused] = rehearsal.accept(&["pause"]);
     assert_eq!(running.state(), ShowState::Running);
@@ -152,7 +152,7 @@ fn a_pause_holds_from_its_tick_to_that_of_the_resume() {
 }
 
 #[test]
-fn a_hold_holds_from_its_tick_to_that_of_the_release() {
+fn a_hold_applies_from_its_tick_to_the_tick_of_the_release() {
     let mut rehearsal = Rehearsal::start(&[]);
     let [running, held] = rehearsal.accept(&["hold"]);
     assert_eq!(running.state(), ShowState::Running);
@@ -190,7 +190,7 @@ fn a_server_that_waits_for_its_readers_can_be_stopped() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
     stage.run(&["ctl", "stop"]).expect_clean();
-    assert_eq!(server.summary()["frames"], 1, "the frame that says that the run has ended");
+    assert_eq!(server.summary()["frames"], 1, "the only frame is the last one of the run");
 }
 
 #[test]
@@ -224,7 +224,7 @@ fn a_seek_shows_its_target_at_its_tick_and_goes_on_from_there() {
 }
 
 #[test]
-fn what_is_out_of_range_is_refused_with_the_range() {
+fn values_out_of_range_are_refused_with_the_range() {
     let end_s = Config::from_toml("").expect("the paper's dragon").end_s();
     let mut rehearsal = Rehearsal::start(&[]);
     for speed_mps in [11.0, -0.1, f64::NAN, f64::INFINITY] {
@@ -273,17 +273,15 @@ fn a_stop_ends_the_server_after_the_tick_of_its_reply() {
 fn commands_of_several_clients_are_each_answered_once() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000"]);
-    let clients: Vec<_> =
-        (0..8).map(|_| CommandClient::open(stage.domain(), "test").expect("a server has made the services")).collect();
+    let clients: Vec<_> = (0..8)
+        .map(|_| CommandClient::open(stage.domain(), "test").expect("a server has created the services"))
+        .collect();
     let mut last_tick = 0;
     for client in clients.iter().cycle().take(80) {
         let request = Request::Speed { speed_mps: 1.5 };
         let reply = client.call(request, Duration::MAX / 4).expect("an answer");
         let tick = reply.outcome().expect("1.5 m/s is allowed");
-        assert!(
-            tick >= last_tick && reply.run_id == server.run_id,
-            "no answer is of an earlier tick than the one before"
-        );
+        assert!(tick >= last_tick && reply.run_id == server.run_id, "the ticks of the replies never decrease");
         last_tick = tick;
     }
     drop(clients);
@@ -297,7 +295,7 @@ fn a_finished_show_refuses_to_resume_and_is_started_again_by_a_seek() {
     rehearsal.shots.extend(finished);
     let end = rehearsal.shots.last().expect("the last frame").header;
     let end_m = Config::from_toml("").expect("the paper's dragon").dragon().end_travel_m();
-    assert_eq!(end.head_travel_m, end_m, "the show ends exactly where the run does");
+    assert_eq!(end.head_travel_m, end_m, "the show ends exactly at the end of the run");
     assert_eq!(rehearsal.refuse(&["resume"]), "the show is finished: seek to start it again");
     let [_, at] = rehearsal.accept(&["seek", "0"]);
     assert_eq!((at.state(), at.header.sim_time_ns), (ShowState::Running, 0));

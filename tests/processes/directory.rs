@@ -1,4 +1,4 @@
-//! The directory of the bus: the user's own, or refused. Only these processes are given another one.
+//! The directory of the bus: it belongs to the user, or is refused. Only the processes of these tests use another directory.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
@@ -16,7 +16,7 @@ fn run_in(runtime_dir: &Path, args: &[&str]) -> Ended {
     Process::start(command).end()
 }
 
-/// A runtime directory with the directory of the bus in it.
+/// Creates a runtime directory with a directory of the bus.
 fn runtime_dir() -> TempDir {
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     fs::create_dir(runtime_dir.path().join("bench-dragon")).expect("a folder");
@@ -40,11 +40,11 @@ fn a_directory_that_others_may_write_is_refused() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     for mode in [0o777, 0o770, 0o702] {
-        fs::set_permissions(&bus, Permissions::from_mode(mode)).expect("it is ours");
+        fs::set_permissions(&bus, Permissions::from_mode(mode)).expect("this user owns it");
         let why = format!("{} has mode {mode:04o}, must not be writable by others: chmod 0700 it", bus.display());
         assert_refused(runtime_dir.path(), &why);
     }
-    assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0, "nothing is made in it");
+    assert_eq!(fs::read_dir(&bus).expect("a folder").count(), 0, "nothing was created in the directory");
 }
 
 #[test]
@@ -53,17 +53,17 @@ fn a_directory_of_another_user_is_refused() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     if chown(&bus, Some(ANOTHER_USER), None).is_err() {
-        // Only root may give a directory away; there is another way to find one that is not ours.
+        // Only root may give a directory away. Other users test a directory that belongs to the system.
         return assert_not_usable_for_us();
     }
-    fs::set_permissions(&bus, Permissions::from_mode(0o700)).expect("root may");
+    fs::set_permissions(&bus, Permissions::from_mode(0o700)).expect("root may do this");
     assert_refused(
         runtime_dir.path(),
         &format!("{} belongs to user {ANOTHER_USER}, must belong to user 0", bus.display()),
     );
 }
 
-/// `/proc/1` holds nothing of ours, and nothing can be made in it.
+/// `/proc/1` belongs to another user, and nothing can be created in it.
 fn assert_not_usable_for_us() {
     let ended = run_in(Path::new("/proc/1"), &["serve"]);
     assert_eq!((ended.code(), ended.stderr.lines().count()), (Some(1), 1), "{}", ended.stderr);
@@ -79,7 +79,7 @@ fn a_link_in_place_of_the_directory_is_refused() {
 }
 
 #[test]
-fn a_directory_with_a_relative_or_long_path_or_of_other_characters_is_bad_input() {
+fn a_directory_with_a_relative_long_or_non_ascii_path_is_bad_input() {
     let long = format!("/tmp/{}", "d".repeat(60));
     for path in ["relative", &long, "/tmp/\u{fc}", "/tmp/\"", "/tmp/*", "/tmp/\u{1b}[31m", "/tmp/\n"] {
         assert_ended(
@@ -92,12 +92,12 @@ fn a_directory_with_a_relative_or_long_path_or_of_other_characters_is_bad_input(
 }
 
 #[test]
-fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
+fn the_directory_is_private_and_is_removed_at_the_end() {
     let runtime_dir = runtime_dir();
     let bus = runtime_dir.path().join("bench-dragon");
     fs::remove_dir(&bus).expect("an empty folder");
     let name = format!("directory-{}", std::process::id());
-    // The strict umask that iceoryx2 has for an instant, and that a process inherits which is started then.
+    // iceoryx2 sets this strict umask for an instant, and a process that is started then inherits it.
     let mut command = Command::new("sh");
     command.args(["-c", "umask 0177; exec \"$0\" serve --format json --instance \"$1\""]);
     command.args([env!("CARGO_BIN_EXE_bench-dragon"), &name]);
@@ -110,9 +110,9 @@ fn the_directory_is_made_for_its_user_alone_and_taken_away_again() {
     let shared = fs::read_dir("/dev/shm").expect("a folder").flatten();
     let is_of_frames = |file: &str| file.contains(&format!("_{name}_")) && file.contains(".data");
     let segments: Vec<_> = shared.filter(|entry| is_of_frames(&entry.file_name().to_string_lossy())).collect();
-    assert!(!segments.is_empty(), "the frames lie in shared memory");
+    assert!(!segments.is_empty(), "the frames are in shared memory");
     for segment in segments {
-        let mode = segment.metadata().expect("the server is there").mode();
+        let mode = segment.metadata().expect("a server runs").mode();
         assert_eq!(mode & 0o077, 0, "{:?} is open to others", segment.path());
     }
     server.terminate().expect_clean();

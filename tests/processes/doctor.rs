@@ -1,4 +1,4 @@
-//! The doctor: what it finds on real remains and a running server, what it cleans up, and that it disturbs nobody.
+//! The doctor: its findings on real remains and on a running server, its clean-up, and that it disturbs no other process.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt as _, lchown, symlink};
@@ -29,18 +29,18 @@ fn status<'a>(examination: &'a Value, name: &str) -> &'a str {
     finding(examination, name)["status"].as_str().expect("a word")
 }
 
-/// A service file as a server leaves it that is killed while it writes: not finished, so still writable.
+/// Leaves the service file of a server that was killed while it wrote: unfinished, so still writable.
 fn leave_half_made(stage: &Stage) {
     let services = stage.domain().root().join("services");
     fs::create_dir_all(&services).expect("a folder");
     let path = services.join(format!("{}7525bfbf02c438827b2391c92c36b47534b62591.service", stage.domain().prefix()));
     let _ = fs::remove_file(&path);
     fs::write(&path, "").expect("a file");
-    fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("it is ours");
+    fs::set_permissions(&path, Permissions::from_mode(0o600)).expect("this user owns it");
 }
 
 #[test]
-fn every_finding_has_its_five_values_and_what_is_wrong_a_remedy() {
+fn every_finding_is_complete_and_every_problem_has_a_remedy() {
     let stage = Stage::new();
     let examination = examine(&stage, &[]);
     let checks = examination["checks"].as_array().expect("an array");
@@ -56,7 +56,7 @@ fn every_finding_has_its_five_values_and_what_is_wrong_a_remedy() {
     }
     assert_eq!(examination["fixed"], Value::Array(Vec::new()));
     assert_eq!((status(&examination, "server"), status(&examination, "leftovers")), ("ok", "ok"));
-    assert!(stage.remains().is_empty(), "an examination leaves nothing");
+    assert!(stage.remains().is_empty(), "an examination leaves no remains");
 }
 
 #[test]
@@ -69,10 +69,10 @@ fn people_get_a_line_for_each_check() {
 }
 
 #[test]
-fn a_killed_server_is_found_and_what_it_left_is_removed() {
+fn a_killed_server_is_found_and_its_remains_are_removed() {
     let stage = Stage::new();
     stage.serve(&[]).process.kill();
-    assert!(!stage.remains().is_empty(), "a killed server leaves something");
+    assert!(!stage.remains().is_empty(), "a killed server leaves remains");
     let before = examine(&stage, &[]);
     assert_eq!(status(&before, "leftovers"), "warning", "{before}");
     assert!(!stage.remains().is_empty(), "an examination removes nothing");
@@ -83,7 +83,7 @@ fn a_killed_server_is_found_and_what_it_left_is_removed() {
 }
 
 #[test]
-fn a_half_made_service_is_a_problem_that_a_fix_mends() {
+fn a_half_made_service_is_a_problem_that_fix_removes() {
     let stage = Stage::new();
     stage.serve(&[]).process.kill();
     leave_half_made(&stage);
@@ -115,7 +115,7 @@ fn remains_without_a_directory_are_found_and_removed() {
 }
 
 #[test]
-fn what_others_have_put_into_shared_memory_under_our_names_does_no_harm() {
+fn foreign_files_in_shared_memory_do_no_harm() {
     const ANOTHER_USER: u32 = 12_345;
     let stage = Stage::new();
     let path = |name: &str| Path::new("/dev/shm").join(format!("{}{name}", stage.domain().prefix()));
@@ -129,17 +129,17 @@ fn what_others_have_put_into_shared_memory_under_our_names_does_no_harm() {
     let examination = examine(&stage, &[]);
     server.stop();
     if are_foreign {
-        // Only root may give files away.
+        // Only root may give files away, so only root runs this part.
         let message = finding(&examination, "foreign files")["message"].as_str().expect("a line").to_owned();
         assert!(message.contains("3 files of other users") && message.contains("of user 12345"), "{message}");
         let fixed = examine(&stage, &["--fix"]);
         assert_eq!((status(&fixed, "leftovers"), &fixed["fixed"]), ("ok", &Value::Array(Vec::new())), "{fixed}");
-        assert!(file.exists() && folder.join("inner").exists(), "they are not ours to remove");
-        fs::remove_file(&file).expect("root may");
-        fs::remove_dir_all(&folder).expect("root may");
-        fs::remove_file(&link).expect("root may");
+        assert!(file.exists() && folder.join("inner").exists(), "the files of other users remain");
+        fs::remove_file(&file).expect("root may do this");
+        fs::remove_dir_all(&folder).expect("root may do this");
+        fs::remove_file(&link).expect("root may do this");
     }
-    // Our own of any kind are swept.
+    // Files of the user are removed, of any kind.
     fs::create_dir(&folder).expect("shared memory");
     symlink("/etc/hostname", &link).expect("shared memory");
     stage.serve(&["--rate", "200"]).stop();
@@ -147,13 +147,13 @@ fn what_others_have_put_into_shared_memory_under_our_names_does_no_harm() {
 }
 
 #[test]
-fn a_running_show_is_told_of_and_loses_no_frame() {
+fn a_running_show_is_reported_and_loses_no_frame() {
     let stage = Stage::new();
-    // Slow, so that what the reader's buffer holds is half a minute.
+    // Slow, so that the reader's buffer holds twenty seconds.
     let server = stage.serve(&["--rate", "10", "--readers", "1"]);
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
-    // A client that is killed leaves an entry, beside the living.
+    // A killed client leaves an entry beside those of the running ones.
     let mut client = stage.start(&["echo"]);
     assert!(client.next_line().is_some(), "it reads");
     let pid = client.pid();
@@ -177,7 +177,7 @@ fn a_directory_that_others_may_write_is_a_problem_and_is_left_alone() {
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     let bus = runtime_dir.path().join("bench-dragon");
     fs::create_dir(&bus).expect("a folder");
-    fs::set_permissions(&bus, Permissions::from_mode(0o777)).expect("it is ours");
+    fs::set_permissions(&bus, Permissions::from_mode(0o777)).expect("this user owns it");
     for args in [&["doctor", "--format", "json"][..], &["doctor", "--format", "json", "--fix"]] {
         let mut command = program(args);
         command.env("XDG_RUNTIME_DIR", runtime_dir.path());

@@ -1,4 +1,4 @@
-//! `echo` and `hz`: what people and scripts see of the frames.
+//! `echo` and `hz`: the frames as text and JSON.
 
 use bench_dragon_ipc::HandleState;
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use crate::reader::{Reader, assert_whole};
 use crate::stage::Stage;
 
 #[test]
-fn echo_prints_as_many_frames_as_it_was_asked_for_with_every_number_of_the_bus() {
+fn echo_prints_the_requested_number_of_frames_with_every_value_of_the_bus() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--until", "1", "--readers", "2"]);
     let mut echo = stage.start(&["echo", "--count", "20", "--format", "json"]);
@@ -40,7 +40,7 @@ fn echo_prints_as_many_frames_as_it_was_asked_for_with_every_number_of_the_bus()
 }
 
 #[test]
-fn echo_in_text_is_a_line_a_frame() {
+fn echo_in_text_prints_one_line_per_frame() {
     let stage = Stage::new();
     let server = stage.serve(&["--held"]);
     let text = stage.run(&["echo", "--count", "2"]).expect_clean().stdout;
@@ -53,7 +53,7 @@ fn echo_in_text_is_a_line_a_frame() {
 }
 
 #[test]
-fn hz_prints_as_many_lines_as_it_was_asked_for_and_ends() {
+fn hz_prints_the_requested_number_of_lines_and_ends() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let lines = stage.run(&["hz", "--seconds", "2", "--format", "json"]).expect_clean().json_lines();
@@ -63,7 +63,7 @@ fn hz_prints_as_many_lines_as_it_was_asked_for_and_ends() {
         fields.sort();
         assert_eq!(fields, ["frames", "latency_us", "lost", "rate_hz", "restarts"]);
         assert_eq!(line["restarts"], 0);
-        // A server that stands still for a second publishes nothing.
+        // A server without a processor for a second publishes no frame.
         let has_frames = line["frames"].as_u64() > Some(0);
         assert_eq!(line["rate_hz"].as_f64() > Some(0.0), has_frames, "{line}");
         let latency = &line["latency_us"];
@@ -76,7 +76,7 @@ fn hz_prints_as_many_lines_as_it_was_asked_for_and_ends() {
 }
 
 #[test]
-fn hz_tells_of_a_restart_and_in_text_too() {
+fn hz_reports_a_restart_in_json_and_in_text() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let mut hz = stage.start(&["hz", "--format", "json"]);

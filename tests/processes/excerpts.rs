@@ -1,4 +1,4 @@
-//! Parts of a recording, played slower or faster, once or several times.
+//! Parts of a recording, replayed slower or faster, once or several times.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::stage::Stage;
 
 const MILLISECOND_NS: u64 = 1_000_000;
 
-/// Records runs of one bench: each has a frame every 5 ms, in which it is at the next of these show times, in milliseconds.
+/// Records runs of one bench. Each run has a frame every 5 ms, with these show times in milliseconds.
 fn write_runs(path: &Path, runs: &[Vec<i64>]) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
     let mut scheduled_ns = 1_000 * MILLISECOND_NS;
@@ -38,13 +38,13 @@ fn write_runs(path: &Path, runs: &[Vec<i64>]) {
     recorder.finish().expect("a finished recording");
 }
 
-/// Every frame of the passes that follow, one after the other, as a reader sees them.
+/// Reads all frames of successive passes.
 fn read_passes(reader: &mut Reader, frames: &[usize]) -> Vec<Vec<Shot>> {
     let read = |&frames: &usize| -> Vec<Shot> { (0..frames).map(|_| reader.next()).collect() };
     frames.iter().map(read).collect()
 }
 
-/// The run ids of the passes that were told of.
+/// Returns the run ids of the reported passes.
 fn run_ids(started: &Value, lines: &[Value]) -> Vec<u64> {
     let others = lines.iter().filter(|line| line["type"] == "started");
     [started].into_iter().chain(others).map(|line| line["run_id"].as_u64().expect("a run has a number")).collect()
@@ -57,7 +57,7 @@ fn passes(lines: &[Value]) -> Vec<&Value> {
 #[test]
 fn an_interval_is_every_frame_of_its_show_times_wherever_it_was_recorded() {
     let stage = Stage::new();
-    // The second run goes back to where it was, the third never comes there.
+    // The second run seeks back into the interval. The third never enters it.
     let runs = [(0..100).collect(), (50..90).chain(40..70).collect(), (200..300).collect(), (20..61).collect()];
     write_runs(&stage.path("a.mcap"), &runs);
     let (process, started) = replay(&stage, &["a.mcap", "--from", "0.055", "--to", "0.0605", "--readers", "1"]);
@@ -72,11 +72,11 @@ fn an_interval_is_every_frame_of_its_show_times_wherever_it_was_recorded() {
     for (shots, run_id) in shots.iter().zip(run_ids) {
         assert_whole(shots, run_id);
     }
-    assert!(passes(&lines).iter().all(|pass| pass["missing"] == 0), "what is cut out is not missing: {lines:?}");
-    // What is cut out takes no time: neighbours are one frame apart, but for what was put off and counted.
+    assert!(passes(&lines).iter().all(|pass| pass["missing"] == 0), "omitted frames are not missing: {lines:?}");
+    // Omitted frames cause no pause: neighbours are one period apart, except for counted delays.
     let put_off = shots[1].windows(2).filter(|pair| {
         let apart_ns = pair[1].header.scheduled_ns - pair[0].header.scheduled_ns;
-        assert!(apart_ns >= 5 * MILLISECOND_NS * 10 / 11, "or a tenth sooner, to make up for it");
+        assert!(apart_ns >= 5 * MILLISECOND_NS * 10 / 11, "frames follow at most a tenth faster");
         apart_ns > 5 * MILLISECOND_NS
     });
     assert!(put_off.count() as u64 <= passes(&lines)[1]["overruns"].as_u64().expect("a count"));
@@ -108,7 +108,7 @@ fn each_lap_of_a_loop_is_a_run_of_its_own() {
 fn a_loop_without_a_number_goes_on_until_it_is_stopped() {
     let stage = Stage::new();
     write_runs(&stage.path("a.mcap"), &[(0..4).collect()]);
-    // The first pass waits for its reader; between two of them there is nothing to join.
+    // The first pass waits for its reader. The others follow without a wait.
     let (mut process, _) = replay(&stage, &["a.mcap", "--loop", "--readers", "1"]);
     let mut reader = Reader::join(&stage);
     for _ in 0..12 {
@@ -120,7 +120,7 @@ fn a_loop_without_a_number_goes_on_until_it_is_stopped() {
 }
 
 #[test]
-fn at_another_rate_every_frame_comes_so_much_sooner_and_tells_its_time_scale() {
+fn at_another_rate_every_frame_is_sooner_by_this_factor_and_has_its_time_scale() {
     let stage = Stage::new();
     write_runs(&stage.path("a.mcap"), &[(0..200).collect()]);
     let original = recorded(&stage.path("a.mcap"));
@@ -134,7 +134,7 @@ fn at_another_rate_every_frame_comes_so_much_sooner_and_tells_its_time_scale() {
         let factor: f64 = rate.parse().expect("a number");
         assert_paced(&shots, &headers, factor, &passes(&lines)[0]["overruns"]);
         let planned_ns = (headers[199].scheduled_ns - headers[0].scheduled_ns) as f64 / factor;
-        assert_eq!(planned_ns, 199.0 * apart_ns as f64, "the rate is what it says");
+        assert_eq!(planned_ns, 199.0 * apart_ns as f64, "the intervals follow the rate");
     }
 }
 
@@ -161,7 +161,7 @@ fn a_monitor_finds_the_same_contact_in_each_lap() {
 }
 
 #[test]
-fn what_cannot_be_played_is_told_in_one_line() {
+fn impossible_excerpts_are_refused_in_one_line() {
     let stage = Stage::new();
     write_runs(&stage.path("a.mcap"), &[(5..40).collect()]);
     for (args, error) in [

@@ -1,4 +1,4 @@
-//! A recording as tables, read back by Python: `tests/python/test_export.py`.
+//! A recording exported as tables. `tests/python/test_export.py` reads them.
 
 use std::fs;
 use std::io::Read as _;
@@ -19,7 +19,7 @@ fn export(stage: &Stage, args: &[&str]) -> Ended {
     test_support::process::Process::start(command).end()
 }
 
-/// A recording of a bench at these show times, in milliseconds.
+/// Writes a recording of one bench at these show times, in milliseconds.
 fn write_recording(path: &Path, times_ms: impl Iterator<Item = i64>) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
     recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");
@@ -46,7 +46,8 @@ fn python_finds_the_recording_in_its_tables() {
     let first = ["--rate", "50", "--start-at", "411", "--until", "413", "--time-scale", "2", "--readers", "2"];
     stage.serve(&first).summary();
     fs::write(stage.path("stage.toml"), "[dragon]\nbenches = 5\n").expect("a file");
-    let second = ["--config", "stage.toml", "--rate", "50", "--until", "1.2", "--readers", "2"];
+    // Long enough for readers that stay to find it.
+    let second = ["--config", "stage.toml", "--rate", "10", "--until", "6", "--readers", "2"];
     stage.serve(&second).summary();
     monitor.terminate();
     recorder.terminate();
@@ -66,7 +67,7 @@ fn python_finds_the_recording_in_its_tables() {
 }
 
 #[test]
-fn rows_go_to_stdout_and_what_was_written_is_told() {
+fn rows_go_to_stdout_and_written_files_are_reported() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..2500);
     let printed = export(&stage, &["a.mcap", "-", "--frames", "--to", "2"]).expect_clean().stdout;
@@ -82,14 +83,14 @@ fn rows_go_to_stdout_and_what_was_written_is_told() {
 }
 
 #[test]
-fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
+fn a_cut_recording_is_exported_up_to_the_cut() {
     let stage = Stage::new();
     write_recording(&stage.path("whole.mcap"), 0..10);
     let bytes = fs::read(stage.path("whole.mcap")).expect("the recording");
     let summary_start = mcap::read::footer(&bytes).expect("a footer").summary_start as usize;
     fs::write(stage.path("a.mcap"), &bytes[..summary_start - 5]).expect("a cut recording");
     let ended = export(&stage, &["a.mcap", "a.csv", "--every", "0"]);
-    assert_eq!(ended.stderr, "a.mcap stops in the middle: what is whole of it was exported\n");
+    assert_eq!(ended.stderr, "a.mcap stops in the middle: its complete part was exported\n");
     assert_eq!(
         (ended.code(), ended.stdout.as_str()),
         (Some(0), "20 rows of handles, from 10 frames, written to a.csv\n")
@@ -97,7 +98,7 @@ fn a_cut_recording_is_exported_as_far_as_it_is_whole() {
 }
 
 #[test]
-fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
+fn impossible_exports_are_refused_in_one_line_and_leave_no_file() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..17_000);
     fs::write(stage.path("letter"), "not a recording").expect("a file");
@@ -115,7 +116,7 @@ fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
         (
             &["a.mcap", "a.xlsx", "--every", "0"],
             2,
-            "there are 16384 frames with a column of handles each or more, a workbook has room for 16383: choose a greater \
+            "there are at least 16384 frames with one column of handles each; a workbook has room for 16383: choose a greater \
              --every, a shorter --from and --to, or .csv",
         ),
         (&["a.mcap", "a.txt"], 2, "invalid value 'a.txt' for '<OUT>': must end in .csv or .xlsx, or be -"),
@@ -130,13 +131,13 @@ fn what_cannot_be_exported_is_told_in_one_line_and_leaves_nothing() {
 }
 
 #[test]
-fn whoever_has_read_enough_rows_may_go() {
+fn a_reader_may_close_the_pipe_before_the_last_row() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..17_000);
     let mut command = program(&["export", "a.mcap", "-", "--every", "0"]);
     let mut child =
-        command.current_dir(stage.path("")).stdout(std::process::Stdio::piped()).spawn().expect("it starts");
+        command.current_dir(stage.path("")).stdout(std::process::Stdio::piped()).spawn().expect("the program starts");
     let mut first = [0; 20];
     child.stdout.take().expect("a pipe").read_exact(&mut first).expect("rows");
-    assert_eq!(child.wait().expect("it ends").code(), Some(0));
+    assert_eq!(child.wait().expect("the program ends").code(), Some(0));
 }

@@ -18,7 +18,7 @@ fn begins(path: &Path, beginning: &[u8]) -> bool {
 }
 
 #[test]
-fn the_suffix_says_what_kind_of_file_is_drawn() {
+fn the_suffix_selects_the_kind_of_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let ended = solve(&["poses", "--at", "300", "--figure", "plan.svg"], folder.path()).expect_clean();
     assert!(ended.stdout.starts_with("at 300 s\n"), "{}", ended.stdout);
@@ -29,7 +29,7 @@ fn the_suffix_says_what_kind_of_file_is_drawn() {
 }
 
 #[test]
-fn the_contact_is_drawn_and_told() {
+fn the_contact_is_drawn_and_printed() {
     let folder = tempfile::tempdir().expect("a folder");
     let answer = solve(&["contact", "--figure", "contact.svg", "--format", "json"], folder.path()).expect_clean();
     assert_eq!(answer.last_json()["benches"], serde_json::json!([0, 8]));
@@ -49,7 +49,7 @@ fn a_turnaround_is_drawn_with_its_turning_circle() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_told_in_one_line() {
+fn impossible_figures_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("pair.toml"), "[dragon]\nbenches = 2\n").expect("a file");
     let cases: &[(&[&str], i32, &str)] = &[
@@ -65,7 +65,7 @@ fn what_cannot_be_drawn_is_told_in_one_line() {
     ];
     for (args, code, told) in cases {
         let Ended { stdout, stderr, status } = solve(args, folder.path());
-        // The answer is printed in any case, but to a question that is refused.
+        // The answer is printed unless the question is refused.
         assert_eq!((status.code(), stdout.is_empty()), (Some(*code), *code == 2), "{args:?}: {stderr}");
         assert!(stderr.starts_with("error: ") && stderr.lines().count() == 1 && stderr.contains(told), "{stderr:?}");
     }
@@ -73,7 +73,7 @@ fn what_cannot_be_drawn_is_told_in_one_line() {
 }
 
 #[test]
-fn sensitivity_is_drawn_and_tabled_and_names_why_there_is_no_number() {
+fn sensitivity_is_drawn_and_tabled_with_a_reason_for_each_missing_number() {
     let folder = tempfile::tempdir().expect("a folder");
     let files = ["--figure", "chart.svg", "--xlsx", "chart.xlsx"];
     let args =
@@ -86,18 +86,21 @@ fn sensitivity_is_drawn_and_tabled_and_names_why_there_is_no_number() {
     assert_eq!(contact["parameters"][1]["derivative"].as_f64(), contact["value"].as_f64().map(|time_s| -time_s));
     let pitch_of_pitch = &answer["quantities"][3]["parameters"][0];
     assert!(pitch_of_pitch["derivative"].is_null());
-    assert_eq!(pitch_of_pitch["derivative_reason"], "the pitch is the answer, whatever is planned");
+    assert_eq!(
+        pitch_of_pitch["derivative_reason"],
+        "the pitch is the answer itself and does not depend on the planned pitch"
+    );
     assert!(begins(&folder.path().join("chart.svg"), b"<svg "));
     assert!(begins(&folder.path().join("chart.xlsx"), b"PK"));
 }
 
-/// The words that a vector figure shows, or says to those who cannot see it.
+/// Returns the text of a vector figure, with its labels for screen readers.
 fn words(path: &Path) -> String {
     fs::read_to_string(path).expect("the figure is text")
 }
 
 #[test]
-fn a_turn_is_drawn_with_its_nearest_pair_and_their_clearance() {
+fn a_turn_is_drawn_with_its_nearest_pair_and_its_clearance() {
     let folder = tempfile::tempdir().expect("a folder");
     let answer = solve(&["turn", "--figure", "turn.svg", "--format", "json"], folder.path()).expect_clean().last_json();
     let nearest = &answer["least_clearance"];
@@ -105,7 +108,7 @@ fn a_turn_is_drawn_with_its_nearest_pair_and_their_clearance() {
     let told =
         format!("Benches {} and {}: clearance {clearance_mm:.3} mm", nearest["benches"][0], nearest["benches"][1]);
     let figure = words(&folder.path().join("turn.svg"));
-    // The words over the pair, and the measure between its boards.
+    // The label of the pair, and the dimension between its boards.
     assert_eq!(figure.matches(&format!("aria-label=\"{told}\"")).count(), 2, "{told}");
     assert!(figure.contains("aria-label=\"nearest pair\""));
 }
@@ -121,7 +124,7 @@ fn the_smallest_pitch_is_drawn_with_the_pair_that_binds() {
         assert!(figure.contains(&format!("aria-label=\"{told}\"")), "{told}");
     }
     assert!(figure.contains("<title>The tightest spiral, pitch 0.450337 m, at "), "{}", &figure[..300]);
-    // Its head's link binds, and no pair: the nearest pair is shown.
+    // The head's link is the limit and not a pair of benches, so the nearest pair is shown.
     fs::write(folder.path().join("one.toml"), "[dragon]\nbenches = 3\n").expect("a file");
     let args = ["pitch", "--config", "one.toml", "--turn-diameter", "1", "--figure", "one.svg"];
     let ended = solve(&args, folder.path()).expect_clean();
@@ -148,7 +151,7 @@ fn a_figure_carries_a_title_and_the_dragons_data_and_fills_its_paper() {
     let args = ["contact", "--figure", "contact.png", "--paper", "letter"];
     solve(&args, folder.path()).expect_clean();
     let image = fs::read(folder.path().join("contact.png")).expect("a file");
-    // 300 dots to the inch, across.
+    // 300 dots per inch.
     assert_eq!(image[16..24], [[0, 0], 3300_u16.to_be_bytes(), [0, 0], 2550_u16.to_be_bytes()].concat()[..]);
 }
 

@@ -1,4 +1,4 @@
-//! A terminal that is closed, by a window or by an ssh that drops, ends a command as cleanly as Ctrl-C does.
+//! A closed terminal, such as a closed window or a lost ssh connection, ends a command as cleanly as Ctrl-C does.
 
 use std::fs;
 
@@ -14,7 +14,7 @@ use crate::record;
 use crate::stage::Stage;
 
 fn await_tick(stage: &Stage, tick: u64) {
-    let status = eventually("there is a server", || StatusReader::open(stage.domain(), "test").ok());
+    let status = eventually("a server runs", || StatusReader::open(stage.domain(), "test").ok());
     let poll = || status.poll().expect("the bus is readable");
     eventually("the server is at a tick", || poll().filter(|status| status.tick >= tick));
 }
@@ -75,7 +75,7 @@ fn a_terminal_that_is_closed_from_the_start_is_no_failure() {
     let server = terminal.start(stage.command(&["serve", "--rate", "100", "--readers", "1", "--until", "0.5"]));
     terminal.close();
     let mut reader = Reader::await_server(&stage);
-    reader.read_to_tick(50);
+    reader.read_to_end();
     drop(reader);
     assert_eq!(server.end().code(), Some(0));
 }

@@ -1,11 +1,11 @@
-//! The plainest HTTP client: one request, one reply.
+//! A minimal HTTP client: one request, one reply.
 
 use std::io::{Read as _, Write as _};
 use std::net::{SocketAddr, TcpStream};
 
 use test_support::eventually::DEADLINE;
 
-/// What was answered.
+/// The reply to a request.
 #[derive(Debug)]
 pub(crate) struct Reply {
     pub(crate) status: u16,
@@ -14,7 +14,7 @@ pub(crate) struct Reply {
     pub(crate) body: String,
 }
 
-/// Asks for a path, as a client on the same machine does.
+/// Requests a path, as a client on the same machine does.
 pub(crate) fn get(address: SocketAddr, path: &str) -> Reply {
     ask(address, "GET", path, &format!("Host: {address}\r\n"))
 }

@@ -1,5 +1,5 @@
-//! A process that is killed, or stopped, while it removes the node of a killed server: the next server starts at the first try,
-//! while clients live on. The test takes the process from one removed file to the next and ends it there.
+//! A process is killed or stopped while it removes the node of a killed server. The next server starts at the first try, while
+//! clients continue. The test lets the process run from one removal of a file to the next, and ends it there.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
 use std::fs::{self, File, OpenOptions};
@@ -17,11 +17,11 @@ use test_support::process::Process;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Every stop is looked at; a stop is before or after the removal of a file.
+/// Each stop is tested. A stop is before or after the removal of a file.
 const KILLED_STRIDE: usize = 1;
-/// Of processes that are stopped, some are looked at.
+/// For stopped processes, only some stops are tested.
 const STOPPED_STRIDE: usize = 7;
-/// Far more stops than a process of the program makes.
+/// Upper bound of the stops of a process.
 const MOST_STOPS: usize = 1000;
 
 #[cfg(target_arch = "x86_64")]
@@ -29,26 +29,26 @@ const REMOVALS: [c_long; 3] = [libc::SYS_unlink, libc::SYS_unlinkat, libc::SYS_r
 #[cfg(target_arch = "aarch64")]
 const REMOVALS: [c_long; 1] = [libc::SYS_unlinkat];
 
-/// What becomes of the process that cleans up.
+/// The signal to the process that cleans up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+enum Interruption {
     Killed,
     Stopped,
 }
 
 #[test]
 fn a_server_starts_at_first_try_wherever_a_cleaner_was_killed() {
-    let stops = servers_after_cleaners(Fate::Killed, KILLED_STRIDE);
+    let stops = servers_after_cleaners(Interruption::Killed, KILLED_STRIDE);
     println!("{stops} cleaners were killed");
 }
 
 #[test]
 fn a_server_starts_at_first_try_wherever_a_cleaner_is_stopped() {
-    let stops = servers_after_cleaners(Fate::Stopped, STOPPED_STRIDE);
+    let stops = servers_after_cleaners(Interruption::Stopped, STOPPED_STRIDE);
     println!("{stops} cleaners were stopped");
 }
 
-/// A segment as a process leaves it that is killed between making it and giving it its size.
+/// Leaves the segment of a process that was killed after it created the segment and before it set the size.
 fn leave_empty_segment(stage: &Stage, of: &str) -> PathBuf {
     let shared_memory = Path::new("/dev/shm");
     let names = fs::read_dir(shared_memory).expect("shared memory").flatten().map(|entry| entry.file_name());
@@ -56,7 +56,7 @@ fn leave_empty_segment(stage: &Stage, of: &str) -> PathBuf {
     let prefix = stage.domain().prefix();
     let name = names.find(|name| name.starts_with(&prefix) && name.ends_with(of)).expect("a segment of this kind");
     let path = shared_memory.join(name);
-    fs::remove_file(&path).expect("it is ours");
+    fs::remove_file(&path).expect("this user owns it");
     let empty = OpenOptions::new().write(true).create_new(true).mode(0o200).open(&path).expect("shared memory");
     drop(empty);
     path
@@ -91,19 +91,19 @@ fn a_running_server_removes_a_segment_that_stays_without_a_size() {
     server.stop();
 }
 
-/// Kills a server, ends a cleaner of it at a later stop each time, and starts the next server, until a cleaner gets through.
-fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
+/// Kills a server, ends its cleaner one stop later each time, and starts the next server, until a cleaner completes.
+fn servers_after_cleaners(interruption: Interruption, stride: usize) -> usize {
     let stage = Stage::new();
     let mut server = stage.serve(&["--rate", "200"]);
     let mut reader = Reader::join(&stage);
-    let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server is there");
-    // Where a stopped process is the last on a service, the next server names it and does not start.
-    let kept = (fate == Fate::Stopped).then(|| services_of(&keeper));
+    let keeper = Member::join(stage.domain(), "keeper", Role::Client).expect("a server runs");
+    // If a stopped process is the last member of a service, the next server names it and does not start.
+    let kept = (interruption == Interruption::Stopped).then(|| services_of(&keeper));
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut cleaners = 0;
     for stop in (0..MOST_STOPS).step_by(stride) {
         server.process.kill();
-        let Some(cleaner) = cleaner_at(&stage, stop, fate) else { break };
+        let Some(cleaner) = cleaner_at(&stage, stop, interruption) else { break };
         cleaners += 1;
         server = stage.serve(&["--rate", "200"]);
         reader.read_until("a frame of the next server", |header| header.run_id == server.run_id);
@@ -113,12 +113,12 @@ fn servers_after_cleaners(fate: Fate, stride: usize) -> usize {
     drop((reader, kept, keeper));
     monitor.signal(rustix::process::Signal::INT);
     monitor.end();
-    // The last cleaner was not ended and no server runs: whoever is on the bus then removes all.
+    // The last cleaner has completed and no server runs: the next member of the bus removes everything.
     stage.serve(&["--rate", "200"]).stop();
     cleaners
 }
 
-/// All services of the bus, held so that no other client is the last to use one.
+/// Opens all services of the bus, so that no other client is the last member of one.
 fn services_of(member: &Member) -> impl Sized + use<> {
     let events = (member.frame_events().expect("a service"), member.alert_events().expect("a service"));
     let latest = (member.description().expect("a service"), member.status().expect("a service"));
@@ -126,49 +126,50 @@ fn services_of(member: &Member) -> impl Sized + use<> {
     (events, latest, others, member.frames().expect("a service"), member.commands().expect("a service"))
 }
 
-/// A process that was ended while it cleaned up.
+/// A process that was killed or stopped while it cleaned up.
 struct Cleaner(Process);
 
 impl Cleaner {
     fn end_now(self) {
-        // Without effect on one that is dead already.
+        // This has no effect on a dead process.
         self.0.signal(rustix::process::Signal::KILL);
         self.0.end();
     }
 }
 
-/// Starts a client, which removes the killed server's nodes, and ends it at a stop. `None` where it gets through before.
-fn cleaner_at(stage: &Stage, stop: usize, fate: Fate) -> Option<Cleaner> {
+/// Starts a client, which removes the killed server's nodes, and ends it at a stop. Returns `None` if the client completes
+/// before.
+fn cleaner_at(stage: &Stage, stop: usize, interruption: Interruption) -> Option<Cleaner> {
     let process = stage.start(&["ctl", "hold"]);
     let pid = Pid::from_raw(process.pid() as i32);
     ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD).expect("a test may trace its children");
-    ptrace::interrupt(pid).expect("it was seized");
+    ptrace::interrupt(pid).expect("the process is traced");
     let mut stops = 0;
     loop {
-        match waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child") {
+        match waitpid(pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test") {
             WaitStatus::Exited(..) | WaitStatus::Signaled(..) => return None,
             WaitStatus::PtraceSyscall(_) if REMOVALS.contains(&number(pid)) => stops += 1,
             WaitStatus::Stopped(_, signal) if signal != Signal::SIGTRAP => {
-                ptrace::syscall(pid, signal).expect("it is stopped");
+                ptrace::syscall(pid, signal).expect("the process is stopped");
                 continue;
             }
             _ => {}
         }
         if stops > stop {
-            let signal = if fate == Fate::Killed { Signal::SIGKILL } else { Signal::SIGSTOP };
-            ptrace::detach(pid, signal).expect("it is stopped");
+            let signal = if interruption == Interruption::Killed { Signal::SIGKILL } else { Signal::SIGSTOP };
+            ptrace::detach(pid, signal).expect("the process is stopped");
             return Some(Cleaner(process));
         }
-        ptrace::syscall(pid, None).expect("it is stopped");
+        ptrace::syscall(pid, None).expect("the process is stopped");
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 fn number(pid: Pid) -> c_long {
-    ptrace::getregs(pid).expect("it is stopped").orig_rax.cast_signed()
+    ptrace::getregs(pid).expect("the process is stopped").orig_rax.cast_signed()
 }
 
 #[cfg(target_arch = "aarch64")]
 fn number(pid: Pid) -> c_long {
-    ptrace::getregs(pid).expect("it is stopped").regs[8].cast_signed()
+    ptrace::getregs(pid).expect("the process is stopped").regs[8].cast_signed()
 }

@@ -1,4 +1,5 @@
-//! Whoever joins in the middle of a show gets what the others get from then on, and is told what it is about.
+//! A reader that joins during a show gets the same frames as the others from then on, and the description and status of the
+//! run.
 
 use std::time::Duration;
 
@@ -10,7 +11,7 @@ use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-fn a_late_subscriber_receives_the_frames_from_then_on() {
+fn a_late_subscriber_receives_the_frames_after_it_joined() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let seen = Reader::join(&stage).read_to_tick(5);
@@ -20,7 +21,7 @@ fn a_late_subscriber_receives_the_frames_from_then_on() {
     let mut shots = vec![late.next()];
     let first_tick = shots[0].header.tick;
     shots.extend(late.read_to_tick(first_tick + 20));
-    assert!(shots[0].header.tick > last_seen, "what was published before it joined is not for it");
+    assert!(shots[0].header.tick > last_seen, "a subscriber gets no earlier frames");
     assert_eq!(shots[0].header.run_id, server.run_id);
     assert_accounted_for(&shots, late.lost());
     drop(late);
@@ -28,13 +29,13 @@ fn a_late_subscriber_receives_the_frames_from_then_on() {
 }
 
 #[test]
-fn a_late_subscriber_is_given_the_description_of_the_run() {
+fn a_late_subscriber_receives_the_description_of_the_run() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "250", "--time-scale", "0.5"]);
     Reader::join(&stage).read_to_tick(5);
 
-    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has made the services");
-    let description = eventually("the description is there", || reader.poll().expect("the bus is readable"));
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
+    let description = eventually("the description has arrived", || reader.poll().expect("the bus is readable"));
     assert_eq!(description.run_id, server.run_id);
     let config = Config::from_toml(&description.toml).expect("the description is a whole configuration");
     assert_eq!((config.tables().serve.rate_hz, config.tables().serve.time_scale), (250, 0.5));
@@ -44,15 +45,15 @@ fn a_late_subscriber_is_given_the_description_of_the_run() {
 }
 
 #[test]
-fn a_late_subscriber_is_given_the_status_of_the_run() {
+fn a_late_subscriber_receives_the_status_of_the_run() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "250", "--held"]);
     Reader::join(&stage).read_to_tick(5);
 
-    let reader = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
-    let status = eventually("the status is there", || reader.poll().expect("the bus is readable"));
+    let reader = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
+    let status = eventually("the status has arrived", || reader.poll().expect("the bus is readable"));
     assert_eq!((status.run_id, status.rate_hz, status.pid), (server.run_id, 250, server.process.pid()));
-    let later = eventually("a later status is there", || {
+    let later = eventually("a later status has arrived", || {
         reader.poll().expect("the bus is readable").filter(|later| later.tick > status.tick)
     });
     assert_eq!((later.show_state(), later.sim_time_ns), (Some(ShowState::Held), 0));
@@ -61,12 +62,12 @@ fn a_late_subscriber_is_given_the_status_of_the_run() {
     server.stop();
 }
 
-/// A reader that only polls keeps the frames' service alive, but not that of the wake-up.
+/// A polling reader keeps the service of the frames alive, but not the service of the wake-ups.
 #[test]
-fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
+fn a_reader_that_joins_after_the_server_waits_for_the_next_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
-    let polling = FrameSubscriber::open(stage.domain(), "polling").expect("a server has made the services");
+    let polling = FrameSubscriber::open(stage.domain(), "polling").expect("a server has created the services");
     server.stop();
     let mut woken = FrameSubscriber::open(stage.domain(), "woken").expect("the other reader keeps the frames");
     assert!(woken.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());
@@ -79,9 +80,9 @@ fn a_reader_that_comes_after_the_server_waits_for_the_next_one() {
 }
 
 #[test]
-fn a_reader_that_comes_before_the_server_waits_for_it() {
+fn a_reader_that_starts_before_the_server_waits_for_it() {
     let stage = Stage::new();
-    let echo = stage.start(&["echo", "--count", "3", "--format", "json"]);
+    let echo = stage.start_waiting(&["echo", "--count", "3", "--format", "json"]);
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let echoed = echo.end();
     let ticks: Vec<_> = echoed.json_lines().iter().map(|frame| frame["tick"].clone()).collect();

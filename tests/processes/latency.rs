@@ -1,4 +1,4 @@
-//! `latency`: what it counts, what it prints, and the file for the plotter.
+//! `latency`: its counts, its output, and the file for the plotter.
 
 use std::fs;
 use std::path::Path;
@@ -11,10 +11,10 @@ use crate::reader::Reader;
 use crate::releases::assert_released;
 use crate::stage::Stage;
 
-/// Releases of a show that a reader's buffer holds, so that no frame is lost however late they are read.
+/// Releases of a show that a reader's buffer holds, so that a late reader loses no frame.
 const RELEASES: u64 = 101;
 
-/// Lets a measurement meet a whole show and ends it by Ctrl-C when the show is over. Returns how many frames that had.
+/// Measures a whole show, and ends the measurement by Ctrl-C after the show. Returns the number of frames too.
 fn measure_a_show(stage: &Stage, args: &[&str]) -> (Ended, u64) {
     let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
     let latency = stage.start(&[&["latency", "--seconds", "100000"], args].concat());
@@ -24,7 +24,7 @@ fn measure_a_show(stage: &Stage, args: &[&str]) -> (Ended, u64) {
     (latency.end().expect_clean(), summary["frames"].as_u64().expect("a count"))
 }
 
-/// Percentile and count of each row, and the count that the footer has.
+/// Returns percentile and count of each row, and the count of the footer.
 fn percentile_rows(path: &Path) -> (Vec<(f64, u64)>, u64) {
     let text = fs::read_to_string(path).expect("the file is text");
     let mut lines = text.lines();
@@ -42,7 +42,7 @@ fn percentile_rows(path: &Path) -> (Vec<(f64, u64)>, u64) {
 }
 
 #[test]
-fn every_frame_of_a_show_is_measured_polling_and_woken_though_ctrl_c_ends_it() {
+fn every_frame_of_a_show_is_measured_polling_and_woken_also_with_ctrl_c() {
     for (args, mode) in [(&["--format", "json"][..], "woken"), (&["--format", "json", "--poll"], "polling")] {
         let stage = Stage::new();
         let (ended, frames) = measure_a_show(&stage, args);
@@ -91,10 +91,10 @@ fn people_get_a_table_and_bars_that_count_every_frame() {
 }
 
 #[test]
-fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() {
+fn a_measurement_ends_after_its_seconds_also_without_frames() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
-    // Keeps the services when the server has gone, its wake-up too, so that there is something to open and nothing to read.
+    // The reader keeps the services after the server's end, also the wake-ups. So the command can open them, but gets no frame.
     let mut reader = Reader::join(&stage);
     reader.next();
     server.stop();
@@ -107,7 +107,7 @@ fn a_measurement_ends_by_itself_after_its_seconds_with_nothing_to_measure_too() 
 }
 
 #[test]
-fn a_file_that_cannot_be_written_is_told_before_anything_is_measured() {
+fn a_file_that_cannot_be_written_is_reported_before_the_measurement() {
     let ended = Stage::new().run(&["latency", "--hgrm", "none/a.hgrm", "--format", "json"]);
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(1), ""));
     assert!(ended.stderr.starts_with("error: cannot write none/a.hgrm: No such file"), "{}", ended.stderr);

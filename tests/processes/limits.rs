@@ -1,4 +1,4 @@
-//! Small limits of threads, memory and stack, and names that would drive a terminal: one line each, and no panic.
+//! Small limits of threads, memory and stack, and names with control characters: one line each, and no panic.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -10,7 +10,7 @@ use test_support::skip::is_possible;
 
 use crate::stage::{Stage, program};
 
-/// The program under limits that a shell sets.
+/// Returns the program under limits that a shell sets.
 fn limited(limits: &str, args: &[&str]) -> Command {
     let inside = program(args);
     let mut limited = Command::new("bash");
@@ -18,8 +18,8 @@ fn limited(limits: &str, args: &[&str]) -> Command {
     limited
 }
 
-/// One line, or nothing but an answer; no panic and no signal.
-fn assert_told(ended: &Ended, what: &str) {
+/// Fails unless the program answered or printed one line, without a panic or a signal.
+fn assert_answered(ended: &Ended, what: &str) {
     let told = &ended.stderr;
     assert!(!told.contains("panicked"), "{what}: {told}");
     match ended.code() {
@@ -35,12 +35,12 @@ fn a_small_stack_is_raised_or_named_in_one_line() {
     assert_eq!(raised.code(), Some(0), "{}", raised.stderr);
     let refused = Process::start(limited("ulimit -s 64", &["solve", "contact"])).end();
     assert_eq!(refused.code(), Some(1), "{}", refused.stderr);
-    let expected = "error: the stack is limited to 64 KiB, must be at least 1024: raise the limit, `ulimit -s 8192`\n";
+    let expected = "error: the stack limit is 64 KiB, must be at least 1024 KiB: raise the limit, `ulimit -s 8192`\n";
     assert_eq!(refused.stderr, expected);
 }
 
 #[test]
-fn threads_that_cannot_be_started_are_told_in_one_line_that_names_the_limit() {
+fn threads_that_cannot_be_started_are_reported_in_one_line_with_the_limit() {
     let uid = "47113";
     if !is_possible(&["setpriv", "--reuid", uid, "--clear-groups"]) {
         return;
@@ -55,11 +55,11 @@ fn threads_that_cannot_be_started_are_told_in_one_line_that_names_the_limit() {
             &["bridge", "zenoh"],
         ] {
             let runtime = tempfile::tempdir().expect("a folder");
-            std::os::unix::fs::chown(runtime.path(), Some(47113), Some(47113)).expect("root gives folders away");
+            std::os::unix::fs::chown(runtime.path(), Some(47113), Some(47113)).expect("root may change the owner");
             let as_other = format!("ulimit -u {threads}");
             let inside = program(args);
             let mut command = Command::new("timeout");
-            command.args(["--signal=INT", "0.5", "setpriv", "--reuid", uid, "--clear-groups", "bash", "-c"]);
+            command.args(["--signal=INT", "1", "setpriv", "--reuid", uid, "--clear-groups", "bash", "-c"]);
             command.arg(format!("{as_other} && exec \"$@\"")).arg("bash").arg(inside.get_program()).args(args);
             command.env("XDG_RUNTIME_DIR", runtime.path());
             let ended = Process::start(command).end();
@@ -81,7 +81,7 @@ fn a_small_address_space_ends_in_an_answer_or_one_line() {
     for megabytes in [64, 128, 256, 512] {
         let limit = format!("ulimit -v {}", megabytes << 10);
         for args in [&["solve", "contact"][..], &["solve", "sensitivity", "--steps", "1"]] {
-            assert_told(&Process::start(limited(&limit, args)).end(), &format!("{args:?} in {megabytes} MB"));
+            assert_answered(&Process::start(limited(&limit, args)).end(), &format!("{args:?} in {megabytes} MB"));
         }
     }
 }

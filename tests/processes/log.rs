@@ -1,4 +1,4 @@
-//! The log on stderr: iceoryx2's housekeeping stays out of it, and `RUST_LOG` shows it.
+//! The log on stderr: messages of iceoryx2 about its clean-up appear only with `RUST_LOG`.
 
 use std::process::Command;
 
@@ -6,7 +6,7 @@ use test_support::process::{Ended, Process};
 
 use crate::stage::Stage;
 
-/// Kills a server, and runs the next one, which clears away what the first has left.
+/// Kills a server, and runs the next one, which removes the remains of the first.
 fn run_after_kill(log: Option<&str>) -> Ended {
     let stage = Stage::new();
     stage.serve(&[]).process.kill();
@@ -16,8 +16,8 @@ fn run_after_kill(log: Option<&str>) -> Ended {
 }
 
 #[test]
-fn what_iceoryx2_clears_away_is_shown_by_rust_log_alone() {
-    // Its lines are known by their target alone.
+fn iceoryx2s_clean_up_is_logged_only_with_rust_log() {
+    // Only their target identifies these lines.
     let shown = run_after_kill(Some("iceoryx2=trace"));
     assert_eq!(shown.code(), Some(0), "{}", shown.stderr);
     assert!(shown.stderr.lines().any(|line| line.trim_start().starts_with("TRACE")), "{}", shown.stderr);

@@ -1,4 +1,4 @@
-//! A source inside the test, whose frames need not be what it has published.
+//! A source inside the test, whose frames may contradict its description.
 
 use std::sync::Arc;
 
@@ -16,9 +16,9 @@ use iceoryx2::port::update_connections::UpdateConnections as _;
 const RUN_ID: u64 = 7;
 const BENCHES: usize = 223;
 
-/// Publishes the guarded paper's dragon at its start, held, in whatever size.
+/// Publishes the guarded paper's dragon at its start, held, in any size.
 pub(crate) struct LyingSource {
-    // Dropped in this order: ports, then services, then the node, then the lock.
+    // The fields are dropped in this order: ports, services, node, lock.
     frames: Publisher<Service, [HandleState], FrameHeader>,
     description: Publisher<Service, [u8], u64>,
     commands: Server<Service, Command, (), CommandReply, ()>,
@@ -31,7 +31,7 @@ pub(crate) struct LyingSource {
 
 impl LyingSource {
     pub(crate) fn start(domain: &Domain) -> Self {
-        let lock = SourceLock::take(domain).expect("nobody else is a source");
+        let lock = SourceLock::take(domain).expect("the instance has no other source");
         let member = Member::join(domain, "liar", Role::Source { bench_count: BENCHES }).expect("a domain");
         let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
         let services = (
@@ -50,7 +50,7 @@ impl LyingSource {
         let mut sample = description.loan_slice(toml.len()).expect("memory");
         sample.payload_mut().copy_from_slice(toml.as_bytes());
         *sample.user_header_mut() = RUN_ID;
-        sample.send().expect("it is sent");
+        sample.send().expect("the send succeeds");
         let commands = services.5.server_builder().create().expect("a port");
         let dragon = Arc::clone(config.dragon());
         let mut solver = ChainSolver::new(&dragon);
@@ -65,7 +65,7 @@ impl LyingSource {
         Self { frames, description, commands, _services: services, _member: member, _lock: lock, handles, tick: 0 }
     }
 
-    /// Publishes a frame, everything in it this many times as large as it is. Takes and accepts what clients ask.
+    /// Publishes a frame with all positions multiplied by this size. Accepts and returns all requests of clients.
     pub(crate) fn publish(&mut self, size: f64) -> Vec<Request> {
         self.description.update_connections().expect("readers can be served");
         let now_ns = monotonic_ns();
@@ -86,11 +86,11 @@ impl LyingSource {
             *published = HandleState { position_m: handle.position_m.map(|metres| size * metres), ..*handle };
         }
         *sample.user_header_mut() = header;
-        sample.send().expect("it is sent");
+        sample.send().expect("the send succeeds");
         self.tick += 1;
         std::iter::from_fn(|| self.commands.receive().expect("the bus is readable"))
             .map(|active| {
-                active.send_copy(CommandReply::accepted(RUN_ID, header.tick)).expect("it is sent");
+                active.send_copy(CommandReply::accepted(RUN_ID, header.tick)).expect("the send succeeds");
                 Request::from_wire(active.payload()).expect("a request that this version knows")
             })
             .collect()

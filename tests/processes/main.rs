@@ -1,8 +1,8 @@
-//! The program as people run it: every test starts real processes on an instance of its own and talks to them over
-//! the bus, stdin and stdout, signals and files.
+//! The program as users run it. Each test starts real processes on its own instance, and uses the bus, stdin, stdout, signals
+//! and files.
 //!
-//! No test knows how long anything takes. It waits for what it is about (a line, a frame, an end), and where frames are
-//! counted one by one the show is short enough for a reader's buffer to hold all of it.
+//! No test depends on a duration. A test waits for the event that it needs: a line, a frame or an end. If a test counts all
+//! frames, a reader's buffer holds the whole show.
 
 #![allow(clippy::print_stdout, reason = "a test prints its seed and its figures")]
 
@@ -21,6 +21,7 @@ mod directory;
 mod doctor;
 mod echo;
 mod endings;
+mod examples;
 mod excerpts;
 mod export;
 mod figures;
@@ -39,6 +40,7 @@ mod metrics;
 mod monitor;
 mod other_versions;
 mod overflow;
+mod paper_page;
 mod planner;
 mod poses;
 mod poses_files;
@@ -53,6 +55,7 @@ mod releases;
 mod replay;
 mod resources;
 mod restart;
+mod run_sheet;
 mod second_server;
 mod seed;
 mod service_manager;

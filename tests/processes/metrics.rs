@@ -1,4 +1,4 @@
-//! What a scraper is told of a show. What a stock client makes of it is in `tests/python/test_metrics.py`.
+//! The metrics of a show as a scraper reads them. `tests/python/test_metrics.py` reads them with a stock client.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -15,8 +15,8 @@ use crate::http::{Reply, ask, get};
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Benches that come near, touch and part within three seconds, once the show is resumed; a reader that does not read loses frames
-/// of that.
+/// A show in which benches come near, touch and part within three seconds after it is resumed. A reader that does not read
+/// loses some of its frames.
 const SHOW: [&str; 9] = ["--rate", "200", "--start-at", "410", "--until", "413", "--readers", "4", "--paused"];
 
 /// A running exporter.
@@ -39,7 +39,7 @@ impl Exporter {
         get(self.address, "/metrics").body
     }
 
-    /// The first scrape that has samples of all these metrics.
+    /// Returns the first scrape with samples of all these metrics.
     fn scrape_with(&self, names: &[&str]) -> String {
         let has = |text: &str, name: &str| text.lines().any(|line| line.starts_with(&format!("bench_dragon_{name}")));
         eventually_from(&format!("there are samples of {names:?}"), || {
@@ -55,7 +55,7 @@ fn assert_refused(reply: &Reply, status: u16) {
 }
 
 #[test]
-fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
+fn a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report() {
     let stage = Stage::new();
     let exporter = Exporter::start(&stage);
     let monitor = stage.start_waiting(&["monitor", "--format", "json"]);
@@ -77,7 +77,7 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     fs::write(stage.path("during.prom"), during).expect("a file");
     let free = scrape_of_guarded_show(&["--config", "turn.toml"], "forecast_free_time");
     fs::write(stage.path("guarded.prom"), free).expect("a file");
-    let stopped = scrape_of_guarded_show(&["--start-at", "400"], "forecast_guard_stop_wall");
+    let stopped = scrape_of_guarded_show(&["--start-at", "300"], "forecast_guard_stop_wall");
     fs::write(stage.path("stopped.prom"), stopped).expect("a file");
     let expected = json!({
         "run_id": served["run_id"],
@@ -98,7 +98,7 @@ fn a_stock_client_reads_of_a_finished_show_what_its_processes_say() {
     exporter.process.terminate().expect_clean();
 }
 
-/// Of a show that a guard watches over, with samples of a forecast. `turn.toml` is a show without contact.
+/// Returns a scrape of a guarded show, with samples of a forecast. `turn.toml` is a show without contact.
 fn scrape_of_guarded_show(args: &[&str], forecast: &str) -> String {
     let stage = Stage::new();
     fs::write(stage.path("turn.toml"), "[route]\nkind = \"turnaround\"\n").expect("a file");
@@ -125,7 +125,7 @@ fn alerts_by_kind(monitored: &Ended) -> BTreeMap<String, u64> {
 }
 
 #[test]
-fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
+fn a_scraper_sees_the_end_and_the_restart_of_a_server() {
     let stage = Stage::new();
     let exporter = Exporter::start(&stage);
     let holds = |scrape: &str, line: &str| scrape.lines().any(|told| told == line);
@@ -135,7 +135,7 @@ fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
             if holds(&scrape, line) { Ok(()) } else { Err(scrape) }
         });
     };
-    assert!(holds(&exporter.scrape(), "bench_dragon_up 0"), "there is no server yet");
+    assert!(holds(&exporter.scrape(), "bench_dragon_up 0"), "no server runs yet");
     let first = stage.serve(&["--rate", "50"]);
     until("bench_dragon_up 1");
     first.stop();
@@ -156,7 +156,7 @@ fn a_server_that_ends_and_comes_back_is_seen_by_scrapers_that_stay() {
 }
 
 #[test]
-fn there_is_nothing_but_metrics_and_nothing_for_pages_of_elsewhere() {
+fn other_paths_and_pages_of_other_origins_are_refused() {
     let stage = Stage::new();
     let mut process = stage.start(&["metrics", "--listen", "127.0.0.1:0", "--allow-host", "booth.example"]);
     let told = process.next_line().expect("where it listens");
@@ -182,7 +182,7 @@ fn there_is_nothing_but_metrics_and_nothing_for_pages_of_elsewhere() {
 }
 
 #[test]
-fn a_view_tells_the_same_metrics() {
+fn a_view_serves_the_same_metrics() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
     let mut view = stage.start(&["view", "--listen", "127.0.0.1:0", "--format", "json"]);

@@ -1,4 +1,4 @@
-//! The monitor's process: what it says on stdout and on the bus, at any time scale, across seeks and restarts.
+//! The monitor as a process: its reports on stdout and on the bus, at any time scale, across seeks and restarts.
 
 use std::time::Duration;
 
@@ -14,18 +14,17 @@ use crate::stage::{Server, Stage};
 const CONTACT_S: f64 = 412.473_838;
 const CONTACT_BENCHES: [u32; 2] = [0, 8];
 
-/// A server with a monitor that reads it from tick 0 on, which is there on return; before both, somebody who hears its
-/// alerts.
+/// Starts a server, a subscriber of alerts, and a monitor that reads from tick 0 on. On return, the monitor has joined.
 fn watch(stage: &Stage, args: &[&str]) -> (Server, AlertSubscriber, Process) {
     let server = stage.serve(&[&["--readers", "2"], args].concat());
-    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let monitor = stage.start(&["monitor", "--format", "json"]);
-    // The second reader: tick 0 comes to it when the monitor has joined too.
+    // This is the second reader: it gets tick 0 when the monitor has joined too.
     Reader::join(stage).read_to_tick(0);
     (server, alerts, monitor)
 }
 
-/// The alerts among a monitor's lines.
+/// Returns the alerts among a monitor's lines.
 fn alerts_in(lines: &[Value]) -> Vec<Value> {
     lines.iter().filter(|line| line["type"] == "alert").cloned().collect()
 }
@@ -34,7 +33,7 @@ fn of_kind(alerts: &[Value], kind: &str) -> Vec<Value> {
     alerts.iter().filter(|alert| alert["kind"] == kind).cloned().collect()
 }
 
-/// An alert of the bus as the line that a monitor prints.
+/// Returns an alert of the bus as the line that a monitor prints.
 fn line_of(alert: &Alert) -> Value {
     let pair = alert.pair();
     json!({
@@ -54,11 +53,11 @@ fn all_of(alerts: &AlertSubscriber) -> Vec<Value> {
     std::iter::from_fn(|| alerts.receive().expect("the bus is readable")).map(|alert| line_of(&alert)).collect()
 }
 
-/// Waits until a monitor has told of a kind of alert, then ends it. Returns its lines, and the alerts among them, which
-/// are those on the bus.
-fn hear(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
+/// Waits until a monitor has reported a kind of alert, then ends it. Returns its lines and the alerts among them, which equal
+/// those on the bus.
+fn end_after_alert(mut monitor: Process, alerts: &AlertSubscriber, kind: &str) -> (Vec<Value>, Vec<Value>) {
     let mut lines = monitor.json_until(&format!("an alert of kind {kind}"), |line| line["kind"] == kind);
-    // A subscriber finds a publisher when it reads, so it has to read once while the monitor is there.
+    // A subscriber finds a publisher when it reads, so it must read once while the monitor runs.
     let mut heard = all_of(alerts);
     lines.extend(monitor.terminate().expect_clean().json_lines());
     heard.extend(all_of(alerts));
@@ -75,26 +74,32 @@ fn assert_is_the_contact(alert: &Value) {
 }
 
 #[test]
-fn a_monitor_tells_of_near_benches_and_of_their_contact_on_stdout_and_on_the_bus() {
+fn a_monitor_reports_near_benches_and_their_contact_on_stdout_and_on_the_bus() {
     let stage = Stage::new();
     let (server, alerts, monitor) =
         watch(&stage, &["--start-at", "411", "--time-scale", "20", "--until", "413", "--catch-up", "0"]);
     let run_id = server.run_id;
     let served = server.summary();
     assert_released(&served, 101);
-    let (lines, told) = hear(monitor, &alerts, "contact");
+    let (lines, told) = end_after_alert(monitor, &alerts, "contact");
 
     let near = of_kind(&told, "near");
     let [contact] = &of_kind(&told, "contact")[..] else { panic!("one contact: {told:?}") };
     assert_is_the_contact(contact);
-    assert!(near.iter().any(|alert| alert["benches"] == contact["benches"]), "near before they touch: {near:?}");
+    assert!(
+        near.iter().any(|alert| alert["benches"] == contact["benches"]),
+        "alerts of near benches precede the contact: {near:?}"
+    );
     assert!(near.iter().all(|alert| alert["clearance_m"].as_f64() <= Some(0.02)), "{near:?}");
     assert!(told.iter().all(|alert| alert["run_id"] == run_id));
 
     let summary = lines.last().expect("a summary");
     assert_eq!((&summary["frames"], &summary["lost"]), (&served["frames"], &json!(0)));
     assert_eq!(summary["contact"], json!({ "time_s": contact["time_s"], "benches": CONTACT_BENCHES }));
-    assert!(summary["least_clearance"]["clearance_m"].as_f64() < Some(0.0), "the benches overlap after it: {summary}");
+    assert!(
+        summary["least_clearance"]["clearance_m"].as_f64() < Some(0.0),
+        "the benches overlap after the contact: {summary}"
+    );
 }
 
 #[test]
@@ -104,7 +109,7 @@ fn the_contact_is_found_at_the_same_instant_at_any_time_scale() {
         let pace = ["--start-at", "400", "--time-scale", time_scale, "--rate", rate, "--until", "414"];
         let (server, alerts, monitor) = watch(&stage, &pace);
         assert_released(&server.summary(), releases);
-        let (_, told) = hear(monitor, &alerts, "contact");
+        let (_, told) = end_after_alert(monitor, &alerts, "contact");
         assert_is_the_contact(&of_kind(&told, "contact")[0]);
     }
 }
@@ -123,7 +128,7 @@ fn fail_on_contact_ends_the_monitor_at_the_first_contact_with_status_3() {
 }
 
 #[test]
-fn in_text_a_monitor_says_the_same_in_a_line_each() {
+fn a_monitor_in_text_prints_one_line_per_alert() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
     let monitor = stage.start(&["monitor"]);
@@ -140,21 +145,21 @@ fn nothing_is_swept_across_a_seek() {
     let mut reader = Reader::join(&stage);
     for time in ["415", "411", "410"] {
         let reply = stage.run(&["ctl", "seek", time, "--format", "json"]).expect_clean().last_json();
-        // Seen before the next: of two in one tick only the second shows.
+        // The frame is read before the next seek: of two seeks in one tick, only the second is visible.
         reader.read_to_tick(reply["tick"].as_u64().expect("a tick"));
     }
     drop(reader);
     server.stop();
-    let (_, told) = hear(monitor, &alerts, "contact");
+    let (_, told) = end_after_alert(monitor, &alerts, "contact");
     for contact in of_kind(&told, "contact") {
-        assert_eq!(contact["time_s"], 415.0, "measured where the show was put, not found on the way");
+        assert_eq!(contact["time_s"], 415.0, "the contact is measured at the target of the seek");
         assert!(contact["clearance_m"].as_f64() < Some(0.0), "{contact}");
     }
     assert!(of_kind(&told, "parted").is_empty(), "{told:?}");
 }
 
 #[test]
-fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
+fn a_seek_back_across_near_benches_reports_none_of_them() {
     let stage = Stage::new();
     let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50", "--held"]);
     monitor.json_until("an alert of kind near", |line| line["kind"] == "near");
@@ -168,7 +173,7 @@ fn a_seek_back_over_a_stretch_with_near_benches_tells_of_none_of_them() {
 }
 
 #[test]
-fn a_restart_of_the_server_is_told_with_the_new_runs_number() {
+fn a_restart_of_the_server_is_reported_with_the_new_run_id() {
     let stage = Stage::new();
     let (server, alerts, mut monitor) = watch(&stage, &["--start-at", "411", "--rate", "50"]);
     monitor.json_until("an alert of kind near", |line| line["kind"] == "near");
@@ -188,20 +193,20 @@ fn a_restart_of_the_server_is_told_with_the_new_runs_number() {
 }
 
 #[test]
-fn a_hold_is_told_once() {
+fn a_hold_is_reported_once() {
     let stage = Stage::new();
     let (server, alerts, monitor) = watch(&stage, &["--rate", "50"]);
     let reply = stage.run(&["ctl", "hold", "--format", "json"]).expect_clean().last_json();
     let tick = reply["tick"].as_u64().expect("a tick");
     Reader::join(&stage).read_to_tick(tick + 5);
     server.stop();
-    let (_, told) = hear(monitor, &alerts, "held");
+    let (_, told) = end_after_alert(monitor, &alerts, "held");
     let [held] = &of_kind(&told, "held")[..] else { panic!("one hold: {told:?}") };
     assert_eq!((&held["tick"], &held["benches"]), (&reply["tick"], &Value::Null));
 }
 
 #[test]
-fn a_monitor_is_a_witness_only_and_two_of_them_agree() {
+fn two_monitors_report_the_same_alerts() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "2", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
     let monitors = [(); 2].map(|()| stage.start(&["monitor", "--format", "json"]));
@@ -216,13 +221,19 @@ fn a_monitor_is_a_witness_only_and_two_of_them_agree() {
 }
 
 #[test]
-fn a_monitor_reports_what_became_of_each_command_and_who_sent_it() {
+fn a_monitor_reports_the_outcome_and_the_sender_of_each_command() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);
     assert_eq!(stage.run(&["ctl", "speed", "0.8"]).code(), Some(0));
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
-    let text = stage.start(&["monitor"]);
+    let mut text = stage.start(&["monitor"]);
     monitor.json_until("the speed is reported", |line| line["command"] == "speed");
+    // Both monitors read the bus from here on.
+    let mut told = text.next_line().expect("a line");
+    while !told.contains("  ctl: speed 0.8 m/s, accepted from tick ") {
+        told = text.next_line().expect("the speed is reported in text");
+    }
+    assert!(told.contains(" s  command    20"), "{told}");
     assert_eq!(stage.run(&["ctl", "release"]).code(), Some(1));
     let ctl = stage.start(&["ctl", "seek", "1e6"]);
     let ctl_pid = ctl.pid();
@@ -240,8 +251,11 @@ fn a_monitor_reports_what_became_of_each_command_and_who_sent_it() {
     assert!(wall_time.parse::<jiff::Timestamp>().is_ok() && wall_time.ends_with('Z'), "{wall_time}");
     server.stop();
     let summary = monitor.terminate().expect_clean().last_json();
-    assert_eq!(summary["commands"], json!({ "accepted": 2, "refused": 2, "grants": 0, "lost": 0 }), "the signal too");
+    assert_eq!(
+        summary["commands"],
+        json!({ "accepted": 2, "refused": 2, "grants": 0, "lost": 0 }),
+        "the signal is counted too"
+    );
     let text = text.terminate().expect_clean().stdout;
-    assert!(text.contains(" s  command    20") && text.contains("  ctl: speed 0.8 m/s, accepted from tick "), "{text}");
     assert!(text.contains("\ncommands: 2 accepted, 2 refused, 0 grants, 0 lost\n"), "{text}");
 }

@@ -1,4 +1,4 @@
-//! A bus that another version of the program has made, and recordings of one: every command says so, and what to do.
+//! A bus of another version of the program, and recordings of one: every command reports the mismatch and the remedy.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, Zero
 
 use crate::stage::Stage;
 
-/// A handle of a version to come.
+/// A handle of a later version.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("bench_dragon.HandleState.v2")]
@@ -18,7 +18,7 @@ struct OtherHandle {
     heading: [f64; 4],
 }
 
-/// A command of a version to come.
+/// A command of a later version.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, ZeroCopySend)]
 #[type_name("bench_dragon.Command.v3")]
@@ -28,7 +28,7 @@ struct OtherCommand {
 
 fn node(domain: &Domain) -> Node<ipc::Service> {
     let builder = NodeBuilder::new().config(&domain.iceoryx2_config());
-    builder.signal_handling_mode(SignalHandlingMode::Disabled).create().expect("a node can be made")
+    builder.signal_handling_mode(SignalHandlingMode::Disabled).create().expect("the node can be created")
 }
 
 fn name(service: &str) -> ServiceName {
@@ -42,14 +42,14 @@ fn mismatch(service: &str) -> String {
 }
 
 #[test]
-fn frames_of_another_layout_are_told_by_every_command_that_reads_them_and_by_a_source() {
+fn frames_of_another_layout_are_reported_by_every_reader_and_by_a_source() {
     let stage = Stage::new();
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let node = node(stage.domain());
     let frames = node.service_builder(&name(FRAMES)).publish_subscribe::<[OtherHandle]>();
-    let frames = frames.user_header::<FrameHeader>().create().expect("the service can be made");
-    // All else is as in this version.
-    let description = member.description().expect("the service can be made");
+    let frames = frames.user_header::<FrameHeader>().create().expect("the service can be created");
+    // All other services are those of this version.
+    let description = member.description().expect("the service can be created");
     let alerts = (member.alerts().expect("the service"), member.alert_events().expect("the service"));
     for command in [&["monitor"][..], &["record", "a.mcap"], &["echo"], &["hz"], &["latency"], &["serve"]] {
         let ended = stage.run(command);
@@ -59,12 +59,12 @@ fn frames_of_another_layout_are_told_by_every_command_that_reads_them_and_by_a_s
 }
 
 #[test]
-fn commands_of_another_layout_are_told_by_ctl() {
+fn commands_of_another_layout_are_reported_by_ctl() {
     let stage = Stage::new();
     let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
     let node = node(stage.domain());
     let commands = node.service_builder(&name(COMMANDS)).request_response::<OtherCommand, u64>();
-    let commands = commands.create().expect("the service can be made");
+    let commands = commands.create().expect("the service can be created");
     for order in [&["ctl", "hold"][..], &["ctl", "stop"]] {
         let ended = stage.run(order);
         assert_eq!((ended.code(), ended.stderr), (Some(1), mismatch(COMMANDS)), "{order:?}");
@@ -72,7 +72,7 @@ fn commands_of_another_layout_are_told_by_ctl() {
     drop((commands, node, member));
 }
 
-/// Records one frame of a bench, described by a text.
+/// Records one frame of a dragon with one bench, with this description.
 fn write_recording(path: &Path, toml: &str) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
     let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };
@@ -82,7 +82,7 @@ fn write_recording(path: &Path, toml: &str) {
 }
 
 #[test]
-fn a_description_that_a_monitor_cannot_read_or_of_another_dragon_is_named() {
+fn an_unreadable_description_or_one_of_another_dragon_is_reported() {
     let stage = Stage::new();
     for (toml, code, error) in [
         (
@@ -90,7 +90,7 @@ fn a_description_that_a_monitor_cannot_read_or_of_another_dragon_is_named() {
             2,
             "error: the description on the bus: line 3, `legs = 4`: unknown field `legs`",
         ),
-        ("[dragon]\nbenches = 2\n", 1, "error: the description on the bus is of 2 benches, the frames are of 1"),
+        ("[dragon]\nbenches = 2\n", 1, "error: the description on the bus has 2 benches, the frames have 1"),
     ] {
         let name = format!("{code}.mcap");
         write_recording(&stage.path(&name), toml);

@@ -1,4 +1,4 @@
-//! A reader that does not keep up loses its own oldest frames, and knows exactly how many.
+//! A reader that does not keep up loses its own oldest frames, and counts them exactly.
 
 use bench_dragon_ipc::service::frame_buffer;
 use serde_json::json;
@@ -33,7 +33,7 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
 }
 
 #[test]
-fn a_show_that_fits_into_the_buffer_loses_nothing_however_late_it_is_read() {
+fn a_show_that_fits_into_the_buffer_is_read_completely_after_its_end() {
     let stage = Stage::new();
     let releases = frame_buffer(PAPER_BENCHES);
     let until_s = (releases - 1) as f64 / 1000.0;

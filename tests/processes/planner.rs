@@ -1,5 +1,4 @@
-//! The planner's questions as people ask them: the known answers as JSON, answers that are played, and questions that
-//! have no answer.
+//! The planner's questions: the known answers as JSON, answers that are played, and questions without an answer.
 
 use std::fs;
 
@@ -19,13 +18,13 @@ fn answer(args: &[&str]) -> Value {
     solve(&[args, &["--format", "json"]].concat()).expect_clean().last_json()
 }
 
-/// Fails unless a number is as the table has it, to six decimals.
+/// Fails unless a number equals the published value to six decimals.
 fn assert_six(actual: &Value, expected: f64) {
     let number = actual.as_f64().unwrap_or_else(|| panic!("{actual} is no number"));
     assert!((number - expected).abs() <= 5.001e-7, "{number}, not {expected}");
 }
 
-/// The one line that a refused question gets.
+/// Returns the one line of a refused question.
 fn refusal(args: &[&str]) -> String {
     let ended = solve(args);
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{args:?}: {}", ended.stderr);
@@ -34,7 +33,7 @@ fn refusal(args: &[&str]) -> String {
 }
 
 #[test]
-fn contact_and_near_miss_are_what_the_table_says() {
+fn contact_and_near_miss_have_the_published_values() {
     let contact = answer(&["contact", "--profile", "--step", "100"]);
     assert_six(&contact["time_s"], 412.473_838);
     assert_eq!(contact["benches"], json!([0, 8]));
@@ -52,15 +51,15 @@ fn contact_and_near_miss_are_what_the_table_says() {
 }
 
 #[test]
-fn a_contact_without_a_profile_has_the_three_keys_of_old() {
+fn a_contact_without_a_profile_has_three_keys() {
     let contact = answer(&["contact"]);
     let keys: Vec<&String> = contact.as_object().expect("an object").keys().collect();
     assert_eq!(keys, ["benches", "point_m", "time_s"]);
 }
 
-/// The head starts from rest, so it is everywhere later by what its ramp takes: at 1 m/s and 0.25 m/s² that is 2 s.
+/// The head starts from rest, so its ramp delays it everywhere by the same time: 2 s at 1 m/s and 0.25 m/s².
 #[test]
-fn with_an_acceleration_a_contact_is_planned_when_it_is_danced() {
+fn with_an_acceleration_the_planned_contact_is_the_danced_one() {
     let stage = Stage::new();
     let short = "[dragon]\nbenches = 60\n[route]\nstart_turns = 5\n";
     let [planned, ramped] = [("plain", ""), ("ramped", "[head]\naccel_mps2 = 0.25\n")].map(|(name, head)| {
@@ -80,7 +79,7 @@ fn with_an_acceleration_a_contact_is_planned_when_it_is_danced() {
 }
 
 #[test]
-fn with_an_acceleration_poses_profiles_and_ends_are_those_of_the_ramps() {
+fn with_an_acceleration_poses_profiles_and_ends_follow_the_ramps() {
     let stage = Stage::new();
     let file = stage.path("ramped.toml").display().to_string();
     fs::write(&file, "[head]\naccel_mps2 = 0.25\n").expect("a file");
@@ -108,7 +107,7 @@ fn with_an_acceleration_poses_profiles_and_ends_are_those_of_the_ramps() {
 }
 
 #[test]
-fn with_an_acceleration_the_fastest_moment_of_a_turn_is_that_of_the_ramps() {
+fn with_an_acceleration_the_fastest_moment_of_a_turn_follows_the_ramps() {
     let stage = Stage::new();
     let file = stage.path("turn.toml").display().to_string();
     fs::write(&file, "[head]\naccel_mps2 = 0.5\n[route]\nkind = \"turnaround\"\n").expect("a file");
@@ -119,7 +118,7 @@ fn with_an_acceleration_the_fastest_moment_of_a_turn_is_that_of_the_ramps() {
     assert!((time_s(&ramped) - time_s(&plain) - 1.0).abs() < 1e-6, "{plain} {ramped}");
 }
 
-/// The clearance of the nearest pair at a time, as the profile has it.
+/// Fails unless the profile ends at the contact with this clearance.
 fn assert_clearance_at_the_end(contact: &Value, clearance_m: f64) {
     let last = contact["profile"].as_array().expect("a profile").last().expect("a last point");
     assert_eq!((&last["time_s"], &last["benches"]), (&contact["time_s"], &contact["benches"]));
@@ -128,12 +127,12 @@ fn assert_clearance_at_the_end(contact: &Value, clearance_m: f64) {
 }
 
 #[test]
-fn a_clearance_is_met_before_the_benches_touch() {
+fn a_given_clearance_is_reached_before_the_contact() {
     let near = answer(&["contact", "--clearance", "0.05", "--profile", "--step", "1000"]);
     assert_eq!(near["clearance_m"], 0.05);
     assert!(near["time_s"].as_f64().expect("a time") < 400.0, "{near}");
     assert_clearance_at_the_end(&near, 0.05);
-    // The near miss leaves 0.865 mm: half a millimetre is met at the contact alone, where the guard rests.
+    // The near miss leaves 0.865 mm: half a millimetre is reached only at the contact, where the guard stops the head.
     let margin = answer(&["contact", "--clearance", "0.0005"]);
     assert_six(&margin["time_s"], 412.454_970);
     assert_eq!(margin["benches"], json!([0, 8]));
@@ -155,19 +154,20 @@ fn a_pitch_that_keeps_a_clearance_keeps_it_to_the_circle() {
     assert!(x.hypot(y) < 4.5, "the benches first come nearer inside the circle, with the head at ({x}, {y})");
 }
 
-/// A dragon shorter than one turn has nothing beside it: what binds is a rule.
+/// A dragon shorter than one turn has no benches beside it: the rule on pitches is the limit.
 #[test]
 fn the_pitch_of_a_short_dragon_is_limited_by_the_rule_on_pitches() {
     let stage = Stage::new();
     let file = stage.path("short.toml").display().to_string();
     fs::write(&file, "[dragon]\nbenches = 5\n").expect("a file");
     let text = solve(&["pitch", "--config", &file]).expect_clean().stdout;
-    let rule = "any tighter, it would not be above width_m, 0.3: that rule binds, not a pair of benches\n";
+    let rule =
+        "with a smaller pitch, it would not exceed width_m, 0.3: this rule is the limit, not a pair of benches\n";
     assert!(text.starts_with("smallest pitch 0.300000 m") && text.ends_with(rule), "{text}");
 }
 
 #[test]
-fn a_turn_that_breaks_a_limit_says_where_and_is_not_saved() {
+fn a_turn_that_exceeds_a_limit_is_reported_and_not_saved() {
     let stage = Stage::new();
     let file = stage.path("turn.toml").display().to_string();
     for (limit, reason) in [
@@ -204,7 +204,7 @@ fn the_shortest_turn_leaves_room_and_plays_through_under_the_guard() {
     let ended = stage.run(&[&["show", "--guard", "--config", "short.toml"], &pace[..]].concat());
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
-    assert_eq!((&summary["contact"], &summary["guard"]), (&Value::Null, &Value::Null), "nothing stops the head");
+    assert_eq!((&summary["contact"], &summary["guard"]), (&Value::Null, &Value::Null), "the head has not stopped");
     let (frames, _) = crate::record::read(&stage.path("out/recording.mcap"));
     let last = frames.last().expect("frames");
     assert_eq!((last.sim_time_ns, last.head_travel_m), (60_000_000_000, 60.0));
@@ -223,12 +223,12 @@ fn a_spiral_and_flags_for_a_turn_make_a_turnaround() {
     let limit = answer(&[&["speed-limit", "--limit", "2", "--config", &file], &flags[..]].concat());
     assert_six(&limit["head_speed_mps"], 1.246_266);
     let text = solve(&["speed-limit", "--limit", "2", "--config", &file]).expect_clean().stdout;
-    assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter asks"), "{text}");
+    assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter computes"), "{text}");
 }
 
-/// What cannot be drawn or written takes the answer away from nobody.
+/// The answer is printed even if its figure cannot be written.
 #[test]
-fn a_figure_never_takes_the_place_of_the_answer() {
+fn the_answer_is_printed_even_if_its_figure_fails() {
     for (question, begins) in [
         (&["poses", "--at", "0"][..], "at 0 s\n"),
         (&["contact"], "first contact at 412.473838 s"),
@@ -244,14 +244,14 @@ fn a_figure_never_takes_the_place_of_the_answer() {
 }
 
 #[test]
-fn smallest_pitch_is_what_the_table_says() {
+fn the_smallest_pitch_has_the_published_value() {
     let pitch = answer(&["pitch", "--turn-diameter", "9"]);
     assert_six(&pitch["pitch_m"], 0.450_337);
     assert_eq!((&pitch["limit"]["kind"], &pitch["infeasible"]), (&json!("contact"), &Value::Null));
 }
 
 #[test]
-fn turn_is_what_the_table_says() {
+fn the_turn_has_the_published_values() {
     let turn = answer(&["turn"]);
     assert_six(&turn["radii_m"][0], 3.005_418);
     assert_six(&turn["radii_m"][1], 1.502_709);
@@ -264,7 +264,7 @@ fn turn_is_what_the_table_says() {
 }
 
 #[test]
-fn speed_limit_is_what_the_table_says() {
+fn the_speed_limit_has_the_published_values() {
     let limit = answer(&["speed-limit", "--limit", "2"]);
     assert_six(&limit["head_speed_mps"], 1.246_266);
     assert_six(&limit["largest_ratio"], 1.604_793);
@@ -285,7 +285,7 @@ fn a_saved_speed_limit_is_played_with_every_handle_under_it() {
         .flat_map(|shot| &shot.handles)
         .map(|handle| handle.velocity_mps[0].hypot(handle.velocity_mps[1]))
         .fold(0.0, f64::max);
-    assert!(fastest_mps <= 2.0 + 1e-12 && fastest_mps > 1.9999, "{fastest_mps} m/s, planned {planned}");
+    assert!(fastest_mps <= 2.0 + 1e-12 && fastest_mps > 1.999, "{fastest_mps} m/s, planned {planned}");
 }
 
 #[test]
@@ -301,7 +301,7 @@ fn a_saved_pitch_reaches_the_circle_without_a_contact() {
 }
 
 #[test]
-fn a_turn_that_no_dragon_walks_has_null_answers_and_the_reason() {
+fn an_infeasible_turn_has_null_answers_and_the_reason() {
     let stage = Stage::new();
     let file = stage.path("tight.toml").display().to_string();
     fs::write(&file, TOO_TIGHT).expect("a file");
@@ -328,7 +328,7 @@ fn a_spiral_that_never_touches_has_no_contact() {
 }
 
 #[test]
-fn questions_that_cannot_be_are_refused_in_one_line() {
+fn impossible_questions_are_refused_in_one_line() {
     let stage = Stage::new();
     let file = stage.path("spiral.toml").display().to_string();
     fs::write(&file, "").expect("a file");
@@ -370,12 +370,12 @@ fn questions_that_cannot_be_are_refused_in_one_line() {
 }
 
 #[test]
-fn the_answer_comes_before_its_profile_and_a_single_near_miss_is_one() {
+fn the_answer_is_printed_before_its_profile_with_the_singular_for_one_near_miss() {
     let text = solve(&["contact", "--profile", "--step", "100", "--near", "0.001"]).expect_clean().stdout;
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[0].starts_with("first contact at 412.473838 s, benches 0 and 8"), "{text}");
     assert_eq!(lines[1], "1 near miss", "{text}");
     assert!(lines[2].contains("0.000865"), "{text}");
     assert_eq!(lines[4].split_whitespace().collect::<Vec<_>>(), ["s", "clearance", "m", "benches"], "{text}");
-    assert_eq!(lines.len(), 5 + 6, "six times: {text}");
+    assert_eq!(lines.len(), 5 + 6, "the profile has six times: {text}");
 }

@@ -1,4 +1,4 @@
-//! What is live on the bus is what the planner computes.
+//! The published poses are the poses that the planner computes.
 
 use bench_dragon::config::Config;
 use bench_dragon_geometry::dragon::ChainSolver;
@@ -11,7 +11,7 @@ use crate::reader::{Reader, Shot, assert_whole};
 use crate::releases::{assert_released, release};
 use crate::stage::{Stage, program};
 
-/// All frames of a short show of so many releases.
+/// Plays a short show of this many releases, and returns all its frames.
 fn play(stage: &Stage, releases: u64, args: &[&str]) -> Vec<Shot> {
     let server = stage.serve(&[&["--readers", "1"], args].concat());
     let shots = Reader::join(stage).read_to_end();
@@ -22,14 +22,14 @@ fn play(stage: &Stage, releases: u64, args: &[&str]) -> Vec<Shot> {
     shots
 }
 
-/// Fails where the two differ by more than rounding.
+/// Fails if the two differ by more than rounding.
 pub(crate) fn assert_near(live: [f64; 3], solved: DVec2) {
     let off = (live[0] - solved.x).abs().max((live[1] - solved.y).abs());
     assert!(off < 1e-12 && live[2] == 0.0, "{live:?} is not {solved:?}");
 }
 
 #[test]
-fn every_handle_of_every_frame_is_the_solvers() {
+fn every_handle_of_every_frame_equals_the_solution() {
     let stage = Stage::new();
     let shots = play(&stage, 198, &["--start-at", "123.4", "--time-scale", "900", "--until", "300"]);
     let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
@@ -46,7 +46,7 @@ fn every_handle_of_every_frame_is_the_solvers() {
 }
 
 #[test]
-fn the_planner_prints_the_numbers_that_are_live() {
+fn the_planner_prints_the_published_numbers() {
     let stage = Stage::new();
     let shots = play(&stage, 28, &["--start-at", "17.3", "--rate", "7", "--time-scale", "100", "--until", "400"]);
     let times: Vec<String> = shots.iter().map(|shot| shot.header.head_travel_m.to_string()).collect();
@@ -94,13 +94,13 @@ fn every_frame_is_due_a_whole_number_of_periods_after_the_first() {
         let release = ((header.scheduled_ns - epoch_ns) * 300).div_ceil(1_000_000_000);
         assert_eq!(header.scheduled_ns, epoch_ns + release * 1_000_000_000 / 300, "tick {}", header.tick);
         assert!(header.published_ns >= header.scheduled_ns, "no frame is sent before it is due");
-        assert!(last_release < Some(release), "releases are skipped, never repeated");
+        assert!(last_release < Some(release), "releases are skipped and never repeated");
         last_release = Some(release);
     }
 }
 
 #[test]
-fn the_releases_that_were_skipped_are_the_overruns_of_the_summary() {
+fn the_summarys_overruns_are_the_skipped_releases() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000", "--until", "0.2", "--readers", "1"]);
     let shots = Reader::join(&stage).read_to_end();

@@ -1,4 +1,4 @@
-//! The files that `solve poses` writes: a workbook that a stock reader opens, whole or not at all.
+//! The files that `solve poses` writes: a workbook that a stock reader opens, and that is either complete or absent.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -26,7 +26,7 @@ fn openpyxl_reads_the_workbook_back() {
 }
 
 #[test]
-fn a_workbook_replaces_what_was_there_and_nothing_else_is_left() {
+fn a_workbook_replaces_an_old_file_and_leaves_no_other() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("poses.xlsx");
     fs::write(&path, "something old").expect("a file");
@@ -37,7 +37,7 @@ fn a_workbook_replaces_what_was_there_and_nothing_else_is_left() {
 }
 
 #[test]
-fn a_workbook_that_cannot_be_written_is_told_in_one_line() {
+fn a_workbook_that_cannot_be_written_is_reported_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::create_dir(folder.path().join("folder.xlsx")).expect("a folder");
     std::os::unix::fs::symlink("/dev/full", folder.path().join("full.xlsx")).expect("a link");

@@ -1,4 +1,4 @@
-//! A pseudo-terminal that a program is run on, and that takes output only when it is asked to.
+//! A pseudo-terminal for a program. It accepts output only when the test reads it.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read as _, Write as _};
@@ -11,7 +11,7 @@ use nix::pty::{PtyMaster, grantpt, posix_openpt, ptsname_r, unlockpt};
 use rustix::process::{Pid, Signal, kill_process};
 use test_support::eventually::eventually;
 
-/// Both ends of the terminal.
+/// The two ends of the terminal.
 #[derive(Debug)]
 pub(crate) struct Pty {
     master: PtyMaster,
@@ -19,22 +19,22 @@ pub(crate) struct Pty {
     path: String,
 }
 
-/// A process on a terminal. One that a failing test leaves is killed.
+/// A process on a terminal. If the test fails, the process is killed.
 #[derive(Debug)]
 pub(crate) struct OnPty(Child);
 
 impl Pty {
-    /// A terminal whose output nobody reads yet. No process has its other end, so that it can be closed.
+    /// Opens a terminal with unread output. No process inherits its other end, so that it can be closed.
     pub(crate) fn open() -> Self {
         let master =
             posix_openpt(OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC).expect("the system has terminals");
-        grantpt(&master).and_then(|()| unlockpt(&master)).expect("it is ours");
-        let path = ptsname_r(&master).expect("it has a name");
+        grantpt(&master).and_then(|()| unlockpt(&master)).expect("this user owns it");
+        let path = ptsname_r(&master).expect("the terminal has a name");
         let slave = open_slave(&path, OFlag::empty());
         Self { master, slave, path }
     }
 
-    /// The same, full: it takes nothing.
+    /// Opens a terminal whose buffer is full, so that it accepts no output.
     pub(crate) fn stuck() -> Self {
         let pty = Self::open();
         let mut filler = open_slave(&pty.path, OFlag::O_NONBLOCK);
@@ -50,11 +50,11 @@ impl Pty {
     /// Starts a program whose stdout and stderr are this terminal.
     pub(crate) fn start(&self, mut command: Command) -> OnPty {
         command.stdin(Stdio::null()).stdout(self.slave()).stderr(self.slave()).env("TERM", "xterm");
-        OnPty(command.spawn().expect("the program is there"))
+        OnPty(command.spawn().expect("the program exists"))
     }
 
-    /// Starts a program whose own terminal this is: it gets a SIGHUP when the terminal is closed, also where the tests run under
-    /// `nohup`. `launcher` runs it.
+    /// Starts a program with this controlling terminal: it gets a SIGHUP when the terminal is closed, also if the tests run
+    /// under `nohup`. `launcher` runs the program.
     pub(crate) fn start_session(&self, launcher: &[&str], command: &Command) -> OnPty {
         let mut session = Command::new("env");
         session
@@ -65,27 +65,27 @@ impl Pty {
         session.env_remove("RUST_LOG").env("TERM", "xterm");
         session.current_dir(command.get_current_dir().expect("the stage has a folder"));
         session.stdin(self.slave()).stdout(self.slave()).stderr(self.slave());
-        OnPty(session.spawn().expect("env is part of the system"))
+        OnPty(session.spawn().expect("env is installed"))
     }
 
-    /// A handle of the terminal for a program.
+    /// Returns a handle of the terminal for a program.
     pub(crate) fn slave(&self) -> Stdio {
         Stdio::from(self.slave.try_clone().expect("a descriptor"))
     }
 
-    /// Takes all output from now on, until no process has the terminal any more. Gives all of it, without what filled it.
+    /// Reads all output until no process has the terminal open. Returns the output without the bytes that filled the buffer.
     pub(crate) fn read(self) -> JoinHandle<String> {
         let Self { mut master, slave, .. } = self;
         drop(slave);
         thread::spawn(move || {
             let mut output = Vec::new();
-            // EIO stands for the end.
+            // The read ends with EIO.
             let _ = master.read_to_end(&mut output);
             String::from_utf8_lossy(&output).trim_start_matches('x').replace("\r\n", "\n")
         })
     }
 
-    /// Closes the terminal under whatever runs on it.
+    /// Closes the terminal of a running process.
     pub(crate) fn close(self) {
         drop(self);
     }
@@ -93,7 +93,7 @@ impl Pty {
 
 fn open_slave(path: &str, flags: OFlag) -> File {
     let flags = flags.union(OFlag::O_NOCTTY).bits();
-    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).expect("our own terminal")
+    OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).expect("the terminal belongs to the test")
 }
 
 impl OnPty {
@@ -105,7 +105,7 @@ impl OnPty {
         kill_process(Pid::from_child(&self.0), signal).expect("the process has not been waited for");
     }
 
-    /// Waits for its end.
+    /// Waits for the end.
     pub(crate) fn end(mut self) -> ExitStatus {
         eventually("a process on a terminal has ended", || self.0.try_wait().expect("a child can be waited for"))
     }
@@ -113,7 +113,7 @@ impl OnPty {
 
 impl Drop for OnPty {
     fn drop(&mut self) {
-        // Without effect on one that has been waited for.
+        // This has no effect if the process has been waited for.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

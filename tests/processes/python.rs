@@ -1,5 +1,5 @@
-//! What the stock Python packages read, live and from a recording, with no code of ours but the layout; what they must find
-//! is in `tests/python`. And our own package, whose tests are beside it.
+//! The stock Python packages read the bus with no code of the project except the layouts; their tests are in `tests/python`.
+//! The project's own package has its tests in its folder.
 
 use std::ffi::OsStr;
 

@@ -15,7 +15,7 @@ pub(crate) struct Shot {
     pub(crate) continuity: Continuity,
 }
 
-/// A subscriber whose waits have a deadline; past it, the test fails with what was waited for and the last frame.
+/// A subscriber whose waits have a deadline. After it, the test fails with the awaited event and the last frame.
 #[derive(Debug)]
 pub(crate) struct Reader {
     frames: FrameSubscriber,
@@ -23,28 +23,28 @@ pub(crate) struct Reader {
 }
 
 impl Reader {
-    /// Joins a stage on which a server is.
+    /// Joins a stage with a server.
     pub(crate) fn join(stage: &Stage) -> Self {
-        Self::new(FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services"))
+        Self::new(FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services"))
     }
 
-    /// Joins as soon as there is a server.
+    /// Waits for a server, and joins its stage.
     #[track_caller]
     pub(crate) fn await_server(stage: &Stage) -> Self {
         let open = || FrameSubscriber::open(stage.domain(), "test").map_err(|error| error.to_string());
-        Self::new(eventually_from("a server has made the services", open))
+        Self::new(eventually_from("a server has created the services", open))
     }
 
     fn new(frames: FrameSubscriber) -> Self {
         Self { frames, last: None }
     }
 
-    /// The next frame.
+    /// Waits for the next frame.
     #[track_caller]
     pub(crate) fn next(&mut self) -> Shot {
         let begun = Instant::now();
         loop {
-            // It may return without a frame before its time is over.
+            // The wait may end early without a frame.
             if let Some(frame) = self.frames.wait(DEADLINE).expect("the bus is readable") {
                 self.last = Some(*frame.header());
                 return Shot::of(&frame);
@@ -57,13 +57,13 @@ impl Reader {
         }
     }
 
-    /// The frames that are there already: all that follow, where the server has ended.
+    /// Returns the unread frames; if the server has ended, all that remain.
     pub(crate) fn read_unread(&mut self) -> Vec<Shot> {
         let mut receive = || self.frames.receive().expect("the bus is readable").map(|frame| Shot::of(&frame));
         std::iter::from_fn(&mut receive).collect()
     }
 
-    /// Frames up to the first one that is wanted, which comes last. `what` completes "waited until …".
+    /// Returns frames up to the first wanted one, which is the last element. `what` completes the message "waited … until".
     #[track_caller]
     pub(crate) fn read_until(&mut self, what: &str, is_wanted: impl Fn(&FrameHeader) -> bool) -> Vec<Shot> {
         let begun = Instant::now();
@@ -75,13 +75,13 @@ impl Reader {
         shots
     }
 
-    /// Frames up to a tick, which comes last unless it was lost.
+    /// Returns frames up to a tick, which is the last element unless it was lost.
     #[track_caller]
     pub(crate) fn read_to_tick(&mut self, tick: u64) -> Vec<Shot> {
         self.read_until(&format!("tick {tick}"), |header| header.tick >= tick)
     }
 
-    /// Frames up to the one that ends the show.
+    /// Returns frames up to the last frame of the show.
     #[track_caller]
     pub(crate) fn read_to_end(&mut self) -> Vec<Shot> {
         self.read_until("the show ends", |header| {
@@ -103,12 +103,12 @@ impl Shot {
         self.header.show_state().expect("a state that this version knows")
     }
 
-    /// The frame as the bytes it has in shared memory.
+    /// Returns the frame's bytes in shared memory.
     pub(crate) fn wire_bytes(&self) -> Vec<u8> {
         frame_bytes(&self.header, &self.handles)
     }
 
-    /// The header's values in their order, as their bits.
+    /// Returns the header's values in their order, as bits.
     pub(crate) fn header_words(&self) -> [u64; 10] {
         let header = &self.header;
         [
@@ -126,7 +126,7 @@ impl Shot {
     }
 }
 
-/// Fails unless every frame's continuity is what its tick says, all of one run, the first one being the reader's first.
+/// Fails unless all frames are of one run, each continuity matches the ticks, and the first frame is the reader's first.
 pub(crate) fn assert_accounted_for(shots: &[Shot], lost: u64) {
     let [first, .., last] = shots else { panic!("two frames at least") };
     assert_eq!(first.continuity, Continuity::First);
@@ -140,7 +140,7 @@ pub(crate) fn assert_accounted_for(shots: &[Shot], lost: u64) {
     assert_eq!(shots.len() as u64 + lost, last.header.tick - first.header.tick + 1, "received and lost");
 }
 
-/// Fails unless these are all the frames of a run, from tick 0 on.
+/// Fails unless these are all frames of a run, from tick 0 on.
 pub(crate) fn assert_whole(shots: &[Shot], run_id: u64) {
     for (tick, shot) in shots.iter().enumerate() {
         assert_eq!((shot.header.run_id, shot.header.tick), (run_id, tick as u64));

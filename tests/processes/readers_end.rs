@@ -1,4 +1,4 @@
-//! Readers that end, however they end, are nobody else's affair.
+//! The end of a reader, in any way, does not affect the server and the other readers.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-fn a_killed_reader_neither_stops_the_server_nor_the_other_readers() {
+fn a_killed_reader_stops_neither_the_server_nor_the_other_readers() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let mut witness = Reader::join(&stage);
@@ -23,7 +23,7 @@ fn a_killed_reader_neither_stops_the_server_nor_the_other_readers() {
 }
 
 #[test]
-fn the_server_takes_away_what_a_killed_reader_has_left() {
+fn the_server_removes_the_remains_of_a_killed_reader() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let mut killed = stage.start(&["echo", "--format", "json"]);
@@ -34,13 +34,13 @@ fn the_server_takes_away_what_a_killed_reader_has_left() {
 }
 
 #[test]
-fn the_last_reader_to_leave_takes_away_what_its_server_has_left() {
+fn the_last_reader_removes_the_remains_of_its_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let mut reader = Reader::join(&stage);
     reader.next();
     server.stop();
-    assert!(!stage.remains().is_empty(), "a reader is still there");
+    assert!(!stage.remains().is_empty(), "a reader still runs");
     drop(reader);
     assert!(stage.remains().is_empty(), "{:?}", stage.remains());
 }
@@ -59,7 +59,7 @@ fn a_reader_that_is_slower_than_the_server_ends_at_a_signal() {
 }
 
 #[test]
-fn a_reader_whose_output_nobody_reads_any_more_ends_cleanly() {
+fn a_reader_with_a_closed_output_ends_cleanly() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000"]);
     for format in ["text", "json"] {

@@ -1,4 +1,4 @@
-//! What a server asks of the kernel: a processor, a priority, locked memory, spinning.
+//! The requests of a server to the kernel: a processor, a priority, locked memory, spinning.
 
 use std::fs;
 use std::path::Path;
@@ -18,16 +18,16 @@ use thread_priority::{
 use crate::reader::{Reader, assert_whole};
 use crate::stage::Stage;
 
-/// The kernel's numbers of its scheduling policies.
+/// Numbers of the kernel's scheduling policies.
 const SCHED_OTHER: u32 = 0;
 const SCHED_FIFO: u32 = 1;
 const SCHED_RR: u32 = 2;
 
-/// A server that asks for a priority.
+/// Arguments of a server that requests a priority.
 const SERVE_AT_80: [&str; 9] =
     ["serve", "--format", "json", "--rate", "100", "--readers", "1", "--priority", "fifo:80"];
 
-/// A thread as the kernel accounts for it.
+/// A thread's scheduling, as the kernel reports it.
 #[derive(Debug, PartialEq)]
 struct Thread {
     is_loop: bool,
@@ -37,7 +37,7 @@ struct Thread {
 }
 
 #[test]
-fn the_loop_has_its_processor_and_priority_and_the_other_threads_have_neither() {
+fn only_the_loop_has_the_requested_processor_and_priority() {
     if !may_take_priority() {
         skip("real-time priorities are not granted here");
         return;
@@ -61,7 +61,7 @@ fn the_loop_has_its_processor_and_priority_and_the_other_threads_have_neither() 
 }
 
 #[test]
-fn a_server_that_asks_for_nothing_is_given_nothing() {
+fn a_server_without_flags_has_no_priority_and_no_processor_of_its_own() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     Reader::join(&stage).read_to_tick(1);
@@ -74,7 +74,7 @@ fn a_server_that_asks_for_nothing_is_given_nothing() {
 }
 
 #[test]
-fn without_the_privilege_one_line_says_what_to_grant_and_the_server_runs() {
+fn without_the_privilege_the_server_runs_and_reports_the_missing_rights_in_one_line() {
     let stage = Stage::new();
     let Some(command) = unprivileged(&stage.command(&SERVE_AT_80)) else { return };
     let mut server = Process::start(command);
@@ -93,10 +93,10 @@ fn without_the_privilege_one_line_says_what_to_grant_and_the_server_runs() {
 }
 
 #[test]
-fn a_processor_that_is_not_there_is_told_with_those_that_are() {
+fn a_missing_processor_is_reported_with_the_available_ones() {
     let stage = Stage::new();
     if processors().contains(1023) {
-        skip("this machine has every processor that there can be");
+        skip("this machine has all 1024 processors");
         return;
     }
     fs::write(stage.path("stage.toml"), "[serve]\ncpu = 1023\n").expect("a file");
@@ -118,7 +118,7 @@ fn a_spinning_server_sends_every_frame_and_none_before_it_is_due() {
 }
 
 #[test]
-fn a_show_hands_what_it_is_asked_for_to_its_server() {
+fn a_show_passes_its_real_time_flags_to_its_server() {
     let (stage, cpu) = (Stage::new(), last_cpu());
     let show = ["show", "--out", "out", "--until", "0.1", "--cpu", &cpu, "--spin-us", "20", "--priority", "other"];
     stage.run(&show).expect_clean();
@@ -128,7 +128,7 @@ fn a_show_hands_what_it_is_asked_for_to_its_server() {
     assert!(text.contains("priority = \"other\""), "{text}");
 }
 
-/// The command with no right to a priority or to locked memory, or `None` where that cannot be had.
+/// Returns the command without the right to a priority or to locked memory; `None` if the rights cannot be removed.
 fn unprivileged(command: &Command) -> Option<Command> {
     let mut with: Vec<&str> = vec!["prlimit", "--rtprio=0", "--memlock=65536"];
     if geteuid().is_root() {
@@ -142,38 +142,38 @@ fn unprivileged(command: &Command) -> Option<Command> {
     Some(without)
 }
 
-/// Whether a thread of this user may have a real-time priority.
+/// Whether a thread of this user may take a real-time priority.
 fn may_take_priority() -> bool {
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     let take = move || set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Max, policy).is_ok();
-    thread::spawn(take).join().expect("it only asks")
+    thread::spawn(take).join().expect("the thread does not panic")
 }
 
 fn processors() -> Processors {
-    Processors::of_this_process().expect("the kernel tells")
+    Processors::of_this_process().expect("the kernel reports it")
 }
 
-/// The last processor that we may use.
+/// Returns the last processor that this process may use.
 fn last_cpu() -> String {
     let cpus = processors();
-    (0..=1023).rev().find(|&cpu| cpus.contains(cpu)).expect("this runs on one").to_string()
+    (0..=1023).rev().find(|&cpu| cpus.contains(cpu)).expect("this process runs on a processor").to_string()
 }
 
 fn threads(pid: u32) -> Vec<Thread> {
-    let tasks = fs::read_dir(format!("/proc/{pid}/task")).expect("the process is there");
-    let threads: Vec<Thread> = tasks.map(|task| thread(pid, &task.expect("the process is there").path())).collect();
+    let tasks = fs::read_dir(format!("/proc/{pid}/task")).expect("the process runs");
+    let threads: Vec<Thread> = tasks.map(|task| thread(pid, &task.expect("the process runs").path())).collect();
     assert!(threads.len() > 1 && threads.iter().filter(|thread| thread.is_loop).count() == 1, "{threads:?}");
     threads
 }
 
-/// The loop runs in the thread that the process began with.
+/// Reads a thread's scheduling. The loop runs in the first thread of the process.
 fn thread(pid: u32, task: &Path) -> Thread {
-    let stat = fs::read_to_string(task.join("stat")).expect("the thread is there");
-    // After the name, which is in brackets, fields count from 3.
+    let stat = fs::read_to_string(task.join("stat")).expect("the thread runs");
+    // After the name in brackets, the fields are numbered from 3.
     let (_, fields) = stat.rsplit_once(") ").expect("the name is in brackets");
     let field =
         |number: usize| fields.split(' ').nth(number - 3).and_then(|field| field.parse().ok()).expect("a number");
-    let status = fs::read_to_string(task.join("status")).expect("the thread is there");
+    let status = fs::read_to_string(task.join("status")).expect("the thread runs");
     Thread {
         is_loop: task.ends_with(pid.to_string()),
         policy: field(41),
@@ -183,11 +183,11 @@ fn thread(pid: u32, task: &Path) -> Thread {
 }
 
 fn locked_kib(pid: u32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("the process is there");
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("the process runs");
     value(&status, "VmLck").trim_end_matches(" kB").parse().expect("a number")
 }
 
 fn value(status: &str, key: &str) -> String {
     let line = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
-    line.expect("the kernel tells").trim().to_owned()
+    line.expect("the kernel reports it").trim().to_owned()
 }

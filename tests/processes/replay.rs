@@ -1,4 +1,4 @@
-//! A recording back on the bus: the same frames, bit for bit but for run and stamps, and what the others make of them.
+//! A replayed recording: the same frames, bit for bit except run and stamps, and the same results of monitor and recorder.
 
 use std::collections::hash_map::DefaultHasher;
 use std::fs;
@@ -18,7 +18,7 @@ use crate::stage::Stage;
 
 const SECOND_NS: u64 = 1_000_000_000;
 
-/// A replay whose first pass is on the bus, and the lines that it began with.
+/// Starts a replay, and waits until its first pass is on the bus. Returns its first line too.
 pub(crate) fn replay(stage: &Stage, args: &[&str]) -> (Process, Value) {
     let mut process = stage.start(&[&["replay", "--format", "json"], args].concat());
     let started = process.json();
@@ -26,7 +26,7 @@ pub(crate) fn replay(stage: &Stage, args: &[&str]) -> (Process, Value) {
     (process, started)
 }
 
-/// All frames of a recording, each with the text of its configuration.
+/// Returns all frames of a recording, each with the text of its configuration.
 pub(crate) fn recorded(path: &Path) -> Vec<(RecordedFrame, String)> {
     let mut reader = FrameReader::open(path).expect("a recording");
     let mut frames = Vec::new();
@@ -39,7 +39,7 @@ pub(crate) fn recorded(path: &Path) -> Vec<(RecordedFrame, String)> {
     frames
 }
 
-/// A hash of all that a replay keeps of a frame: everything but run, tick, stamps and time scale.
+/// Returns the hash of the values that a replay keeps: all except run, tick, stamps and time scale.
 fn content_hash(header: &FrameHeader, handles: &[HandleState]) -> u64 {
     let mut hasher = DefaultHasher::new();
     let FrameHeader { sim_time_ns, head_travel_m, head_speed_mps, bench_count, state, .. } = *header;
@@ -58,20 +58,25 @@ pub(crate) fn hashes_of_recorded(frames: &[(RecordedFrame, String)]) -> Vec<u64>
     frames.iter().map(|(frame, _)| content_hash(&frame.header, &frame.handles)).collect()
 }
 
-/// Fails unless each frame of a pass came when it was due by the recorded instants, time scales and the rate, or too late and
-/// counted, with those behind it a tenth faster until the replay was on time again.
+/// Fails unless each frame of a pass was due by the recorded instants, the time scales and the rate, or was late and counted.
+/// After a delay, the frames follow a tenth faster until the replay is on time again.
 pub(crate) fn assert_paced(shots: &[Shot], recorded: &[FrameHeader], rate: f64, overruns: &Value) {
     assert_eq!(shots.len(), recorded.len());
     let mut clock = PlaybackClock::new(rate);
     for (shot, recorded) in shots.iter().zip(recorded) {
         let came_ns = shot.header.scheduled_ns;
-        assert_eq!(clock.due_ns(recorded.scheduled_ns, came_ns), came_ns, "no frame comes too soon: {:?}", shot.header);
+        assert_eq!(
+            clock.due_ns(recorded.scheduled_ns, came_ns),
+            came_ns,
+            "no frame is due too early: {:?}",
+            shot.header
+        );
         assert_eq!(shot.header.time_scale, recorded.time_scale * clock.rate(), "{:?}", shot.header);
     }
-    assert_eq!(*overruns, clock.overruns(), "what came too late is counted");
+    assert_eq!(*overruns, clock.overruns(), "late frames are counted");
 }
 
-/// The contacts that a monitor has told of, without their runs.
+/// Returns the contacts that a monitor has reported, without their runs.
 pub(crate) fn contacts(lines: &[Value]) -> Vec<Value> {
     let contacts = lines.iter().filter(|line| line["kind"] == "contact");
     let without_run = contacts.cloned().map(|mut contact| {
@@ -81,14 +86,14 @@ pub(crate) fn contacts(lines: &[Value]) -> Vec<Value> {
     without_run.collect()
 }
 
-/// The only contact of a show.
+/// Returns the only contact of a show.
 fn contact(lines: &[Value]) -> Value {
     let contacts = contacts(lines);
     assert_eq!(contacts.len(), 1, "{lines:?}");
     contacts[0].clone()
 }
 
-/// Records frames of one bench at these ticks and instants, one after the other.
+/// Records frames of one bench with these ticks and instants.
 fn write_recording(path: &Path, run_id: u64, frames: &[(u64, u64)]) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
     recorder.describe(run_id, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 50\n").expect("the configuration");
@@ -100,13 +105,13 @@ fn write_recording(path: &Path, run_id: u64, frames: &[(u64, u64)]) {
     recorder.finish().expect("a finished recording");
 }
 
-/// A recording of two frames, the second due an hour after the first.
+/// Writes a recording of two frames, the second due an hour after the first.
 fn write_long_pause(stage: &Stage) {
     write_recording(&stage.path("a.mcap"), 7, &[(0, 0), (1, 3_600 * SECOND_NS)]);
 }
 
 #[test]
-fn a_replay_is_the_recording_bit_for_bit_but_for_run_and_stamps() {
+fn a_replay_is_the_recording_bit_for_bit_except_run_and_stamps() {
     let stage = Stage::new();
     let pace = ["--start-at", "411", "--time-scale", "20", "--until", "413", "--readers", "2"];
     let server = stage.serve(&pace);
@@ -157,8 +162,8 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
     let recorder = stage.start(&["record", "a.mcap"]);
     for benches in [5, 9] {
         fs::write(stage.path("stage.toml"), format!("[dragon]\nbenches = {benches}\n")).expect("a file");
-        // Each long enough for a reader that stays to find it.
-        let run = ["--config", "stage.toml", "--rate", "20", "--until", "2.5", "--readers", "1"];
+        // Each run is long enough for a reader that stays to find it.
+        let run = ["--config", "stage.toml", "--rate", "10", "--until", "5", "--readers", "1"];
         assert_released(&stage.serve(&run).summary(), 51);
     }
     recorder.terminate();
@@ -185,7 +190,7 @@ fn each_recorded_run_is_a_pass_with_its_own_description() {
 }
 
 #[test]
-fn frames_that_the_recorder_lost_leave_a_pause_and_no_hole_in_the_ticks() {
+fn lost_frames_of_a_recording_leave_a_pause_and_no_hole_in_the_ticks() {
     let stage = Stage::new();
     let ticks = (10..40).chain(60..100);
     let frames: Vec<(u64, u64)> = ticks.map(|tick| (tick, SECOND_NS + tick * SECOND_NS / 200)).collect();
@@ -203,15 +208,15 @@ fn frames_that_the_recorder_lost_leave_a_pause_and_no_hole_in_the_ticks() {
 }
 
 #[test]
-fn a_cut_recording_is_replayed_as_far_as_it_is_whole_and_said_to_be_cut() {
+fn a_cut_recording_is_replayed_up_to_the_cut_and_reported() {
     let stage = Stage::new();
     write_recording(&stage.path("whole.mcap"), 7, &[(0, 0), (1, 1_000), (2, 2_000)]);
     let bytes = fs::read(stage.path("whole.mcap")).expect("the recording");
     let summary_start = mcap::read::footer(&bytes).expect("a footer").summary_start as usize;
-    // Behind the frames, within the record that ends the data.
+    // The cut is after the frames, within the record that ends the data.
     fs::write(stage.path("a.mcap"), &bytes[..summary_start - 5]).expect("a cut recording");
     let ended = stage.run(&["replay", "a.mcap", "--format", "json"]);
-    assert_eq!(ended.stderr, "a.mcap stops in the middle: what is whole of it was replayed\n");
+    assert_eq!(ended.stderr, "a.mcap stops in the middle: its complete part was replayed\n");
     assert_eq!(ended.code(), Some(0));
     assert_eq!(
         ended.last_json(),
@@ -230,7 +235,7 @@ fn a_client_may_stop_a_replay_and_nothing_else() {
         let reply = stage.run(&[&["ctl", "--format", "json"], order].concat());
         let line = reply.last_json();
         assert_eq!((reply.code(), &line["accepted"], &line["run_id"]), (Some(1), &json!(false), &started["run_id"]));
-        assert_eq!(line["reason"], "a recording is replayed: all that it can be told is to stop");
+        assert_eq!(line["reason"], "the source replays a recording: it accepts only stop");
     }
     assert_eq!(stage.run(&["ctl", "stop"]).expect_clean().stdout, "accepted, from tick 1 on\n");
     let summary = process.end().expect_clean().last_json();
@@ -238,7 +243,7 @@ fn a_client_may_stop_a_replay_and_nothing_else() {
 }
 
 #[test]
-fn a_replay_ends_at_a_signal_and_says_in_one_line_how_far_it_came() {
+fn a_signal_ends_a_replay_with_its_summary_in_one_line() {
     let stage = Stage::new();
     write_long_pause(&stage);
     let process = stage.start(&["replay", "a.mcap", "--readers", "1"]);
@@ -258,8 +263,8 @@ fn a_replay_publishes_its_status_and_the_recorded_description() {
     let stage = Stage::new();
     write_long_pause(&stage);
     let (process, started) = replay(&stage, &["a.mcap", "--readers", "1"]);
-    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("a replay has made the services");
-    let statuses = StatusReader::open(stage.domain(), "test").expect("a replay has made the services");
+    let descriptions = DescriptionReader::open(stage.domain(), "test").expect("the replay has created the services");
+    let statuses = StatusReader::open(stage.domain(), "test").expect("the replay has created the services");
     Reader::join(&stage).read_to_tick(0);
     let description = eventually("the description is there", || descriptions.poll().expect("the bus is readable"));
     let status = eventually("the status is there", || statuses.poll().expect("the bus is readable"));
@@ -271,7 +276,7 @@ fn a_replay_publishes_its_status_and_the_recorded_description() {
 }
 
 #[test]
-fn one_source_an_instance_be_it_a_server_or_a_replay() {
+fn an_instance_has_one_source_a_server_or_a_replay() {
     let stage = Stage::new();
     write_long_pause(&stage);
     let told = |process: &Process| {
@@ -293,7 +298,7 @@ fn one_source_an_instance_be_it_a_server_or_a_replay() {
 }
 
 #[test]
-fn a_file_that_cannot_be_replayed_is_told_apart() {
+fn each_kind_of_file_that_cannot_be_replayed_has_its_message() {
     let stage = Stage::new();
     fs::write(stage.path("letter"), "not a recording").expect("a file");
     write_recording(&stage.path("empty.mcap"), 7, &[]);

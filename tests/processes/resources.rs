@@ -1,4 +1,5 @@
-//! What runs out: shared memory, disks, files, rights. Each is one line that says what to do, and nothing is left behind.
+//! Exhausted resources: shared memory, disks, files, rights. Each is reported in one line with the remedy, and leaves no
+//! remains.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -13,8 +14,8 @@ use crate::stage::Stage;
 
 const NOBODY: &str = "65534";
 
-/// Fails unless it ended with status 1 and one line of error with this in it.
-fn assert_told(ended: &Ended, what: &str) {
+/// Fails unless the process ended with status 1 and one line of error that contains this text.
+fn assert_error(ended: &Ended, what: &str) {
     assert_eq!(ended.code(), Some(1), "{what}: {}", ended.stderr);
     let lines: Vec<&str> = ended.stderr.lines().collect();
     assert!(
@@ -24,7 +25,7 @@ fn assert_told(ended: &Ended, what: &str) {
     );
 }
 
-/// A command on the stage, started by another program.
+/// Starts a command on the stage through another program.
 fn behind(launcher: &[&str], command: &Command) -> Process {
     let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
     let mut launched = Command::new(program);
@@ -33,7 +34,7 @@ fn behind(launcher: &[&str], command: &Command) -> Process {
     Process::start(launched)
 }
 
-/// Gives a process a /dev/shm of its own.
+/// Returns a launcher that gives a process its own /dev/shm.
 fn with_shared_memory(options: &str) -> Vec<String> {
     let script = format!(r#"mount -t tmpfs -o {options} none /dev/shm && exec "$@""#);
     ["unshare", "--mount", "sh", "-c", &script, "sh"].map(str::to_owned).to_vec()
@@ -44,12 +45,12 @@ fn words(launcher: &[String]) -> Vec<&str> {
 }
 
 #[test]
-fn every_number_of_files_that_is_too_small_is_one_line() {
+fn every_file_limit_that_is_too_small_is_reported_in_one_line() {
     if !is_possible(&["prlimit", "--nofile=64"]) {
         return;
     }
     let stage = Stage::new();
-    // With fewer no program can be loaded: four, and what this process has inherited and passes on.
+    // With fewer files no program can be loaded: it needs four, and those that this process has inherited.
     let fewest = (4..64).find(|files| can_start(&["prlimit", &format!("--nofile={files}")])).expect("64 are enough");
     for files in fewest..=64 {
         let limit = format!("--nofile={files}");
@@ -59,7 +60,7 @@ fn every_number_of_files_that_is_too_small_is_one_line() {
                 continue;
             }
             let ended = behind(&["prlimit", &limit], &stage.command(args)).end();
-            assert_told(&ended, "ulimit -n 1024");
+            assert_error(&ended, "ulimit -n 1024");
         }
         assert!(stage.remains().is_empty(), "{files}: {:#?}", stage.remains());
     }
@@ -77,7 +78,7 @@ fn a_limit_that_the_program_may_raise_is_raised() {
 }
 
 #[test]
-fn too_little_shared_memory_is_told_before_anything_is_made() {
+fn too_little_shared_memory_is_reported_before_anything_is_created() {
     for (options, what) in [
         ("size=64k", "/dev/shm has less than the 6.3 MB free"),
         ("size=8m", "/dev/shm has less than the 57.6 MB free"),
@@ -88,7 +89,7 @@ fn too_little_shared_memory_is_told_before_anything_is_made() {
             return;
         }
         let stage = Stage::new();
-        assert_told(&behind(&words(&launcher), &stage.command(&["serve", "--until", "0.01"])).end(), what);
+        assert_error(&behind(&words(&launcher), &stage.command(&["serve", "--until", "0.01"])).end(), what);
         let doctor = behind(&words(&launcher), &stage.command(&["doctor", "--format", "json"])).end();
         let told = doctor.last_json()["checks"].to_string();
         assert!(options == "ro" || told.contains("mount -o remount,size="), "{told}");
@@ -104,11 +105,11 @@ fn a_server_without_shared_memory_at_all_ends_with_an_error() {
     }
     let stage = Stage::new();
     let ended = behind(&launcher, &stage.command(&["serve", "--until", "0.01"])).end();
-    assert_told(&ended, "/dev/shm: No such file or directory (os error 2): mount it");
+    assert_error(&ended, "/dev/shm: No such file or directory (os error 2): mount it");
 }
 
 #[test]
-fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
+fn a_file_size_limit_is_an_error_and_not_a_signal() {
     if !is_possible(&["prlimit", "--fsize=100"]) {
         return;
     }
@@ -119,11 +120,11 @@ fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
         solve.args(["solve", "poses", "--at", "0", "--xlsx", "poses.xlsx"]).current_dir(stage.path("."));
         solve
     };
-    assert_told(&behind(&["prlimit", "--fsize=100"], &command).end(), "ulimit -f unlimited");
+    assert_error(&behind(&["prlimit", "--fsize=100"], &command).end(), "ulimit -f unlimited");
     let left: Vec<_> =
         fs::read_dir(stage.path(".")).expect("a folder").flatten().map(|entry| entry.file_name()).collect();
-    assert!(left.is_empty(), "no half-written file is passed off as whole: {left:?}");
-    assert_told(
+    assert!(left.is_empty(), "partial files remain: {left:?}");
+    assert_error(
         &behind(&["prlimit", "--fsize=100"], &stage.command(&["serve", "--until", "0.01"])).end(),
         "ulimit -f unlimited",
     );
@@ -133,7 +134,7 @@ fn the_largest_size_of_a_file_is_an_error_and_no_signal() {
 fn a_full_stdout_is_named() {
     let stage = Stage::new();
     let ended = behind(&["sh", "-c", r#"exec "$@" > /dev/full"#, "sh"], &stage.command(&["iox2-config"])).end();
-    assert_told(&ended, "cannot write to stdout: No space left on device");
+    assert_error(&ended, "cannot write to stdout: No space left on device");
 }
 
 #[test]
@@ -143,14 +144,14 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
         return;
     }
     let stage = Stage::new();
-    // The program where nobody can read it, and a folder of root's for the buses.
+    // A copy of the program that another user can read, and a folder for the buses that belongs to root.
     let runtime_dir = tempfile::Builder::new().prefix("bd").tempdir_in("/tmp").expect("a folder");
     let others = runtime_dir.path().join("bench-dragon");
     fs::create_dir(&others).expect("a folder");
     let program = runtime_dir.path().join("program");
     fs::copy(env!("CARGO_BIN_EXE_bench-dragon"), &program).expect("a copy");
     for open in [runtime_dir.path(), &program] {
-        fs::set_permissions(open, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("it is ours");
+        fs::set_permissions(open, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("this user owns it");
     }
     let server = stage.serve(&[]);
     let run = |args: &[&str], runtime_dir: Option<&Path>| {
@@ -163,48 +164,51 @@ fn two_users_have_two_buses_and_neither_may_use_the_others() {
         };
         Process::start(command).end()
     };
-    // Of the same name, but its own.
-    assert_told(&run(&["ctl", "pause"], None), "no server runs on instance");
+    // The instance has the same name, but is another user's.
+    assert_error(&run(&["ctl", "pause"], None), "no server runs on instance");
     run(&["serve", "--until", "0.01", "--format", "json"], None).expect_clean();
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"]] {
-        assert_told(&run(args, Some(runtime_dir.path())), "belongs to user 0, must belong to user 65534");
+        assert_error(&run(args, Some(runtime_dir.path())), "belongs to user 0, must belong to user 65534");
     }
     server.stop();
     let _ = fs::remove_dir(Path::new("/tmp/bench-dragon-65534"));
 }
 
 #[test]
-fn a_runtime_directory_that_is_missing_is_named_to_readers_too() {
+fn a_missing_runtime_directory_is_reported_by_readers_too() {
     for args in [&["serve"][..], &["ctl", "pause"], &["echo"], &["monitor"]] {
         let mut command = crate::stage::program(args);
         command.env("XDG_RUNTIME_DIR", OsStr::new("/tmp/bench-dragon-is-not-there"));
-        assert_told(
+        assert_error(
             &Process::start(command).end(),
-            "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be a directory",
+            "XDG_RUNTIME_DIR is /tmp/bench-dragon-is-not-there, must be an existing directory",
         );
     }
 }
 
 #[test]
-fn a_full_disk_is_told_once_in_a_show_which_records_again_where_there_is_room() {
+fn a_show_reports_a_full_disk_once_and_records_again_when_there_is_room() {
     if !is_possible(&["unshare", "--mount"]) {
         return;
     }
     let stage = Stage::new();
     fs::create_dir(stage.path("disk")).expect("the folder is there");
-    // Six megabytes are left of it.
+    // The disk has six megabytes left.
     let script = r#"mount -t tmpfs -o size=300m none disk && fallocate --length 294MiB disk/filler && exec "$@""#;
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
     let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
     let mut told = vec![show.complaint()];
-    while told.last().is_some_and(|line| !line.starts_with("the show is not recorded from here on, until 268.4 MB")) {
+    while told
+        .last()
+        .is_some_and(|line| !line.starts_with("the show is not recorded from here on, until its disk has 268.4 MB"))
+    {
         told.push(show.complaint());
     }
     let seen_by_show = format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display());
     fs::remove_file(seen_by_show).expect("the show's disk has a filler");
     show.complaint_with("the disk has room again: the show is recorded from here on, in another file");
     let second = format!("/proc/{}/root{}", show.pid(), stage.path("disk/show/recording-2.mcap").display());
-    eventually("the second recording", || fs::exists(&second).expect("it can be told").then_some(()));
+    eventually("the second recording", || fs::exists(&second).expect("the path can be checked").then_some(()));
     let ended = show.terminate();
     assert_eq!(ended.code(), Some(1), "the recording has a hole: {}", ended.stderr);
     assert_eq!(told.iter().filter(|line| line.contains("the disk is full")).count(), 1, "{told:?}");

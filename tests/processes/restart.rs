@@ -1,15 +1,16 @@
-//! A server that is started again, seen by a reader that stays.
+//! A restarted server, and a reader that stays.
 
 use bench_dragon_ipc::Continuity;
 
 use crate::reader::{Reader, Shot, assert_whole};
+use crate::releases::assert_released;
 use crate::stage::{Server, Stage};
 
-/// A run of 101 frames, which a reader's buffer holds as a whole, long enough for a reader that stays to find it.
+/// A run of 101 releases. A reader's buffer holds all its frames. The run is long enough for a reader that stays to find it.
 const SHORT_RUN: [&str; 6] = ["--rate", "25", "--until", "4", "--readers", "1"];
 
-/// Reads the whole of a second run with a reader that has seen the first one.
-fn read_next_run(stage: &Stage, reader: &mut Reader, first_run_id: u64) -> Vec<Shot> {
+/// Reads the whole second run with a reader that has seen the first run.
+fn read_next_run(stage: &Stage, reader: &mut Reader, first_run_id: u64) {
     let server = stage.serve(&SHORT_RUN);
     assert_ne!(server.run_id, first_run_id);
     let mut shots = reader.read_until("a frame of the second run", |header| header.run_id != first_run_id);
@@ -18,11 +19,18 @@ fn read_next_run(stage: &Stage, reader: &mut Reader, first_run_id: u64) -> Vec<S
     assert_eq!((first_of_run.header.run_id, first_of_run.header.tick), (server.run_id, 0));
     let rest = reader.read_to_end();
     assert!(rest.iter().all(|shot| shot.continuity == Continuity::Next));
-    server.summary();
-    [vec![first_of_run], rest].concat()
+    assert_short_run(server, &[vec![first_of_run], rest].concat());
 }
 
-/// A server and a reader that has seen its first frames.
+/// Fails unless these are all frames of a [`SHORT_RUN`].
+fn assert_short_run(server: Server, shots: &[Shot]) {
+    assert_whole(shots, server.run_id);
+    let summary = server.summary();
+    assert_released(&summary, 101);
+    assert_eq!(summary["frames"], shots.len());
+}
+
+/// Starts a server, and a reader that reads its first frames.
 fn begin(stage: &Stage) -> (Server, Reader, Vec<Shot>) {
     let server = stage.serve(&["--rate", "100", "--readers", "1"]);
     let mut reader = Reader::join(stage);
@@ -31,30 +39,30 @@ fn begin(stage: &Stage) -> (Server, Reader, Vec<Shot>) {
 }
 
 #[test]
-fn the_subscriber_of_a_killed_server_goes_on_with_the_next_one_from_tick_0() {
+fn the_subscriber_of_a_killed_server_continues_with_the_next_one_from_tick_0() {
     let stage = Stage::new();
     let (server, mut reader, _) = begin(&stage);
     let run_id = server.run_id;
     server.process.kill();
-    let shots = read_next_run(&stage, &mut reader, run_id);
-    assert_eq!((shots.len(), reader.lost()), (101, 0));
+    read_next_run(&stage, &mut reader, run_id);
+    assert_eq!(reader.lost(), 0);
 }
 
 #[test]
-fn the_subscriber_of_a_stopped_server_goes_on_with_the_next_one_from_tick_0() {
+fn the_subscriber_of_a_stopped_server_continues_with_the_next_one_from_tick_0() {
     let stage = Stage::new();
     let (server, mut reader, mut shots) = begin(&stage);
     let run_id = server.run_id;
     let published = server.stop()["frames"].clone();
     shots.extend(reader.read_unread());
     assert_whole(&shots, run_id);
-    assert_eq!(published, shots.len(), "what is unread outlives the server");
-    let shots = read_next_run(&stage, &mut reader, run_id);
-    assert_eq!((shots.len(), reader.lost()), (101, 0));
+    assert_eq!(published, shots.len(), "unread frames outlive the server");
+    read_next_run(&stage, &mut reader, run_id);
+    assert_eq!(reader.lost(), 0);
 }
 
 #[test]
-fn ten_servers_killed_in_a_row_leave_nothing_that_stops_the_eleventh() {
+fn a_server_starts_after_ten_killed_ones() {
     let stage = Stage::new();
     for _ in 0..10 {
         let server = stage.serve(&["--rate", "1000"]);
@@ -63,6 +71,5 @@ fn ten_servers_killed_in_a_row_leave_nothing_that_stops_the_eleventh() {
     }
     let server = stage.serve(&SHORT_RUN);
     let shots = Reader::join(&stage).read_to_end();
-    assert_eq!(shots.len(), 101);
-    server.summary();
+    assert_short_run(server, &shots);
 }

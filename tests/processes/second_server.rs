@@ -1,10 +1,10 @@
-//! One server an instance.
+//! An instance has one server.
 
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
 #[test]
-fn a_second_server_is_refused_and_told_the_first_ones_pid() {
+fn a_second_server_is_refused_with_the_pid_of_the_first() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     let mut reader = Reader::join(&stage);
@@ -26,7 +26,7 @@ fn a_second_server_is_refused_and_told_the_first_ones_pid() {
 }
 
 #[test]
-fn a_server_on_another_instance_is_not_in_the_way() {
+fn servers_on_two_instances_run_side_by_side() {
     let (first, second) = (Stage::new(), Stage::new());
     let servers = [first.serve(&[]), second.serve(&[])];
     for (stage, server) in [&first, &second].into_iter().zip(&servers) {

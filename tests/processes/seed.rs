@@ -1,15 +1,15 @@
-//! Random numbers that a failing test can be run with again.
+//! Random numbers that can be repeated after a failure.
 
 use std::env;
 
 const VARIABLE: &str = "BENCH_DRAGON_TEST_SEED";
 
-/// What all random numbers of a test follow from.
+/// The seed of all random numbers of a test.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seed(u64);
 
 impl Seed {
-    /// A new one, or the one that is asked for; printed, so that a failing test tells it.
+    /// Returns a new seed, or the one of the environment. Prints it, so that the output of a failing test has it.
     pub(crate) fn announced() -> Self {
         let asked = env::var(VARIABLE).ok().and_then(|seed| seed.parse().ok());
         let seed = asked.unwrap_or_else(|| fastrand::u64(..));
@@ -17,7 +17,7 @@ impl Seed {
         Self(seed)
     }
 
-    /// The random numbers of one part of the test, whatever order the parts come in.
+    /// Returns the random numbers of one part of the test. They do not depend on the order of the parts.
     pub(crate) fn random(self, part: u64) -> fastrand::Rng {
         fastrand::Rng::with_seed(self.0.wrapping_add(part))
     }

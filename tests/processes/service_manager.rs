@@ -1,4 +1,4 @@
-//! What a server tells the service manager that has started it, as `sd_notify(3)` has it. The socket is ours.
+//! The notifications of a server to its service manager, as defined by `sd_notify(3)`. The test owns the socket.
 
 use std::os::unix::net::UnixDatagram;
 use std::process::Command;
@@ -11,11 +11,11 @@ use test_support::skip::has_programs;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// The service manager's end.
+/// The service manager's end of the socket.
 struct Listener(UnixDatagram);
 
 impl Listener {
-    /// Starts a server on the stage that knows us.
+    /// Starts a server on the stage that notifies this socket.
     fn start(stage: &Stage, args: &[&str], watchdog_us: Option<u32>) -> (Self, Process) {
         let path = stage.path("notify");
         let socket = UnixDatagram::bind(&path).expect("the path is short and free");
@@ -26,7 +26,7 @@ impl Listener {
         (Self(socket), Process::start(command))
     }
 
-    /// The next message.
+    /// Waits for the next message.
     #[track_caller]
     fn next(&self, until: &str) -> String {
         let mut message = [0; 4096];
@@ -34,7 +34,7 @@ impl Listener {
         String::from_utf8(message[..length].to_vec()).expect("text").trim_end().to_owned()
     }
 
-    /// The next messages up to one that begins so, which comes last.
+    /// Returns the next messages up to one with this beginning, which is the last element.
     #[track_caller]
     fn until(&self, beginning: &str) -> Vec<String> {
         let begun = Instant::now();
@@ -48,11 +48,11 @@ impl Listener {
 }
 
 #[test]
-fn a_server_tells_when_it_is_ready_that_it_lives_how_it_stands_and_when_it_ends() {
+fn a_server_notifies_the_manager_of_its_start_life_status_and_end() {
     let stage = Stage::new();
     let (manager, mut server) = Listener::start(&stage, &["--rate", "100", "--readers", "1"], Some(400_000));
     manager.until("READY=1");
-    // The services are there now: a client that was told of it can come.
+    // The services exist now: a client can join after this message.
     let mut reader = Reader::join(&stage);
     assert_eq!(server.json()["type"], "started");
     reader.read_to_tick(3);
@@ -67,18 +67,18 @@ fn a_server_tells_when_it_is_ready_that_it_lives_how_it_stands_and_when_it_ends(
 }
 
 #[test]
-fn a_server_that_waits_for_its_readers_lives() {
+fn a_server_that_waits_for_its_readers_sends_signs_of_life() {
     let stage = Stage::new();
     let (manager, server) = Listener::start(&stage, &["--readers", "1"], Some(4));
     manager.until("WATCHDOG=1");
     manager.until("WATCHDOG=1");
-    // Who sends to a socket that nobody reads waits.
+    // A send to a socket without a reader would block.
     drop(manager);
     server.terminate();
 }
 
 #[test]
-fn there_are_no_more_signs_of_life_than_turns_of_the_loop() {
+fn the_loop_sends_at_most_one_sign_of_life_per_turn() {
     let stage = Stage::new();
     let (manager, server) = Listener::start(&stage, &["--rate", "1", "--until", "5"], Some(4));
     let messages = manager.until("STOPPING=1");
@@ -88,7 +88,7 @@ fn there_are_no_more_signs_of_life_than_turns_of_the_loop() {
 }
 
 #[test]
-fn nobody_who_does_not_watch_is_given_signs_of_life() {
+fn no_signs_of_life_are_sent_without_a_watchdog() {
     let stage = Stage::new();
     let (manager, server) = Listener::start(&stage, &["--rate", "100", "--until", "0.5"], None);
     let messages = manager.until("STOPPING=1");
@@ -97,13 +97,13 @@ fn nobody_who_does_not_watch_is_given_signs_of_life() {
 }
 
 #[test]
-fn the_unit_is_one_that_systemd_understands() {
+fn systemd_accepts_the_unit() {
     if !has_programs(&["systemd-analyze"]) {
         return;
     }
     let unit = concat!(env!("CARGO_MANIFEST_DIR"), "/packaging/bench-dragon.service");
     let stage = Stage::new();
-    // Verified with a program that is there, wherever it is going to be installed.
+    // The unit is verified with an existing program instead of the installed one.
     let text = std::fs::read_to_string(unit).expect("the unit is in the repository");
     let installed = text.replace("/usr/local/bin/bench-dragon", env!("CARGO_BIN_EXE_bench-dragon"));
     assert_ne!(installed, text, "the unit starts the installed program");

@@ -1,4 +1,4 @@
-//! What shells, terminals and readers of manuals get: completions, pages, colours, bars.
+//! Output for shells, terminals and manuals: completions, pages, colours and progress bars.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::terminal::in_terminal;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_bench-dragon");
 
-/// A dragon so long that the question about its turn takes seconds.
+/// A dragon so long that the question about its turn takes some seconds.
 const LONG_DRAGON: &str =
     "[dragon]\nbenches = 1500\n[route]\nkind = \"turnaround\"\npitch_m = 1.7\nstart_s = -3000\nend_s = 3000\n";
 
@@ -26,7 +26,7 @@ fn stdout(args: &[&str]) -> String {
 /// Writes the completions of a shell into a folder.
 fn completions(folder: &Path, shell: &str) -> String {
     let path = folder.join(shell);
-    fs::write(&path, stdout(&["completions", shell])).expect("the folder is ours");
+    fs::write(&path, stdout(&["completions", shell])).expect("the folder is writable");
     path.to_str().expect("a path in UTF-8").to_owned()
 }
 
@@ -34,8 +34,8 @@ fn completions(folder: &Path, shell: &str) -> String {
 fn bash_completes_commands_their_options_values_and_files() {
     let folder = TempDir::new().expect("a folder");
     let script = completions(folder.path(), "bash");
-    fs::write(folder.path().join("stage.toml"), "").expect("the folder is ours");
-    // compopt has no effect but while keys are read.
+    fs::write(folder.path().join("stage.toml"), "").expect("the folder is writable");
+    // compopt only works while keys are read.
     let complete = "source \"$0\"; compopt() { :; }; COMP_WORDS=(\"$@\"); COMP_CWORD=$(($# - 1));
         called=$(complete -p bench-dragon); called=${called##*-F }; called=${called%% *}
         \"$called\" bench-dragon \"${COMP_WORDS[COMP_CWORD]}\" \"${COMP_WORDS[COMP_CWORD - 1]}\"; echo \"${COMPREPLY[*]}\"";
@@ -58,7 +58,7 @@ fn bash_completes_commands_their_options_values_and_files() {
 }
 
 #[test]
-fn zsh_and_fish_take_their_completions() {
+fn zsh_and_fish_accept_their_completions() {
     let folder = TempDir::new().expect("a folder");
     for shell in ["zsh", "fish"] {
         if has_programs(&[shell]) {
@@ -70,11 +70,11 @@ fn zsh_and_fish_take_their_completions() {
 }
 
 #[test]
-fn the_manual_has_a_page_for_every_command_that_is_set_without_a_warning() {
+fn the_manual_has_a_page_for_every_command_without_warnings() {
     let folder = TempDir::new().expect("a folder");
     let out = folder.path().join("man/man1");
     let listed = stdout(&["man", "--out", out.to_str().expect("a path in UTF-8")]);
-    let entries = fs::read_dir(&out).expect("it was made").map(|entry| entry.expect("an entry").path());
+    let entries = fs::read_dir(&out).expect("the path exists").map(|entry| entry.expect("an entry").path());
     let mut pages: Vec<_> = entries.collect();
     pages.sort();
     let mut told: Vec<_> = listed.lines().map(Path::new).map(Path::to_owned).collect();
@@ -102,12 +102,12 @@ fn the_manual_has_a_page_for_every_command_that_is_set_without_a_warning() {
 }
 
 #[test]
-fn colours_are_on_a_terminal_alone_and_not_under_no_color() {
+fn only_terminals_without_no_color_get_colours() {
     let without = [("NO_COLOR", "1")];
     for args in ["--help", "solve", "hz --secons 3", "solve contact --config nowhere.toml", "doctor"] {
         let line = format!("{BINARY} {args}");
         let Some(coloured) = in_terminal(&line, &[]) else { return };
-        let plain = in_terminal(&line, &without).expect("it was there before");
+        let plain = in_terminal(&line, &without).expect("the first call succeeded");
         assert!(coloured.contains('\u{1b}'), "{args}: {coloured}");
         assert!(!plain.contains('\u{1b}'), "{args}: {plain}");
         let piped = Process::start(program(&args.split(' ').collect::<Vec<_>>())).end();
@@ -116,10 +116,10 @@ fn colours_are_on_a_terminal_alone_and_not_under_no_color() {
 }
 
 #[test]
-fn a_long_answer_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe() {
+fn a_long_answer_shows_its_progress_on_a_terminal_only() {
     let folder = TempDir::new().expect("a folder");
     let config = folder.path().join("long.toml");
-    fs::write(&config, LONG_DRAGON).expect("the folder is ours");
+    fs::write(&config, LONG_DRAGON).expect("the folder is writable");
     let config = config.to_str().expect("a path in UTF-8");
     let Some(shown) = in_terminal(&format!("{BINARY} solve turn --work 10000 --config {config}"), &[]) else { return };
     assert!(shown.contains(" %  passage"), "{shown}");

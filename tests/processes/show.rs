@@ -1,4 +1,4 @@
-//! A whole show: a server, a monitor and a recorder as children, looked after, and a report at the end.
+//! A whole show: a supervised server, monitor and recorder as children, and a report at the end.
 
 use std::fs;
 
@@ -14,12 +14,12 @@ use crate::record;
 use crate::releases::assert_released;
 use crate::stage::Stage;
 
-/// Slow enough for a reader's buffer to hold five seconds.
+/// A show so slow that a reader's buffer holds four seconds.
 pub(crate) const CALM: [&str; 6] = ["show", "--rate", "50", "--start-at", "100", "--format"];
-/// The folder of such a show.
+/// The folder of such a show, as arguments.
 const OUT: [&str; 2] = ["--out", "out"];
 
-/// A show that walks: all three children have seen a frame or will.
+/// A show whose server has published a frame.
 pub(crate) struct Playing {
     pub(crate) show: Process,
     pub(crate) stage: Stage,
@@ -34,25 +34,26 @@ impl Playing {
         playing
     }
 
-    /// Waits for a state of the server, first of all for the server.
+    /// Waits for a server, then for its status to be as wanted.
     pub(crate) fn await_status(&self, is_wanted: impl Fn(&Status) -> bool) -> Status {
         let status =
-            eventually("a server has made the services", || StatusReader::open(self.stage.domain(), "test").ok());
+            eventually("a server has created the services", || StatusReader::open(self.stage.domain(), "test").ok());
         eventually("the status is as wanted", || status.poll().expect("the bus is readable").filter(&is_wanted))
     }
 
-    /// Interrupts the show, as Ctrl-C does, and returns its summary.
+    /// Interrupts the show as Ctrl-C does. Returns its summary.
     pub(crate) fn interrupt(self) -> (Value, Ended) {
         let (summary, ended, _) = self.interrupt_and_read();
         (summary, ended)
     }
 
-    /// Interrupts the show and returns what its first recording has, too.
+    /// Interrupts the show. Returns its summary and the frames of its first recording.
     pub(crate) fn interrupt_and_read(self) -> (Value, Ended, Vec<FrameHeader>) {
         self.end_by(Signal::INT)
     }
 
-    /// Ends the show and returns its summary, which is the one in the folder, too, and its first recording.
+    /// Ends the show by a signal. Returns its summary, which equals the one in the folder, and the frames of its first
+    /// recording.
     fn end_by(self, signal: Signal) -> (Value, Ended, Vec<FrameHeader>) {
         let Self { show, stage } = self;
         let pid = show.pid();
@@ -68,8 +69,8 @@ impl Playing {
     }
 }
 
-/// Fails unless what was published is what was read and what was missed, and every recording is whole and together they
-/// have as many frames as were recorded.
+/// Fails unless published frames are the sum of read and missed ones, every recording is whole, and the recordings together
+/// have all recorded frames.
 fn assert_books_balance(stage: &Stage, summary: &Value) {
     let count = |name: &str| summary["frames"][name].as_u64().unwrap_or_else(|| panic!("{name} in {summary}"));
     assert_eq!(count("published"), count("monitored") + count("missed_by_monitor"), "{summary}");
@@ -121,15 +122,21 @@ fn a_show_at_full_rate_accounts_for_every_frame() {
     assert_books_balance(&stage, &serde_json::from_str(&written).expect("JSON"));
 }
 
+/// Fails unless the servers of a show with this many releases published a frame at each release that they did not miss.
+pub(crate) fn assert_published(summary: &Value, releases: u64) {
+    let (frames, overruns) = (&summary["frames"]["published"], &summary["overruns"]);
+    assert_released(&json!({ "frames": frames, "overruns": overruns }), releases);
+}
+
 #[test]
-fn a_show_ends_at_the_time_asked_for() {
+fn a_show_ends_at_the_requested_time() {
     let stage = Stage::new();
     let ended = stage.run(&[&CALM[..], &["json", "--until", "102", "--fail-on-contact"], &OUT].concat());
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
     assert_eq!(summary["contact"], Value::Null);
+    assert_published(&summary, 101);
     let published = &summary["frames"]["published"];
-    assert_released(&json!({ "frames": published, "overruns": summary["overruns"] }), 101);
     assert_eq!((&summary["frames"]["monitored"], &summary["frames"]["recorded"]), (published, published));
     assert_books_balance(&stage, &summary);
 }
@@ -163,7 +170,7 @@ fn an_interrupted_show_ends_its_children_and_reports() {
 }
 
 #[test]
-fn a_show_ends_when_its_server_is_asked_to_stop() {
+fn a_show_ends_when_its_server_receives_a_stop() {
     let Playing { show, stage } = Playing::start(&[]);
     stage.run(&["ctl", "stop"]).expect_clean();
     let ended = show.end();
@@ -174,7 +181,7 @@ fn a_show_ends_when_its_server_is_asked_to_stop() {
 }
 
 #[test]
-fn a_killed_monitor_is_started_again() {
+fn a_killed_monitor_is_restarted() {
     let playing = Playing::start(&[]);
     let first = await_child(playing.show.pid(), "monitor", None);
     kill(first);
@@ -183,11 +190,11 @@ fn a_killed_monitor_is_started_again() {
     assert_eq!(complaint, "monitor ended with signal: 9 (SIGKILL): starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 1, "record": 0, "view": 0 }));
-    assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not concerned");
+    assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not affected");
 }
 
 #[test]
-fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
+fn a_killed_recorder_is_restarted_beside_its_repaired_file() {
     let playing = Playing::start(&[]);
     let first = await_child(playing.show.pid(), "record", None);
     kill(first);
@@ -195,15 +202,15 @@ fn a_killed_recorder_is_started_again_beside_its_repaired_file() {
     eventually("the second recording is there", || playing.stage.path("out/recording-2.mcap").exists().then_some(()));
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 1, "view": 0 }));
-    assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not concerned");
+    assert_eq!(summary["frames"]["missed_by_monitor"], 0, "the monitor is not affected");
 }
 
 #[test]
-fn a_recorder_that_is_asked_to_end_is_started_again_and_counted_once() {
+fn a_terminated_recorder_is_restarted_and_counted_once() {
     let playing = Playing::start(&[]);
     let recorder = await_child(playing.show.pid(), "record", None);
     record::await_frames(&playing.stage.path("out/recording.mcap"));
-    send(recorder, Signal::TERM).expect("it is running");
+    send(recorder, Signal::TERM).expect("the process runs");
     assert_eq!(playing.show.complaint(), "record ended with exit status: 0: starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"]["record"], 1);
@@ -211,7 +218,7 @@ fn a_recorder_that_is_asked_to_end_is_started_again_and_counted_once() {
 }
 
 #[test]
-fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
+fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     let playing = Playing::start(&[]);
     let mut reader = Reader::join(&playing.stage);
     let before = reader.next().header;
@@ -221,7 +228,7 @@ fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
     let first = walked.pop().expect("the frame that ended the reading");
     assert_eq!((first.continuity, first.header.tick), (Continuity::Restarted, 0));
     let last_seen = walked.last().map_or(before, |shot| shot.header);
-    assert!(first.header.head_travel_m >= last_seen.head_travel_m, "the dragon is not put back: {last_seen:?}");
+    assert!(first.header.head_travel_m >= last_seen.head_travel_m, "the dragon was moved back: {last_seen:?}");
     let mut held = vec![first];
     held.extend(reader.read_to_tick(20));
 
@@ -242,7 +249,7 @@ fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
     assert_eq!(
         walked_m.next_back(),
         Some(held[0].header.head_travel_m),
-        "where the last frame showed it, and nowhere else"
+        "the dragon is held at the pose of the last frame"
     );
     assert_eq!(summary["restarts"], json!({ "serve": 1, "monitor": 0, "record": 0, "view": 0 }));
     assert_eq!(summary["run_id"], first_step.header.run_id);
@@ -250,7 +257,7 @@ fn a_killed_server_is_started_again_and_the_dragon_stands_held_where_it_was() {
     assert!(ended.stderr.contains("`bench-dragon ctl release` lets it walk"), "{}", ended.stderr);
 }
 
-/// Fails unless all frames stand, held, at one place.
+/// Fails unless all frames are held at the same pose.
 fn assert_stand_held(shots: &[Shot]) {
     let stood = &shots[0];
     for shot in shots {
@@ -261,7 +268,7 @@ fn assert_stand_held(shots: &[Shot]) {
 }
 
 #[test]
-fn with_auto_resume_a_restarted_server_walks_on_at_once() {
+fn with_auto_resume_a_restarted_server_walks_at_once() {
     let playing = Playing::start(&["--auto-resume"]);
     let mut reader = Reader::join(&playing.stage);
     let before = reader.next().header;
@@ -283,13 +290,13 @@ fn the_children_of_a_killed_show_end_and_finish_the_recording() {
     show.kill();
     eventually("the children of the killed show are gone", || children(pid).is_empty().then_some(()));
     let (frames, was_cut) = record::read(&stage.path("out/recording.mcap"));
-    assert!(!was_cut, "the recorder was asked to end, and had the time to");
+    assert!(!was_cut, "the recorder has ended in order");
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64) && !frames.is_empty());
-    // What the killed show itself has left, the next server takes away.
+    // The next server removes the remains of the killed show.
     stage.serve(&["--until", "0"]).summary();
 }
 
-/// Nothing says when a child is between its start and its wish to end with its parent, so many shows are killed.
+/// No event marks the time between a child's start and its request to end with its parent, so many shows are killed.
 #[test]
 fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once() {
     let stage = Stage::new();
@@ -302,7 +309,8 @@ fn a_show_killed_in_its_start_up_leaves_no_child_and_the_next_one_starts_at_once
         eventually("the children of the killed show are gone", || children(pid).is_empty().then_some(()));
     }
     let ended = stage.run(&[&CALM[..], &["json", "--until", "101", "--out", "next"]].concat());
-    assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    assert_published(&ended.last_json(), 51);
 }
 
 #[test]
@@ -310,19 +318,20 @@ fn the_next_show_waits_for_the_server_of_a_killed_one_to_end() {
     let Playing { show, stage } = Playing::start(&[]);
     show.kill();
     let ended = stage.run(&[&CALM[..], &["json", "--until", "101", "--out", "next"]].concat());
-    assert_eq!((ended.code(), &ended.last_json()["frames"]["published"]), (Some(0), &json!(51)), "{}", ended.stderr);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    assert_published(&ended.last_json(), 51);
 }
 
 #[test]
-fn a_child_that_stands_still_is_killed_and_started_again() {
+fn a_stopped_child_is_killed_and_restarted() {
     for command in ["serve", "monitor", "record"] {
         let playing = Playing::start(&["--auto-resume"]);
         let first = await_child(playing.show.pid(), command, None);
         if command != "serve" {
-            // Its first sign of life has come.
+            // By then its first sign of life has arrived.
             playing.await_status(|status| status.tick >= 150);
         }
-        send(first, Signal::STOP).expect("it is running");
+        send(first, Signal::STOP).expect("the process runs");
         assert_eq!(playing.show.complaint(), format!("{command} has shown no sign of life for 5 s: killing it"));
         assert_eq!(playing.show.complaint(), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
         await_child(playing.show.pid(), command, Some(first));
@@ -358,7 +367,7 @@ fn a_second_show_in_the_same_folder_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn a_show_interrupted_while_it_starts_a_child_again_still_balances() {
+fn the_counts_of_a_show_balance_if_it_is_interrupted_during_a_restart() {
     for command in ["monitor", "record"] {
         let playing = Playing::start(&[]);
         kill(await_child(playing.show.pid(), command, None));

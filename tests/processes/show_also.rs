@@ -1,4 +1,4 @@
-//! The configured commands of a show: checked first, started with the first frame, supervised like the others.
+//! The configured commands of a show: checked first, started with the first frame, supervised like the other children.
 
 use std::fs;
 use std::net::UdpSocket;
@@ -12,9 +12,9 @@ use crate::show::Playing;
 use crate::stage::Stage;
 
 #[test]
-fn configured_commands_run_beside_the_show_and_are_started_again() {
+fn configured_commands_run_beside_the_show_and_are_restarted() {
     let receiver = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    let to = receiver.local_addr().expect("it is bound");
+    let to = receiver.local_addr().expect("the socket is bound");
     let stage = Stage::new();
     let text =
         format!("[[show.also]]\ncommand = \"bridge psn --to {to}\"\n[[show.also]]\ncommand = \"hz --format json\"\n");
@@ -26,13 +26,13 @@ fn configured_commands_run_beside_the_show_and_are_started_again() {
     receiver.recv(&mut [0; 2048]).expect("poses from the bridge");
     kill(bridge);
     await_child(pid, "bridge", Some(bridge));
-    // Before that, the bridge has said to whom it sends.
+    // Before that, the bridge has reported its receiver.
     while playing.show.complaint() != "bridge psn ended with signal: 9 (SIGKILL): starting it again" {}
 
     let log = playing.stage.path("out/hz.log");
     eventually("hz has printed", || fs::read_to_string(&log).ok().filter(|text| text.contains("\"rate_hz\":")));
     let hz = await_child(pid, "hz", None);
-    send(hz, Signal::STOP).expect("it is running");
+    send(hz, Signal::STOP).expect("the process runs");
     while playing.show.complaint() != "hz has shown no sign of life for 5 s: killing it" {}
     await_child(pid, "hz", Some(hz));
 
@@ -47,7 +47,7 @@ fn configured_commands_run_beside_the_show_and_are_started_again() {
 }
 
 #[test]
-fn a_command_that_keeps_failing_is_given_up_and_the_show_goes_on() {
+fn a_show_continues_without_a_command_that_keeps_failing() {
     let stage = Stage::new();
     // No interface has an address of TEST-NET-1.
     let text = "[[show.also]]\ncommand = \"bridge psn --interface 192.0.2.1\"\n";

@@ -1,4 +1,4 @@
-//! The children of a show that is killed: none of them lives on, stopped or not.
+//! The children of a killed show: none of them survives, stopped or not.
 
 use bench_dragon::recording::repair;
 use bench_dragon_ipc::{Status, StatusReader};
@@ -12,7 +12,7 @@ use crate::record;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
-/// Starts a program, becomes the parent of all that it leaves behind, and ends when none of it is left.
+/// Starts a program, becomes the parent of its orphans, and ends when no process is left.
 const REAPER: &str = "
 import ctypes, os, subprocess, sys
 PR_SET_CHILD_SUBREAPER = 36
@@ -25,10 +25,10 @@ except ChildProcessError:
     pass
 ";
 
-/// Fails unless the recording is whole up to where it ends, and a new server finds the bus free.
+/// Fails unless the recording has no hole, and a new server can start on the bus.
 fn assert_recovers(stage: &Stage) {
     let recording = stage.path("out/recording.mcap");
-    repair(&recording).expect("what a killed show leaves can be repaired");
+    repair(&recording).expect("the recording of a killed show can be repaired");
     let (frames, was_cut) = record::read(&recording);
     assert!(!was_cut && !frames.is_empty());
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64));
@@ -46,7 +46,7 @@ fn no_child_outlives_its_killed_show_whichever_is_stopped() {
         let child = await_child(pid, stopped, None);
         await_child(pid, "hz", None);
         record::await_frames(&stage.path("out/recording.mcap"));
-        send(child, Signal::STOP).expect("it is running");
+        send(child, Signal::STOP).expect("the process runs");
         show.kill();
         eventually(&format!("the children are gone, of which {stopped} was stopped"), || {
             children(pid).is_empty().then_some(())
@@ -55,7 +55,7 @@ fn no_child_outlives_its_killed_show_whichever_is_stopped() {
     }
 }
 
-/// Here the kernel does not continue stopped children by itself: whoever inherits them is of their session.
+/// Here the kernel does not continue stopped children by itself, since their new parent belongs to their session.
 #[test]
 fn children_that_are_all_stopped_do_not_outlive_a_killed_show_beside_their_reaper() {
     let stage = Stage::new();
@@ -68,9 +68,9 @@ fn children_that_are_all_stopped_do_not_outlive_a_killed_show_beside_their_reape
     let pid: u32 = reaper.next_line().and_then(|line| line.parse().ok()).expect("the show's process id");
     record_some(&stage);
     for name in ["serve", "monitor", "record"] {
-        send(await_child(pid, name, None), Signal::STOP).expect("it is running");
+        send(await_child(pid, name, None), Signal::STOP).expect("the process runs");
     }
-    send(pid, Signal::KILL).expect("it is running");
+    send(pid, Signal::KILL).expect("the process runs");
     let ended = reaper.end();
     assert_eq!((ended.code(), children(pid)), (Some(0), vec![]), "{}", ended.stderr);
     assert_recovers(&stage);
@@ -78,13 +78,13 @@ fn children_that_are_all_stopped_do_not_outlive_a_killed_show_beside_their_reape
 
 /// Waits until a show has recorded frames.
 fn record_some(stage: &Stage) {
-    let status = eventually("a server has made the services", || StatusReader::open(stage.domain(), "test").ok());
+    let status = eventually("a server has created the services", || StatusReader::open(stage.domain(), "test").ok());
     let is_walking = |status: &Status| status.tick >= 1;
     eventually("the server publishes", || status.poll().expect("the bus is readable").filter(is_walking));
     record::await_frames(&stage.path("out/recording.mcap"));
 }
 
-/// Nothing says how far a child is when it is stopped, so many shows are killed.
+/// No event marks the progress of a child's start, so many shows are killed.
 #[test]
 fn a_child_that_is_stopped_while_it_starts_does_not_outlive_its_killed_show() {
     let stage = Stage::new();
@@ -93,7 +93,7 @@ fn a_child_that_is_stopped_while_it_starts_does_not_outlive_its_killed_show() {
         let pid = show.pid();
         let wanted = ["serve", "monitor", "record"][round % 3];
         let child = await_child(pid, wanted, None);
-        send(child, Signal::STOP).expect("it is running");
+        send(child, Signal::STOP).expect("the process runs");
         show.kill();
         eventually(&format!("the children are gone, of which {wanted} was stopped as it started"), || {
             children(pid).is_empty().then_some(())
@@ -107,7 +107,7 @@ fn an_interrupted_show_does_not_wait_for_a_stopped_child() {
     let playing = Playing::start(&[]);
     record::await_frames(&playing.stage.path("out/recording.mcap"));
     for name in ["monitor", "record"] {
-        send(await_child(playing.show.pid(), name, None), Signal::STOP).expect("it is running");
+        send(await_child(playing.show.pid(), name, None), Signal::STOP).expect("the process runs");
     }
     let (summary, ended) = playing.interrupt();
     assert_eq!(summary["restart_log"], serde_json::json!([]), "{}", ended.stderr);

@@ -1,4 +1,4 @@
-//! Recordings that killed recorders left: a show finishes them, and waits for none of them.
+//! Unfinished recordings of killed recorders: a show finishes them, and does not wait for them.
 
 use std::fs::File;
 use std::sync::mpsc;
@@ -12,13 +12,14 @@ use crate::record;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
-/// Takes the lock of a recording as soon as its recorder lets go of it, so that nobody finishes it until `release` is dropped.
+/// Takes the lock of a recording when its recorder releases it, so that no process can finish the file until `release` is
+/// dropped.
 fn lock_after_recorder(file: File) -> (mpsc::Receiver<()>, mpsc::Sender<()>) {
     let (locked, is_locked) = mpsc::channel();
     let (release, released) = mpsc::channel::<()>();
     thread::spawn(move || {
-        file.lock().expect("a lock that is waited for");
-        // Nobody waits any more where the test has failed.
+        file.lock().expect("the lock can be taken");
+        // The send fails if the test has failed.
         let _ = locked.send(());
         let _ = released.recv();
     });
@@ -26,11 +27,11 @@ fn lock_after_recorder(file: File) -> (mpsc::Receiver<()>, mpsc::Sender<()>) {
 }
 
 #[test]
-fn a_killed_server_and_recorder_are_started_again_while_the_file_is_still_unfinished() {
+fn a_killed_server_and_recorder_are_restarted_while_the_file_is_unfinished() {
     let playing = Playing::start(&["--auto-resume"]);
     let pid = playing.show.pid();
     let (mut server, mut recorder) = (await_child(pid, "serve", None), await_child(pid, "record", None));
-    // The show and this test race for the file once. Where the show wins, the next file has its turn.
+    // The show and this test race for the lock of the file. If the show wins, the test tries the next file.
     for number in 1..=4 {
         let name = |number: u32| if number == 1 { String::new() } else { format!("-{number}") };
         let path = |number| playing.stage.path(&format!("out/recording{}.mcap", name(number)));
@@ -38,41 +39,41 @@ fn a_killed_server_and_recorder_are_started_again_while_the_file_is_still_unfini
         let (is_locked, release) = lock_after_recorder(File::open(path(number)).expect("a recording"));
         kill(recorder);
         kill(server);
-        is_locked.recv().expect("the lock is there once the recorder is gone");
+        is_locked.recv().expect("the lock is taken after the recorder's end");
         let is_pending = record::read(&path(number)).1;
         server = await_child(pid, "serve", Some(server));
         recorder = await_child(pid, "record", Some(recorder));
         // The new recorder records the new server.
         record::await_frames(&path(number + 1));
         if is_pending {
-            assert!(record::read(&path(number)).1, "it is not finished by anybody, and yet both were started again");
+            assert!(record::read(&path(number)).1, "both were restarted while the file is unfinished");
             drop(release);
             break;
         }
         assert!(number < 4, "the show has finished {number} files before they could be locked");
     }
-    // The books balance: what was in the unfinished file is counted.
+    // The counts balance: the frames of the unfinished file are counted.
     let (summary, ended) = playing.interrupt();
     assert!(summary["restarts"]["record"].as_u64() >= Some(1), "{summary}");
     assert!(ended.stderr.contains("finished out/recording.mcap, which a killed recorder left:"), "{}", ended.stderr);
 }
 
 #[test]
-fn a_show_finishes_what_an_earlier_one_left_once_it_plays() {
+fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
     let stage = Stage::new();
     let show = stage.start(&[&CALM[..], &["json", "--out", "show-earlier"]].concat());
     let earlier = stage.path("show-earlier/recording.mcap");
     let recorder = await_child(show.pid(), "record", None);
     record::await_frames(&earlier);
-    // Killed in this order, neither the recorder nor the show finishes the file.
-    rustix::process::kill_process(pid(show.pid()), Signal::STOP).expect("it is running");
+    // In this order of kills, neither the recorder nor the show finishes the file.
+    rustix::process::kill_process(pid(show.pid()), Signal::STOP).expect("the process runs");
     kill(recorder);
     show.kill();
     assert!(record::read(&earlier).1);
 
     let show = stage.start(&[&CALM[..], &["json", "--out", "out"]].concat());
     eventually("the earlier recording is finished", || (!record::read(&earlier).1).then_some(()));
-    // The show itself began before.
+    // The show itself has begun before that.
     record::await_frames(&stage.path("out/recording.mcap"));
     show.signal(Signal::INT);
     let ended = show.end();

@@ -1,4 +1,4 @@
-//! A show with its page: opened before the first frame, looked after like the others, ended last.
+//! A show with its page: opened before the first frame, supervised like the other children, ended last.
 
 use std::net::TcpListener;
 
@@ -8,35 +8,36 @@ use test_support::eventually::eventually;
 use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
+use crate::show::assert_published;
 use crate::stage::Stage;
 
 const SHOW: [&str; 9] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--view=127.0.0.1:0", "--format"];
 
-/// Starts a show with a page, and returns where the page is: its address, and the token behind it.
+/// Starts a show with a page. Returns the address and the token of the page.
 fn start(stage: &Stage, args: &[&str]) -> (Process, String, String) {
     let mut show = stage.start(&[&SHOW[..], &["json"], args].concat());
     let line = show.json();
-    assert_eq!(line["type"], "view", "the first of all lines: {line}");
+    assert_eq!(line["type"], "view", "the first line: {line}");
     let url = line["url"].as_str().expect("an address").to_owned();
     let (page, token) = url.split_once("/#token=").expect("a token to steer with");
     let address = page.strip_prefix("http://").expect("a page").to_owned();
     (show, address, token.to_owned())
 }
 
-/// Whether somebody listens at an address.
+/// Whether a process listens at an address.
 fn listens(address: &str) -> bool {
     std::net::TcpStream::connect(address).is_ok()
 }
 
 #[test]
-fn the_page_is_there_first_and_every_frame_reaches_all_others() {
+fn the_page_opens_first_and_every_frame_reaches_monitor_and_recorder() {
     let stage = Stage::new();
     let (show, address, token) = start(&stage, &["--until", "103"]);
     assert_eq!(token.len(), 32);
     let ended = show.end();
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
-    assert_eq!(summary["frames"]["published"], 151);
+    assert_published(&summary, 151);
     assert_eq!(
         (&summary["frames"]["missed_by_monitor"], &summary["frames"]["missed_by_recorder"]),
         (&json!(0), &json!(0))
@@ -46,7 +47,7 @@ fn the_page_is_there_first_and_every_frame_reaches_all_others() {
 }
 
 #[test]
-fn a_killed_page_is_there_again_at_its_address_with_its_token() {
+fn a_killed_page_is_restarted_at_its_address_with_its_token() {
     let stage = Stage::new();
     let (show, address, _) = start(&stage, &[]);
     let pid = show.pid();
@@ -65,10 +66,10 @@ fn a_killed_page_is_there_again_at_its_address_with_its_token() {
 }
 
 #[test]
-fn a_show_whose_page_finds_its_address_taken_does_not_begin() {
+fn a_show_does_not_begin_if_the_address_of_its_page_is_taken() {
     let stage = Stage::new();
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = taken.local_addr().expect("it is bound");
+    let address = taken.local_addr().expect("the socket is bound");
     let ended = stage.run(&["show", &format!("--view={address}"), "--until", "1"]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stdout);
     let reason = "Address already in use (os error 98)";
@@ -81,7 +82,7 @@ fn a_show_whose_page_finds_its_address_taken_does_not_begin() {
 }
 
 #[test]
-fn people_get_the_address_alone_on_a_line() {
+fn the_text_output_begins_with_the_address_on_a_line() {
     let stage = Stage::new();
     let mut show = stage.start(&[&SHOW[..], &["text", "--until", "101"]].concat());
     let line = show.next_line().expect("a line");

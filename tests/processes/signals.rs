@@ -30,7 +30,7 @@ fn a_signal_ends_a_server_with_its_summary() {
 fn a_signal_ends_a_server_that_waits_for_its_readers() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "3"]);
-    assert_eq!(server.stop()["frames"], 1, "the frame that says that the run has ended");
+    assert_eq!(server.stop()["frames"], 1, "the only frame is the last one of the run");
 }
 
 #[test]

@@ -1,5 +1,4 @@
-//! An instance of the bus for one test alone, and a folder for its files. When the test is over, nothing of either may
-//! be left.
+//! An instance of the bus for one test, and a folder for its files. At the end of the test, neither may leave remains.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -13,14 +12,14 @@ use serde_json::Value;
 use tempfile::TempDir;
 use test_support::process::{Ended, Process};
 
-/// Declared first in a test, so that it is dropped last, when every process and reader is gone.
+/// An instance and a folder. A test declares the stage first, so that it is dropped last, after every process and reader.
 #[derive(Debug)]
 pub(crate) struct Stage {
     domain: Domain,
     folder: TempDir,
 }
 
-/// A server that has made its services and, where it was told to expect readers, waits for them.
+/// A server that has created its services. It waits for its readers if the arguments name some.
 #[derive(Debug)]
 pub(crate) struct Server {
     pub(crate) process: Process,
@@ -45,7 +44,7 @@ impl Stage {
         self.folder.path().join(name)
     }
 
-    /// The program with a command on this instance.
+    /// Returns the program with a command on this instance.
     pub(crate) fn command<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Command {
         let mut command = program(args);
         command.arg("--instance").arg(self.domain.instance().as_str()).current_dir(self.folder.path());
@@ -57,7 +56,7 @@ impl Stage {
         Process::start(self.command(args))
     }
 
-    /// Starts a reader where there is no server, and returns when it has said that it waits for one.
+    /// Starts a reader without a server. Returns when the reader has reported that it waits for one.
     pub(crate) fn start_waiting<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Process {
         let process = self.start(args);
         assert_eq!(process.complaint(), format!("waiting for a server on instance {}", self.domain.instance()));
@@ -69,7 +68,7 @@ impl Stage {
         self.start(args).end()
     }
 
-    /// Starts a server and waits until its services are there.
+    /// Starts a server, and waits until its services exist.
     pub(crate) fn serve(&self, args: &[&str]) -> Server {
         let mut process = self.start(&[&["serve", "--format", "json"], args].concat());
         let started = process.json();
@@ -77,7 +76,7 @@ impl Stage {
         Server { run_id: started["run_id"].as_u64().expect("a run has a number"), process }
     }
 
-    /// Everything of this instance that is on the machine.
+    /// Returns all files and directories of this instance.
     pub(crate) fn remains(&self) -> Vec<PathBuf> {
         let prefix = self.domain.prefix();
         let is_ours =
@@ -92,7 +91,7 @@ impl Stage {
 
     fn remove_remains(&self) {
         for path in self.remains() {
-            // A failing test has told enough already.
+            // Errors are ignored: a failing test has reported its failure already.
             let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
         }
     }
@@ -109,18 +108,18 @@ impl Drop for Stage {
 }
 
 impl Server {
-    /// Ends it by a signal and returns its summary.
+    /// Ends the server by a signal. Returns its summary.
     pub(crate) fn stop(self) -> Value {
         self.process.terminate().expect_clean().last_json()
     }
 
-    /// Waits for its own end and returns its summary.
+    /// Waits for the end of the server. Returns its summary.
     pub(crate) fn summary(self) -> Value {
         self.process.end().expect_clean().last_json()
     }
 }
 
-/// The program with arguments and no instance.
+/// Returns the program with arguments and no instance.
 pub(crate) fn program<Arg: AsRef<OsStr>>(args: &[Arg]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_bench-dragon"));
     command.args(args).env_remove("RUST_LOG");

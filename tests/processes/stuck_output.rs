@@ -1,4 +1,4 @@
-//! Terminals, pipes and files that take no output: they stop nothing and delay no end.
+//! Terminals, pipes and files that accept no output: they stop no process and delay no end.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -13,31 +13,31 @@ use crate::children::{await_child, children, kill};
 use crate::pty::Pty;
 use crate::stage::{Stage, program};
 
-/// A contact, in more frames than a reader's buffer has room for.
-const TO_CONTACT: [&str; 8] = ["--start-at", "405", "--time-scale", "5", "--rate", "100", "--until", "430"];
+/// A show of five seconds with a contact, with more frames than a reader's buffer holds, which are those of four seconds.
+const TO_CONTACT: [&str; 8] = ["--start-at", "405", "--time-scale", "5", "--rate", "50", "--until", "430"];
 
-/// A dragon so long that the question about its turn takes longer than the bar waits.
+/// A dragon so long that the question about its turn takes longer than the delay of the progress bar.
 const LONG_DRAGON: &str =
     "[dragon]\nbenches = 1500\n[route]\nkind = \"turnaround\"\npitch_m = 1.7\nstart_s = -3000\nend_s = 3000\n";
 
-/// Waits until the server has published a frame, and so the reader that it waits for is there.
+/// Waits until the server has published a frame, and so its reader has joined.
 fn await_frame(stage: &Stage) {
-    let status = eventually("there is a server", || StatusReader::open(stage.domain(), "test").ok());
+    let status = eventually("a server runs", || StatusReader::open(stage.domain(), "test").ok());
     let poll = || status.poll().expect("the bus is readable");
     eventually("a frame is published", || poll().filter(|status| status.tick >= 1));
 }
 
-/// The lines of JSON in what came onto a terminal.
+/// Returns the lines of JSON in the output of a terminal.
 fn json_lines(text: &str) -> Vec<Value> {
     let lines = text.lines().filter(|line| line.starts_with('{'));
     lines.map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error} in {line}"))).collect()
 }
 
 #[test]
-fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_alerts_the_bus_of_all_that_it_sees() {
+fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_sends_every_alert() {
     let stage = Stage::new();
     let server = stage.serve(&[&TO_CONTACT[..], &["--readers", "1"]].concat());
-    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let terminal = Pty::stuck();
     let monitor = terminal.start(stage.command(&["monitor", "--format", "json"]));
     let frames = server.summary()["frames"].clone();
@@ -61,16 +61,16 @@ fn a_monitor_on_a_stuck_terminal_reads_every_frame_and_alerts_the_bus_of_all_tha
 }
 
 #[test]
-fn lines_that_a_terminal_does_not_take_are_counted_and_the_later_ones_follow() {
+fn lines_that_a_terminal_does_not_accept_are_counted_and_later_lines_follow() {
     let stage = Stage::new();
-    fs::write(stage.path("short.toml"), "[dragon]\nbenches = 20\n").expect("the folder is ours");
+    fs::write(stage.path("short.toml"), "[dragon]\nbenches = 20\n").expect("the folder is writable");
     let pace = ["--config", "short.toml", "--rate", "100", "--until", "12", "--readers", "1"];
     let server = stage.serve(&pace);
     let terminal = Pty::stuck();
     let monitor = terminal.start(stage.command(&["monitor", "--format", "json", "--progress", "0.01"]));
     let frames = server.summary()["frames"].clone();
     let output = terminal.read();
-    // It reports the lines that are missing before those that follow.
+    // The monitor reports the dropped lines before the next lines.
     monitor.signal(Signal::INT);
     assert_eq!(monitor.end().code(), Some(0));
     let output = output.join().expect("the terminal is read");
@@ -84,7 +84,7 @@ fn lines_that_a_terminal_does_not_take_are_counted_and_the_later_ones_follow() {
 }
 
 #[test]
-fn a_guarded_show_on_a_stuck_terminal_walks_on_to_its_rest_and_ends() {
+fn a_guarded_show_on_a_stuck_terminal_walks_to_its_rest_and_ends() {
     let stage = Stage::new();
     let pace = ["--start-at", "405", "--time-scale", "20", "--rate", "100", "--out", "out"];
     let terminal = Pty::stuck();
@@ -92,21 +92,21 @@ fn a_guarded_show_on_a_stuck_terminal_walks_on_to_its_rest_and_ends() {
     assert_eq!(show.end().code(), Some(0));
     let summary = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
     let summary: Value = serde_json::from_str(&summary).expect("JSON");
-    let held_at_s = summary["guard"]["held_at_s"].as_f64().expect("a rest");
+    let held_at_s = summary["guard"]["held_at_s"].as_f64().expect("a number");
     assert!((held_at_s - 412.454_970).abs() < 1e-5, "{summary}");
     assert_eq!((&summary["contact"], &summary["frames"]["missed_by_monitor"]), (&Value::Null, &0.into()));
     drop(terminal);
 }
 
 #[test]
-fn a_show_on_a_stuck_terminal_starts_its_server_again_and_ends_at_a_signal() {
+fn a_show_on_a_stuck_terminal_restarts_its_server_and_ends_at_a_signal() {
     let stage = Stage::new();
     let terminal = Pty::stuck();
     let show = terminal.start(stage.command(&["show", "--out", "out", "--rate", "50", "--start-at", "100"]));
     let first = await_child(show.pid(), "serve", None);
     await_frame(&stage);
-    // For many more drawings of the live line than a terminal has room for.
-    let status = StatusReader::open(stage.domain(), "test").expect("the server is there");
+    // By then the live line was drawn more often than a terminal has room for.
+    let status = StatusReader::open(stage.domain(), "test").expect("a server runs");
     eventually("tick 50", || status.poll().expect("the bus is readable").filter(|status| status.tick >= 50));
     drop(status);
     kill(first);
@@ -161,42 +161,43 @@ fn a_server_on_a_stuck_terminal_serves_and_ends_also_with_timecode() {
 #[test]
 fn an_answer_to_a_pipe_is_whole_though_the_bar_is_on_a_stuck_terminal() {
     let stage = Stage::new();
-    fs::write(stage.path("long.toml"), LONG_DRAGON).expect("the folder is ours");
+    fs::write(stage.path("long.toml"), LONG_DRAGON).expect("the folder is writable");
     let terminal = Pty::stuck();
     let mut solve = program(&["solve", "turn", "--work", "10000", "--config", "long.toml"]);
     solve.current_dir(stage.path("")).stdin(Stdio::null()).stderr(terminal.slave());
-    let answered = solve.output().expect("the program is there");
+    let answered = solve.output().expect("the program exists");
     drop(terminal);
     assert_eq!(answered.status.code(), Some(0));
     assert!(String::from_utf8_lossy(&answered.stdout).contains("least clearance"));
 }
 
 #[test]
-fn a_signal_ends_an_echo_whose_pipe_nobody_reads() {
+fn a_signal_ends_an_echo_with_a_full_pipe() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000"]);
     let mut echo = stage.start(&["echo", "--format", "json"]);
     echo.next_line().expect("a frame");
     let mut reader = crate::reader::Reader::join(&stage);
     let tick = reader.next().header.tick;
-    // For more frames than the pipe and the queue have room for.
+    // By then there were more frames than the pipe and the queue have room for.
     reader.read_to_tick(tick + 400);
     drop(reader);
     echo.signal(Signal::INT);
-    // Nothing is read until it has ended, but for what the end gives.
+    // The test reads no output until the echo has ended.
     eventually("the echo has ended", || has_ended(&echo).then_some(()));
     assert_eq!(echo.end().code(), Some(0));
     server.stop();
 }
 
-/// Whether a process that has not been waited for is no more than an entry.
+/// Whether a process that has not been waited for is a zombie.
 fn has_ended(process: &Process) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{}/stat", process.pid())).expect("it has not been waited for");
+    let stat =
+        fs::read_to_string(format!("/proc/{}/stat", process.pid())).expect("the process has not been waited for");
     stat.rsplit(')').next().is_some_and(|rest| rest.trim_start().starts_with('Z'))
 }
 
 #[test]
-fn a_contact_is_the_status_also_where_stdout_is_closed_early() {
+fn a_contact_sets_the_status_also_with_a_closed_stdout() {
     let stage = Stage::new();
     let pace = ["--start-at", "411", "--time-scale", "5", "--rate", "100"];
     let server = stage.serve(&[&pace[..], &["--readers", "1"]].concat());
@@ -212,13 +213,13 @@ fn a_contact_is_the_status_also_where_stdout_is_closed_early() {
 }
 
 #[test]
-fn no_answer_to_a_full_disk_ends_as_if_it_had_been_given() {
+fn an_answer_to_a_full_disk_is_an_error() {
     let long = ["solve", "poses", "--from", "0", "--to", "100", "--step", "1", "--format", "csv"];
     let answers: [&[&str]; 6] =
         [&["--help"], &["--version"], &["solve", "--help"], &["solve", "pitch"], &long, &["completions", "bash"]];
     for args in answers {
-        let full = fs::File::options().write(true).open("/dev/full").expect("Linux has it");
-        let ended = program(args).stdin(Stdio::null()).stdout(full).output().expect("the program is there");
+        let full = fs::File::options().write(true).open("/dev/full").expect("Linux has this file");
+        let ended = program(args).stdin(Stdio::null()).stdout(full).output().expect("the program exists");
         let told = String::from_utf8_lossy(&ended.stderr).into_owned();
         let expected = "error: cannot write to stdout: No space left on device (os error 28)\n";
         assert_eq!((ended.status.code(), told.as_str()), (Some(1), expected), "{args:?}");
@@ -226,12 +227,12 @@ fn no_answer_to_a_full_disk_ends_as_if_it_had_been_given() {
 }
 
 #[test]
-fn a_reader_that_has_had_enough_ends_an_answer_quietly() {
+fn a_closed_pipe_ends_an_answer_without_an_error() {
     let line = format!(
         "{} solve poses --from 0 --to 300 --step 1 --format csv | head -n 1",
         env!("CARGO_BIN_EXE_bench-dragon")
     );
-    let output = Command::new("bash").args(["-o", "pipefail", "-c", &line]).output().expect("bash is there");
+    let output = Command::new("bash").args(["-o", "pipefail", "-c", &line]).output().expect("bash is installed");
     assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()), (Some(0), ""));
     assert_eq!(output.stdout, b"time_s,handle,x_m,y_m,speed_mps\n");
 }

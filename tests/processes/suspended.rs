@@ -1,4 +1,4 @@
-//! A server that was suspended keeps time with the clock: it jumps a short suspension and makes up for a long one.
+//! A suspended server keeps time with the clock: it jumps after a short suspension, and catches up after a long one.
 
 use bench_dragon::system::clock::monotonic_ns;
 use bench_dragon_ipc::{FrameHeader, StatusReader};
@@ -14,7 +14,7 @@ use crate::stage::Stage;
 const RATE_HZ: u64 = 100;
 const PERIOD_NS: u64 = 1_000_000_000 / RATE_HZ;
 
-/// Stops a process for a time, or longer.
+/// Stops a process for at least this time.
 pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
     process.signal(Signal::STOP);
     let until_ns = monotonic_ns() + suspended_ns;
@@ -22,37 +22,41 @@ pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
     process.signal(Signal::CONT);
 }
 
-/// Fails unless ticks have no hole, every frame is due at a release of its own, none is due before the last one was sent, and
-/// the releases between them are those that the server counts as missed.
+/// Fails unless every frame is due at its own release, no frame is due before the previous one was sent, and the server counts
+/// all releases in between as missed.
 fn assert_no_burst(shots: &[Shot], summary: &Value) {
     let epoch_ns = shots[0].header.scheduled_ns;
     for pair in shots.windows(2) {
         let [before, after] = [&pair[0].header, &pair[1].header];
         assert_eq!(after.scheduled_ns, epoch_ns + release(&shots[0].header, after, RATE_HZ) * PERIOD_NS);
-        assert!(after.scheduled_ns >= before.published_ns, "a release that has passed is skipped: no burst");
+        assert!(after.scheduled_ns >= before.published_ns, "passed releases are skipped, without a burst");
     }
     let last = &shots[shots.len() - 1].header;
     assert_eq!(summary["frames"], shots.len());
-    assert_eq!(summary["overruns"], release(&shots[0].header, last, RATE_HZ) - last.tick, "each is counted: {summary}");
+    assert_eq!(
+        summary["overruns"],
+        release(&shots[0].header, last, RATE_HZ) - last.tick,
+        "each missed release is counted: {summary}"
+    );
 }
 
-/// How far a frame of a show that walks from 0 is behind the clock, in nanoseconds.
+/// Returns the delay of a frame behind the clock in nanoseconds, for a show that starts at 0.
 fn behind_ns(first: &FrameHeader, header: &FrameHeader) -> i64 {
     (header.scheduled_ns - first.scheduled_ns) as i64 - header.sim_time_ns
 }
 
 #[test]
-fn a_server_that_is_suspended_for_moments_shows_at_every_frame_where_the_dragon_should_be() {
+fn after_short_suspensions_every_frame_shows_where_the_dragon_should_be() {
     const SUSPENDED_NS: u64 = 100_000_000;
     let stage = Stage::new();
-    // A machine that is busy with other things may keep the server waiting for longer than it is suspended.
-    let serve = ["--rate", &RATE_HZ.to_string(), "--catch-up", "10", "--until", "5", "--readers", "1"];
+    // A busy machine may delay the server for longer than its suspension.
+    let serve = ["--rate", &RATE_HZ.to_string(), "--catch-up", "10", "--until", "10", "--readers", "1"];
     let server = stage.serve(&serve);
     let run_id = server.run_id;
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
     for _ in 0..5 {
-        let tick = shots.last().expect("one at least").header.tick + 10;
+        let tick = shots.last().expect("at least one frame").header.tick + 10;
         shots.extend(reader.read_to_tick(tick));
         suspend(&server.process, SUSPENDED_NS);
     }
@@ -66,26 +70,26 @@ fn a_server_that_is_suspended_for_moments_shows_at_every_frame_where_the_dragon_
         assert!((shot.header.head_travel_m - shot.header.sim_time_s()).abs() < 1e-12, "tick {}", shot.header.tick);
         assert_eq!(shot.header.time_scale, 1.0);
     }
-    assert_eq!(last.header.sim_time_ns, 5_000_000_000, "the show ends exactly at its end");
+    assert_eq!(last.header.sim_time_ns, 10_000_000_000, "the show ends exactly at its end");
     let jumps = shots.windows(2).filter(|pair| missed(&pair[0].header, &pair[1].header, RATE_HZ) >= 8).count();
-    assert!(jumps >= 5, "it was suspended five times: {jumps}");
+    assert!(jumps >= 5, "five suspensions, {jumps} jumps");
     assert_eq!((&summary["behind_s"], &summary["most_behind_s"]), (&Value::from(0.0), &Value::from(0.0)));
 }
 
 #[test]
-fn a_server_that_was_suspended_for_long_makes_up_for_it_at_a_tenth_more() {
-    const SUSPENDED_NS: u64 = 500_000_000;
+fn after_a_long_suspension_the_server_catches_up_at_a_tenth_more() {
+    const SUSPENDED_NS: u64 = 1_000_000_000;
     const MOST_JUMPED: u64 = RATE_HZ / 4;
     let stage = Stage::new();
     let server = stage.serve(&["--rate", &RATE_HZ.to_string(), "--readers", "1"]);
     let run_id = server.run_id;
-    let statuses = StatusReader::open(stage.domain(), "test").expect("a server has made the services");
+    let statuses = StatusReader::open(stage.domain(), "test").expect("a server has created the services");
     let mut reader = Reader::join(&stage);
     let mut shots = reader.read_to_tick(20);
     suspend(&server.process, SUSPENDED_NS);
     shots.push(
         reader
-            .read_until("the show makes up", |header| header.time_scale > 1.0)
+            .read_until("the show catches up", |header| header.time_scale > 1.0)
             .pop()
             .expect("the wanted frame comes last"),
     );
@@ -95,7 +99,7 @@ fn a_server_that_was_suspended_for_long_makes_up_for_it_at_a_tenth_more() {
     });
     assert!(status.most_behind_ns >= SUSPENDED_NS - 2 * PERIOD_NS, "{} ns", status.most_behind_ns);
     shots.clear();
-    shots.extend(reader.read_until("it has caught up", |header| behind_ns(&first, header) == 0));
+    shots.extend(reader.read_until("the show has caught up", |header| behind_ns(&first, header) == 0));
     let summary = server.stop();
 
     for pair in shots.windows(2) {

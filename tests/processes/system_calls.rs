@@ -1,4 +1,4 @@
-//! The system calls of the server's loop in steady state, one by one: the test stops the loop at each.
+//! The system calls of the server's loop in steady state. The test stops the loop at each call.
 #![cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
 
 use std::sync::mpsc::{self, RecvTimeoutError, Sender};
@@ -18,32 +18,32 @@ use test_support::skip::skip;
 use crate::stage::{Server, Stage};
 use crate::steady_desk::send_timecode;
 
-/// Ticks that are looked at: more than a reader's buffer holds.
+/// Number of tested ticks: more than a reader's buffer holds.
 const TICKS: u64 = 500;
 
-/// A thread that runs from one system call to the next. The first thread of a process is the loop's.
+/// The loop's thread, which runs from one system call to the next. It is the first thread of its process.
 struct Traced {
     pid: Pid,
-    /// Its process is killed where this is not dropped within the deadline; the next wait for it fails then.
+    /// The process is killed unless this is dropped within the deadline. Then the next wait for it fails.
     _watchdog: Sender<()>,
 }
 
 impl Traced {
-    /// Takes hold of the loop at its next sleep; `None`, which is told, where the kernel does not allow it.
+    /// Traces the loop from its next sleep on. Skips the test and returns `None` if the kernel does not allow it.
     fn at_sleep(process: &Process) -> Option<Self> {
         let pid = Pid::from_raw(process.pid() as i32);
         if let Err(error) = ptrace::seize(pid, Options::PTRACE_O_TRACESYSGOOD) {
             skip(&format!("ptrace: {error}"));
             return None;
         }
-        ptrace::interrupt(pid).expect("it was seized");
-        waitpid(pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        ptrace::interrupt(pid).expect("the process is traced");
+        waitpid(pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test");
         let traced = Self { pid, _watchdog: watch(process) };
         while traced.next() != SYS_clock_nanosleep {}
         Some(traced)
     }
 
-    /// Runs until the loop is about to enter a system call, and says which. It is not past it when this returns.
+    /// Runs until the loop is about to enter a system call. Returns the number of the call, before it runs.
     fn next(&self) -> c_long {
         loop {
             self.run();
@@ -56,8 +56,8 @@ impl Traced {
 
     /// Runs to the next entry into a system call or return from one.
     fn run(&self) {
-        ptrace::syscall(self.pid, None).expect("it is stopped");
-        let status = waitpid(self.pid, Some(WaitPidFlag::__WALL)).expect("it is our child");
+        ptrace::syscall(self.pid, None).expect("the process is stopped");
+        let status = waitpid(self.pid, Some(WaitPidFlag::__WALL)).expect("the process is a child of the test");
         assert!(
             matches!(status, WaitStatus::PtraceSyscall(_)),
             "waited at most {DEADLINE:?} for a system call: {status:?}"
@@ -66,21 +66,21 @@ impl Traced {
 
     fn is_entering(&self) -> bool {
         const PTRACE_SYSCALL_INFO_ENTRY: u8 = 1;
-        ptrace::syscall_info(self.pid).expect("it is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
+        ptrace::syscall_info(self.pid).expect("the process is stopped").op == PTRACE_SYSCALL_INFO_ENTRY
     }
 
     #[cfg(target_arch = "x86_64")]
     fn number(&self) -> c_long {
-        ptrace::getregs(self.pid).expect("it is stopped").orig_rax.cast_signed()
+        ptrace::getregs(self.pid).expect("the process is stopped").orig_rax.cast_signed()
     }
 
     #[cfg(target_arch = "aarch64")]
     fn number(&self) -> c_long {
-        ptrace::getregs(self.pid).expect("it is stopped").regs[8].cast_signed()
+        ptrace::getregs(self.pid).expect("the process is stopped").regs[8].cast_signed()
     }
 
     fn let_go(self) {
-        ptrace::detach(self.pid, None).expect("it is stopped");
+        ptrace::detach(self.pid, None).expect("the process is stopped");
     }
 }
 
@@ -91,22 +91,22 @@ fn a_tick_takes_one_system_call_which_is_its_sleep() {
 }
 
 #[test]
-fn a_tick_that_follows_timecode_takes_no_more() {
+fn a_tick_that_follows_timecode_takes_the_same_single_call() {
     let stage = Stage::new();
     let mut server = stage.serve(&["--readers", "1", "--timecode", "osc:0"]);
     let listen = server.process.json()["listen"].as_str().expect("an address").to_owned();
     let (begun, over) = mpsc::channel::<()>();
     thread::scope(|scope| {
         scope.spawn(move || send_timecode(&listen, &over));
-        // Given up here, also where the test fails.
+        // Dropped at the end of this scope, also if the test fails.
         let _begun = begun;
         assert_only_sleeps(&stage, server);
     });
 }
 
 fn assert_only_sleeps(stage: &Stage, server: Server) {
-    // It only polls, so that there is nobody to wake.
-    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    // The reader only polls, so the server wakes no reader.
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let mut newest = None;
     let mut last_tick = || {
         let read = reader.latest().expect("the bus is readable").map(|frame| frame.header().tick);
@@ -129,16 +129,16 @@ fn assert_only_sleeps(stage: &Stage, server: Server) {
 }
 
 #[test]
-fn a_woken_reader_takes_one_more() {
+fn each_woken_reader_takes_one_more_call() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "1"]);
-    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has made the services");
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     eventually("the first frame", || reader.receive().expect("the bus is readable").map(drop));
     let Some(traced) = Traced::at_sleep(&server.process) else {
         server.stop();
         return;
     };
-    // It makes its listener, and with the next tick the server finds that.
+    // The reader creates its listener, and the server finds the listener at the next tick.
     read_all_and_wait(&mut reader);
     while traced.next() != SYS_clock_nanosleep {}
     read_all_and_wait(&mut reader);
@@ -151,20 +151,20 @@ fn a_woken_reader_takes_one_more() {
     server.stop();
 }
 
-/// Kills a process after the deadline, unless what is returned is dropped before.
+/// Kills a process after the deadline, unless the returned sender is dropped before.
 fn watch(process: &Process) -> Sender<()> {
     let pid = rustix::process::Pid::from_raw(process.pid().cast_signed()).expect("a process id is not 0");
     let (dropped, is_dropped) = mpsc::channel();
     thread::spawn(move || {
         if is_dropped.recv_timeout(DEADLINE) == Err(RecvTimeoutError::Timeout) {
-            // One that has ended meanwhile cannot be killed.
+            // The kill fails if the process has ended.
             let _ = kill_process(pid, Signal::KILL);
         }
     });
     dropped
 }
 
-/// Reads what is there, then waits for more, so that the next frame has somebody to wake. Returns the newest frame.
+/// Reads all frames, then waits for more, so that the next frame wakes this reader. Returns the newest frame.
 fn read_all_and_wait(reader: &mut FrameSubscriber) -> Option<FrameHeader> {
     let mut newest = None;
     while let Some(frame) = reader.wait(Duration::from_millis(1)).expect("the bus is readable") {

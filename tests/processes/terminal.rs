@@ -1,11 +1,11 @@
-//! A terminal that a program is run in: a pseudo-terminal of util-linux's `script`.
+//! A pseudo-terminal for a program, from util-linux's `script`.
 
 use std::process::Command;
 
 use test_support::process::Process;
 use test_support::skip::has_programs;
 
-/// Runs a line of a shell in a terminal, and returns all that came onto it; `None` where there is no `script`.
+/// Runs a shell line in a terminal, and returns its whole output; `None` if `script` is missing.
 pub(crate) fn in_terminal(line: &str, environment: &[(&str, &str)]) -> Option<String> {
     if !has_programs(&["script"]) {
         return None;

@@ -1,4 +1,4 @@
-//! Timecode from a desk that was written from the protocols: `tests/python/timecode.py`.
+//! Timecode from a source that implements the protocols independently: `tests/python/timecode.py`.
 
 use std::io::Write as _;
 use std::net::UdpSocket;
@@ -18,13 +18,13 @@ use crate::stage::{Server, Stage};
 const FRAME_S: f64 = 0.04;
 const RATE_HZ: f64 = 50.0;
 
-/// A desk that sends timecode; it ends with the test.
+/// A source of timecode, which ends with the test.
 pub(crate) struct Desk {
     process: Process,
     orders: ChildStdin,
 }
 
-/// Where the desk's clock was when.
+/// A position of the source's clock, and its instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
     position_s: f64,
@@ -39,9 +39,9 @@ impl Desk {
         Self { process, orders }
     }
 
-    /// Gives an order, and waits until it is carried out.
+    /// Sends an order, and waits until it is executed.
     pub(crate) fn order(&mut self, order: &str) -> Clock {
-        writeln!(self.orders, "{order}").expect("the desk listens");
+        writeln!(self.orders, "{order}").expect("the source reads its orders");
         let answer = self.process.json();
         Clock {
             position_s: answer["position_s"].as_f64().expect("a number"),
@@ -51,34 +51,34 @@ impl Desk {
 }
 
 impl Clock {
-    /// Whether a frame shows what the clock showed when it was due, to a frame of timecode.
+    /// Whether a frame's show time equals the clock's position when the frame was due, to within a timecode frame.
     fn agrees(self, header: &FrameHeader, offset_s: f64) -> bool {
         let elapsed_s = header.scheduled_ns.saturating_sub(self.epoch_ns) as f64 * 1e-9;
         (header.sim_time_s() - self.position_s - elapsed_s - offset_s).abs() < FRAME_S
     }
 }
 
-/// A server that follows timecode, and where it listens.
+/// Starts a server that follows timecode. Returns it with its address.
 pub(crate) fn serve(stage: &Stage, source: &str, args: &[&str]) -> (Server, String) {
     let mut server = stage.serve(&[&["--rate", "50", "--timecode", source], args].concat());
     let listen = listens(&mut server.process);
     (server, listen)
 }
 
-/// Where a server or a show reports that it listens for timecode.
+/// Returns the address at which a server or a show listens for timecode.
 fn listens(process: &mut Process) -> String {
     let listening = process.json();
     assert_eq!(listening["type"], "listening", "{listening}");
     listening["listen"].as_str().expect("an address").to_owned()
 }
 
-/// The next line of a kind.
+/// Returns the next line with this event.
 pub(crate) fn event(process: &mut Process, event: &str) -> Value {
     let is_wanted = |line: &Value| line["type"] == "timecode" && line["event"] == event;
     process.json_until(&format!("timecode event {event:?}"), is_wanted).pop().expect("the wanted line comes last")
 }
 
-/// Reads until so many frames have shown what the clock showed: far more than half of those after it has settled.
+/// Reads until 50 frames agree with the clock. After the show has settled, most frames agree.
 pub(crate) fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -> Vec<Shot> {
     const WANTED: usize = 50;
     let (mut shots, mut agreed) = (Vec::new(), 0);
@@ -86,13 +86,12 @@ pub(crate) fn read_following(reader: &mut Reader, clock: Clock, offset_s: f64) -
         let shot = reader.next();
         agreed += usize::from(clock.agrees(&shot.header, offset_s));
         shots.push(shot);
-        assert!(shots.len() < 80 * WANTED, "{agreed} of {} frames are where the timecode is", shots.len());
+        assert!(shots.len() < 80 * WANTED, "{agreed} of {} frames agree with the timecode", shots.len());
     }
     shots
 }
 
-/// Checks that running frames that follow on each other are their time scale ÷ the rate apart, and counts those that were put
-/// elsewhere.
+/// Checks that successive running frames differ by the time scale ÷ the rate, and counts the frames that jumped.
 fn count_seeks(shots: &[Shot]) -> usize {
     let runs = |shot: &Shot| shot.state() == ShowState::Running;
     let neighbours = shots.windows(2).filter(|pair| pair[1].header.tick == pair[0].header.tick + 1 && runs(&pair[1]));
@@ -100,13 +99,13 @@ fn count_seeks(shots: &[Shot]) -> usize {
         let step_ns = pair[1].header.sim_time_ns - pair[0].header.sim_time_ns;
         let time_scale = pair[1].header.time_scale;
         assert!((0.9..=1.1).contains(&time_scale), "{time_scale}");
-        // Through releases that it missed the show went on at the time scale of before.
+        // During missed releases, the show advanced at the previous time scale.
         let jumped = (periods(&pair[0].header, &pair[1].header, RATE_HZ as u64) - 1) as f64;
         let expected_ns = (jumped * pair[0].header.time_scale + time_scale) / RATE_HZ * 1e9;
         (step_ns as f64 - expected_ns).abs() > 2.0
     };
     let seeks = neighbours.filter(is_seek);
-    // A step that is neither that of its time scale nor a jump would be a broken contract.
+    // Each other step must be a rest or a jump.
     seeks
         .inspect(|pair| {
             let step_s = (pair[1].header.sim_time_ns - pair[0].header.sim_time_ns) as f64 * 1e-9;
@@ -117,9 +116,10 @@ fn count_seeks(shots: &[Shot]) -> usize {
 }
 
 #[test]
-fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
+fn a_show_waits_for_art_net_timecode_and_follows_it() {
     let stage = Stage::new();
-    let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &[]);
+    // A source that a busy machine delays for a second is not lost.
+    let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "5"]);
     let mut reader = Reader::join(&stage);
     let standing = reader.next();
     assert_eq!((standing.state(), standing.header.sim_time_ns), (ShowState::Paused, 0));
@@ -138,25 +138,26 @@ fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
     desk.order("silence");
     let line = event(&mut server.process, "lost");
     let lost_s = line["time_s"].as_f64().expect("a time");
-    let free = reader
-        .read_until("the show goes on without timecode for half a second", |header| header.sim_time_s() > lost_s + 0.5);
+    let free = reader.read_until("the show continues without timecode for half a second", |header| {
+        header.sim_time_s() > lost_s + 0.5
+    });
     let last = free.last().expect("frames");
-    assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "it goes on by itself");
+    assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "the show continues by itself");
     shots.extend(free);
 
     desk.order("speak");
     event(&mut server.process, "follows");
     shots.extend(read_following(&mut reader, clock, 0.0));
 
-    // A stall of this machine may be a seek more.
-    assert!(count_seeks(&shots) >= 1, "to 120 s");
+    // A stall of this machine may cause another seek.
+    assert!(count_seeks(&shots) >= 1, "the show has sought to 120 s");
 
     for junk in ["00", "4172742d4e6574000097000e0000", "4172742d4e6574000097000e00001900000001", "ffffffffff"] {
         desk.order(&format!("send {junk}"));
     }
-    // ArtDmx is none of ours.
+    // ArtDmx packets are ignored, and not counted.
     desk.order("send 4172742d4e6574000050000e");
-    // What has come before this is counted by then.
+    // The packets before this order are counted by then.
     desk.order("stand");
     event(&mut server.process, "stands");
     reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
@@ -167,9 +168,9 @@ fn a_show_stands_until_art_net_timecode_comes_and_follows_where_it_goes() {
 }
 
 #[test]
-fn one_desk_is_followed_and_another_one_is_counted() {
+fn one_desk_is_followed_and_packets_of_another_are_counted() {
     let stage = Stage::new();
-    // No stall of the first one is that long.
+    // The timeout is longer than any stall of the first source.
     let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "3600"]);
     let mut desk = Desk::start(&["artnet", &listen]);
     let mut other = Desk::start(&["artnet", &listen, "--from", "127.0.0.2"]);
@@ -178,7 +179,7 @@ fn one_desk_is_followed_and_another_one_is_counted() {
     for _ in 0..2 {
         other.order("send 4172742d4e6574000097000e00000000050001");
     }
-    // What has come before this is counted by then.
+    // The packets before this order are counted by then.
     desk.order("stand");
     let stands = event(&mut server.process, "stands");
     assert!(stands["position_s"].as_f64() < Some(290.0), "{stands}");
@@ -199,7 +200,8 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
     reader.read_to_tick(beyond.last().expect("frames").header.tick + 10);
     let clock = desk.order("play 60");
     read_following(&mut reader, clock, 0.0);
-    desk.order("play 99");
+    // The position is seconds before the end, since a delayed source is followed late.
+    desk.order("play 95");
     reader.read_to_end();
     event(&mut server.process, "follows");
     let summary = server.summary();
@@ -207,7 +209,7 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
 }
 
 #[test]
-fn a_seek_is_refused_where_timecode_says_where_the_show_is() {
+fn a_seek_is_refused_while_the_show_follows_timecode() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &[]);
     stage.run(&["ctl", "seek", "5"]).expect_clean();
@@ -216,7 +218,7 @@ fn a_seek_is_refused_where_timecode_says_where_the_show_is() {
     let clock = desk.order("play 10");
     read_following(&mut reader, clock, 0.0);
     let refused = stage.run(&["ctl", "seek", "5"]);
-    let told = "refused: the show follows timecode: seek on what sends it\n";
+    let told = "refused: the show follows timecode: seek on the device that sends it\n";
     assert_eq!((refused.code(), refused.stderr.as_str()), (Some(1), told));
     server.process.terminate().expect_clean();
 }
@@ -236,7 +238,7 @@ fn osc_timecode_is_followed_in_every_form_with_an_offset() {
 }
 
 #[test]
-fn an_operators_pause_comes_before_the_timecode() {
+fn an_operators_pause_overrides_the_timecode() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &[]);
     let mut reader = Reader::join(&stage);
@@ -255,14 +257,14 @@ fn an_operators_pause_comes_before_the_timecode() {
 }
 
 #[test]
-fn a_guarded_show_is_put_where_its_guard_has_proved_the_way() {
+fn a_guarded_show_seeks_to_the_timecode_after_its_guards_proof() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &["--guarded"]);
     let mut reader = Reader::join(&stage);
     let mut desk = Desk::start(&["osc", &listen]);
     let clock = desk.order("play 100");
     let unproved = reader.read_to_tick(60);
-    assert!(unproved.iter().all(|shot| shot.header.sim_time_ns == 0), "nobody has proved the way");
+    assert!(unproved.iter().all(|shot| shot.header.sim_time_ns == 0), "no guard has proved the travel");
     let monitor = stage.start(&["monitor", "--guard", "--format", "json"]);
     read_following(&mut reader, clock, 0.0);
     server.process.terminate().expect_clean();
@@ -270,15 +272,16 @@ fn a_guarded_show_is_put_where_its_guard_has_proved_the_way() {
 }
 
 #[test]
-fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
+fn a_monitor_sweeps_the_travel_of_a_show_that_follows_timecode() {
     let stage = Stage::new();
     let (server, listen) = serve(&stage, "osc:0", &["--until", "414", "--readers", "2"]);
     let monitor = stage.start(&["monitor", "--format", "json"]);
     let mut reader = Reader::join(&stage);
-    // The first frame is for both.
+    // The first frame reaches both readers.
     reader.next();
     let mut desk = Desk::start(&["osc", &listen]);
-    desk.order("play 411.2");
+    // The position is seconds before the contact, since a delayed source is followed late.
+    desk.order("play 408");
     reader.read_to_end();
     server.process.end().expect_clean();
     let lines = monitor.terminate().expect_clean().json_lines();
@@ -288,13 +291,13 @@ fn a_monitor_sweeps_the_way_of_a_show_that_follows() {
 }
 
 #[test]
-fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
+fn a_show_that_follows_timecode_continues_after_a_contact_until_it_is_stopped() {
     let stage = Stage::new();
     let mut show = stage.start(&["show", "--out", "out", "--rate", "50", "--timecode", "osc:0", "--format", "json"]);
     let mut reader = Reader::await_server(&stage);
     reader.next();
     let mut desk = Desk::start(&["osc", &listens(&mut show)]);
-    desk.order("play 411.5");
+    desk.order("play 408");
     reader.read_until("show time is past 414 s", |header| header.sim_time_s() > 414.0);
     let clock = desk.order("play 200");
     read_following(&mut reader, clock, 0.0);
@@ -305,7 +308,7 @@ fn a_show_that_follows_timecode_goes_on_after_a_contact_until_it_is_stopped() {
 }
 
 #[test]
-fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follows_on() {
+fn a_server_killed_while_the_timecode_stands_is_restarted_and_follows() {
     let stage = Stage::new();
     let args = ["show", "--out", "out", "--rate", "50", "--auto-resume", "--timecode", "osc:0", "--format", "json"];
     let mut show = stage.start(&args);
@@ -315,7 +318,7 @@ fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follow
     let clock = desk.order("play 100");
     read_following(&mut reader, clock, 0.0);
     desk.order("stand");
-    show.complaint_with("stands: so does the show");
+    show.complaint_with(": so does the show");
     kill(await_child(show.pid(), "serve", None));
     reader.read_until("a frame of the next run", |header| header.run_id != before);
     let clock = desk.order("play 200");
@@ -325,13 +328,13 @@ fn a_server_that_is_killed_while_the_timecode_stands_is_started_again_and_follow
 }
 
 #[test]
-fn what_cannot_be_followed_is_told_in_one_line() {
+fn impossible_timecode_sources_are_refused_in_one_line() {
     let stage = Stage::new();
     let taken = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let source = format!("osc:{}", taken.local_addr().expect("an address").port());
     let busy = format!(
-        "error: cannot listen for timecode on 127.0.0.1:{}: another program has this port; end it, or have the timecode sent to \
-         another one, and name that\n",
+        "error: cannot listen for timecode on 127.0.0.1:{}: another program uses this port; end that program or send the \
+         timecode to another port\n",
         &source[4..]
     );
     for (args, code, error) in [
@@ -345,7 +348,7 @@ fn what_cannot_be_followed_is_told_in_one_line() {
         (
             &["--timecode", "artnet:127.0.0.1:0", "--timecode-fps", "25"],
             2,
-            "error: --timecode-fps is for osc: Art-Net timecode tells its own frames a second\n",
+            "error: --timecode-fps is only for osc: Art-Net timecode contains its frame rate\n",
         ),
         (
             &["--timecode", "osc:0", "--time-scale", "2"],

@@ -1,4 +1,4 @@
-//! A terminal of 80 by 24 cells with a shell in it: tmux, with a server of its own for each.
+//! A terminal of 80 by 24 cells with a shell: tmux, with its own server for each terminal.
 
 use std::fs;
 use std::process::Command;
@@ -9,30 +9,30 @@ use test_support::process::Process;
 
 use crate::stage::Stage;
 
-/// What the shell says when it waits for a command.
+/// The prompt of the shell.
 const PROMPT: &str = "ready>";
 
-/// A terminal. It is gone with all that runs in it when it is dropped.
+/// A terminal. When it is dropped, all processes in it end.
 #[derive(Debug)]
 pub(crate) struct Tmux<'a> {
     stage: &'a Stage,
 }
 
-/// The terminal's settings that a program has to give back.
+/// The terminal's settings that a program must restore.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
     pub(crate) other_screen: bool,
     pub(crate) cursor: bool,
 }
 
-/// A terminal that takes nothing. It does again when this is dropped.
+/// A terminal that accepts no output until this is dropped.
 #[derive(Debug)]
 pub(crate) struct Stalled {
     tmux: Pid,
 }
 
 impl<'a> Tmux<'a> {
-    /// Opens a terminal whose type (TERM) is `kind`, and waits for the shell in it.
+    /// Opens a terminal of the type `kind` (TERM), and waits for its shell.
     pub(crate) fn open(stage: &'a Stage, kind: &str) -> Self {
         let settings = stage.path("tmux.conf");
         fs::write(&settings, format!("set -g default-terminal {kind}\nset -s escape-time 0\n")).expect("a file");
@@ -52,7 +52,7 @@ impl<'a> Tmux<'a> {
         terminal
     }
 
-    /// Types the program's command line for this stage, with something before it, and hits enter.
+    /// Types the program's command line for this stage after the text `before`, and presses enter.
     pub(crate) fn run(&self, before: &str, args: &str) {
         let program = env!("CARGO_BIN_EXE_bench-dragon");
         let instance = self.stage.domain().instance();
@@ -65,22 +65,22 @@ impl<'a> Tmux<'a> {
         self.tell(&["send-keys", "-l", text]);
     }
 
-    /// Hits a key, by tmux's name of it.
+    /// Presses a key, by its name in tmux.
     pub(crate) fn press(&self, key: &str) {
         self.tell(&["send-keys", key]);
     }
 
-    /// What is on the screen.
+    /// Returns the text of the screen.
     pub(crate) fn text(&self) -> String {
         self.tell(&["capture-pane", "-p"])
     }
 
-    /// The same with the sequences that colour it.
+    /// Returns the text of the screen with its colour sequences.
     pub(crate) fn styled_text(&self) -> String {
         self.tell(&["capture-pane", "-p", "-e"])
     }
 
-    /// Looks at the screen until it is as wanted.
+    /// Waits until the screen is as wanted.
     #[track_caller]
     pub(crate) fn until(&self, wanted: &str, is_so: impl Fn(&str) -> bool) -> String {
         eventually_from(&format!("{wanted} is on the screen"), || {
@@ -89,19 +89,19 @@ impl<'a> Tmux<'a> {
         })
     }
 
-    /// Looks until this is on the screen.
+    /// Waits until the screen shows this text.
     #[track_caller]
     pub(crate) fn until_shown(&self, wanted: &str) -> String {
         self.until(wanted, |text| text.contains(wanted))
     }
 
-    /// Looks until the shell waits for a command.
+    /// Waits until the shell shows its prompt.
     #[track_caller]
     pub(crate) fn await_prompt(&self) -> String {
         self.until(PROMPT, |text| text.trim_end().lines().last().is_some_and(|line| line.trim_end() == PROMPT))
     }
 
-    /// What a command of the shell prints, in which this is to be.
+    /// Runs a shell command, and waits for this text in its output. Returns the screen.
     pub(crate) fn shell(&self, command: &str, wanted: &str) -> String {
         self.type_text(command);
         self.press("Enter");
@@ -116,12 +116,12 @@ impl<'a> Tmux<'a> {
         Settings { other_screen, cursor }
     }
 
-    /// The process that the shell has started, and is still running.
+    /// Returns the process id of the shell's running child.
     pub(crate) fn running_pid(&self) -> u32 {
         let shell = self.tell(&["display-message", "-p", "#{pane_pid}"]);
         let children = format!("/proc/{0}/task/{0}/children", shell.trim());
         let children = fs::read_to_string(children).expect("the shell runs");
-        children.split_whitespace().next_back().and_then(|pid| pid.parse().ok()).expect("it has a child")
+        children.split_whitespace().next_back().and_then(|pid| pid.parse().ok()).expect("the shell has a child")
     }
 
     /// Changes the size of the terminal.
@@ -129,15 +129,15 @@ impl<'a> Tmux<'a> {
         self.tell(&["resize-window", "-x", &columns.to_string(), "-y", &rows.to_string()]);
     }
 
-    /// Makes the terminal take nothing, until what is returned is dropped.
+    /// Makes the terminal accept no output until the returned value is dropped.
     pub(crate) fn stall(&self) -> Stalled {
         let tmux = self.tell(&["display-message", "-p", "#{pid}"]);
         let tmux = tmux.trim().parse().ok().and_then(Pid::from_raw).expect("a process id");
-        kill_process(tmux, Signal::STOP).expect("it runs");
+        kill_process(tmux, Signal::STOP).expect("the process runs");
         Stalled { tmux }
     }
 
-    /// Closes the terminal under whatever runs in it.
+    /// Closes the terminal of a running process.
     pub(crate) fn close(&self) {
         self.tell(&["kill-server"]);
     }
@@ -163,7 +163,7 @@ impl Drop for Stalled {
 
 impl Drop for Tmux<'_> {
     fn drop(&mut self) {
-        // One that was closed is gone already.
+        // This fails if the terminal was closed before.
         let _ = self.command(&["kill-server"]).output();
     }
 }

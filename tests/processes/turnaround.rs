@@ -1,4 +1,4 @@
-//! A show on the turnaround, whose t = 0 is where the head enters the turning circle: its show times begin below 0.
+//! A show on the turnaround. The head enters the turning circle at t = 0, so the show times begin below 0.
 
 use std::fs;
 
@@ -18,7 +18,7 @@ use crate::stage::{Stage, program};
 const RATE_HZ: u64 = 50;
 const PACE: [&str; 6] = ["--rate", "50", "--time-scale", "50", "--catch-up", "10"];
 
-/// A stage with a turnaround's configuration, these lines added to its route.
+/// Returns a stage with a turnaround's configuration, with these additional lines in its route.
 fn stage_with(route: &str) -> Stage {
     let stage = Stage::new();
     fs::write(stage.path("turn.toml"), format!("[route]\nkind = \"turnaround\"\n{route}\n")).expect("a file");
@@ -41,13 +41,13 @@ fn a_show_plays_the_turnaround_from_its_start_to_its_end() {
     assert_eq!(
         recorded.iter().find(|header| !is_planned(header)),
         None,
-        "a second a release, and the show stands at its end"
+        "one second per release, and the last frame at the end"
     );
     assert!(recorded.last().is_some_and(|header| header.sim_time_ns == 100_000_000_000));
 }
 
 #[test]
-fn every_handle_on_the_turn_is_the_solvers() {
+fn every_handle_on_the_turn_equals_the_solution() {
     let stage = stage_with("");
     let serve = ["--config", "turn.toml", "--start-at=-20", "--until", "60", "--readers", "1"];
     let server = stage.serve(&[&serve[..], &PACE].concat());
@@ -68,7 +68,7 @@ fn every_handle_on_the_turn_is_the_solvers() {
 }
 
 #[test]
-fn a_contact_on_the_turn_is_what_the_planner_says() {
+fn a_contact_on_the_turn_is_the_planned_one() {
     let stage = stage_with("pitch_m = 0.5");
     let mut solve = program(&["solve", "contact", "--format", "json", "--config"]);
     solve.arg(stage.path("turn.toml"));
@@ -82,7 +82,7 @@ fn a_contact_on_the_turn_is_what_the_planner_says() {
 }
 
 #[test]
-fn a_server_on_a_turn_that_is_too_tight_says_where_the_run_ends_and_why() {
+fn a_server_on_a_turn_that_is_too_tight_reports_where_and_why_the_run_ends() {
     let stage = stage_with("radius_ratio = 3.0");
     let ended = stage.run(&["serve", "--config", "turn.toml", "--start-at", "12", "--until", "12.5", "--rate", "100"]);
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
@@ -94,7 +94,7 @@ fn a_server_on_a_turn_that_is_too_tight_says_where_the_run_ends_and_why() {
 }
 
 #[test]
-fn a_seek_goes_below_zero_and_no_further_than_the_start() {
+fn a_seek_may_go_below_zero_but_not_before_the_start() {
     let stage = stage_with("");
     let server = stage.serve(&["--config", "turn.toml", "--held"]);
     assert_eq!(stage.run(&["ctl", "seek", "-50"]).code(), Some(0));

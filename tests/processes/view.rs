@@ -1,5 +1,5 @@
-//! The view's server, by clients that were not written here; what they expect is in `tests/python`. The page itself is another
-//! test's.
+//! The view's server, tested by clients of other authors. Their tests are in `tests/python`. `view_page.rs` tests the page
+//! itself.
 
 use std::ffi::OsStr;
 use std::process::Command;
@@ -13,7 +13,7 @@ use test_support::skip::{has_programs, is_possible};
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::{Stage, program};
 
-/// What a Python program of a view has to know.
+/// Returns the environment of a Python program for a view.
 fn variables(stage: &Stage) -> [(&'static str, &OsStr); 2] {
     [
         ("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon"))),
@@ -22,7 +22,7 @@ fn variables(stage: &Stage) -> [(&'static str, &OsStr); 2] {
 }
 
 #[test]
-fn pages_get_what_they_are_promised_and_nobody_else_gets_anything() {
+fn pages_with_the_token_are_served_and_others_are_refused() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100"]);
     pytest::run("test_view.py", &variables(&stage));
@@ -30,9 +30,9 @@ fn pages_get_what_they_are_promised_and_nobody_else_gets_anything() {
 }
 
 #[test]
-fn of_two_hundred_pages_as_many_as_fit_are_served_and_the_servers_readers_miss_nothing() {
+fn of_two_hundred_pages_the_allowed_number_is_served_and_no_reader_loses_a_frame() {
     let stage = Stage::new();
-    // At this rate a reader that is kept waiting for ten seconds still loses nothing.
+    // At this rate, a reader that waits for ten seconds loses nothing.
     let server = stage.serve(&["--rate", "20"]);
     let mut reader = Reader::join(&stage);
     let mut crowd = python();
@@ -65,7 +65,7 @@ fn three_hundred_idle_connections_do_not_shut_the_operator_out() {
 }
 
 #[test]
-fn off_loopback_looking_takes_the_token_too() {
+fn off_loopback_viewing_needs_the_token_too() {
     if !is_possible(&["unshare", "--net"]) || !has_programs(&["ip"]) {
         return;
     }
@@ -81,13 +81,13 @@ fn off_loopback_looking_takes_the_token_too() {
 }
 
 #[test]
-fn a_view_without_a_server_waits_for_one_and_lives_through_its_end() {
+fn a_view_waits_for_a_server_and_outlives_it() {
     let stage = Stage::new();
     pytest::run("test_view_without_server.py", &variables(&stage));
 }
 
 #[test]
-fn a_view_that_cannot_listen_says_why_in_one_line() {
+fn a_view_that_cannot_listen_reports_the_reason_in_one_line() {
     let stage = Stage::new();
     let mut first = stage.start(&["view", "--listen", "127.0.0.1:0", "--format", "json"]);
     let address = first.json()["address"].as_str().expect("an address").to_owned();
@@ -99,7 +99,7 @@ fn a_view_that_cannot_listen_says_why_in_one_line() {
 }
 
 #[test]
-fn an_address_a_host_or_a_token_that_is_none_is_bad_input() {
+fn invalid_addresses_hosts_and_tokens_are_bad_input() {
     for (args, named) in [
         (vec!["view", "--listen", "localhost"], "localhost"),
         (vec!["view", "--listen", "127.0.0.1:99999"], "127.0.0.1:99999"),
@@ -112,6 +112,6 @@ fn an_address_a_host_or_a_token_that_is_none_is_bad_input() {
     let mut short = program(&["view", "--listen", "127.0.0.1:0"]);
     short.env("BENCH_DRAGON_TOKEN", "short");
     let ended = Process::start(short).end();
-    let told = "error: the environment's BENCH_DRAGON_TOKEN must be 16 to 128 of A-Z, a-z, 0-9, - and _\n";
+    let told = "error: the environment's BENCH_DRAGON_TOKEN must be 16 to 128 characters of A-Z, a-z, 0-9, - and _\n";
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), told));
 }

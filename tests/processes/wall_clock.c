@@ -1,4 +1,4 @@
-/* The wall clock of one process, set by a test: what libc says of CLOCK_REALTIME is off by the seconds in a file. */
+/* The wall clock of one process, set by a test: adds the seconds in a file to the CLOCK_REALTIME of libc. */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <stdint.h>

@@ -1,4 +1,4 @@
-"""Any frame as the bytes that it has in shared memory."""
+"""Frames as their bytes in shared memory."""
 
 import ctypes
 
@@ -8,7 +8,7 @@ HEADER_FIELDS = [name for name, _ in FrameHeader._fields_]
 
 
 def frame_bytes(header, handles):
-    """A frame from the header's values by name and pairs of position and velocity."""
+    """Returns the bytes of a frame, from the header's values by name and pairs of position and velocity."""
     header = FrameHeader(*(header[name] for name in HEADER_FIELDS))
     vector = ctypes.c_double * 3
     states = (HandleState(vector(*position), vector(*velocity)) for position, velocity in handles)

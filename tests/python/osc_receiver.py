@@ -1,9 +1,9 @@
-"""Receives Open Sound Control with python-osc, and prints what came as JSON.
+"""Receives Open Sound Control with python-osc, and prints the messages as JSON.
 
     osc_receiver.py udp|tcp FRAMES
 
-Prints the port, then ends with that many whole frames: what came between two messages of the show, that at the front among
-it. Each is a list of [address, arguments, seconds since 1970 of its bundle or null].
+Prints the port, and ends after this many whole frames. A frame begins with a message of the show and ends before the next one.
+It is a list of [address, arguments, seconds since 1970 of its bundle or null].
 """
 
 import json
@@ -18,12 +18,12 @@ from pythonosc.osc_tcp_server import MODE_1_1, BlockingOSCTCPServer
 
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
-# In seconds: longer than the frames take to come on any machine.
-PATIENCE = 60
+# Longest wait for the frames, in seconds.
+TIMEOUT_S = 150
 
 
 class Frames:
-    """Messages, cut where a frame begins."""
+    """The received messages, grouped by frame."""
 
     def __init__(self, count):
         self.count = count
@@ -42,7 +42,7 @@ class Frames:
 
 
 class Server(BlockingOSCUDPServer):
-    """Keeps, beside the messages, how long the datagrams were and when their bundles are for."""
+    """Also keeps the length of the longest datagram and the times of the bundles."""
 
     longest = 0
     times = []
@@ -68,8 +68,8 @@ def main():
             server.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
     print(server.server_address[1], flush=True)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    if not frames.is_full.wait(PATIENCE):
-        sys.exit(f"only {len(frames.frames)} frames have come")
+    if not frames.is_full.wait(TIMEOUT_S):
+        sys.exit(f"only {len(frames.frames)} frames arrived")
     longest, times = getattr(server, "longest", None), getattr(server, "times", [])
     print(json.dumps({"frames": frames.frames, "longest": longest, "times": times}), flush=True)
 

@@ -1,10 +1,10 @@
-"""Receives PosiStageNet with pypsn, and beside it with npm's @jwetzell/posistagenet, both from the multicast group.
+"""Receives PosiStageNet with pypsn and with npm's @jwetzell/posistagenet, both from the multicast group.
 
     psn_receivers.py FRAMES FOLDER [NODE_SCRIPT]
 
-Prints their port once both have joined, ends with that many DATA frames, and writes what was decoded into FOLDER/pypsn.jsonl and
-FOLDER/npm.jsonl: a line a frame, and one of names. Datagrams are kept as they come and decoded at the end, and the sockets
-have room for all of them, so that nothing is lost on a busy machine.
+Prints their port once both have joined, ends after this many DATA frames, and writes the decoded frames to FOLDER/pypsn.jsonl and
+FOLDER/npm.jsonl: one line per frame, and a line of names. Datagrams are kept and decoded at the end, and the sockets have room
+for all of them, so that none is lost on a busy machine.
 """
 
 import json
@@ -18,8 +18,8 @@ import pypsn
 INTERFACE = "127.0.0.1"
 SO_RCVBUFFORCE = 33
 ROOM = 32 << 20
-# In seconds: longer than a datagram takes to come on any machine.
-PATIENCE = 60
+# Longest wait for a datagram, in seconds.
+TIMEOUT_S = 150
 DATA_PACKET = pypsn.psn_v2_chunk.PSN_DATA_PACKET.to_bytes(2, "little")
 
 
@@ -29,12 +29,12 @@ def joined(port):
         sock.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, ROOM)
     except PermissionError:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, ROOM)
-    sock.settimeout(PATIENCE)
+    sock.settimeout(TIMEOUT_S)
     return sock
 
 
 def receive(sock, frames):
-    """Datagrams up to the last one of that many DATA frames."""
+    """Returns datagrams up to the last one of this many DATA frames."""
     datagrams, expected, data_packets = [], None, 0
     while data_packets != expected:
         datagrams.append(sock.recv(65536))
@@ -49,7 +49,7 @@ def tracker_row(tracker):
 
 
 def frames_of(packets):
-    """Consecutive packets of one frame id, together."""
+    """Groups consecutive packets of one frame id."""
     frames = []
     for packet in packets:
         info = packet.info
@@ -74,7 +74,7 @@ def write(path, datagrams):
 
 def main():
     frames, folder = int(sys.argv[1]), Path(sys.argv[2])
-    # On a port that the system chooses; npm's receiver shares it.
+    # The system chooses the port. npm's receiver shares it.
     sock, others = joined(0), []
     port = sock.getsockname()[1]
     if len(sys.argv) > 3:
@@ -85,7 +85,7 @@ def main():
     print(port, flush=True)
     try:
         write(folder / "pypsn.jsonl", receive(sock, frames))
-        sys.exit(any(other.wait(PATIENCE) for other in others))
+        sys.exit(any(other.wait(TIMEOUT_S) for other in others))
     finally:
         for other in others:
             other.kill()

@@ -1,4 +1,4 @@
-"""A plugin of pytest: notes each skipped test in the file that tests/run names, and fails it where CI is set."""
+"""A plugin of pytest: adds each skipped test to the list of tests/run, and fails it if CI is set."""
 
 import os
 
@@ -9,13 +9,13 @@ _LIST = "BENCH_DRAGON_SKIPPED"
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item, call):
-    """A test that was skipped, by a mark or while it ran."""
+    """Handles a test that was skipped, by a mark or during its run."""
     return _noted((yield))
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_make_collect_report(collector):
-    """A file that was skipped as a whole."""
+    """Handles a file that was skipped as a whole."""
     return _noted((yield))
 
 

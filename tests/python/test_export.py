@@ -1,4 +1,4 @@
-"""csv and openpyxl find in exported tables what the stock MCAP reader finds in the recording, bit for bit.
+"""csv and openpyxl read from exported tables the values that the stock MCAP reader reads from the recording, bit for bit.
 
 Run by the Rust test `export::python_finds_the_recording_in_its_tables`, which records two runs and exports them.
 """
@@ -28,7 +28,7 @@ FRAMES = messages("/dragon/frames")
 
 
 def sampled():
-    """The first frame of each run, and each with which show time enters another half second."""
+    """Returns the first frame of each run, and the first frame of each half second of show time."""
     last, chosen = None, []
     for frame in FRAMES:
         step = (frame.run_id, frame.sim_time_ns // EVERY_NS)
@@ -118,7 +118,7 @@ def sheet(book, name):
 
 
 def columns(book, name):
-    """A sheet without its labels, column by column: one for each frame."""
+    """Returns a sheet without its labels, as columns, one per frame."""
     titles, rows = sheet(book, name)
     return titles[1:], list(zip(*(row[1:] for row in rows)))
 

@@ -1,4 +1,4 @@
-"""A view that others can reach. Run in a network of its own that has the address 10.77.0.1."""
+"""A view that other machines can reach. The test runs in its own network namespace with the address 10.77.0.1."""
 
 import json
 import os
@@ -17,7 +17,7 @@ def view(request):
         yield view
 
 
-def test_who_does_not_know_the_token_sees_only_the_empty_page(view):
+def test_without_the_token_only_the_empty_page_is_served(view):
     assert view.request("/")[0] == 200
     access = json.loads(view.request("/access")[1])
     assert (access["may_view"], access["may_control"], access["instance"]) == (False, False, "")
@@ -26,7 +26,7 @@ def test_who_does_not_know_the_token_sees_only_the_empty_page(view):
     assert view.request("/metrics")[0] == 401
 
 
-def test_who_knows_the_token_looks_and_steers(view):
+def test_the_token_allows_viewing_and_commands(view):
     assert view.stream_status(f"bench-dragon.token.{view.token}") == 101
     bearer = {"Authorization": f"Bearer {view.token}"}
     access = json.loads(view.request("/access", **bearer)[1])
@@ -35,7 +35,7 @@ def test_who_knows_the_token_looks_and_steers(view):
     assert view.request("/metrics", **bearer)[0] == 200
 
 
-def test_it_is_called_by_its_addresses_and_by_the_names_that_were_allowed(view):
+def test_the_view_accepts_its_addresses_and_the_allowed_names_as_host(view):
     for host in (view.address, "booth.example", "BOOTH.example:80", "localhost"):
         assert view.request("/", Host=host)[0] == 200, host
     for host in ("evil.example", "booth.example.evil.example", "booth"):

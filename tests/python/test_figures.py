@@ -1,7 +1,7 @@
-"""Figures as a stock reader of XML and of PNG finds them: well-formed, 160 mm wide, to scale, and in need of no font.
+"""Figures, read by a stock reader of XML and PNG: well-formed, 160 mm wide, to scale, and without fonts.
 
-Run by the Rust test `a_stock_reader_finds_what_print_needs`, which draws the figures and says in the environment where
-they are.
+Run by the Rust test `a_stock_reader_finds_everything_that_a_printer_needs`, which draws the
+figures and passes their folder in the environment.
 """
 
 import math
@@ -35,7 +35,7 @@ def size_mm(name):
 
 
 def chunks(name):
-    """The chunks of a PNG file, each with its checksum checked."""
+    """Yields the chunks of a PNG file, and checks their checksums."""
     data = (FOLDER / f"{name}.png").read_bytes()
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     at = 8
@@ -61,7 +61,7 @@ def test_a_vector_figure_is_a_page_wide_and_refers_to_nothing_outside_it(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_axes_are_told_with_their_units(name):
+def test_the_axes_have_their_units(name):
     expected = {
         "plan": ["x (m)", "y (m)"],
         "turnaround": ["x (m)", "y (m)", "turning circle", "nearest pair"],
@@ -74,7 +74,7 @@ def test_the_axes_are_told_with_their_units(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_pixel_figure_has_300_dots_for_each_inch_and_knows_it(name):
+def test_a_pixel_figure_has_300_dots_per_inch_and_states_it(name):
     parts = list(chunks(name))
     kind, header = parts[0]
     width, height, depth, colour, _, _, interlace = struct.unpack(">IIBBBBB", header)
@@ -86,7 +86,7 @@ def test_a_pixel_figure_has_300_dots_for_each_inch_and_knows_it(name):
 
 
 def board(path):
-    """Length and width of a drawn rectangle that begins at its front left corner."""
+    """Returns length and width of a drawn rectangle that begins at its front left corner."""
     corners = [(float(x), float(y)) for x, y in re.findall(r"[ML](-?[\d.]+) (-?[\d.]+)", path.get("d"))]
     return math.dist(corners[0], corners[1]), math.dist(corners[1], corners[2])
 

@@ -1,4 +1,4 @@
-"""A crowd of connections that say nothing: whoever steers gets in all the same, and stays in."""
+"""A crowd of idle connections: the operator can connect nevertheless, and stays connected."""
 
 import contextlib
 import http.client
@@ -20,7 +20,7 @@ def view():
 
 
 def crowd(view, held):
-    """Connections that send nothing, or the first half of a request, in turn."""
+    """Opens connections that send nothing, or the first half of a request, in turn."""
     host, _, port = view.address.rpartition(":")
     for place in range(CROWD):
         connection = held.enter_context(socket.create_connection((host, int(port))))

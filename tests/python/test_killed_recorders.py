@@ -1,6 +1,6 @@
-"""The stock MCAP readers open what killed recorders left: as it is by streaming, repaired by its index.
+"""The stock MCAP readers open the files of killed recorders: by streaming before the repair, by the index after it.
 
-Run by the Rust test `killed_recorders`, which says in the environment where the files are and lists their frames.
+Run by the Rust test `killed_recorders`, which passes the folder in the environment and lists the frames.
 """
 
 import os
@@ -17,7 +17,7 @@ TOPIC = "/dragon/frames"
 
 
 def tick(data):
-    """The tick of a frame: behind the encapsulation and the run."""
+    """Returns the tick of a frame, which follows the encapsulation and the run."""
     return struct.unpack_from("<Q", data, 4 + 8)[0]
 
 

@@ -1,7 +1,7 @@
-"""The stock iceoryx2 package reads a running server's bus with no code of ours but the layout.
+"""The stock iceoryx2 package reads a running server's bus with no code of the project except the layouts.
 
-Run by the Rust test `python::the_stock_iceoryx2_package_reads_the_bus_live`, which runs a server and says in the
-environment on which instance.
+Run by the Rust test `python::the_stock_iceoryx2_package_reads_the_bus_live`, which runs a server and passes
+its instance in the environment.
 """
 
 import ctypes
@@ -19,11 +19,11 @@ from bus import frame_bytes
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
 PAUSE, RESUME, SPEED = 0, 1, 2
-PATIENCE_S = 60
+TIMEOUT_S = 100
 
 
 def bench_dragon(*args):
-    finished = subprocess.run([PROGRAM, *args, "--instance", INSTANCE], check=True, capture_output=True, text=True, timeout=PATIENCE_S)
+    finished = subprocess.run([PROGRAM, *args, "--instance", INSTANCE], check=True, capture_output=True, text=True, timeout=TIMEOUT_S)
     return finished.stdout
 
 
@@ -52,15 +52,15 @@ def open_frames(node):
 
 
 def copied(sample):
-    """A frame as its header and its bytes. The header says how many handles there are: the package's own `len` counts
-    bytes where it means elements."""
+    """Returns a frame as its header and its bytes. The number of handles is in the header, since the package's `len` counts bytes
+    instead of elements."""
     header = FrameHeader.from_buffer_copy(sample.user_header().contents)
     size = (header.bench_count + 1) * ctypes.sizeof(HandleState)
     return header, bytes(header) + ctypes.string_at(sample.payload_ptr, size)
 
 
 def frames_of(subscriber, listener):
-    """Frame after frame, as they come."""
+    """Yields all frames in their order."""
     while True:
         sample = subscriber.receive()
         if sample is not None:
@@ -70,7 +70,7 @@ def frames_of(subscriber, listener):
 
 
 def joined(node):
-    """The frames from now on."""
+    """Yields the frames from now on."""
     listener = service(node, "bench-dragon/frames").event().open().listener_builder().create()
     return frames_of(open_frames(node).subscriber_builder().create(), listener)
 
@@ -94,13 +94,13 @@ def test_the_ticks_count_on_and_each_advances_show_time_by_one_step(node):
     for _ in range(5):
         after, _ = next(frames)
         assert after.run_id == before.run_id and after.tick > before.tick
-        # Two show seconds a second, over releases that were missed too.
+        # Two show seconds per second, also across missed releases.
         assert after.sim_time_ns - before.sim_time_ns == 2 * (after.scheduled_ns - before.scheduled_ns)
         before = after
 
 
 def latest(subscriber):
-    """The latest value, which a late joiner gets with the server's next report."""
+    """Waits for the latest value, which a late reader gets with the server's next report."""
     while True:
         sample = subscriber.receive()
         if sample is not None:
@@ -149,6 +149,6 @@ def test_a_command_holds_from_the_tick_of_its_reply(node):
         assert headers[-1].run_id == reply.run_id
 
 
-def test_a_refused_command_says_what_is_allowed(node):
+def test_a_refused_command_has_the_allowed_range(node):
     reply = call(node, SPEED, 11.0)
     assert (reply.refusal, reply.lowest, reply.highest) == (2, 0.0, 10.0)

@@ -1,7 +1,7 @@
-"""The stock MCAP readers find in a recording of a real show what a subscriber beside the recorder received.
+"""The stock MCAP readers read from a recording of a real show the same frames that a subscriber received.
 
 Run by the Rust test `record::stock_readers_find_every_frame_the_contact_and_the_configuration`, which makes the recording
-and says in the environment where it is.
+and passes its folder in the environment.
 """
 
 import os

@@ -1,7 +1,7 @@
-"""openpyxl opens the workbook of poses and finds the planner's numbers in it, as the paper saved them.
+"""openpyxl reads the planner's numbers from the workbook of poses, in the layout of the paper.
 
-Run by the Rust test `poses_files::openpyxl_reads_the_workbook_back`, which asks the planner for the workbook and for
-JSON at the same times.
+Run by the Rust test `poses_files::openpyxl_reads_the_workbook_back`, which lets the planner write the workbook
+and JSON for the same times.
 """
 
 import json
@@ -14,7 +14,7 @@ import pytest
 WORKBOOK = openpyxl.load_workbook(os.environ["POSES_XLSX"])
 POSES = json.loads(Path(os.environ["POSES_JSON"]).read_text())["poses"]
 NAMES = ["head", *(f"bench {bench}" for bench in range(1, 223)), "tail rear"]
-# Half of the last decimal, and the rounding of the comparison itself.
+# Half of the last decimal, plus the rounding of the comparison itself.
 TOLERANCE = 5.001e-7
 
 
@@ -28,7 +28,7 @@ def value(sheet, label, time_s):
 
 
 def assert_shown(sheet, expected):
-    """Each number within half of its last decimal, rounded to six decimals and shown with as many."""
+    """Fails unless each number is exact to half of its last decimal, rounded to six decimals, and shown with six."""
     for row, numbers in zip(WORKBOOK[sheet].iter_rows(min_row=2, min_col=2), expected, strict=True):
         for cell, number in zip(row, numbers, strict=True):
             assert abs(cell.value - number) <= TOLERANCE, cell.coordinate
@@ -41,7 +41,7 @@ def test_there_is_a_sheet_of_positions_and_one_of_speeds():
 
 
 @pytest.mark.parametrize("sheet", ["positions", "speeds"])
-def test_the_header_tells_the_times_and_stays_in_view(sheet):
+def test_the_header_has_the_times_and_stays_in_view(sheet):
     header = [cell.value for cell in WORKBOOK[sheet][1]]
     assert header == ["handle", *(f"{second} s" for second in range(301))]
     assert WORKBOOK[sheet].freeze_panes == "B2"
@@ -63,7 +63,7 @@ def test_every_speed_is_the_planners():
     assert_shown("speeds", [[pose["handles"][index]["speed_mps"] for pose in POSES] for index in indices])
 
 
-def test_the_known_values_of_300_seconds_stand_there_to_the_last_decimal():
+def test_the_known_values_at_300_seconds_are_exact_to_the_last_decimal():
     known = {
         ("positions", "head x (m)"): 4.420274,
         ("positions", "head y (m)"): 2.320429,

@@ -1,7 +1,7 @@
-"""The stock MCAP readers open a recording with no code of ours and find every bit.
+"""The stock MCAP readers read every bit of a recording without code of the project.
 
-Run by the Rust test `python::stock_python_readers_find_every_bit`, which makes the recordings and says in the
-environment where they are.
+Run by the Rust test `python::stock_python_readers_find_every_bit`, which makes the recordings and passes their
+folder in the environment.
 """
 
 import math
@@ -32,7 +32,7 @@ def expected_frames():
 
 
 def wire_bytes(frame):
-    """A decoded frame as the bytes it has in shared memory."""
+    """Returns a decoded frame as its bytes in shared memory."""
     header = HEADER.pack(
         frame.run_id,
         frame.tick,
@@ -55,7 +55,7 @@ def decoded(name, topic):
 
 
 def streamed_frames(name):
-    """The frames that the streaming reader yields, and the error by which it ends, if any."""
+    """Returns the frames that the streaming reader yields, and its final error, if any."""
     schemas, channels, frames, factory = {}, {}, [], DecoderFactory()
     with open(FOLDER / name, "rb") as stream:
         try:

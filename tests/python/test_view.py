@@ -1,6 +1,6 @@
-"""What a view promises those who look, those who steer, and those who should do neither.
+"""The view's server: its answers to viewers, to operators, and to requests without rights.
 
-Run by the Rust tests of `view`, which run a server and say in the environment on which instance.
+Run by the Rust tests of `view`, which run a server and pass its instance in the environment.
 """
 
 import contextlib
@@ -12,7 +12,7 @@ import socket
 import numpy
 import pytest
 from bench_dragon import Dragon, ShowState
-from view import PATIENCE_S, next_frame, viewing
+from view import TIMEOUT_S, next_frame, viewing
 from websockets.exceptions import ConnectionClosed
 
 PROGRAM = os.environ["BENCH_DRAGON"]
@@ -27,7 +27,7 @@ def view():
 
 
 def newest(is_wanted=lambda header: True):
-    """The header and the handles' positions of the first frame on the bus that is wanted, copied."""
+    """Returns copies of the header and the handles' positions of the first wanted frame on the bus."""
     with Dragon(INSTANCE) as dragon:
         for frame in dragon:
             if is_wanted(frame.header):
@@ -45,7 +45,7 @@ def command(view, body):
     return json.loads(text)
 
 
-def test_a_page_is_told_the_run_and_gets_frames_that_are_those_of_the_bus(view):
+def test_a_page_gets_the_run_and_the_frames_of_the_bus(view):
     assert command(view, PAUSE)["accepted"]
     on_bus, positions_m = newest(lambda header: header.show_state == ShowState.PAUSED)
     with view.stream() as stream:
@@ -72,7 +72,7 @@ def is_whole(status):
     return status["traffic"]["rate_hz"] > 0 and status["server"] is not None and status["chart"] is not None
 
 
-def test_a_page_is_told_how_it_goes(view):
+def test_a_page_gets_the_status(view):
     with view.stream() as stream:
         statuses = []
         while len(statuses) < 10 or not is_whole(statuses[-1]):
@@ -94,27 +94,27 @@ def test_a_page_that_acknowledges_nothing_gets_two_frames_and_then_the_newest(vi
         second, _ = next_frame(stream, acknowledge=False)
         assert second.tick > first.tick
         for _ in range(5):
-            assert isinstance(stream.recv(timeout=PATIENCE_S), str), "a third frame came, though none had been acknowledged"
+            assert isinstance(stream.recv(timeout=TIMEOUT_S), str), "a third frame came, although none was acknowledged"
         stream.send(json.dumps({"ack": second.sequence}))
         third, _ = next_frame(stream)
-        assert third.sequence > second.sequence + 1, "those in between were not kept"
+        assert third.sequence > second.sequence + 1, "the frames in between were kept"
 
 
 @pytest.mark.parametrize(
     "message",
     ["", "{}", "null", '{"ack":-1}', '{"ack":1.5}', '{"ack":4000000000}', '{"command":"stop"}', b"\x00", b"", "x" * 300, b"\x00" * 300, "[" * 200],
 )
-def test_a_page_that_says_anything_else_is_shown_out(view, message):
+def test_a_page_that_sends_anything_else_is_disconnected(view, message):
     with view.stream() as stream:
         stream.send(message)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
-                stream.recv(timeout=PATIENCE_S)
+                stream.recv(timeout=TIMEOUT_S)
         assert closed.value.rcvd.code == 1008
-    assert view.stream_status() == 101, "and the next one is let in"
+    assert view.stream_status() == 101, "the next page is refused"
 
 
-def test_a_command_takes_the_token(view):
+def test_a_command_needs_the_token(view):
     for headers in ({"Authorization": ""}, {"Authorization": "Bearer " + "0" * 32}, {"Authorization": f"Basic {view.token}"}):
         status, text = view.command(PAUSE, **headers)
         assert status == 401 and list(json.loads(text)) == ["error"], text
@@ -171,7 +171,7 @@ def test_a_command_that_a_form_could_send_is_refused(view):
 
 
 def begun_command(view, *headers):
-    """A connection with a command whose body does not come."""
+    """Opens a connection and sends a command without its body."""
     address, _, port = view.address.rpartition(":")
     connection = socket.create_connection((address, int(port)))
     lines = ["POST /command HTTP/1.1", f"Host: {view.address}", "Content-Type: application/json", "Content-Length: 900", *headers]
@@ -184,10 +184,10 @@ def status_line(connection):
         return reply.readline().split()[1]
 
 
-def test_bodies_that_do_not_come_keep_nobody_out(view):
+def test_incomplete_requests_block_no_other_client(view):
     strangers = [begun_command(view) for _ in range(140)]
     answered = [status_line(connection) for connection in strangers[:100]]
-    assert answered == [b"401"] * 100, "without the token nobody is listened to"
+    assert answered == [b"401"] * 100, "a request without the token is read"
     for connection in strangers:
         connection.close()
     assert command(view, {"command": "speed", "value": 1.0})["accepted"]
@@ -195,7 +195,7 @@ def test_bodies_that_do_not_come_keep_nobody_out(view):
         assert status_line(slow) == b"408"
 
 
-def test_the_server_refuses_what_it_would_refuse_anybody(view):
+def test_the_servers_refusals_reach_the_page(view):
     assert command(view, {"command": "release"}) == {"accepted": False, "tick": pytest.approx(0, abs=1e9), "reason": "the show is not held"}
     reply = command(view, {"command": "speed", "value": 11})
     assert (reply["accepted"], reply["reason"]) == (False, "the speed is 11 m/s, must be from 0 to 10 m/s")
@@ -211,32 +211,32 @@ def test_a_hold_stands_until_it_is_released(view):
 
 def test_a_read_only_view_takes_no_command():
     with viewing(PROGRAM, INSTANCE, "--read-only") as view:
-        assert view.token == "", "there is nothing to know"
+        assert view.token == "", "a read-only view has no token"
         assert view.command(PAUSE)[0] == 403
         assert json.loads(view.request("/access")[1])["read_only"]
         assert view.stream_status() == 101
     assert state() == ShowState.RUNNING
 
 
-def test_the_environments_token_is_taken_and_is_long_enough(monkeypatch):
+def test_the_token_of_the_environment_is_used(monkeypatch):
     monkeypatch.setenv("BENCH_DRAGON_TOKEN", "known-to-the-booth")
     with viewing(PROGRAM, INSTANCE) as view:
         assert view.token == "known-to-the-booth"
         assert json.loads(view.request("/access", Authorization="Bearer known-to-the-booth")[1])["may_control"]
 
 
-def test_a_view_that_ends_tells_its_pages():
+def test_a_view_closes_its_streams_at_its_end():
     with contextlib.ExitStack() as pages:
         with viewing(PROGRAM, INSTANCE) as view:
             stream = pages.enter_context(view.stream())
             next_frame(stream)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
-                stream.recv(timeout=PATIENCE_S)
+                stream.recv(timeout=TIMEOUT_S)
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "the view has ended")
 
 
-def test_what_is_not_there_is_told_in_one_line(view):
+def test_unknown_paths_and_methods_are_refused(view):
     assert view.request("/nothing")[0] == 404
     assert view.request("/../Cargo.toml")[0] == 404
     assert view.request("/stream")[0] == 426

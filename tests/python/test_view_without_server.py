@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 
-from view import PATIENCE_S, next_frame, viewing
+from view import TIMEOUT_S, next_frame, viewing
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
@@ -17,7 +17,7 @@ def serve():
 
 
 def until(stream, is_wanted):
-    """Told messages up to the first one that is wanted; frames are acknowledged."""
+    """Reads messages up to the first wanted one, and acknowledges frames."""
     while True:
         _, told = next_message(stream)
         if told is not None and is_wanted(told):
@@ -25,7 +25,7 @@ def until(stream, is_wanted):
 
 
 def next_message(stream):
-    message = stream.recv(timeout=PATIENCE_S)
+    message = stream.recv(timeout=TIMEOUT_S)
     if isinstance(message, bytes):
         sequence = int.from_bytes(message[4:8], "little")
         stream.send(json.dumps({"ack": sequence}))
@@ -37,7 +37,7 @@ def link(state):
     return lambda told: told["type"] == "status" and told["link"]["state"] == state
 
 
-def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
+def test_a_page_gets_the_start_the_silence_the_death_and_the_restart_of_the_server():
     with viewing(PROGRAM, INSTANCE) as view, view.stream() as stream:
         assert until(stream, lambda told: told["type"] == "status")["link"]["state"] == "waiting"
         refused, text = view.command({"command": "pause"})
@@ -53,7 +53,7 @@ def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
         until(stream, link("live"))
 
         server.kill()
-        server.wait(PATIENCE_S)
+        server.wait(TIMEOUT_S)
         assert until(stream, link("gone"))["link"]["age_s"] > 0
 
         server, run_id = serve()
@@ -63,5 +63,5 @@ def test_a_page_is_told_when_the_server_comes_hangs_dies_and_comes_again():
         frame, _ = next_frame(stream)
         assert frame.benches == 223
         server.terminate()
-        assert server.wait(PATIENCE_S) == 0
+        assert server.wait(TIMEOUT_S) == 0
         until(stream, link("ended"))

@@ -1,11 +1,11 @@
-"""A desk that sends timecode, steered by lines on stdin. Art-Net packets are made from the layout in the protocol's text,
-OSC messages by python-osc.
+"""A source of timecode, steered by lines on stdin. Art-Net packets follow the layout in the protocol's text; python-osc encodes
+the OSC messages.
 
     timecode.py artnet HOST:PORT | osc HOST:PORT [--kind KIND] [--form FORM] [--from HOST]
 
-`play S` plays from a position on, `stand` repeats the present one, `silence` sends nothing while the clock runs on, `speak`
-sends again, `send HEX` sends bytes as they are. Each is answered by a line of JSON: the position, and the CLOCK_MONOTONIC
-instant at which the clock was there.
+`play S` plays from a position in seconds, `stand` repeats the present position, `silence` stops sending while the clock continues,
+`speak` sends again, `send HEX` sends bytes. The answer to each order is a line of JSON: a position, and the CLOCK_MONOTONIC
+instant at which the clock had it.
 """
 
 import argparse
@@ -18,16 +18,16 @@ import time
 
 from pythonosc.osc_message_builder import OscMessageBuilder
 
-# Type byte of ArtTimeCode: frames a second, and whether two numbers a minute are left out.
+# Type byte of ArtTimeCode: frames per second, and whether two numbers per minute are omitted.
 KINDS = {0: (24, False), 1: (25, False), 2: (30, True), 3: (30, False)}
 
 
 def clock(frame, kind):
-    """Hours, minutes, seconds and frames of a frame counted from 00:00:00:00."""
+    """Returns hours, minutes, seconds and frames of a frame counted from 00:00:00:00."""
     numbers, drops = KINDS[kind]
     if drops:
         tens, rest = divmod(frame, 17982)
-        # The first minute of ten has all its 1800 numbers, the others 1798.
+        # The first minute of ten has all 1800 numbers, the others have 1798.
         frame += 18 * tens + (0 if rest < 1800 else 2 * (1 + (rest - 1800) // 1798))
     seconds, frames = divmod(frame, numbers)
     return seconds // 3600 % 24, seconds // 60 % 60, seconds % 60, frames
@@ -104,7 +104,7 @@ def main():
             print(json.dumps({"position_s": first / rate, "epoch_ns": epoch_ns}), flush=True)
             continue
         if not stands:
-            # After a stall of this process, the frame of the present, and none of those that are past.
+            # After a stall of this process, the present frame is sent, and no earlier ones.
             sent = max(sent + 1, first + int((time.monotonic_ns() - epoch_ns) * rate // 1_000_000_000))
         if speaks:
             packet = art_net(sent, args.kind) if args.protocol == "artnet" else osc(sent, args.kind, args.form)

@@ -1,4 +1,4 @@
-"""A `bench-dragon view` and what comes from it, by the stock packages `websockets` and `urllib`."""
+"""A `bench-dragon view` and its replies, read by the stock packages `websockets` and `urllib`."""
 
 import contextlib
 import json
@@ -13,8 +13,8 @@ from websockets.sync.client import connect
 
 PROTOCOL = "bench-dragon.view.v1"
 HEADER = struct.Struct("<4I7d2I2d")
-# How long a client waits for anything: longer than it takes on any machine.
-PATIENCE_S = 60
+# Longest wait of a client, in seconds.
+TIMEOUT_S = 100
 
 
 @dataclass
@@ -25,27 +25,28 @@ class View:
     token: str
 
     def request(self, path, body=None, **headers):
-        """Status and text of a reply."""
+        """Returns status and text of a reply."""
         headers = {name.replace("_", "-"): value for name, value in headers.items()}
         data = body.encode() if isinstance(body, str) else body
         request = urllib.request.Request(f"http://{self.address}{path}", data=data, headers=headers)
         try:
-            with urllib.request.urlopen(request, timeout=PATIENCE_S) as reply:
+            with urllib.request.urlopen(request, timeout=TIMEOUT_S) as reply:
                 return reply.status, reply.read().decode()
         except urllib.error.HTTPError as error:
             return error.code, error.read().decode()
 
     def command(self, body, **headers):
-        """The same of a command that is as it should be, but for what is said otherwise."""
+        """Sends a valid command, except for the given headers. Returns status and text of the reply."""
         headers = {"Authorization": f"Bearer {self.token}", "Content-Type": "application/json", **headers}
         return self.request("/command", body if isinstance(body, (str, bytes)) else json.dumps(body), **headers)
 
     def stream(self, *protocols, **options):
-        """A stream as a page opens it."""
-        return connect(f"ws://{self.address}/stream", subprotocols=[PROTOCOL, *protocols], proxy=None, max_size=None, **options)
+        """Opens a stream as a page does."""
+        options = {"proxy": None, "max_size": None, "open_timeout": TIMEOUT_S, **options}
+        return connect(f"ws://{self.address}/stream", subprotocols=[PROTOCOL, *protocols], **options)
 
     def stream_status(self, *protocols, **options):
-        """The status with which a stream is refused, or 101."""
+        """Returns the status with which a stream is refused, or 101."""
         try:
             with self.stream(*protocols, **options):
                 return 101
@@ -55,7 +56,7 @@ class View:
 
 @dataclass
 class Frame:
-    """A frame as a page gets it."""
+    """A frame, as a page gets it."""
 
     sequence: int
     benches: int
@@ -76,10 +77,10 @@ class Frame:
 
 
 def next_frame(stream, acknowledge=True):
-    """The next frame of a stream, and what is told before it."""
+    """Returns the next frame of a stream, and the messages before it."""
     told = []
     while True:
-        message = stream.recv(timeout=PATIENCE_S)
+        message = stream.recv(timeout=TIMEOUT_S)
         if isinstance(message, bytes):
             frame = Frame.of(message)
             if acknowledge:
@@ -98,4 +99,4 @@ def viewing(program, instance, *args, listen="127.0.0.1:0"):
             yield View(listening["address"], listening["url"].partition("#token=")[2])
         finally:
             process.terminate()
-            assert process.wait(PATIENCE_S) == 0
+            assert process.wait(TIMEOUT_S) == 0

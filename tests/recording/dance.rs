@@ -1,4 +1,4 @@
-//! Frames to record: a dragon on a spiral, every coordinate as irregular as in a real one.
+//! Frames to record: a dragon on a spiral, with coordinates as irregular as in a real show.
 
 use std::{
     fs::File,
@@ -11,25 +11,25 @@ use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, frame_bytes};
 
 /// Benches of the paper's dragon.
 pub(crate) const BENCHES: u32 = 223;
-/// Unix time minus monotonic time of every recording here.
+/// Unix time minus monotonic time in nanoseconds, in each recording of these tests.
 pub(crate) const OFFSET_NS: i64 = 1_790_000_000_123_456_789;
-/// Run of every frame here.
+/// Run of each frame of these tests.
 pub(crate) const RUN_ID: u64 = 0x1f_ffff_0000_0001;
-/// What the frames are described by.
+/// The description of the frames.
 pub(crate) const TOML: &str = "[dragon]\nbenches = 223\n";
 
 const RATE_HZ: u64 = 1_000;
 const PITCH_M: f64 = 0.55;
 const LINK_M: f64 = 1.65;
 
-/// A frame as it lies on the bus.
+/// A frame of the bus.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
     pub header: FrameHeader,
     pub handles: Vec<HandleState>,
 }
 
-/// The frame of one tick.
+/// Returns the frame of a tick.
 pub(crate) fn frame(tick: u64, benches: u32) -> Frame {
     let scheduled_ns = 5_000_000_000_000 + tick * 1_000_000_000 / RATE_HZ;
     let travel_m = tick as f64 / RATE_HZ as f64;
@@ -48,12 +48,12 @@ pub(crate) fn frame(tick: u64, benches: u32) -> Frame {
     Frame { header, handles: (0..=benches).map(|index| handle(travel_m - f64::from(index) * LINK_M)).collect() }
 }
 
-/// The frames of the first ticks.
+/// Returns the frames of the first ticks.
 pub(crate) fn frames(count: u64, benches: u32) -> Vec<Frame> {
     (0..count).map(|tick| frame(tick, benches)).collect()
 }
 
-/// An alert about the frame of one tick.
+/// Returns an alert about the frame of a tick.
 pub(crate) fn alert(tick: u64) -> Alert {
     Alert {
         run_id: RUN_ID,
@@ -69,7 +69,7 @@ pub(crate) fn alert(tick: u64) -> Alert {
     }
 }
 
-/// The state of a handle on the spiral, `travel_m` after (8.8, 0).
+/// Returns the state of a handle on the spiral, `travel_m` metres after (8.8, 0).
 fn handle(travel_m: f64) -> HandleState {
     let growth_m = PITCH_M / std::f64::consts::TAU;
     let angle = (2.0 * (442.6 - travel_m) / growth_m).sqrt();
@@ -80,12 +80,12 @@ fn handle(travel_m: f64) -> HandleState {
     }
 }
 
-/// Settings for one file in a folder.
+/// Returns the settings for one file in a folder.
 pub(crate) fn settings(folder: &Path) -> RecorderSettings {
     RecorderSettings::new(folder.join("show.mcap"), OFFSET_NS)
 }
 
-/// Records frames with their configuration and finishes; returns the first file.
+/// Records frames with their configuration, and finishes the recording. Returns the first file.
 pub(crate) fn record(settings: RecorderSettings, frames: &[Frame]) -> PathBuf {
     let path = settings.file.clone();
     let mut recorder = Recorder::start(settings).expect("a recorder");
@@ -98,34 +98,34 @@ pub(crate) fn record(settings: RecorderSettings, frames: &[Frame]) -> PathBuf {
     path
 }
 
-/// All frames that a recording holds, and whether it was cut.
+/// Returns all frames of a recording, and whether it was cut.
 pub(crate) fn read(path: &Path) -> (Vec<RecordedFrame>, bool) {
     let mut reader = FrameReader::open(path).expect("a recording");
     let frames = reader.by_ref().collect::<Result<_, _>>().expect("readable frames");
     (frames, reader.flaws().cut)
 }
 
-/// The summary that a reader with an index begins with; `None` in an unfinished file.
+/// Returns the summary of a finished file; `None` for an unfinished one.
 pub(crate) fn summary(path: &Path) -> Option<mcap::Summary> {
     let bytes = std::fs::read(path).expect("a file");
     mcap::Summary::read(&bytes).ok().flatten()
 }
 
-/// The names of the metadata records in a file that may be unfinished.
+/// Returns the configuration in a file, which may be unfinished.
 pub(crate) fn configuration_toml(path: &Path) -> Option<String> {
     let mut reader = FrameReader::open(path).expect("a recording");
     reader.by_ref().for_each(drop);
     reader.configuration().map(|configuration| configuration.toml.clone())
 }
 
-/// The log times of all messages on a topic.
+/// Returns the log times of all messages on a topic.
 pub(crate) fn log_times_ns(path: &Path, topic: &str) -> Vec<u64> {
     let file = BufReader::new(File::open(path).expect("a recording"));
     let messages = mcap::io::MessageReader::new(file).map(|message| message.expect("a message"));
     messages.filter(|message| message.channel.topic == topic).map(|message| message.log_time).collect()
 }
 
-/// Fails unless both are the same frames, bit for bit.
+/// Fails unless both have the same frames, bit for bit.
 pub(crate) fn assert_same(recorded: &[RecordedFrame], sent: &[Frame]) {
     assert_eq!(recorded.len(), sent.len(), "number of frames");
     for (recorded, sent) in recorded.iter().zip(sent) {

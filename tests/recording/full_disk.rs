@@ -1,4 +1,4 @@
-//! A disk, or a file, that cannot grow. The recorder runs in a process of its own that alone has the limit.
+//! A disk or a file that cannot grow. Only the recorder's own process has the limit.
 
 use std::{
     env, fs,
@@ -15,14 +15,14 @@ use test_support::skip::is_possible;
 use crate::dance::{self, BENCHES};
 use crate::kill::{FOLDER, arguments};
 
-/// Mounts a small disk that exists for this process alone and vanishes with it, then becomes the test program.
+/// Mounts a small disk for this process only, which vanishes with it, then runs the test program.
 const ON_A_SMALL_DISK: &str = r#"mount -t tmpfs -o size=8m none "$BENCH_DRAGON_TEST_FOLDER" && exec "$@""#;
-/// Limits the size of a file, then becomes the test program: a write beyond it is cut short, the next one fails.
+/// Limits the size of a file, then runs the test program. A write beyond the limit is cut short, the next one fails.
 fn with_files_of_at_most(bytes: u64) -> String {
     format!(r#"trap "" XFSZ && ulimit -f {} && exec "$@""#, bytes / 512)
 }
 
-/// Records until nothing more goes in; returns the error and the number of frames said to be safe.
+/// Records until an error. Returns the error and the number of frames that the recorder reported as written.
 fn record_until_it_fails(folder: &Path) -> (RecordError, u64) {
     let mut recorder = Recorder::start(dance::settings(folder)).expect("a recorder");
     recorder.describe(dance::RUN_ID, dance::TOML).expect("the configuration");
@@ -37,10 +37,10 @@ fn record_until_it_fails(folder: &Path) -> (RecordError, u64) {
     unreachable!("a recording without an end")
 }
 
-/// Runs one of the ignored tests below in a process that a launcher prepares.
+/// Runs an ignored test below in a process that a launcher prepares.
 fn run(launcher: &str, launcher_arguments: &[&str], test: &str, folder: &Path) {
     let mut command = Command::new(launcher);
-    command.args(launcher_arguments).arg("sh").arg(env::current_exe().expect("this program"));
+    command.args(launcher_arguments).arg("sh").arg(env::current_exe().expect("the path of this program"));
     command.args(arguments(test)).env(FOLDER, folder);
     let ended = Process::start(command).end();
     assert!(ended.status.success(), "{test}: {}{}", ended.stdout, ended.stderr);
@@ -57,7 +57,7 @@ fn process_on_a_small_disk() {
     let path = folder.join("show.mcap");
     let (error, frames) = record_until_it_fails(&folder);
     let text = error.to_string();
-    assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("a path of text")), "{text}");
+    assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("the path is UTF-8")), "{text}");
     assert!(matches!(error, RecordError::DiskFull { kept: Kept::Finished, .. }), "{error:?}");
     let (recorded, was_cut) = dance::read(&path);
     assert!(!was_cut && dance::summary(&path).is_some(), "a finished file");
@@ -73,7 +73,7 @@ fn process_that_repairs_on_a_full_disk() {
     let path = dance::record(dance::settings(&folder), &frames);
     let finished = fs::read(&path).expect("the recording");
     let summary_start = mcap::read::footer(&finished).expect("a footer").summary_start as usize;
-    // The index needs more than the file's last page has room for; its end is torn.
+    // The index needs more room than the file's last page has, and its end is missing.
     fs::write(&path, &finished[..summary_start + 40]).expect("an unfinished recording");
     let unfinished = fs::read(&path).expect("the recording");
     let mut filler = fs::File::create(folder.join("filler")).expect("a file");
@@ -83,10 +83,13 @@ fn process_that_repairs_on_a_full_disk() {
         let error = repair(&path).expect_err("a full disk");
         assert!(matches!(error, RepairError::DiskFull { .. }), "{error:?}");
         let text = error.to_string();
-        assert!(text.contains("the disk is full") && text.contains(path.to_str().expect("a path of text")), "{text}");
+        assert!(
+            text.contains("the disk is full") && text.contains(path.to_str().expect("the path is UTF-8")),
+            "{text}"
+        );
         assert!(fs::read(&path).expect("the recording") == unfinished, "it is as it was");
     }
-    // An open file keeps its room.
+    // An open file keeps its space.
     drop(filler);
     fs::remove_file(folder.join("filler")).expect("the filler");
     assert_eq!(repair(&path).expect("a repair").frames, 100);
@@ -103,7 +106,7 @@ fn a_full_disk_is_a_clear_error_and_leaves_a_finished_file() {
     on_a_small_disk("full_disk::process_on_a_small_disk");
 }
 
-/// Runs one of the ignored tests here on a disk of its own.
+/// Runs an ignored test of this file on its own disk.
 fn on_a_small_disk(test: &str) {
     let folder = tempdir().expect("a folder");
     let own_mounts = ["--user", "--map-root-user", "--mount"];
@@ -124,7 +127,7 @@ fn process_with_a_small_file() {
     let path = folder.join("show.mcap");
     let (error, frames) = record_until_it_fails(&folder);
     assert!(matches!(error, RecordError::Write { kept: Kept::Unfinished, .. }), "{error:?}");
-    assert!(error.to_string().contains(path.to_str().expect("a path of text")), "{error}");
+    assert!(error.to_string().contains(path.to_str().expect("the path is UTF-8")), "{error}");
     dance::assert_same(&dance::read(&path).0, &dance::frames(frames, BENCHES));
 }
 

@@ -1,4 +1,4 @@
-//! Repair in place: wherever it is cut short, and whatever is flipped, nothing that was whole is lost.
+//! Repair in place: no whole chunk is lost, wherever the repair is cut and whichever bit is flipped.
 
 use std::{
     fs,
@@ -11,21 +11,21 @@ use tempfile::TempDir;
 
 use crate::dance::{self, Frame};
 
-/// The end of the data as a record: its kind, its length, a checksum.
+/// Bytes of the record that ends the data: its kind, its length, a checksum.
 const DATA_END_BYTES: usize = 1 + 8 + 4;
-/// A chunk's head: kind and length, and the fields of its header.
+/// Bytes of a chunk's head: kind, length, and the fields of its header.
 const CHUNK_HEAD_BYTES: u64 = 1 + 8 + 8 + 8 + 8 + 4 + 4 + "zstd".len() as u64 + 8;
 
 /// A small recording of several chunks, with alerts and descriptions in between.
 struct Small {
     frames: Vec<Frame>,
-    /// As its recorder has finished it, but without a checksum of the data, which repair does not read.
+    /// The finished file, but without a checksum of the data, since a repair does not read the data.
     bytes: Vec<u8>,
     data_end: usize,
     chunks: Vec<mcap::records::ChunkIndex>,
 }
 
-/// A folder on memory, where there is such a disk: these tests make thousands of files.
+/// Returns a folder, in memory if possible, since these tests create thousands of files.
 fn folder() -> TempDir {
     let memory = Path::new("/dev/shm");
     let folder = if memory.is_dir() { tempfile::tempdir_in(memory) } else { tempfile::tempdir() };
@@ -41,7 +41,7 @@ impl Small {
         let mut recorder = Recorder::start(settings).expect("a recorder");
         for (index, Frame { header, handles }) in frames.iter().enumerate() {
             if matches!(index, 0 | 3 | 6) {
-                // A chunk ends before a description.
+                // A description ends the chunk before it.
                 recorder.describe(dance::RUN_ID, dance::TOML).expect("the configuration");
             }
             recorder.frame(header, handles).expect("a frame");
@@ -58,7 +58,7 @@ impl Small {
         self.chunks[number].chunk_start_offset + self.chunks[number].chunk_length
     }
 
-    /// The frames of the chunks that lie whole within the first `length` bytes.
+    /// Returns the frames of the chunks that lie completely within the first `length` bytes.
     fn frames_within(&self, length: usize) -> &[Frame] {
         let whole = self.chunks.iter().filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= length as u64);
         let last_ns = whole.map(|chunk| chunk.message_end_time).max().unwrap_or(0);
@@ -74,7 +74,7 @@ fn write(folder: &TempDir, bytes: &[u8]) -> PathBuf {
 }
 
 #[test]
-fn wherever_a_recording_or_its_repair_is_cut_the_next_repair_makes_the_same_file_of_what_is_whole() {
+fn a_recording_or_repair_cut_at_any_byte_is_repaired_to_the_same_file() {
     let small = Small::record();
     assert!(small.chunks.len() >= 4, "{} chunks", small.chunks.len());
     let folder = folder();
@@ -90,11 +90,11 @@ fn wherever_a_recording_or_its_repair_is_cut_the_next_repair_makes_the_same_file
         dance::assert_same(&dance::read(&path).0, expected);
         let bytes = fs::read(&path).expect("the repaired recording");
         if length as u64 >= small.chunk_end(small.chunks.len() - 1) {
-            assert!(bytes == small.bytes, "cut at byte {length}: it is what its recorder would have made");
+            assert!(bytes == small.bytes, "cut at byte {length}: the file differs from the finished one");
         }
         let begins_with = |end: u64| bytes[..end as usize] == small.bytes[..end as usize];
         let whole = (0..small.chunks.len()).map(|number| small.chunk_end(number)).filter(|&end| end <= length as u64);
-        assert!(whole.max().is_none_or(begins_with), "cut at byte {length}: the data is not written again");
+        assert!(whole.max().is_none_or(begins_with), "cut at byte {length}: the data was changed");
         let summary = dance::summary(&path).expect("an index");
         assert_eq!(summary.stats.expect("statistics").chunk_count as usize, summary.chunk_indexes.len());
     }
@@ -106,7 +106,7 @@ fn a_flipped_byte_in_the_head_of_a_record_cuts_nothing_off() {
     let [chunk, next] = [&small.chunks[2], &small.chunks[3]];
     let heads: [RangeInclusive<u64>; 3] = [
         chunk.chunk_start_offset..=chunk.chunk_start_offset + CHUNK_HEAD_BYTES,
-        // Its indexes, and the description behind them.
+        // The indexes of the chunk, and the description after them.
         small.chunk_end(2)..=next.chunk_start_offset,
         small.data_end as u64..=small.data_end as u64,
     ];
@@ -124,7 +124,10 @@ fn a_flipped_byte_in_the_head_of_a_record_cuts_nothing_off() {
                         assert!(repaired[..small.data_end] == bytes[..small.data_end], "bit {bit} of byte {at}");
                     }
                     Err(RepairError::Damaged { .. }) => {
-                        assert!(fs::read(&path).expect("the file") == bytes, "bit {bit} of byte {at}: it is as it was");
+                        assert!(
+                            fs::read(&path).expect("the file") == bytes,
+                            "bit {bit} of byte {at}: the file was changed"
+                        );
                     }
                     Err(error) => panic!("bit {bit} of byte {at}: {error}"),
                 }
@@ -134,7 +137,7 @@ fn a_flipped_byte_in_the_head_of_a_record_cuts_nothing_off() {
 }
 
 #[test]
-fn what_follows_the_end_of_the_data_and_is_no_summary_is_not_cut_off() {
+fn bytes_after_the_end_of_the_data_are_not_cut_off() {
     let small = Small::record();
     let folder = folder();
     for more in [&b"more"[..], &small.bytes[small.chunks[1].chunk_start_offset as usize..]] {

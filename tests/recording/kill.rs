@@ -1,4 +1,4 @@
-//! A recorder that is killed. The recorder runs in a process of its own: this test program, started again.
+//! A killed recorder. It runs in its own process: this test program, started again.
 
 use std::{
     env,
@@ -18,12 +18,12 @@ use test_support::skip::is_possible;
 
 use crate::dance::{self, BENCHES};
 
-/// Tells a test that plays a recording process where to record.
+/// Environment variable with the folder for a recording process.
 pub(crate) const FOLDER: &str = "BENCH_DRAGON_TEST_FOLDER";
 const FLUSHED: &str = "every frame is with the operating system";
 const FRAMES: u64 = 150;
 
-/// The arguments that make this program run one ignored test and nothing else.
+/// Returns the arguments that make this program run one ignored test only.
 pub(crate) fn arguments(test: &str) -> [&str; 4] {
     [test, "--exact", "--ignored", "--nocapture"]
 }
@@ -37,20 +37,20 @@ fn recording_process() {
         recorder.frame(&header, &handles).expect("a frame");
     }
     eventually("every frame is written", || (recorder.progress().frames == FRAMES).then_some(()));
-    writeln!(io::stderr(), "{FLUSHED}").expect("a listening test");
+    writeln!(io::stderr(), "{FLUSHED}").expect("stderr is open");
     loop {
         std::thread::park();
     }
 }
 
 fn start_recording(folder: &OsStr) -> Process {
-    let mut command = Command::new(env::current_exe().expect("this program"));
+    let mut command = Command::new(env::current_exe().expect("the path of this program"));
     command.args(arguments("kill::recording_process")).env(FOLDER, folder);
     Process::start(command)
 }
 
 #[test]
-fn frames_reach_the_file_without_further_frames_and_outlive_a_kill() {
+fn written_frames_outlive_a_kill_of_their_recorder() {
     let folder = tempdir().expect("a folder");
     let recording = start_recording(folder.path().as_os_str());
     recording.complaint_with(FLUSHED);
@@ -85,21 +85,21 @@ fn a_repair_that_is_killed_at_some_byte_loses_nothing_and_is_repeated() {
     let mut killed = 0;
     for kill in 0..KILLS {
         fs::write(&path, &finished[..data_end as usize]).expect("an unfinished recording");
-        // Spread over all that is written, and one over the last byte. What goes beyond a file's largest size ends a process
-        // that has not asked for an error instead.
+        // The limits are spread over all written bytes, and one is after the last byte. A write beyond the limit kills a
+        // process that does not ignore the signal.
         let at = data_end + (finished.len() as u64 - data_end) * kill / (KILLS - 1);
         let status = Command::new("prlimit")
             .args([format!("--fsize={at}"), "--core=0".to_owned()])
-            .arg(env::current_exe().expect("this program"))
+            .arg(env::current_exe().expect("the path of this program"))
             .args(arguments("kill::repairing_process"))
             .env(FOLDER, folder.path())
             .stdout(Stdio::null())
             .status()
-            .expect("prlimit is there, of util-linux");
+            .expect("prlimit is installed with util-linux");
         if at < finished.len() as u64 {
             assert!(status.signal().is_some(), "byte {at}: {status}");
             let length = fs::metadata(&path).expect("the recording").len();
-            assert_eq!(length, at, "it was killed in the middle of writing");
+            assert_eq!(length, at, "the limit ended the write");
             killed += 1;
         }
         dance::assert_same(&dance::read(&path).0, &frames);

@@ -1,4 +1,4 @@
-//! A recording holds what was sent.
+//! A recording has exactly the frames that were sent.
 
 use bench_dragon::recording::{FrameReader, RecordError, Recorder, RecorderProgress, Topic};
 use bench_dragon_ipc::{FrameHeader, HandleState};
@@ -18,7 +18,7 @@ fn every_frame_comes_back_bit_for_bit() {
 }
 
 #[test]
-fn values_that_are_no_numbers_keep_their_bits() {
+fn nan_infinity_and_negative_zero_keep_their_bits() {
     let folder = tempdir().expect("a folder");
     let odd = f64::from_bits(0x7ff8_dead_beef_0001);
     let header = FrameHeader {
@@ -133,11 +133,11 @@ fn progress_counts_what_has_been_written_without_waiting_for_more() {
     });
     let RecorderProgress { files, file, .. } = recorder.progress();
     assert_eq!((files, &file), (1, &path));
-    assert_eq!(dance::read(&path).0.len(), 1, "a recording can be read while it is made");
+    assert_eq!(dance::read(&path).0.len(), 1, "a running recording can be read");
 }
 
 #[test]
-fn a_part_that_is_read_again_ends_with_the_chunk_of_its_last_frame() {
+fn a_part_that_is_reread_ends_with_the_chunk_of_its_last_frame() {
     let folder = tempdir().expect("a folder");
     let path = dance::record(dance::settings(folder.path()), &dance::frames(2_000, BENCHES));
     let mut reader = FrameReader::open(&path).expect("a recording");

@@ -1,4 +1,4 @@
-//! Recordings: what is recorded comes back bit for bit, whatever happens to the recorder, the file or the disk.
+//! Recordings: recorded frames are read back bit for bit, whatever happens to the recorder, the file or the disk.
 
 mod dance;
 mod full_disk;

@@ -1,4 +1,4 @@
-//! The stock Python readers open a recording with no code of ours. What they must find is in `python/test_recording.py`.
+//! The stock Python readers open a recording without code of the project. `python/test_recording.py` checks the content.
 
 use std::{fs, io::Write, path::Path};
 
@@ -10,7 +10,7 @@ use crate::dance::{self, BENCHES, Frame, OFFSET_NS, RUN_ID, TOML};
 
 const FRAMES: u64 = 250;
 
-/// A finished recording, and beside it the frames' bytes on the bus.
+/// Writes a finished recording, and a file with the frames' bytes on the bus.
 fn write_whole(folder: &Path) {
     let frames = dance::frames(FRAMES, BENCHES);
     let mut recorder = Recorder::start(dance::settings(folder)).expect("a recorder");
@@ -24,7 +24,7 @@ fn write_whole(folder: &Path) {
     recorder.finish().expect("a finished recording");
 }
 
-/// The same recording cut in the middle of a chunk, and that one repaired; returns the frames in both.
+/// Writes the recording cut in the middle of a chunk, and its repair. Returns the number of frames in both.
 fn write_cut_and_repaired(folder: &Path) -> u64 {
     let whole = folder.join("show.mcap");
     let chunks = dance::summary(&whole).expect("a summary").chunk_indexes;

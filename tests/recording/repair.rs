@@ -1,4 +1,4 @@
-//! A recording cut off anywhere: what is readable, and what repair makes of it.
+//! A recording cut at any byte: its readable part, and its repair.
 
 use std::{
     fs,
@@ -17,7 +17,7 @@ use test_support::eventually::eventually;
 
 use crate::dance::{self, Frame, TOML};
 
-/// Bytes of a record before its body: its kind and its length.
+/// Bytes of a record's head: its kind and its length.
 const RECORD_HEAD_BYTES: u64 = 9;
 
 /// A finished recording of many small chunks.
@@ -38,7 +38,7 @@ static ORIGINAL: LazyLock<Original> = LazyLock::new(|| {
 });
 
 impl Original {
-    /// The first `length` bytes as a file.
+    /// Writes the first `length` bytes as a file.
     fn cut_at(&self, length: usize) -> (TempDir, PathBuf) {
         let folder = tempdir().expect("a folder");
         let path = folder.path().join("show.mcap");
@@ -46,7 +46,7 @@ impl Original {
         (folder, path)
     }
 
-    /// The frames of the chunks that lie whole within the first `length` bytes.
+    /// Returns the frames of the chunks that lie completely within the first `length` bytes.
     fn frames_within(&self, length: usize) -> &[Frame] {
         let is_within =
             |chunk: &&mcap::records::ChunkIndex| chunk.chunk_start_offset + chunk.chunk_length <= length as u64;
@@ -55,7 +55,7 @@ impl Original {
         &self.frames[..self.frames.partition_point(|frame| log_time_ns(frame) <= last_ns)]
     }
 
-    /// Bytes up to the end of the header, without which nothing tells that the file is ours.
+    /// Returns the bytes up to the end of the header. Without the header, the file counts as foreign.
     fn header_length(&self) -> usize {
         self.chunks[0].chunk_start_offset as usize
     }
@@ -96,7 +96,7 @@ fn assert_repairing_again_changes_nothing(path: &Path) {
     assert!(fs::read(path).expect("the recording") == before, "the bytes are the same");
 }
 
-/// The frames of a recording that ends with the sixth chunk, but for those of a damaged one.
+/// Returns the frames of the first six chunks except those of a damaged chunk.
 fn frames_but_those_of(chunk: &mcap::records::ChunkIndex) -> Vec<Frame> {
     let (begin, end) = (chunk.chunk_start_offset as usize, (chunk.chunk_start_offset + chunk.chunk_length) as usize);
     let all = ORIGINAL.frames_within(ORIGINAL.chunks[6].chunk_start_offset as usize);
@@ -159,14 +159,14 @@ fn a_recording_whose_records_can_no_longer_be_followed_ends_there_and_is_kept() 
 }
 
 #[test]
-fn a_torn_end_is_nothing_to_keep() {
+fn no_copy_is_kept_of_a_torn_end() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.chunks[6].chunk_start_offset as usize + 100);
     assert_eq!(repair(&path).expect("a repair").kept, None);
     assert_eq!(fs::read_dir(folder.path()).expect("the folder").count(), 1);
 }
 
 #[test]
-fn a_file_that_goes_on_with_zeros_is_repaired_up_to_them() {
+fn a_file_that_ends_with_zeros_is_repaired_up_to_them() {
     let length = ORIGINAL.chunks[5].chunk_start_offset as usize;
     let (_folder, path) = ORIGINAL.cut_at(length);
     let mut bytes = fs::read(&path).expect("the recording");
@@ -201,8 +201,8 @@ fn a_recording_that_is_being_made_is_not_repaired() {
     assert!(matches!(error, RepairError::InUse { .. }), "{error}");
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     recorder.finish().expect("a finished recording");
-    let repaired = eventually("nobody has the recording open", || match repair(&path) {
-        // A process that another test is just starting has our files until it becomes another program.
+    let repaired = eventually("no process has the recording open", || match repair(&path) {
+        // A process that another test starts has this test's files open until its exec.
         Err(RepairError::InUse { .. }) => None,
         done => Some(done.expect("a finished recording")),
     });
@@ -242,7 +242,7 @@ fn all_unfinished_recordings_of_a_folder_are_repaired() {
 fn a_recording_that_another_process_has_open_is_left_alone() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len() / 2);
     let being_copied = fs::File::options().append(true).open(&path).expect("the recording");
-    let mut copier = Command::new("cat").stdin(Stdio::piped()).stdout(being_copied).spawn().expect("cat is there");
+    let mut copier = Command::new("cat").stdin(Stdio::piped()).stdout(being_copied).spawn().expect("cat is installed");
     assert!(repair_folder(folder.path()).expect("a folder").is_empty());
     drop(copier.stdin.take());
     eventually("the copier ends", || copier.try_wait().expect("a child can be waited for"));
@@ -264,7 +264,7 @@ fn a_damaged_recording_that_cannot_be_copied_stays_as_it_is() {
 #[test]
 fn damage_in_the_first_chunk_costs_its_one_frame() {
     let first = &ORIGINAL.chunks[0];
-    // Finished, its summary declares the channels; unfinished, this version knows which they are.
+    // The summary of a finished file declares the channels. For an unfinished file, the reader uses those of this version.
     for length in [ORIGINAL.bytes.len(), ORIGINAL.chunks[6].chunk_start_offset as usize] {
         let (_folder, path) = ORIGINAL.cut_at(length);
         let mut bytes = fs::read(&path).expect("the recording");
@@ -278,7 +278,7 @@ fn damage_in_the_first_chunk_costs_its_one_frame() {
 }
 
 #[test]
-fn damage_in_a_finished_recording_is_found_by_a_check_alone() {
+fn only_a_check_finds_damage_in_a_finished_recording() {
     let (folder, path) = ORIGINAL.cut_at(ORIGINAL.bytes.len());
     for chunk in &ORIGINAL.chunks[3..5] {
         let mut bytes = fs::read(&path).expect("the recording");
@@ -297,7 +297,7 @@ fn damage_in_a_finished_recording_is_found_by_a_check_alone() {
 }
 
 #[test]
-fn a_check_of_a_sound_recording_changes_no_more_than_a_repair() {
+fn a_check_of_a_sound_recording_changes_as_much_as_a_repair() {
     for length in [ORIGINAL.bytes.len(), ORIGINAL.bytes.len() / 2] {
         let (folder, path) = ORIGINAL.cut_at(length);
         let (_other, repaired) = ORIGINAL.cut_at(length);

@@ -70,12 +70,12 @@ fn the_oldest_files_are_removed_and_the_newest_frames_kept() {
     let limit_bytes = 2 * FILE_BYTES + FILE_BYTES / 2;
     let (folder, summary) = record_in_files(Some(limit_bytes));
     let in_folder: Vec<_> = folder.path().read_dir().expect("a folder").collect();
-    assert_eq!(in_folder.len(), summary.files.len(), "what is listed is what is there");
+    assert_eq!(in_folder.len(), summary.files.len(), "the summary lists all files");
     let sizes = summary.files.iter().map(|file| file.metadata().expect("a file").len());
     assert!(sizes.sum::<u64>() <= limit_bytes);
     let recorded = read_all(&summary.files);
     let first_tick = recorded[0].header.tick;
-    assert!(first_tick > 0, "something had to go");
+    assert!(first_tick > 0, "the oldest files are removed");
     dance::assert_same(&recorded, &dance::frames(FRAMES, BENCHES)[first_tick as usize..]);
 }
 

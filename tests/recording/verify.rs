@@ -1,4 +1,4 @@
-//! Verification: a recording that is as simulated is found to be, and one changed bit is found, wherever it is.
+//! Verification: a recording that equals its simulation is verified, and one changed bit is found anywhere.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -19,7 +19,7 @@ const RATE_HZ: u32 = 300;
 const EPOCH_NS: u64 = 1_000_000_007;
 const TOML: &str = "[dragon]\nbenches = 20\n[head]\naccel_mps2 = 0.5\n[serve]\nrate_hz = 300\n";
 
-/// What a recorder had to record of a run, to be changed.
+/// The frames and events of a recorded run. A test can change them.
 #[derive(Clone)]
 struct Tape {
     frames: Vec<(FrameHeader, Vec<HandleState>)>,
@@ -27,7 +27,7 @@ struct Tape {
 }
 
 impl Tape {
-    /// A run of so many ticks, with requests at ticks and releases missed before ticks, as a server makes it.
+    /// Simulates a run of this many ticks, with requests at ticks and missed releases before ticks, as a server does.
     fn of(ticks: u64, requests: &[(u64, Request)], missed: &[(u64, u64)]) -> Self {
         let config = Config::from_toml(TOML).expect("a valid text");
         let start = start();
@@ -39,9 +39,9 @@ impl Tape {
         for tick in 0..ticks {
             let missed = missed.iter().find(|(at, _)| *at == tick).map_or(0, |(_, missed)| *missed);
             if tick > 0 {
-                // Just behind the last missed release, whatever the rounding.
+                // Shortly after the last missed release, despite the rounding.
                 let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
-                assert_eq!(schedule.advance(ended_ns), missed, "the test misses as many as it wants");
+                assert_eq!(schedule.advance(ended_ns), missed, "the schedule misses these releases");
             }
             simulation.begin_tick(missed, false);
             for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
@@ -67,7 +67,7 @@ impl Tape {
         self.events.push(CommandEvent { run_id: RUN_ID, number, overruns, ..event });
     }
 
-    /// Writes a recording, whose events come behind its frames.
+    /// Writes a recording with the events after the frames.
     fn write(&self, path: &Path) {
         let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
         recorder.describe(RUN_ID, TOML).expect("the configuration");
@@ -108,7 +108,7 @@ fn verified(files: &[PathBuf]) -> Verification {
     verify(files, &AtomicBool::new(false), |_| ()).expect("a recording")
 }
 
-/// A run with all that a person can ask for, and with short and long standstills.
+/// Returns a run with all commands of an operator, and with short and long standstills.
 fn eventful() -> Tape {
     let requests = [
         (10, Request::Speed { speed_mps: 2.0 }),
@@ -136,7 +136,7 @@ fn a_run_with_commands_and_missed_releases_is_as_simulated() {
     assert_eq!((run.first_tick, run.last_tick, run.commands, run.grants, run.timecode), (0, 1199, 6, 0, 0));
 }
 
-/// A field of a frame, the handle that it is of, and its change.
+/// A field of a frame, its handle, and its change.
 type Change<'a> = (&'a str, Option<u64>, Box<dyn Fn(&mut FrameHeader, &mut [HandleState]) + 'a>);
 
 #[test]
@@ -173,7 +173,7 @@ fn a_changed_command_is_found_where_it_first_shows() {
     let mut later = whole.clone();
     later.events[1].tick = 22;
     let RunVerdict::Differs { difference } = later.verify().verdict else {
-        panic!("the speed changed two ticks before")
+        panic!("the speed changed two ticks earlier")
     };
     assert_eq!((difference.tick, difference.field.as_str()), (20, "head_travel_m"));
 
@@ -185,12 +185,12 @@ fn a_changed_command_is_found_where_it_first_shows() {
 
     let mut overruns = whole;
     overruns.events[3].overruns = 1;
-    let RunVerdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames show two") };
+    let RunVerdict::Differs { difference } = overruns.verify().verdict else { panic!("the frames have two overruns") };
     assert_eq!((difference.tick, difference.field.as_str()), (59, "overruns of command event 3"));
 }
 
 #[test]
-fn the_last_moments_before_a_crash_are_not_said_to_differ() {
+fn the_last_moments_before_a_crash_are_unverifiable_and_not_different() {
     let requests = [(20, Request::Speed { speed_mps: 2.0 }), (400, Request::Speed { speed_mps: 0.1 })];
     let whole = Tape::of(500, &requests, &[]);
     let mut killed = whole.clone();
@@ -222,10 +222,7 @@ fn frames_that_the_recorder_lost_are_simulated_unless_releases_were_missed_meanw
     let run = tape.verify();
     let (from_tick, reason) = reason(&run);
     assert_eq!((from_tick, run.verified, run.frames), (690, 690, 1180));
-    assert_eq!(
-        reason,
-        "20 frames are missing there, and the server missed 78 releases meanwhile: between which is not known"
-    );
+    assert_eq!(reason, "20 frames are missing there, and the server missed 78 releases among them, at unknown ticks");
 }
 
 #[test]
@@ -243,13 +240,13 @@ fn a_recording_that_begins_late_is_verified_where_no_release_was_missed_before()
     let (from_tick, reason) = reason(&run);
     assert_eq!((from_tick, run.verified), (100, 0));
     assert!(
-        reason.starts_with("the recording begins at tick 100, and its first frame is not as simulated"),
+        reason.starts_with("the recording begins at tick 100, and its first frame differs from a simulation"),
         "{reason}"
     );
 }
 
 #[test]
-fn events_that_are_missing_end_what_can_be_verified() {
+fn missing_events_end_the_verifiable_part() {
     let whole = Tape::of(60, &[(20, Request::Pause), (40, Request::Resume)], &[]);
     let mut tape = whole.clone();
     tape.events.remove(2);
@@ -269,7 +266,7 @@ fn events_that_are_missing_end_what_can_be_verified() {
 }
 
 #[test]
-fn nothing_that_a_recording_claims_breaks_a_verification() {
+fn impossible_values_in_a_recording_are_unverifiable() {
     let whole = Tape::of(5, &[], &[]);
     let starts = [
         RunStart { travel_m: f64::NAN, ..start() },
@@ -280,15 +277,15 @@ fn nothing_that_a_recording_claims_breaks_a_verification() {
     for start in starts {
         let mut tape = whole.clone();
         tape.events[0] = CommandEvent { run_id: RUN_ID, ..start.event() };
-        assert_eq!(reason(&tape.verify()), (0, "its start is not one of this dragon"));
+        assert_eq!(reason(&tape.verify()), (0, "its start is out of range for its dragon"));
     }
     let mut tape = whole.clone();
     tape.frames[4].0.tick = u64::MAX;
-    assert!(matches!(tape.verify().verdict, RunVerdict::Differs { .. }), "no clock goes on for so long");
+    assert!(matches!(tape.verify().verdict, RunVerdict::Differs { .. }), "the tick is impossible");
     let mut tape = whole.clone();
     tape.frames[4].0.tick = 200_000_000;
     tape.frames[4].0.scheduled_ns = EPOCH_NS + 200_000_000 * 1_000_000_000 / u64::from(RATE_HZ);
-    assert!(reason(&tape.verify()).1.ends_with("at most 86400000 in a row are simulated"));
+    assert!(reason(&tape.verify()).1.ends_with("more than the 86400000 in a row that can be simulated"));
     let mut tape = whole;
     tape.frames.swap(2, 3);
     assert_eq!(reason(&tape.verify()).0, 2);

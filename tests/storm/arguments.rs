@@ -1,33 +1,33 @@
-//! The arguments of this target: its own, and those that `cargo test` gives to every target.
+//! The arguments of this target: its own, and those that `cargo test` passes to every target.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Kills where no number is given.
+/// Default number of kills.
 const KILLS: u32 = 200;
-/// Rounds of endings where no number is given.
+/// Default number of rounds of endings.
 const ENDS: u32 = 20;
-/// The storm's name among the tests.
+/// Name of the storm as a test.
 pub(crate) const STORM: &str = "anything_killed_at_any_time_starts_again_at_first_try";
-/// The name of the endings among the tests.
+/// Name of the endings as a test.
 pub(crate) const ENDINGS: &str = "a_clean_end_leaves_nothing";
 
-/// What is to be done.
+/// The task of this run.
 #[derive(Clone, Debug)]
 pub(crate) enum Task {
-    /// Print the names of these tests.
+    /// Prints the names of these tests.
     List(Vec<&'static str>),
-    /// Run tests with this seed.
+    /// Runs tests with this seed.
     Run {
-        /// Kills of the storm, unless it is left out.
+        /// Kills of the storm; `None` if the storm does not run.
         kills: Option<u32>,
-        /// Rounds of endings, unless they are left out.
+        /// Rounds of endings; `None` if they do not run.
         ends: Option<u32>,
         seed: u64,
     },
 }
 
 impl Task {
-    /// Reads the arguments; an error is one line. Where only one of `--kills` and `--ends` is given, the other test is left out.
+    /// Reads the arguments. An error is one line. If only one of `--kills` and `--ends` is given, the other test does not run.
     pub(crate) fn of(arguments: impl Iterator<Item = String>) -> Result<Self, String> {
         let (mut kills, mut ends, mut seed) = (None, None, None);
         let (mut filters, mut skipped, mut list, mut ignored, mut exact) = (vec![], vec![], false, false, false);
@@ -46,7 +46,7 @@ impl Task {
                 "--list" => list = true,
                 "--ignored" => ignored = true,
                 "--exact" => exact = true,
-                // How libtest is to print and run: these tests run one after another and print as they always do.
+                // Flags for libtest's output and threads have no effect: these tests run one after another.
                 flag if flag.starts_with('-') => {}
                 _ => filters.push(argument),
             }

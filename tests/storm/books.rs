@@ -1,23 +1,23 @@
-//! The storm's books: who was killed, when in its life, and what the survivors had to say of it.
+//! The storm's records: the kills by role and phase, and the warnings of the processes.
 
 use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Instant;
 
-/// When in its life a process was killed.
+/// The phase of a process at its kill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Phase {
-    /// Before it had shown any progress.
+    /// Before any progress of the process.
     Starting,
     Playing,
 }
 
-/// What has happened so far.
+/// The events so far.
 #[derive(Debug)]
 pub(crate) struct Books {
     begun: Instant,
     kills: BTreeMap<&'static str, [u32; 2]>,
-    /// What was complained of, and how often; a number in it is left out.
+    /// Number of each warning, without the numbers in its text.
     complaints: BTreeMap<String, u32>,
     pub(crate) half_made: u32,
     pub(crate) recordings: u32,
@@ -44,16 +44,16 @@ impl Books {
         self.kills.values().flatten().sum()
     }
 
-    /// Takes down what a process has complained of.
+    /// Counts the warnings of a process.
     pub(crate) fn complain(&mut self, complaints: &[String]) {
         for complaint in complaints {
-            self.half_made += u32::from(complaint.contains("had left half made"));
+            self.half_made += u32::from(complaint.contains("incomplete service file"));
             *self.complaints.entry(without_names(complaint)).or_default() += 1;
         }
     }
 }
 
-/// A complaint without what differs from one process to the next: numbers, hashes and paths.
+/// Returns a warning without the parts that differ between processes: numbers, hashes and paths.
 fn without_names(complaint: &str) -> String {
     let is_name = |word: &str| word.contains('/') || word.chars().filter(char::is_ascii_digit).count() > 2;
     let words: Vec<&str> = complaint.split(' ').map(|word| if is_name(word) { "…" } else { word }).collect();

@@ -1,5 +1,5 @@
-//! Endings: any set of the program's processes is interrupted together, or some are killed and the others are interrupted.
-//! Nothing of the instance may be left when all have ended.
+//! Endings: a random set of the program's processes is terminated together, or some are killed and the others terminated. After
+//! all have ended, no remains of the instance may be left.
 //!
 //!     cargo test --release --test storm -- --ends 500 --seed 7
 
@@ -11,18 +11,18 @@ use test_support::process::Process;
 
 use crate::random::Random;
 use crate::stage::Stage;
-use crate::troupe::{Failure, PATIENCE};
+use crate::troupe::{Failure, PROGRESS_TIMEOUT};
 
-/// The longest time from the start of one process to that of the next, and from the last start to the end.
+/// Longest time from one start to the next, and from the last start to the end.
 const BETWEEN: Duration = Duration::from_millis(80);
-/// The longest time that a set which has started plays on.
+/// Longest time for which a started set continues.
 const PLAYING: Duration = Duration::from_millis(300);
-/// Rounds in a hundred in which some are killed.
+/// Percentage of rounds in which some processes are killed.
 const KILLING_PERCENT: usize = 40;
-/// Rounds in a hundred in which all are interrupted while some still start.
+/// Percentage of rounds in which all processes are terminated while some still start.
 const STARTING_PERCENT: usize = 30;
 
-/// Readers of the bus, with the arguments that they need.
+/// Readers of the bus, with their arguments.
 const READERS: [&[&str]; 9] = [
     &["view", "--listen", "127.0.0.1:0"],
     &["metrics", "--listen", "127.0.0.1:0"],
@@ -34,7 +34,7 @@ const READERS: [&[&str]; 9] = [
     &["bridge", "psn", "--to", "127.0.0.1:9"],
     &["bridge", "osc", "--to", "127.0.0.1:9"],
 ];
-/// Sources of frames, each with what it plays.
+/// Sources of frames, with their arguments.
 const SOURCES: [&[&str]; 2] = [
     &["serve", "--rate", "200", "--format", "json"],
     &["show", "--rate", "200", "--auto-resume", "--format", "json", "--out", "ending-show"],
@@ -47,7 +47,7 @@ struct Player {
     is_killed: bool,
 }
 
-/// Ends this many sets of processes, each drawn from the seed.
+/// Ends this many random sets of processes.
 pub(crate) fn end_sets(stage: &Stage, random: &mut Random, rounds: u32) -> Result<(), Failure> {
     (0..rounds).try_for_each(|round| {
         let ended = end_set(stage, random).map_err(|failure| format!("round {round}: {failure}"))?;
@@ -56,7 +56,7 @@ pub(crate) fn end_sets(stage: &Stage, random: &mut Random, rounds: u32) -> Resul
     })
 }
 
-/// Starts one set and ends it. Returns what was done, in words.
+/// Starts one set and ends it. Returns a description of the round.
 fn end_set(stage: &Stage, random: &mut Random) -> Result<String, Failure> {
     for name in ["ending.mcap", "ending-show"] {
         let path = stage.path(name);
@@ -79,12 +79,12 @@ fn end_set(stage: &Stage, random: &mut Random) -> Result<String, Failure> {
             mark_victims(&mut players, random);
         }
     }
-    // The killed first: of a set whose last member is killed, nobody is there to remove anything.
+    // The kills come first: if the last member of a set is killed, no process removes the remains.
     for player in players.iter().filter(|player| player.is_killed) {
         player.process.signal(Signal::KILL);
     }
     for player in players.iter().filter(|player| !player.is_killed) {
-        // Of SIGINT the same is made, but a shell's background jobs ignore it until the program takes it over.
+        // SIGINT has the same effect, but a shell's background jobs ignore it until the program handles it.
         player.process.signal(Signal::TERM);
     }
     let told = players
@@ -97,7 +97,7 @@ fn end_set(stage: &Stage, random: &mut Random) -> Result<String, Failure> {
     Ok(told)
 }
 
-/// A source and some readers; the source is not always the first to start.
+/// Returns a source and some readers. The source is not always the first to start.
 fn draw(random: &mut Random) -> Vec<&'static [&'static str]> {
     let mut readers = READERS.to_vec();
     let mut set = vec![random.pick(&SOURCES)];
@@ -109,7 +109,7 @@ fn draw(random: &mut Random) -> Vec<&'static [&'static str]> {
     set
 }
 
-/// Waits until frames can be read, so that whoever is killed or interrupted then has been on the bus.
+/// Waits until frames can be read. Then the processes have joined the bus.
 fn await_members(stage: &Stage) -> Result<(), Failure> {
     let begun = Instant::now();
     loop {
@@ -117,17 +117,17 @@ fn await_members(stage: &Stage) -> Result<(), Failure> {
         if read.code() == Some(0) {
             return Ok(());
         }
-        if begun.elapsed() > PATIENCE {
-            return Err(format!("waited {PATIENCE:?} for a frame: {}", read.stderr));
+        if begun.elapsed() > PROGRESS_TIMEOUT {
+            return Err(format!("waited {PROGRESS_TIMEOUT:?} for a frame: {}", read.stderr));
         }
     }
 }
 
-/// Draws who is killed: some, and not all.
+/// Marks some of the processes to be killed, not all.
 fn mark_victims(players: &mut [Player], random: &mut Random) {
     let survivor = random.below(players.len());
     for (index, player) in players.iter_mut().enumerate() {
-        // The children of a killed show are ended by the kernel's SIGTERM, one after another: the show of the storm covers it.
+        // A killed show is tested by the storm: the kernel's SIGTERM ends its children one after another.
         player.is_killed = index != survivor && player.name != "show" && random.percent(60);
     }
 }

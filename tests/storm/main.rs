@@ -1,15 +1,15 @@
-//! The storm: every role is killed at random instants, start-up included. After each kill it is started again, with the same
-//! command and nothing cleared up, and has to start at first try; the others have to carry on. Shows do so by themselves, and
-//! are killed as well. At the end nothing may be left.
+//! The storm: processes of every role are killed at random instants, also during their start. Each killed process is restarted
+//! with the same command, without any clean-up. It must start at the first try, and the others must continue. Shows restart
+//! their children themselves, and are killed as well. At the end, no remains may be left.
 //!
 //!     cargo test --release --test storm -- --kills 2000 --seed 7
 //!
-//! The endings: any set of processes ends together and leaves nothing.
+//! The endings: any set of processes ends together and leaves no remains.
 //!
 //!     cargo test --release --test storm -- --ends 500 --seed 7
 //!
-//! The seed that is printed tells whom the storm kills and when; what the processes are doing at that instant is the
-//! machine's affair.
+//! The printed seed determines the kills and their instants. The state of the processes at these instants depends on the
+//! machine.
 
 #[path = "../processes/children.rs"]
 #[allow(dead_code, reason = "the storm uses a part of it")]
@@ -39,10 +39,10 @@ use stage::Stage;
 use supervised::play_shows;
 use troupe::Troupe;
 
-/// The part of all kills that shows are to cope with.
+/// Percentage of the kills in shows.
 const SHOWS_PERCENT: u32 = 25;
 
-#[allow(clippy::print_stdout, clippy::print_stderr, reason = "a test target of its own prints")]
+#[allow(clippy::print_stdout, clippy::print_stderr, reason = "a test target without libtest prints its results")]
 fn main() -> ExitCode {
     let (kills, ends, seed) = match Task::of(std::env::args().skip(1)) {
         Ok(Task::Run { kills, ends, seed }) => (kills, ends, seed),
@@ -74,16 +74,16 @@ fn main() -> ExitCode {
     if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Runs a test on a thread of its own. Whether it passed.
-#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+/// Runs a test on its own thread. Returns whether it passed.
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn run(name: &str, test: impl FnOnce() + Send + 'static) -> bool {
-    // What is left on the stage is a failure of its own, but not after another one.
+    // Remains of the stage are a failure too, but not after another failure.
     let is_well = thread::spawn(test).join().is_ok();
     println!("test {name} ... {}", if is_well { "ok" } else { "FAILED" });
     is_well
 }
 
-/// Ends this many sets of processes, and panics where one leaves anything.
+/// Ends this many sets of processes. Panics if one leaves remains.
 fn endings(rounds: u32, seed: u64) {
     let stage = Stage::new();
     if let Err(failure) = end_sets(&stage, &mut Random::new(seed), rounds) {
@@ -91,8 +91,8 @@ fn endings(rounds: u32, seed: u64) {
     }
 }
 
-/// Kills so often, and panics where that is more than the affair of whoever was killed.
-#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+/// Kills this many processes. Panics if a kill affects another process.
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn storm(kills: u32, seed: u64) {
     let stage = Stage::new();
     let mut books = Books::new();
@@ -115,8 +115,8 @@ fn storm(kills: u32, seed: u64) {
     }
 }
 
-/// Draws how far the storm is, where somebody watches.
-#[allow(clippy::print_stdout, reason = "a test target of its own prints")]
+/// Draws the progress of the storm on a terminal.
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
 fn tell(done: u32, of: u32) {
     let mut stdout = std::io::stdout();
     if stdout.is_terminal() {

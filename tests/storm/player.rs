@@ -1,4 +1,4 @@
-//! A running process of a role, and what it has said.
+//! A running process of a role, and its output.
 
 use std::io::{BufRead as _, BufReader, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -8,18 +8,18 @@ use std::thread::{self, JoinHandle};
 
 use crate::role::{Role, run_id};
 
-/// A process of a role. One that is dropped is killed.
+/// A process of a role. It is killed when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Player {
     pub(crate) role: Role,
-    /// Which one of its role it is.
+    /// Number of the process, over all roles.
     pub(crate) turn: usize,
     child: Child,
     heard: Arc<Heard>,
     listeners: Vec<JoinHandle<()>>,
 }
 
-/// What has been heard of a process.
+/// The output of a process.
 #[derive(Debug, Default)]
 struct Heard {
     progress: AtomicU64,
@@ -36,8 +36,8 @@ impl Player {
             .spawn()
             .expect("the program is there: cargo has built it for this test");
         let heard = Arc::new(Heard::default());
-        let stdout = child.stdout.take().expect("it is piped");
-        let stderr = child.stderr.take().expect("it is piped");
+        let stdout = child.stdout.take().expect("the stream is piped");
+        let stderr = child.stderr.take().expect("the stream is piped");
         let (of_lines, of_complaints) = (Arc::clone(&heard), Arc::clone(&heard));
         let listeners = vec![
             listen(stdout, move |line| of_lines.take(role, line)),
@@ -46,35 +46,34 @@ impl Player {
         Self { role, turn, child, heard, listeners }
     }
 
-    /// How far it is: frames, answers or starts.
+    /// Progress of the process: frames, replies or starts.
     pub(crate) fn progress(&self) -> u64 {
         self.heard.progress.load(Ordering::Relaxed)
     }
 
-    /// The run that it has last told of.
+    /// The last run that the process has reported.
     pub(crate) fn run_id(&self) -> Option<u64> {
         Some(self.heard.run_id.load(Ordering::Relaxed)).filter(|&run_id| run_id != 0)
     }
 
-    /// What it has complained of so far.
+    /// The lines of stderr so far.
     pub(crate) fn complaints(&self) -> Vec<String> {
         self.heard.complaints.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// How it has ended, if it has.
+    /// Exit status of the process, if it has ended.
     pub(crate) fn ended(&mut self) -> Option<ExitStatus> {
         let status = self.child.try_wait().expect("a child can be waited for")?;
         self.listen_to_end();
         Some(status)
     }
 
-    /// Ends it as a crash does, and waits until it is gone. Returns what it has complained of; an error where it had
-    /// ended by itself.
+    /// Kills the process, and waits for its end. Returns its lines of stderr, or an error if it had ended by itself.
     pub(crate) fn kill(mut self) -> Result<Vec<String>, (Self, ExitStatus)> {
         if let Some(status) = self.ended() {
             return Err((self, status));
         }
-        self.child.kill().expect("it has not been waited for");
+        self.child.kill().expect("the process has not been waited for");
         self.child.wait().expect("a child can be waited for");
         self.listen_to_end();
         Ok(self.complaints())
@@ -93,7 +92,7 @@ impl Player {
 
 impl Drop for Player {
     fn drop(&mut self) {
-        // Without effect on one that has been waited for.
+        // This has no effect if the process has been waited for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -112,7 +111,7 @@ impl Heard {
     }
 }
 
-/// Hands over every whole line: a process that is killed may leave half of one.
+/// Passes every whole line to `take`. A killed process may leave a partial line.
 fn listen(source: impl Read + Send + 'static, mut take: impl FnMut(&str) + Send + 'static) -> JoinHandle<()> {
     thread::spawn(move || {
         let mut source = BufReader::new(source);

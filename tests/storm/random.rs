@@ -1,4 +1,4 @@
-//! Random numbers of which a seed tells the whole sequence.
+//! Random numbers that a seed determines.
 
 use std::time::Duration;
 
@@ -11,22 +11,22 @@ impl Random {
         Self(fastrand::Rng::with_seed(seed))
     }
 
-    /// A number from 0 to `end`, without it.
+    /// Returns a number from 0 to `end`, exclusive.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         self.0.usize(0..end)
     }
 
-    /// True so many times in a hundred.
+    /// Returns true with this percentage.
     pub(crate) fn percent(&mut self, share: usize) -> bool {
         self.below(100) < share
     }
 
-    /// One of several.
+    /// Returns one of several values.
     pub(crate) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.below(from.len())]
     }
 
-    /// A duration up to `longest`.
+    /// Returns a duration up to `longest`.
     pub(crate) fn up_to(&mut self, longest: Duration) -> Duration {
         longest.mul_f64(self.0.f64())
     }

@@ -1,10 +1,10 @@
-//! The roles that are killed, and how each shows that it gets on.
+//! The roles of the storm, and their signs of progress.
 
 use serde_json::Value;
 
 use crate::random::Random;
 
-/// What a process does.
+/// The role of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
     Serve,
@@ -20,7 +20,7 @@ impl Role {
     pub(crate) const ALL: [Self; 7] =
         [Self::Serve, Self::Monitor, Self::Record, Self::Echo, Self::Hz, Self::Latency, Self::Ctl];
 
-    /// The command that it runs.
+    /// The command of the role.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Serve => "serve",
@@ -33,7 +33,7 @@ impl Role {
         }
     }
 
-    /// The arguments of its `turn`th process.
+    /// Returns the arguments of the process with this number.
     pub(crate) fn arguments(self, turn: usize, random: &mut Random) -> Vec<String> {
         let text = match self {
             Self::Serve => "serve --rate 200 --format json",
@@ -53,12 +53,12 @@ impl Role {
         text.split(' ').map(str::to_owned).collect()
     }
 
-    /// Whether its processes end by themselves and others follow.
+    /// Whether processes of the role end by themselves and are followed by others.
     pub(crate) fn is_brief(self) -> bool {
         matches!(self, Self::Latency | Self::Ctl)
     }
 
-    /// The frames, answers or starts that a line tells of.
+    /// Returns the frames, replies or starts that a line reports.
     pub(crate) fn progress(self, line: &str) -> u64 {
         let count = |name: &str| {
             let value = serde_json::from_str::<Value>(line).unwrap_or_else(|error| panic!("{error}: {line}"));
@@ -66,21 +66,21 @@ impl Role {
         };
         match self {
             Self::Serve => u64::from(line.contains("\"started\"")),
-            // Its file tells.
+            // The size of its file is its progress.
             Self::Record => 0,
             Self::Echo | Self::Ctl => 1,
-            // Its frames so far, in every line.
+            // Each line has the number of frames so far.
             Self::Monitor | Self::Hz | Self::Latency => count("frames"),
         }
     }
 }
 
-/// The name of a recorder's file.
+/// Returns the name of a recorder's file.
 pub(crate) fn recording(turn: usize) -> String {
     format!("recording-{turn}.mcap")
 }
 
-/// The run that a server or a frame tells of.
+/// Returns the run id in a line of a server or a reader.
 pub(crate) fn run_id(line: &str) -> Option<u64> {
     let (_, rest) = line.split_once("\"run_id\":")?;
     let digits = rest.find(|character: char| !character.is_ascii_digit()).unwrap_or(rest.len());

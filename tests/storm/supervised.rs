@@ -1,4 +1,4 @@
-//! Shows whose children are killed, and which are killed themselves.
+//! Shows with killed children, and killed shows.
 
 use std::path::PathBuf;
 use std::thread;
@@ -13,20 +13,20 @@ use crate::books::{Books, Phase};
 use crate::children::{children, send};
 use crate::random::Random;
 use crate::stage::Stage;
-use crate::troupe::{Failure, LOOK_PERIOD, PATIENCE, START_UP};
+use crate::troupe::{Failure, LOOK_PERIOD, PROGRESS_TIMEOUT, START_UP};
 
-/// The roles of a show's children.
+/// Commands of a show's children.
 const CHILDREN: [&str; 3] = ["serve", "monitor", "record"];
-/// The longest time between two kills in a show that plays.
+/// Longest time between two kills in a playing show.
 const BETWEEN: Duration = Duration::from_millis(400);
-/// Kills in one show at most: it has some patience with each child, but not without end.
+/// Greatest number of kills in one show: a show restarts each child a limited number of times.
 const MOST_KILLS: usize = 4;
 
-/// Plays shows one after another on a stage, with so many kills.
+/// Plays shows one after another on a stage, with this many kills.
 pub(crate) fn play_shows(stage: &Stage, random: &mut Random, kills: u32, books: &mut Books) -> Result<(), Failure> {
     let (end, mut number) = (books.kills() + kills, 0);
     while books.kills() < end {
-        // A show that was killed is followed by the next one, in a folder of its own; its recorder may still be finishing its file.
+        // The next show uses another folder. The recorder of a killed show may still be finishing its file.
         number += 1;
         play_show(stage, number, random, end - books.kills(), books)?;
     }
@@ -41,7 +41,7 @@ fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: 
     for _ in 0..(1 + random.below(MOST_KILLS)).min(most as usize) {
         let longest = if random.percent(40) { START_UP } else { BETWEEN };
         thread::sleep(random.up_to(longest));
-        // One that was killed may take its time to be gone.
+        // A killed child may take some time to end.
         let running: Vec<_> = children(show.pid()).into_iter().filter(|(pid, _)| !killed.contains(pid)).collect();
         let phase = if running.len() == CHILDREN.len() { Phase::Playing } else { Phase::Starting };
         if random.percent(25) {
@@ -62,30 +62,30 @@ fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: 
     end_show(stage, show, &killed, books)
 }
 
-/// Waits until the children of a killed show have ended; every other time, the next show has to do without that.
+/// Waits until the children of a killed show have ended, or, in half of the cases, returns at once.
 fn await_orphans(show: u32, random: &mut Random) -> Result<(), Failure> {
     let begun = Instant::now();
     if random.percent(50) {
         return Ok(());
     }
     while !children(show).is_empty() {
-        if begun.elapsed() > PATIENCE {
-            return Err(format!("the children of a killed show go on: {:?}", children(show)));
+        if begun.elapsed() > PROGRESS_TIMEOUT {
+            return Err(format!("the children of a killed show still run: {:?}", children(show)));
         }
         thread::sleep(LOOK_PERIOD);
     }
     Ok(())
 }
 
-/// Waits until all play again, ends the show and checks its report.
+/// Waits until all children run again, ends the show, and checks its report.
 fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> Result<(), Failure> {
     let (begun, pid) = (Instant::now(), show.pid());
-    // One that was killed may take its time to be gone.
+    // A killed child may take some time to end.
     let running = || children(pid).iter().filter(|(child, _)| !killed.contains(child)).count();
     while running() < CHILDREN.len() {
-        if begun.elapsed() > PATIENCE {
+        if begun.elapsed() > PROGRESS_TIMEOUT {
             show.signal(Signal::INT);
-            return Err(format!("a show does not start its children again: {}", show.end().stderr));
+            return Err(format!("a show does not restart its children: {}", show.end().stderr));
         }
         thread::sleep(LOOK_PERIOD);
     }
@@ -115,7 +115,7 @@ fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> 
     }
 }
 
-/// Counts the frames of a show's recordings, which are whole.
+/// Counts the frames of a show's recordings. Fails unless all are whole.
 fn read_recordings(stage: &Stage, summary: &Value, books: &mut Books) -> Result<u64, Failure> {
     let mut recorded = 0;
     for name in summary["recordings"].as_array().into_iter().flatten() {

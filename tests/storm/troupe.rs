@@ -1,4 +1,4 @@
-//! One process of every role on one instance, each started again by whoever killed it.
+//! One process of every role on one instance. The storm restarts each killed process.
 
 use std::fs;
 use std::process::ExitStatus;
@@ -14,35 +14,35 @@ use crate::random::Random;
 use crate::role::{Role, recording};
 use crate::stage::Stage;
 
-/// How often the players are looked at.
+/// Period of the checks of the processes.
 pub(crate) const LOOK_PERIOD: Duration = Duration::from_millis(2);
-/// How long nothing may happen before the storm gives up: far longer than anything takes.
-pub(crate) const PATIENCE: Duration = Duration::from_mins(1);
-/// The beginning of a process's life, in which it makes or opens everything.
+/// Longest wait for progress. On a busy machine, each wait is much shorter.
+pub(crate) const PROGRESS_TIMEOUT: Duration = Duration::from_mins(3);
+/// Length of a process's start, in which it creates or opens its services.
 pub(crate) const START_UP: Duration = Duration::from_millis(30);
-/// The longest time between two kills of a round.
+/// Longest time between two kills of a round.
 const BETWEEN: Duration = Duration::from_millis(150);
-/// Kills in one round at most, before everyone has to show that it gets on.
+/// Greatest number of kills in a round. After it, all processes must show progress.
 const MOST_KILLS: usize = 8;
 
-/// What went wrong.
+/// The reason of a failure.
 pub(crate) type Failure = String;
 
-/// The players of a stage, at most one a role.
+/// The processes of a stage, at most one per role.
 #[derive(Debug)]
 pub(crate) struct Troupe<'a> {
     stage: &'a Stage,
     random: Random,
     players: Vec<Player>,
     turns: usize,
-    /// Servers that have been started or killed: while it stays, a server is there all the time.
+    /// Number of starts and kills of servers. While it is constant, a server runs all the time.
     changes_of_server: u64,
-    /// The changes of server and the progress of brief players that had ended before.
+    /// For each brief role: the changes of server at the start, and the progress of ended processes.
     brief: Vec<(Role, u64, u64)>,
 }
 
 impl<'a> Troupe<'a> {
-    /// Starts everyone.
+    /// Starts a process of every role.
     pub(crate) fn gather(stage: &'a Stage, random: Random) -> Self {
         let mut troupe = Self { stage, random, players: vec![], turns: 0, changes_of_server: 0, brief: vec![] };
         for role in Role::ALL {
@@ -51,7 +51,7 @@ impl<'a> Troupe<'a> {
         troupe
     }
 
-    /// Kills some and starts them again, up to `most` kills, then waits until everyone gets on.
+    /// Kills and restarts some processes, with up to `most` kills, then waits for progress of all.
     pub(crate) fn play_round(&mut self, most: u32, books: &mut Books) -> Result<(), Failure> {
         let kills = 1 + self.random.below(MOST_KILLS.min(most as usize));
         let mut missing = vec![];
@@ -99,19 +99,19 @@ impl<'a> Troupe<'a> {
         self.await_progress(books)
     }
 
-    /// Ends everyone, the server last, and finishes and reads every recording.
+    /// Ends all processes, the server last, then finishes and reads every recording.
     pub(crate) fn end(mut self, books: &mut Books) -> Result<(), Failure> {
         self.players.sort_by_key(|player| player.role == Role::Serve);
         for mut player in self.players.drain(..) {
             let pid = Pid::from_raw(player.pid().cast_signed()).expect("a process id is not 0");
             if player.ended().is_none() {
-                kill_process(pid, Signal::TERM).expect("it has not been waited for");
+                kill_process(pid, Signal::TERM).expect("the process has not been waited for");
             }
             let begun = Instant::now();
             let status = loop {
                 match player.ended() {
                     Some(status) => break status,
-                    None if begun.elapsed() > PATIENCE => {
+                    None if begun.elapsed() > PROGRESS_TIMEOUT => {
                         return Err(format!("{} does not end at SIGTERM", player.role.name()));
                     }
                     None => thread::sleep(LOOK_PERIOD),
@@ -125,13 +125,13 @@ impl<'a> Troupe<'a> {
         self.read_recordings(books)
     }
 
-    /// Finishes what killed recorders have left, and counts the frames.
+    /// Finishes the files of killed recorders, and counts the frames.
     fn read_recordings(&self, books: &mut Books) -> Result<(), Failure> {
         let folder = self.stage.path("");
         for entry in fs::read_dir(&folder).expect("the stage has a folder").flatten() {
             let path = entry.path();
-            if entry.metadata().expect("nobody else is here").len() == 0 {
-                // Its recorder was killed before the first byte.
+            if entry.metadata().expect("no other process changes the folder").len() == 0 {
+                // The recorder was killed before the first byte.
                 continue;
             }
             let repaired = repair(&path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -149,7 +149,7 @@ impl<'a> Troupe<'a> {
     }
 
     fn player(&self, role: Role) -> &Player {
-        self.players.iter().find(|player| player.role == role).expect("everyone is there when a round ends")
+        self.players.iter().find(|player| player.role == role).expect("each role has a process at the end of a round")
     }
 
     fn start(&mut self, role: Role) {
@@ -191,7 +191,7 @@ impl<'a> Troupe<'a> {
         }
     }
 
-    /// Fails where somebody has ended who was not killed; starts brief players again.
+    /// Fails if a process has ended without a kill. Restarts brief processes.
     fn look(&mut self, books: &mut Books) -> Result<(), Failure> {
         for index in (0..self.players.len()).rev() {
             if let Some(status) = self.players[index].ended() {
@@ -203,7 +203,7 @@ impl<'a> Troupe<'a> {
         Ok(())
     }
 
-    /// Takes note of a player that has ended by itself.
+    /// Handles a process that has ended by itself.
     fn take_end(&mut self, player: &mut Player, status: ExitStatus, books: &mut Books) -> Result<(), Failure> {
         let complaints = player.complaints();
         books.complain(&complaints);
@@ -214,7 +214,7 @@ impl<'a> Troupe<'a> {
             return Ok(());
         };
         *progress += player.progress();
-        // A command that is refused is answered.
+        // A refusal is a reply too.
         let was_answered = player.progress() > 0;
         let had_no_server = *begun_at != self.changes_of_server
             && complaints.last().is_some_and(|complaint| complaint.contains("no server runs on instance"));
@@ -225,7 +225,7 @@ impl<'a> Troupe<'a> {
         if is_fine { Ok(()) } else { Err(describe(player, status)) }
     }
 
-    /// How far a player is; of one that ends and is followed, all of them together.
+    /// Returns the progress of a process.
     fn progress(&self, player: &Player) -> u64 {
         match player.role {
             Role::Record => {
@@ -244,7 +244,7 @@ impl<'a> Troupe<'a> {
         self.progress(self.player(role)) + self.brief_progress(role)
     }
 
-    /// Waits until everyone has got on after the last server has been seen by a reader.
+    /// Waits until a reader has seen the last server, then until all processes have made progress.
     fn await_progress(&mut self, books: &mut Books) -> Result<(), Failure> {
         self.await_state("the server is seen", books, |troupe| {
             let run_id = troupe.player(Role::Serve).run_id();
@@ -257,7 +257,7 @@ impl<'a> Troupe<'a> {
         })
     }
 
-    /// Waits until `missing` names nobody.
+    /// Waits until `missing` returns `None`.
     fn await_state(
         &mut self,
         what: &str,
@@ -268,7 +268,7 @@ impl<'a> Troupe<'a> {
         loop {
             self.look(books)?;
             let Some(name) = missing(self) else { return Ok(()) };
-            if begun.elapsed() > PATIENCE {
+            if begun.elapsed() > PROGRESS_TIMEOUT {
                 let players: Vec<String> = self
                     .players
                     .iter()
@@ -277,7 +277,7 @@ impl<'a> Troupe<'a> {
                         format!("\n{name} {turn}, pid {}: progress {progress}, {:?}", player.pid(), player.complaints())
                     })
                     .collect();
-                return Err(format!("waited {PATIENCE:?} until {what}: {name} does not{}", players.concat()));
+                return Err(format!("waited {PROGRESS_TIMEOUT:?} until {what}: {name} does not{}", players.concat()));
             }
             thread::sleep(LOOK_PERIOD);
         }

@@ -1,5 +1,5 @@
-//! Bare iceoryx2: a publisher and subscribers as its own examples have them, with our payload, our buffer and, where
-//! readers sleep, an event after each frame.
+//! Bare iceoryx2: a publisher and subscribers as in its own examples, with our payload and our buffer size. For woken readers
+//! the publisher sends an event after each frame.
 
 use std::fs;
 use std::path::Path;
@@ -29,18 +29,18 @@ type Service = ipc::Service;
 type FrameService = publish_subscribe::PortFactory<Service, [HandleState], FrameHeader>;
 
 pub(crate) struct BareSender {
-    // Dropped in this order: ports before their node, all before the folder.
+    // Dropped in this order: the ports before their node, and all before the folder.
     publisher: Publisher<Service, [HandleState], FrameHeader>,
     notifier: Option<Notifier<Service>>,
     _node: Node<Service>,
     _domain: Domain,
 }
 
-/// A folder for one domain, whose name is the prefix of what the domain has in shared memory.
+/// The folder of one domain. Its name is the prefix of the domain's files in shared memory.
 struct Domain(TempDir);
 
 impl BareSender {
-    /// Waits for all readers.
+    /// Opens a publisher and waits for all readers.
     pub(crate) fn open(setting: Setting) -> Self {
         let folder = tempfile::Builder::new().prefix("latency-").tempdir().expect("a folder");
         let node = node(folder.path());
@@ -62,20 +62,20 @@ impl Sender for BareSender {
         let mut sample = self.publisher.loan_slice(HANDLES).expect("readers hold one frame each");
         let header = fill(sample.payload_mut());
         *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
-        sample.send().expect("memory for every reader was set aside");
+        sample.send().expect("memory for every reader is reserved");
         if let Some(notifier) = &self.notifier {
-            notifier.notify().expect("the readers are there");
+            notifier.notify().expect("the readers are connected");
         }
     }
 }
 
 impl Drop for Domain {
-    /// Removes what iceoryx2 itself leaves in shared memory. The readers have gone by now.
+    /// Removes the files that iceoryx2 leaves in shared memory. All readers have ended by now.
     fn drop(&mut self) {
         let prefix = prefix(self.0.path());
-        for entry in fs::read_dir("/dev/shm").expect("there is shared memory").flatten() {
+        for entry in fs::read_dir("/dev/shm").expect("/dev/shm is readable").flatten() {
             if entry.file_name().to_string_lossy().starts_with(&prefix) {
-                fs::remove_file(entry.path()).expect("the file is ours alone");
+                fs::remove_file(entry.path()).expect("the file belongs to this bench");
             }
         }
     }
@@ -114,7 +114,7 @@ impl Receiver for BareReceiver {
     }
 }
 
-/// A node of a domain of its own, whose root is a folder that nobody else knows.
+/// Creates a node of a separate domain, whose root is a new temporary folder.
 fn node(folder: &Path) -> Node<Service> {
     set_log_level(LogLevel::Error);
     let mut config = Config::default();
@@ -122,12 +122,12 @@ fn node(folder: &Path) -> Node<Service> {
         &iceoryx2::prelude::Path::new(folder.as_os_str().as_encoded_bytes())
             .expect("temporary folders have short names"),
     );
-    config.global.prefix = FileName::new(prefix(folder).as_bytes()).expect("a folder's name is a file's name");
+    config.global.prefix = FileName::new(prefix(folder).as_bytes()).expect("a folder's name is a valid file name");
     NodeBuilder::new()
         .config(&config)
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create()
-        .expect("the folder is ours")
+        .expect("the folder belongs to this bench")
 }
 
 fn prefix(folder: &Path) -> String {
@@ -141,12 +141,12 @@ fn frames(node: &Node<Service>) -> FrameService {
         .user_header::<FrameHeader>()
         .subscriber_max_buffer_size(frame_buffer(BENCHES))
         .open_or_create()
-        .expect("both sides ask for the same")
+        .expect("both sides request the same settings")
 }
 
 fn events(node: &Node<Service>) -> event::PortFactory<Service> {
     node.service_builder(&"frames".try_into().expect("a valid name"))
         .event()
         .open_or_create()
-        .expect("both sides ask for the same")
+        .expect("both sides request the same settings")
 }

@@ -1,4 +1,4 @@
-//! The contestants, one file each: how frames are sent, and how they are read.
+//! The contestants, one file each: sending and reading of frames.
 
 mod bare;
 mod ours;
@@ -9,16 +9,16 @@ use crate::publishing::publish;
 use crate::reading::read;
 use crate::setting::Setting;
 
-/// What carries the frames.
+/// A transport of frames.
 #[derive(Debug)]
 pub(crate) struct Transport {
-    /// As it stands in the figures' keys.
+    /// Name in the keys of the figures.
     pub(crate) name: &'static str,
-    /// As people read it.
+    /// Name in tables.
     pub(crate) title: &'static str,
-    /// Publishes until the parent closes stdin; `None` for ours, which the real server publishes.
+    /// Publishes until the parent closes stdin. `None` for ours: the real server publishes these frames.
     pub(crate) publish: Option<fn(Setting)>,
-    /// Reads one turn of what is published at a place.
+    /// Reads one turn from the publisher with this name or address.
     pub(crate) read: fn(Setting, &str),
 }
 

@@ -1,4 +1,4 @@
-//! Ours: the frames of `bench-dragon serve`, read with the crate that clients use.
+//! Our transport: frames of `bench-dragon serve`, read with the crate for clients.
 
 use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
 
@@ -15,7 +15,7 @@ impl Subscriber {
     pub(crate) fn open(setting: Setting, place: &str) -> Self {
         let domain =
             Domain::new(Instance::new(place).expect("a valid name")).expect("XDG_RUNTIME_DIR is short, or unset");
-        let frames = FrameSubscriber::open(&domain, "latency-bench").expect("the server has made its services");
+        let frames = FrameSubscriber::open(&domain, "latency-bench").expect("the server has created its services");
         Self { frames, mode: setting.mode }
     }
 }

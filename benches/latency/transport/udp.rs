@@ -1,5 +1,5 @@
-//! UDP on loopback, whose packets may be long enough for a frame: a datagram for each reader. One that does not keep up
-//! loses the newest.
+//! UDP on loopback, whose packets are long enough for a frame: one datagram for each reader. A slow reader loses the newest
+//! frames.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
@@ -13,7 +13,7 @@ use crate::publishing::{Sender, announce};
 use crate::reading::Receiver;
 use crate::setting::{Mode, Setting};
 
-/// Any free port, on loopback alone.
+/// Any free port, on loopback only.
 const LOOPBACK: (Ipv4Addr, u16) = (Ipv4Addr::LOCALHOST, 0);
 
 pub(crate) struct UdpSender {
@@ -24,13 +24,13 @@ pub(crate) struct UdpSender {
 }
 
 impl UdpSender {
-    /// Waits for all readers.
+    /// Opens a socket and waits for all readers.
     pub(crate) fn open(setting: Setting) -> Self {
         let socket = UdpSocket::bind(LOOPBACK).expect("a free port");
-        announce(&socket.local_addr().expect("it is bound").to_string());
+        announce(&socket.local_addr().expect("the socket is bound").to_string());
         let mut readers = BTreeSet::new();
         while readers.len() < setting.readers {
-            let (_, address) = socket.recv_from(&mut [0]).expect("a reader greets");
+            let (_, address) = socket.recv_from(&mut [0]).expect("each reader sends one datagram");
             readers.insert(address);
         }
         Self { encoder: Encoder::new(), bytes: vec![0; FRAME_BYTES], socket, readers }
@@ -41,8 +41,8 @@ impl Sender for UdpSender {
     fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) {
         self.encoder.encode(fill, &mut self.bytes);
         for reader in &self.readers {
-            // Where it has gone, nothing tells.
-            self.socket.send_to(&self.bytes, reader).expect("loopback takes datagrams of this size");
+            // Sending to a reader that has ended is not an error.
+            self.socket.send_to(&self.bytes, reader).expect("loopback accepts datagrams of this size");
         }
     }
 }
@@ -55,9 +55,9 @@ pub(crate) struct UdpReceiver {
 impl UdpReceiver {
     pub(crate) fn open(setting: Setting, place: &str) -> Self {
         let socket = UdpSocket::bind(LOOPBACK).expect("a free port");
-        socket.connect(place).expect("loopback is there");
+        socket.connect(place).expect("loopback exists");
         socket.send(b"!").expect("the publisher listens");
-        socket.set_nonblocking(setting.mode == Mode::Polling).expect("a socket can be set so");
+        socket.set_nonblocking(setting.mode == Mode::Polling).expect("the socket supports both modes");
         Self { socket, bytes: vec![0; FRAME_BYTES] }
     }
 }
@@ -67,7 +67,7 @@ impl Receiver for UdpReceiver {
         match self.socket.recv(&mut self.bytes) {
             Ok(length) => Some(frame_bytes::read(&self.bytes[..length])),
             Err(error) if error.kind() == ErrorKind::WouldBlock => None,
-            Err(error) => panic!("the socket fails: {error}"),
+            Err(error) => panic!("the socket failed: {error}"),
         }
     }
 }

@@ -1,5 +1,4 @@
-//! A Unix stream socket: a connection for each reader, the whole frame written to each. One that does not keep up makes
-//! the publisher wait.
+//! A Unix stream socket: one connection for each reader; each gets the whole frame. A slow reader makes the publisher wait.
 
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -21,13 +20,13 @@ pub(crate) struct UnixSender {
 }
 
 impl UnixSender {
-    /// Waits for all readers.
+    /// Opens a socket and waits for all readers.
     pub(crate) fn open(setting: Setting) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("frames");
-        let listener = UnixListener::bind(&path).expect("the folder is ours");
+        let listener = UnixListener::bind(&path).expect("the folder belongs to this bench");
         announce(path.to_str().expect("temporary folders have plain names"));
-        let accept = || listener.accept().expect("a reader comes").0;
+        let accept = || listener.accept().expect("a reader connects").0;
         let readers = (0..setting.readers).map(|_| accept()).collect();
         Self { encoder: Encoder::new(), bytes: vec![0; FRAME_BYTES], readers, _folder: folder }
     }
@@ -36,7 +35,7 @@ impl UnixSender {
 impl Sender for UnixSender {
     fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) {
         self.encoder.encode(fill, &mut self.bytes);
-        // A reader whose turn is over has gone.
+        // Drops readers that have ended after their turn.
         self.readers.retain_mut(|reader| reader.write_all(&self.bytes).is_ok());
     }
 }
@@ -44,14 +43,14 @@ impl Sender for UnixSender {
 pub(crate) struct UnixReceiver {
     stream: UnixStream,
     bytes: Vec<u8>,
-    /// How much of the next frame is there.
+    /// Bytes of the next frame that have been read.
     filled: usize,
 }
 
 impl UnixReceiver {
     pub(crate) fn open(setting: Setting, place: &str) -> Self {
         let stream = UnixStream::connect(place).expect("the publisher listens");
-        stream.set_nonblocking(setting.mode == Mode::Polling).expect("a socket can be set so");
+        stream.set_nonblocking(setting.mode == Mode::Polling).expect("the socket supports both modes");
         Self { stream, bytes: vec![0; FRAME_BYTES], filled: 0 }
     }
 }
@@ -60,10 +59,10 @@ impl Receiver for UnixReceiver {
     fn receive(&mut self) -> Option<Arrival> {
         while self.filled < FRAME_BYTES {
             match self.stream.read(&mut self.bytes[self.filled..]) {
-                Ok(0) => panic!("the publisher has gone"),
+                Ok(0) => panic!("the publisher closed the connection"),
                 Ok(length) => self.filled += length,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return None,
-                Err(error) => panic!("the socket fails: {error}"),
+                Err(error) => panic!("the socket failed: {error}"),
             }
         }
         self.filled = 0;

@@ -1,4 +1,4 @@
-//! Every pair through parry2d: what one would write first.
+//! Baseline: every pair through parry2d.
 
 use bench_dragon_geometry::dragon::Dragon;
 use parry2d_f64::query;
@@ -28,7 +28,7 @@ impl Contestant for AllPairs {
         for first in 0..poses.len() {
             for second in first + 2..poses.len() {
                 let clearance_m = query::distance(&poses[first], &cuboids[first], &poses[second], &cuboids[second])
-                    .expect("parry measures cuboids")
+                    .expect("parry supports cuboids")
                     .distance;
                 let near = Near { benches: [first, second], clearance_m };
                 if clearance_m < nearest.clearance_m {

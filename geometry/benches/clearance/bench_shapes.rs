@@ -1,4 +1,4 @@
-//! The benches as parry2d's shapes.
+//! The benches as parry2d shapes.
 
 use bench_dragon_geometry::dragon::Dragon;
 use glam::DVec2;
@@ -7,7 +7,7 @@ use parry2d_f64::shape::Cuboid;
 
 use crate::shared::HandleState;
 
-/// A cuboid for each bench and where it lies.
+/// A cuboid and a pose for each bench.
 pub(crate) struct BenchShapes {
     pub(crate) cuboids: Vec<Cuboid>,
     pub(crate) poses: Vec<Pose2>,
@@ -20,7 +20,7 @@ impl BenchShapes {
         Self { cuboids: (0..dimensions.benches()).map(cuboid).collect(), poses: Vec::new() }
     }
 
-    /// Lays them between the handles of a frame.
+    /// Places the cuboids between the handles of a frame.
     pub(crate) fn place(&mut self, handles: &[HandleState]) {
         self.poses.clear();
         self.poses.extend(handles.windows(2).map(|ends| {

@@ -1,8 +1,8 @@
 //! Parry2d's bounding volume hierarchy, used as its documentation recommends.
 //!
-//! The pair that was nearest last, and all others of its first bench, bound the search, as in ours. Boxes are wider by
-//! half of that, so that all pairs within it overlap; of those, parry measures the ones that its separating axis test
-//! cannot rule out.
+//! As in our search, the last nearest pair and all other pairs of its first bench bound the search. The boxes are wider by half
+//! of that bound, so all pairs within it have overlapping boxes. Parry measures only the pairs that its separating axis test
+//! does not rule out.
 
 use bench_dragon_geometry::dragon::Dragon;
 use parry2d_f64::bounding_volume::{Aabb, BoundingVolume};
@@ -16,11 +16,11 @@ use crate::shared::HandleState;
 /// How the hierarchy follows the benches from one frame to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Upkeep {
-    /// The boxes of the old tree are widened and narrowed.
+    /// The boxes of the old tree are updated.
     Refit,
-    /// And a part of the tree is built anew, another one in each frame.
+    /// The boxes of the old tree are updated, and a different part of the tree is rebuilt in each frame.
     RefitAndOptimise,
-    /// The tree is built anew.
+    /// The tree is rebuilt.
     Build,
 }
 
@@ -68,18 +68,18 @@ impl BvhPairs {
 }
 
 impl BenchShapes {
-    /// The distance of two benches, if it is not over a limit.
+    /// The distance of two benches; `None` if it exceeds a limit.
     fn distance_m(&self, [first, second]: [usize; 2], limit_m: f64) -> Option<f64> {
         let (ours, theirs) = (&self.poses[first], &self.poses[second]);
         let points = query::closest_points(ours, &self.cuboids[first], theirs, &self.cuboids[second], limit_m);
-        match points.expect("parry measures cuboids") {
+        match points.expect("parry supports cuboids") {
             ClosestPoints::Intersecting => Some(0.0),
             ClosestPoints::WithinMargin(ours, theirs) => Some(ours.distance(theirs)),
             ClosestPoints::Disjoint => None,
         }
     }
 
-    /// The nearest pair of which a bench is one.
+    /// The nearest pair that contains a bench.
     fn nearest_of(&self, bench: usize) -> Near {
         let others = (0..self.poses.len()).filter(|other| other.abs_diff(bench) > 1);
         others.fold(Near { benches: [0, 2], clearance_m: f64::MAX }, |nearest, other| {

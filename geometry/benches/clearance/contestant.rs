@@ -1,9 +1,9 @@
-//! What each contestant does.
+//! Common interface of the contestants.
 
 use super::frames::Frames;
 use crate::shared::HandleState;
 
-/// Clearances that are as good as equal, in metres.
+/// Largest difference of clearances that count as equal, in metres.
 const TOLERANCE_M: f64 = 1e-9;
 
 /// Two benches, the lower index first, and their distance.
@@ -13,20 +13,20 @@ pub(crate) struct Near {
     pub(crate) clearance_m: f64,
 }
 
-/// What is found in one frame.
+/// Result for one frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Found<'a> {
     pub(crate) nearest: Near,
-    /// Every pair within reach, in no order.
+    /// Every pair within reach, unordered.
     pub(crate) within: &'a [Near],
 }
 
-/// Someone who finds near pairs.
+/// An implementation that finds near pairs.
 pub(crate) trait Contestant {
     fn measure(&mut self, handles: &[HandleState]) -> Found<'_>;
 }
 
-/// Checks that all find the same in every frame.
+/// Checks that all contestants find the same pairs in every frame.
 pub(crate) fn assert_same(frames: &Frames, contestants: &mut [&mut dyn Contestant]) {
     for frame in frames.iter() {
         let mut answers = contestants.iter_mut().map(|contestant| contestant.measure(frame));

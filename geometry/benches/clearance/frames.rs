@@ -1,16 +1,16 @@
-//! Frames as the monitor gets them.
+//! Frames as the monitor receives them.
 
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
 
 use crate::shared::HandleState;
 
-/// Just before the first contact of the paper's dragon, whose head walks a metre a second.
+/// Travel just before the first contact of the paper's dragon, whose head walks at 1 m/s.
 const LAST_M: f64 = 412.4;
-/// What the head walks from one frame to the next at 1 kHz.
+/// Distance that the head walks between two frames at 1 kHz, in metres.
 const STEP_M: f64 = 0.001;
 const FRAMES_A_BURST: usize = 50;
 
-/// Frames in the order in which they come.
+/// Frames in the order of publication.
 pub(crate) struct Frames(Vec<Vec<HandleState>>);
 
 impl Frames {
@@ -39,7 +39,7 @@ impl Frames {
         Self(self.0[..count].to_vec())
     }
 
-    /// The first of each so many.
+    /// Every `count`-th frame, from the first on.
     pub(crate) fn every(&self, count: usize) -> Self {
         Self(self.0.iter().step_by(count).cloned().collect())
     }
@@ -55,9 +55,9 @@ pub(crate) fn walking(dragon: &Dragon, bursts: usize) -> Frames {
     Frames::new(dragon, (0..bursts * FRAMES_A_BURST).map(travel_m))
 }
 
-/// So many frames, each far from the one before.
+/// `count` frames, each far from the one before.
 pub(crate) fn scattered(dragon: &Dragon, count: usize) -> Frames {
-    // Multiples of the golden ratio fill the unit interval evenly in any number, and never step short.
+    // Multiples of the golden ratio fill the unit interval evenly for every count, and each step is long.
     let share = |i: usize| (0.618_033_988_749_895 * i as f64).fract();
     Frames::new(dragon, (0..count).map(|i| LAST_M * share(i)))
 }

@@ -1,9 +1,9 @@
-//! How long it takes to find the nearest pair of benches and all that are near, frame by frame: as the monitor does it,
-//! with all pairs through parry2d, and with parry2d's own bounding volume hierarchy.
+//! Measures the time to find the nearest pair of benches and all near pairs, frame by frame. The contestants are the monitor's
+//! search, all pairs through parry2d, and parry2d's own bounding volume hierarchy.
 //!
-//! Each works from the handles of a frame. All of them must find the same pairs, with the same clearances, before they
-//! are timed. They take turns within one run: bursts of frames, a millisecond apart, spread over the whole run up to
-//! the first contact.
+//! Each contestant works from the handles of a frame. Before the timing, all must find the same pairs with the same clearances.
+//! They take turns within one run. The frames are bursts, a millisecond apart, spread over the whole run up to the first
+//! contact.
 
 #[path = "../shared/mod.rs"]
 mod shared;
@@ -23,9 +23,9 @@ use all_pairs::AllPairs;
 use bvh::{BvhPairs, Upkeep};
 use ours::Ours;
 
-/// Up to here each pair is watched: the monitor's default warning distance, and a quarter more.
+/// Distance up to which pairs are reported, in metres: the monitor's default warning distance plus a quarter.
 const REACH_M: f64 = 0.025;
-/// How often each contestant has its turn.
+/// Number of turns of each contestant.
 const ROUNDS: usize = 11;
 
 fn main() {
@@ -41,7 +41,7 @@ fn main() {
     figures.write();
 }
 
-/// The paper's dragon against all pairs, and what single frames take.
+/// Compares the search with all pairs for the paper's dragon, and measures single frames.
 fn paper(figures: &mut Figures) {
     let dragon = shared::dragon(223);
     let (walking, scattered) = (walking(&dragon, 20), scattered(&dragon, 400));
@@ -68,14 +68,14 @@ fn paper(figures: &mut Figures) {
     figures.set("max_us_per_frame_223", 1e-3 * quantile(&each_ns, 1.0));
 }
 
-/// A dragon of so many benches against the hierarchy. Returns our microseconds a frame.
+/// Compares the search with the hierarchy for a dragon of `benches` benches. Returns our microseconds a frame.
 fn of_size(figures: &mut Figures, benches: usize, bursts: usize) -> f64 {
     let dragon = shared::dragon(benches);
     let walking = walking(&dragon, bursts);
     let mut ours = Ours::new(&dragon, REACH_M);
     let upkeeps = [Upkeep::Refit, Upkeep::RefitAndOptimise, Upkeep::Build];
     let [mut refitted, mut optimised, mut built] = upkeeps.map(|upkeep| BvhPairs::new(&dragon, REACH_M, upkeep));
-    // The hierarchy takes so long with the largest that a part must do.
+    // The hierarchy is so slow for the largest dragons that it measures only some of the frames.
     let fewer = walking.first(if benches > 10_000 { 10 } else { walking.len() });
     assert_same(&fewer.every(5), &mut [&mut ours, &mut refitted, &mut optimised, &mut built]);
     let [ours_ns, refitted_ns, optimised_ns, built_ns] = interleaved(
@@ -98,7 +98,7 @@ fn of_size(figures: &mut Figures, benches: usize, bursts: usize) -> f64 {
     1e-3 * ours_ns
 }
 
-/// Nanoseconds a frame, over all of them in their order.
+/// Nanoseconds a frame, over all frames in their order.
 fn play(contestant: &mut dyn Contestant, frames: &Frames) -> f64 {
     let mut nearest_m = 0.0;
     let all_ns = nanoseconds_a_call(1, || {

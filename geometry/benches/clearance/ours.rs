@@ -1,4 +1,4 @@
-//! As the monitor does it.
+//! The monitor's search.
 
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, Dragon};

@@ -1,15 +1,15 @@
-//! What a bench is called with, beside cargo's own `--bench`. What it is not called with ends the program.
+//! Arguments of a bench, besides cargo's own `--bench`. An unknown argument ends the program.
 
 use std::process;
 
-/// For a bench that takes none.
+/// Checks the arguments of a bench that takes none.
 pub fn require_no_arguments() {
     if let Some(argument) = given().first() {
-        refuse(&format!("{argument} is no argument of this bench, which takes none"));
+        refuse(&format!("argument is {argument}, this bench takes no arguments"));
     }
 }
 
-/// How long a bench measures: the N of `--seconds N`, or `default_s`.
+/// Number of seconds that a bench measures: the N of `--seconds N`, or `default_s`.
 pub fn seconds_or(default_s: u32) -> u32 {
     let arguments = given();
     let seconds = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
@@ -17,7 +17,7 @@ pub fn seconds_or(default_s: u32) -> u32 {
         ["--seconds", seconds] => seconds.parse().ok().filter(|seconds| (1..=3_600).contains(seconds)),
         _ => None,
     };
-    let allowed = "must be none or --seconds and a whole number from 1 to 3600";
+    let allowed = "must be empty or --seconds N, with N a whole number from 1 to 3600";
     seconds.unwrap_or_else(|| refuse(&format!("arguments are {arguments:?}, {allowed}")))
 }
 

@@ -1,4 +1,4 @@
-//! The figures of one bench: printed as they come, and written as one flat JSON object.
+//! The figures of one bench. They are printed at once, and written as one flat JSON object.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 /// The figures of one bench.
 ///
-/// A key carries its unit. Values are numbers, strings and, where something could not be measured here, null.
+/// A key contains its unit. Values are numbers, strings, or null if a value could not be measured on this machine.
 #[derive(Debug)]
 pub struct Figures {
     bench: &'static str,
@@ -15,7 +15,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// The figures of the bench of this name; the machine comes first.
+    /// The figures of the bench of this name. The first ones describe the machine.
     pub fn of(bench: &'static str) -> Self {
         let mut figures = Self { bench, values: Map::new() };
         figures.set("cpu", cpu_model());
@@ -23,7 +23,7 @@ impl Figures {
         figures
     }
 
-    /// Prints one figure and keeps it for the file.
+    /// Prints one figure and stores it for the file.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) {
         let value = rounded(value.into());
         println!("{key:<44} {value}");
@@ -33,15 +33,15 @@ impl Figures {
     /// Writes `bench/NAME.json` in cargo's target folder.
     pub fn write(self) {
         let path = target_folder().join("bench").join(format!("{}.json", self.bench));
-        fs::create_dir_all(path.parent().expect("the file lies in a folder")).expect("cargo's target folder is ours");
+        fs::create_dir_all(path.parent().expect("the file is in a folder")).expect("cargo's target folder is writable");
         let mut text = serde_json::to_string_pretty(&self.values).expect("a flat map is valid JSON");
         text.push('\n');
-        fs::write(&path, text).expect("cargo's target folder is ours");
+        fs::write(&path, text).expect("cargo's target folder is writable");
         println!("written to {}", path.display());
     }
 }
 
-/// Six significant digits: more than any clock here deserves.
+/// Rounds a number to six significant digits, more than the accuracy of any clock here.
 fn rounded(value: Value) -> Value {
     match value.as_f64() {
         Some(number) if value.is_f64() => format!("{number:.5e}").parse::<f64>().map_or(Value::Null, Value::from),
@@ -49,12 +49,12 @@ fn rounded(value: Value) -> Value {
     }
 }
 
-/// Cargo's target folder, or where `CARGO_TARGET_DIR` has put it.
+/// Cargo's target folder, by default or from `CARGO_TARGET_DIR`.
 fn target_folder() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the folder for tests lies in the target folder").to_owned()
+    Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the folder for tests is in the target folder").to_owned()
 }
 
-/// The processor as the kernel names it.
+/// Name of the processor from the kernel.
 fn cpu_model() -> String {
     let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or(": unknown");

@@ -1,13 +1,13 @@
-//! A handle of a frame, laid out as on the bus.
+//! A handle of a frame, in the layout of the bus.
 
 use glam::DVec2;
 
 /// A handle of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct HandleState {
-    /// Metres.
+    /// Position in metres.
     pub position_m: [f64; 3],
-    /// Metres per second.
+    /// Velocity in metres per second.
     pub velocity_mps: [f64; 3],
 }
 

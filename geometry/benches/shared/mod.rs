@@ -1,4 +1,4 @@
-//! What the benches share: dragons, timing that is fair to every contestant, and where figures go.
+//! Code that the benches share: dragons, fair timing of all contestants, and output of the figures.
 #![allow(dead_code, unreachable_pub, clippy::print_stdout, reason = "each bench uses a part of this, and prints")]
 
 mod arguments;

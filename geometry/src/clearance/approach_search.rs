@@ -1,9 +1,9 @@
-//! Where benches come near to each other without touching.
+//! Finds close approaches: intervals of travel on which two benches come near each other.
 //!
-//! A pair is followed from one travel to the next by its poses at both ends and by what its boards may cover in between
-//! (see `coverage`), which bounds its clearance from below. Ways on which the bound stays over a limit are done; others
-//! are halved down to pieces so short that the clearance is taken to have one valley at most on each. So no approach
-//! under the limit is passed over, however short; only two of the same pair within one piece would be taken for one.
+//! The search evaluates a pair at both ends of an interval. The areas that its boards may cover in between (see `coverage`)
+//! bound its clearance from below. An interval whose bound stays at or above a limit is done. Other intervals are bisected down
+//! to pieces so short that the clearance is taken to have at most one minimum on each. So no approach under the limit is
+//! missed, however short. Only two minima of the same pair within one piece would count as one.
 
 use glam::DVec2;
 
@@ -14,19 +14,19 @@ use crate::dragon::board::Approach;
 use crate::dragon::meter::{Meter, Spent};
 use crate::dragon::{Dimensions, Dragon};
 
-/// Longest way looked at as one, in lengths of the shorter link: on longer ones the bounds tell little.
+/// Longest interval evaluated as a whole, in lengths of the shorter link. On longer intervals the bounds are too weak.
 const STRIDE_LINKS: f64 = 0.25;
 
-/// A stride is halved this often for pieces: 256 a link.
+/// Number of bisections from a stride to a piece: 256 pieces a link.
 const HALVINGS: u32 = 6;
 
-/// What it takes to keep a piece, in steps of work, which bounds how many are kept.
+/// Work for storing a piece, in steps. It bounds the number of stored pieces.
 const STEPS_PER_PIECE: u64 = 100;
 
-/// A short part of a pair's way on which its clearance may be under the limit.
+/// A short interval of travel on which a pair's clearance may be under the limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
-    /// Lower index first; not neighbours.
+    /// Indices of two benches that are not neighbours, the lower one first.
     pub(crate) benches: [usize; 2],
     /// Travel of the head at both ends.
     pub(crate) travels_m: [f64; 2],
@@ -34,23 +34,23 @@ pub(crate) struct Piece {
     pub(crate) clearances_m: [f64; 2],
 }
 
-/// Which pairs to look at.
+/// The pairs that a search evaluates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pairs {
     /// Every pair.
     All,
-    /// Those that do not stand where another pair has stood before, from this travel on: those with one of the first two
-    /// benches, once every handle has come to where the one before it stood there (see
-    /// [`ContactSearch`](super::ContactSearch)).
+    /// From this travel on, only pairs that do not repeat an earlier position of another pair. A handle repeats after it has
+    /// reached the position that the handle before it had at this travel. After all handles repeat, only pairs with one of the
+    /// first two benches are left. See [`ContactSearch`](super::ContactSearch).
     UnrepeatedSince(f64),
 }
 
-/// Searches ways for pairs that come near.
+/// Searches intervals of travel for pairs that come near each other.
 #[derive(Clone, Debug)]
 pub(crate) struct ApproachSearch<'a> {
     dragon: &'a Dragon,
     pairs: Pairs,
-    /// Parameters of the handles where the beginning is.
+    /// Parameters of the handles at the travel from which pairs repeat.
     beginning: Vec<f64>,
     earlier: Pose,
     later: Pose,
@@ -58,7 +58,7 @@ pub(crate) struct ApproachSearch<'a> {
 }
 
 impl<'a> ApproachSearch<'a> {
-    /// A search that stands at a travel of the run.
+    /// A search placed at a travel of the run.
     pub(crate) fn new(dragon: &'a Dragon, pairs: Pairs, travel_m: f64) -> Self {
         let beginning_m = match pairs {
             Pairs::UnrepeatedSince(beginning_m) => beginning_m,
@@ -77,7 +77,7 @@ impl<'a> ApproachSearch<'a> {
         search
     }
 
-    /// Stands at another travel of the run.
+    /// Moves the search to another travel of the run.
     pub(crate) fn stand(&mut self, travel_m: f64) {
         if !self.earlier.is_at(travel_m) {
             self.earlier.place_head(self.dragon, travel_m);
@@ -85,17 +85,17 @@ impl<'a> ApproachSearch<'a> {
         self.earlier.extend_to(self.dragon, usize::MAX);
     }
 
-    /// Longest way looked at as one.
+    /// Longest interval evaluated as a whole, in metres.
     pub(crate) fn stride_m(dragon: &Dragon) -> f64 {
         STRIDE_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1))
     }
 
-    /// Where the work is counted.
+    /// The meter that counts the work.
     pub(crate) fn meter(&self) -> &Meter {
         self.dragon.meter()
     }
 
-    /// The nearest of the pairs where the search stands; none with fewer than three benches.
+    /// The nearest of the pairs at the current travel; `None` with fewer than three benches.
     pub(crate) fn nearest(&mut self) -> Option<PairClearance> {
         if !self.repeats() {
             let nearest = self.near.nearest(&self.earlier.boards);
@@ -114,11 +114,12 @@ impl<'a> ApproachSearch<'a> {
         })
     }
 
-    /// Walks on to `to_m`, at most a stride away, and hands out the pieces on which a pair's clearance may be under the
-    /// limit, which may fall meanwhile; in order for each pair.
+    /// Advances to `to_m`, at most a stride away. It passes `sink` the pieces on which a pair's clearance may be under the
+    /// limit, in order for each pair. The limit may fall during the search.
     ///
     /// # Errors
-    /// With some of the pieces, where the dragon's meter is spent or too many pairs are near each other.
+    /// The dragon's meter reaches its limit, or too many pairs are near each other. `sink` may have received some of the
+    /// pieces.
     pub(crate) fn walk(
         &mut self,
         to_m: f64,
@@ -137,16 +138,16 @@ impl<'a> ApproachSearch<'a> {
         self.meter().check(reached_m)
     }
 
-    /// Walks on to `to_m`, at most a stride away, unless a pair's clearance falls under the limit on the way: then it stays
-    /// where it is. No clearance is under the limit where it stands.
+    /// Advances to `to_m`, at most a stride away, if no pair's clearance falls under the limit on the interval. Otherwise the
+    /// search stays in place. No clearance may be under the limit at the current travel.
     ///
     /// # Errors
-    /// The travel up to which every clearance is proved to be at or over the limit; there, a bound that is met to
-    /// `resolution_m` of travel can no longer tell.
+    /// The travel up to which every clearance is proved to be at or above the limit. There, the bound fails on an interval of
+    /// `resolution_m`.
     pub(crate) fn walk_over(&mut self, to_m: f64, limit_m: f64, resolution_m: f64) -> Result<(), f64> {
         self.later.place_head(self.dragon, to_m);
         self.later.extend_to(self.dragon, usize::MAX);
-        // Where there are too many of them, or the meter is spent, nothing is proved.
+        // With too many pairs, or a spent meter, nothing is proved.
         let nothing = self.earlier.travel_m;
         let pairs = self.pairs_within(limit_m).ok_or(nothing)?;
         let violations_m = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
@@ -165,14 +166,14 @@ impl<'a> ApproachSearch<'a> {
         Ok(())
     }
 
-    /// Whether each pair but those with one of the first two benches stands where another has stood before.
+    /// Whether every pair without one of the first two benches repeats an earlier position of another pair.
     fn repeats(&self) -> bool {
         let body = self.earlier.handles.iter().skip(2);
         self.pairs != Pairs::All
             && body.zip(self.beginning.iter().skip(1)).all(|(handle, &parameter)| handle.parameter >= parameter)
     }
 
-    /// The pairs whose clearance may be under the limit somewhere on the way; none where there are too many.
+    /// The pairs whose clearance may be under the limit somewhere on the interval; `None` if there are too many.
     fn pairs_within(&mut self, limit_m: f64) -> Option<Vec<[usize; 2]>> {
         let Self { dragon, earlier, later, .. } = self;
         let drifts_m: Vec<f64> = (0..earlier.boards.len()).map(|bench| earlier.drift_m(later, dragon, bench)).collect();
@@ -196,7 +197,7 @@ impl<'a> ApproachSearch<'a> {
 }
 
 impl Dragon {
-    /// How two benches lie to each other with the head at a travel of the run.
+    /// Clearance of two benches, with its point and direction, with the head at a travel of the run.
     pub(crate) fn approach(&self, benches: [usize; 2], travel_m: f64) -> Approach {
         Moment::from(Pair { dragon: self, benches }.solve(travel_m)).approach
     }
@@ -243,8 +244,8 @@ impl Pair<'_> {
         self.halve(&middle, later, halvings - 1, limit_m, sink);
     }
 
-    /// Where the bound of the clearance first falls under the limit, on pieces as short as the resolution; `None` where it
-    /// does not. At most log₂ of their number of pieces are halved at a time.
+    /// Travel at the beginning of the first piece on which the bound on the clearance falls under the limit; `None` without
+    /// such a piece. A piece is at most `resolution_m` long. The recursion depth is at most log₂ of the number of pieces.
     fn violation_m(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution_m: f64) -> Option<f64> {
         if !self.may_look() || self.least_m(earlier, later) >= limit_m {
             return None;
@@ -257,7 +258,7 @@ impl Pair<'_> {
             .or_else(|| self.violation_m(&middle, later, limit_m, resolution_m))
     }
 
-    /// A bound that the clearance does not fall under on the way.
+    /// A lower bound on the clearance over the interval.
     fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
         let [first, second] = self.coverages(&earlier.pose, &later.pose);
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);

@@ -1,19 +1,20 @@
-//! How two benches on a coil move, seen from the one further ahead.
+//! Motion of two benches on a coil, relative to the front bench of the pair.
 //!
-//! **Terms.** On the spiral r = b·θ, take x, the angle θ of the front handle of the bench further ahead, for the parameter, and its
-//! direction for that of a turning frame. A link lies between the angles x and y = F(x), with δ = y − x < π.
+//! **Terms.** On the spiral r = b·θ, let x be the angle θ of the front handle of the pair's front bench. This x is the
+//! parameter of the motion, and its direction is that of a rotating frame. A link lies between the angles x and y = F(x), with
+//! δ = y − x < π.
 //!
-//! 1. A handle at the angle θ, with q = dθ/dx, has in this frame the radius b·θ and the angle θ − x. So its velocity is
-//!    (b·q, r·(q − 1)) and its acceleration (b·q' − r·(q − 1)², r·q' + 2b·q·(q − 1)), radially and across. What is needed is how
-//!    near q is to 1.
-//! 2. x² + y² − 2x·y·cos δ = (d/b)². Differentiated, with D = x·y·sin δ + y − x·cos δ, t = tan(δ/2) and z = 1/x + 1/y:
+//! 1. In this frame, a handle at the angle θ, with q = dθ/dx, has the radius r = b·θ and the angle θ − x. So its velocity is
+//!    (b·q, r·(q − 1)) and its acceleration (b·q' − r·(q − 1)², r·q' + 2b·q·(q − 1)), in radial and tangential components. The
+//!    bounds need the difference of q from 1.
+//! 2. x² + y² − 2x·y·cos δ = (d/b)². Its derivatives follow, with D = x·y·sin δ + y − x·cos δ, t = tan(δ/2) and z = 1/x + 1/y:
 //!    - f := 1 − F' = (x + y)·(1 − cos δ)/D, so 0 < f ≤ z·t;
 //!    - F'' = (f·(2·sin δ·(y + x·F') − x·y·cos δ·f) − f² − 2F'·(1 − cos δ))/D, so |F''| ≤ z²·t·(2 + t²)·(1 + z²).
-//! 3. As F' < 1, z and t are greatest at the later end of a motion.
-//! 4. While the dragon walks, F' > 0, and q is the product of the F' of the links ahead: 0 ≤ 1 − q ≤ Σ z·t, and |q'| ≤ Σ |F''|.
-//! 5. A bench's heading u turns by ψ in its own frame, the one in which its front handle only moves inward. There |ψ'| ≤ (sum of the
-//!    handles' speeds)/d and |u''| ≤ (sum of their accelerations)/d.
-//! 6. In the frame of x it turns by ψ'·q + q − 1, from which its rate and the rate of that follow.
+//! 3. Because F' < 1, z and t are greatest at the later end of a motion.
+//! 4. While the dragon walks, F' > 0. q is the product of the F' of the links ahead. So 0 ≤ 1 − q ≤ Σ z·t, and |q'| ≤ Σ |F''|.
+//! 5. The bench's own frame is the one in which its front handle only moves inward. In it, the bench's heading u turns by ψ,
+//!    with |ψ'| ≤ (sum of the handles' speeds)/d and |u''| ≤ (sum of their accelerations)/d.
+//! 6. In the frame of x, the heading turns at the rate ψ'·q + q − 1. Bounds on this rate and on its derivative follow.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -24,7 +25,8 @@ use super::pose::Pose;
 use crate::dragon::Dragon;
 
 impl PairMotion {
-    /// The motion of two benches from one pose to a later one, per radian of x, if all of it is on the coil of the route.
+    /// Bounds on the motion of two benches from one pose to a later one, per radian of x. `None` unless the whole motion is on
+    /// the coil of the route.
     pub(super) fn on_coil(dragon: &Dragon, [first, second]: [usize; 2], earlier: &Pose, later: &Pose) -> Option<Self> {
         let coil = dragon.route().coil()?;
         let b = coil.radius_per_radian_m;
@@ -50,7 +52,7 @@ impl PairMotion {
     }
 }
 
-/// Bounds on how a handle falls behind another one: 1 − q and |q'| (4). For a single link they are z·t and |F''| (2).
+/// Bounds on how far a handle lags another one: 1 − q and |q'| (4). For a single link they are z·t and |F''| (2).
 #[derive(Clone, Copy, Debug, Default)]
 struct Lag {
     lag: f64,
@@ -77,7 +79,7 @@ struct HandleMotion {
 }
 
 impl HandleMotion {
-    /// A handle at most `radius_m` from the centre that falls behind so (1).
+    /// The motion of a handle with this lag, at most `radius_m` from the centre (1).
     fn new(b: f64, radius_m: f64, Lag { lag, rate }: Lag) -> Self {
         let lag = lag.min(1.0);
         Self {
@@ -89,7 +91,8 @@ impl HandleMotion {
     }
 }
 
-/// A bench with its two handles seen from the pair's first bench, and its rear handle seen from its own (5, 6).
+/// Bounds for a bench. Both handles are relative to the pair's front bench; `own_rear` is the rear handle relative to the
+/// bench's own frame (5, 6).
 fn bench_motion(
     dragon: &Dragon,
     bench: usize,

@@ -1,35 +1,36 @@
-//! Which turns of a coil benches reach, and so which benches can touch at all.
+//! Bounds on the turns of a coil that a bench reaches. They rule out contacts of benches.
 //!
-//! **Terms.** The coil is the spiral r = b·θ with pitch p = 2π·b about its own centre, from which all distances are counted. The
-//! *excess* of a point near a bench is e = |x| − b·φ: how far outside its own turn the point lies. φ is its polar angle, counted
-//! on from those of the bench's handles. A bench has the link d, holes h from its ends and the width w. o is the distance from a
-//! hole to the corners around it. Its front handle A stands at the angle θ and the radius r, or further out; its rear handle is B.
-//! K is the curvature at θ, and K·d < 2. The perpendicular from the centre onto the link is q long. Seen from its foot, A lies τ
-//! ahead and B τ' behind.
+//! **Terms.** The coil is the spiral r = b·θ with pitch p = 2π·b about its own centre, from which all distances are measured.
+//! The *excess* of a point x near a bench is e = |x| − b·φ: its distance outside the bench's own turn. Here φ is the polar
+//! angle of x, counted continuously from the angles of the bench's handles. A bench has the link d, holes h from its ends and
+//! the width w. o is the distance from a hole to the corners around it. The front handle A is at the angle θ and the radius r,
+//! or further out; the rear handle is B. K is the curvature at θ, and K·d < 2. The perpendicular from the centre onto the link
+//! has the length q. Seen from its foot, A lies τ ahead and B τ' behind.
 //!
-//! 1. If two benches have a point in common, its two angles differ by a whole number m of turns, and so its two excesses by m·p.
+//! 1. If two benches have a common point, its two angles differ by a whole number m of turns. So its two excesses differ by
+//!    m·p.
 //! 2. The link's arc s is at least d and at most (2/K)·asin(K·d/2): see `run`.
-//! 3. τ + τ' = d, and τ'² − τ² = |B|² − |A|² = 2b·∫ θ/√(1 + θ²) ds, which is from 2b·d·θ/√(1 + θ²) to 2b·s. That bounds τ and
+//! 3. τ + τ' = d. τ'² − τ² = |B|² − |A|² = 2b·∫ θ/√(1 + θ²) ds, which is between 2b·d·θ/√(1 + θ²) and 2b·s. This bounds τ and
 //!    τ', and with q² = |A|² − τ² also q.
-//! 4. Across the board, away from the centre, e grows, and along it e is convex, if (q − w/2)² ≥ 2b·(τ' + h). For in the direction
-//!    ψ from the perpendicular, its derivatives are cos ψ ± (b/|x|)·sin ψ and (cos² ψ ± (2b/|x|)·cos ψ·sin ψ)/|x|.
-//! 5. So e is greatest at an outer corner. As e = 0 at the handles, it is there at most D(q, τ) + b·asin(o/r) or D(q, τ'), with
-//!    D(q, τ) = |(q + w/2, τ + h)| − |(q, τ)|. D falls with q, grows with τ if h·q ≥ τ·w/2, and is never over o.
-//! 6. And e is least on the inner edge: (q − w/2)/cos ψ − b·ψ − |A| − b·atan(τ/q) ≥
-//!    −(w/2 + (|A| − q) + b·atan(τ/q) + b²/(2q − w)).
-//! 7. The angles of a board are those of its handles, give or take asin(o/r).
-//! 8. A link turns by at least d/√(b² + |B|²). A body bench whose link turns by more than 2·asin(o/r) keeps the benches before and
-//!    behind it apart: the bench behind has the larger angles (7), so m ≥ 1 (1).
-//! 9. The bench behind it then stands at r + p − b·(s/r + 2·asin(o/r)) or further out.
-//! 10. Bounds 2 to 9 hold the better, the further out the front handle stands.
-//! 11. On a way out, A is the rear handle and B the front one, and 2 to 10 hold. Counted from its own half turn, a bench there and
-//!     one on the way in have angles that differ by an odd number of half turns at a common point, and excesses that differ by p/2
-//!     or more, either way round.
-//! 12. All other benches have at least a part of their link's arc between the two ways, within the circle of radius R. If K·d < 2
-//!     there, both their handles have |x|² ≤ R² + p·d/2, as in 3; in any case they have |x| ≤ R + 2·d. No point of these benches
-//!     is further out than that and o.
-//! 13. Boards within a clearance c of each other have a point in common once each is grown by c/2 on every side. So the same bounds
-//!     rule out clearances of c and less, with h + c/2 and w + c in place of h and w.
+//! 4. If (q − w/2)² ≥ 2b·(τ' + h), e grows across the board, away from the centre, and e is convex along the board. Proof: in
+//!    the direction ψ from the perpendicular, its first derivative across is cos ψ ± (b/|x|)·sin ψ, and its second derivative
+//!    along is (cos² ψ ± (2b/|x|)·cos ψ·sin ψ)/|x|.
+//! 5. So e is greatest at an outer corner. Because e = 0 at the handles, it is there at most D(q, τ) + b·asin(o/r) or D(q, τ'),
+//!    with D(q, τ) = |(q + w/2, τ + h)| − |(q, τ)|. D falls with q, grows with τ if h·q ≥ τ·w/2, and never exceeds o.
+//! 6. e is least on the inner edge: (q − w/2)/cos ψ − b·ψ − |A| − b·atan(τ/q) ≥ −(w/2 + (|A| − q) + b·atan(τ/q) + b²/(2q − w)).
+//! 7. The angles of a board are at most asin(o/r) outside the angles of its handles, on either side.
+//! 8. A link turns by at least d/√(b² + |B|²). A body bench whose link turns by more than 2·asin(o/r) keeps the benches before
+//!    and behind it apart: the bench behind has the larger angles (7), so m ≥ 1 (1).
+//! 9. So a bench behind that touches is at the radius r + p − b·(s/r + 2·asin(o/r)), or further out.
+//! 10. Bounds 2 to 9 that hold at one radius of the front handle also hold at every larger radius.
+//! 11. On a way out, A is the rear handle and B the front handle, and 2 to 10 hold. Angles there are counted from the way out's
+//!     own axis, half a turn from that of the coil. At a common point, a bench there and a bench on the way in have angles that
+//!     differ by an odd number of half turns. So their excesses differ by p/2 or more, in either direction.
+//! 12. All other benches have at least a part of their link's arc between the two ways, within the circle of radius R. If
+//!     K·d < 2 there, both their handles have |x|² ≤ R² + p·d/2, as in 3. In any case they have |x| ≤ R + 2·d. No point of
+//!     these benches is further out than that bound plus o.
+//! 13. Boards within a clearance c of each other have a common point once each is grown by c/2 on every side. So the same
+//!     bounds rule out clearances up to c, with h + c/2 and w + c in place of h and w.
 
 use std::f64::consts::TAU;
 
@@ -38,22 +39,22 @@ use crate::dragon::dimensions::Dimensions;
 use crate::numerics::turning_point;
 use crate::route::Coil;
 
-/// Width to which [`CoilReach::clear_from`] is known, in radians: less than 1 mm on most spirals.
+/// Tolerance of [`CoilReach::clear_from`], in radians: less than 1 mm on most spirals.
 const ANGLE_TOLERANCE: f64 = 1e-4;
 
-/// The benches of a dragon on the coil of its route.
+/// Bounds for the benches of a dragon on the coil of its route.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoilReach {
     pub(super) coil: Coil,
-    /// Of the boards, grown by half of the clearance on every side (13).
+    /// Dimensions of the boards, grown by half of the clearance on every side (13).
     dimensions: Dimensions,
     /// A bound on |curvature| between the way in and the way out.
     turn_curvature: f64,
 }
 
 impl CoilReach {
-    /// The reach of a dragon whose route has a coil, for benches within `clearance_m` of each other: to *touch* means that,
-    /// in all that follows.
+    /// The bounds for a dragon whose route has a coil. In all that follows, benches *touch* if they are within `clearance_m` of
+    /// each other.
     pub(super) fn of(dragon: &Dragon, clearance_m: f64) -> Option<Self> {
         dragon.route().coil().map(|coil| {
             let turn_end = coil.way_out.map_or(coil.end, |way_out| way_out.begin);
@@ -62,8 +63,8 @@ impl CoilReach {
         })
     }
 
-    /// The greatest number of turns out at which `bench` may touch another one behind it, with its front handle at
-    /// `angle` or further out; none where the bounds do not hold. Zero rules out all of these contacts (1, 8, 9).
+    /// The largest number of turns between `bench`, with its front handle at `angle` or further out, and a bench behind that it
+    /// may touch. `None` if the bounds do not hold. Zero rules out all of these contacts (1, 8, 9).
     pub(super) fn turns(&self, bench: usize, angle: f64) -> Option<f64> {
         let b = self.coil.radius_per_radian_m;
         let ahead = self.stand(bench, angle)?;
@@ -75,21 +76,22 @@ impl CoilReach {
         self.keeps_apart(angle).then(|| (reach_m / (TAU * b)).floor())
     }
 
-    /// By how much the angles of a board may exceed those of its handles at `angle` or further out (7).
+    /// Bound on the angle by which a board extends beyond its handles at `angle` or further out (7).
     pub(super) fn overhang_angle(&self, angle: f64) -> f64 {
         (self.dimensions.overhang_m() / (self.coil.radius_per_radian_m * angle)).min(1.0).asin()
     }
 
-    /// An angle such that no two benches touch with the head there or further out; none above `highest`.
+    /// An angle, at most `highest`, such that no two benches touch with the head there or further out; `None` if the bounds
+    /// prove none.
     ///
-    /// It is the least such angle that the bounds yield, to [`ANGLE_TOLERANCE`].
+    /// It is the smallest such angle that the bounds prove, to [`ANGLE_TOLERANCE`].
     pub(super) fn clear_from(&self, highest: f64) -> Option<f64> {
         let clear = |angle| [0, 1].iter().all(|&bench| self.turns(bench, angle) == Some(0.0));
         clear(highest).then(|| turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear).1)
     }
 
-    /// A parameter on the way out such that no bench touches one behind it, with its rear handle there or further on; none
-    /// beyond `highest`. Found as [`clear_from`](Self::clear_from) is.
+    /// A parameter on the way out, at most `highest`; `None` if the bounds prove none. No bench with its rear handle there or
+    /// further on touches a bench behind it. The search is that of [`clear_from`](Self::clear_from).
     pub(super) fn clear_out_from(&self, highest: f64) -> Option<f64> {
         let way_out = self.coil.way_out?;
         let clear = |angle| [0, 1].iter().all(|&bench| self.is_clear_out(bench, angle) == Some(true));
@@ -98,7 +100,7 @@ impl CoilReach {
         Some(way_out.begin + (angle - self.coil.end_angle))
     }
 
-    /// Whether `bench` touches none behind it, with its rear handle at `angle` on the way out (11, 12).
+    /// Whether `bench`, with its rear handle at `angle` on the way out, touches no bench behind it (11, 12).
     fn is_clear_out(&self, bench: usize, angle: f64) -> Option<bool> {
         let (b, end_angle) = (self.coil.radius_per_radian_m, self.coil.end_angle);
         let (ours, theirs) = (self.stand(bench, angle)?, self.stand(1, end_angle)?);
@@ -109,8 +111,8 @@ impl CoilReach {
         Some(passes_turn && same_way_m < TAU * b && other_way_m < 0.5 * TAU * b)
     }
 
-    /// Distance from the centre that no bench reaches whose handles are not both on one of the two ways (12); none without a
-    /// way out.
+    /// Bound on the distance from the centre to any point of a bench whose handles are not both on the same way (12); `None`
+    /// without a way out.
     fn turn_reach_m(&self) -> Option<f64> {
         let b = self.coil.radius_per_radian_m;
         let (radius_m, link_m) = (self.coil.way_out?.turn_radius_m, self.dimensions.link_m(1));
@@ -120,14 +122,14 @@ impl CoilReach {
         Some(furthest_m + self.dimensions.overhang_m())
     }
 
-    /// A parameter on the way in such that benches behind it keep further than `distance_m` from the centre.
+    /// A parameter on the way in such that all benches behind it stay further than `distance_m` from the centre.
     pub(super) fn beyond(&self, distance_m: f64) -> Option<f64> {
         let body = self.stand(1, self.coil.end_angle)?;
         let angle = (distance_m + body.inward_m) / self.coil.radius_per_radian_m;
         Some(self.coil.parameter(angle.max(self.coil.end_angle) + self.overhang_angle(self.coil.end_angle)))
     }
 
-    /// Bounds for a bench with its front handle at `angle` or further out, where they hold (2 to 6).
+    /// Bounds for a bench with its front handle at `angle` or further out; `None` if they do not hold (2 to 6).
     fn stand(&self, bench: usize, angle: f64) -> Option<Stand> {
         let b = self.coil.radius_per_radian_m;
         let (link_m, hole_m) = (self.dimensions.link_m(bench), self.dimensions.hole_offset_m());
@@ -165,8 +167,8 @@ impl CoilReach {
         })
     }
 
-    /// Whether two benches with one between them have no angle in common, with the front handle of the latter at `angle` or
-    /// further out (8); and whether the angles of a board's corners grow with those of its handles, which they do where θ +
+    /// Whether two benches with one between them have no common angle, with the front handle of the rear bench at `angle` or
+    /// further out (8). It also checks that the angles of a board's corners grow with those of its handles. They do where θ +
     /// asin(o/(b·θ)) grows.
     fn keeps_apart(&self, angle: f64) -> bool {
         let b = self.coil.radius_per_radian_m;
@@ -180,11 +182,11 @@ impl CoilReach {
 
 /// Bounds for a bench on the coil.
 struct Stand {
-    /// Angle between its handles, at most.
+    /// Upper bound on the angle between the handles.
     turn: f64,
-    /// Excess of its board, at most.
+    /// Upper bound on the excess of the board.
     outward_m: f64,
-    /// The same inward.
+    /// Upper bound on the negative excess of the board.
     inward_m: f64,
 }
 
@@ -201,7 +203,7 @@ mod tests {
 
     const BENCHES: usize = 40;
 
-    /// A dragon on a spiral, and its handles somewhere on its run.
+    /// A dragon on a spiral, and its handles at a travel of its run.
     fn standing_dragons() -> impl Strategy<Value = (Dragon, Vec<Handle>)> {
         let benches = (1.0..4.0_f64, 1.0..3.0_f64, 0.05..0.5_f64, 0.0..0.45_f64);
         let spirals = (1.05..6.0_f64, 1.0..12.0_f64);
@@ -215,14 +217,14 @@ mod tests {
         })
     }
 
-    /// Points all around a board.
+    /// Points along all edges of a board.
     fn edge(board: &Board) -> impl Iterator<Item = DVec2> {
         let corners = board.corners();
         let side = move |k: usize| (0..=50).map(move |i| corners[k].lerp(corners[(k + 1) % 4], f64::from(i) / 50.0));
         (0..4).flat_map(side)
     }
 
-    /// A point's angle, counted on from that of a handle.
+    /// Polar angle of a point, counted continuously from the angle of a handle.
     fn angle_at(handle: &Handle, point: DVec2) -> f64 {
         handle.position.angle_to(point) - handle.parameter
     }
@@ -231,7 +233,7 @@ mod tests {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
         #[test]
-        fn boards_keep_to_their_turn_as_the_bounds_say((dragon, handles) in standing_dragons()) {
+        fn boards_stay_within_the_bounds_on_their_excess((dragon, handles) in standing_dragons()) {
             let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
             for bench in 0..BENCHES {
                 let (front, rear) = (&handles[bench], &handles[bench + 1]);
@@ -246,7 +248,7 @@ mod tests {
         }
 
         #[test]
-        fn benches_on_the_way_out_are_clear_where_the_bounds_say(
+        fn benches_on_the_way_out_do_not_touch_where_the_bounds_rule_it_out(
             lengths in (1.0..3.0_f64, 1.0..3.0_f64, 0.1..0.4_f64, 0.0..0.3_f64),
             turn in (0.6..2.5_f64, 3.0..9.0_f64, 0.5..2.0_f64),
             part in 0.0..1.0_f64,
@@ -273,7 +275,7 @@ mod tests {
         }
 
         #[test]
-        fn benches_with_one_between_them_have_no_angle_in_common((dragon, handles) in standing_dragons()) {
+        fn benches_with_one_between_them_have_no_common_angle((dragon, handles) in standing_dragons()) {
             let reach = CoilReach::of(&dragon, 0.0).expect("a spiral is a coil");
             prop_assume!(reach.keeps_apart(-handles[0].parameter));
             let angles = |bench: usize| {

@@ -1,38 +1,38 @@
-//! Changes of a pair between apart and in touch, or within whatever clearance a search is for.
+//! Contacts of two boards. A search may also treat a given clearance as contact.
 
 use std::cmp::Ordering;
 
 use glam::DVec2;
 
-/// Two boards touch, or come within the clearance that was searched for.
+/// A contact: two boards touch, or come within the clearance of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Travel of the head.
     pub travel_m: f64,
-    /// Lower index first; not neighbours.
+    /// Indices of two benches that are not neighbours, the lower one first.
     pub benches: [usize; 2],
-    /// Where they touch; midway between their nearest points if they are apart.
+    /// Point of contact; the midpoint between the nearest points if the boards are apart.
     pub point: DVec2,
 }
 
-/// A change between apart and in touch.
+/// Beginning or end of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairEvent {
-    /// A pair that was apart touches.
+    /// A pair that was apart touches from here on.
     Touch(Contact),
-    /// A pair that was in touch is apart from here on.
+    /// A pair that touched is apart from here on.
     Part(Contact),
 }
 
 impl PairEvent {
-    /// Where and when.
+    /// Travel, benches and point of the event.
     pub fn contact(&self) -> &Contact {
         match self {
             Self::Touch(contact) | Self::Part(contact) => contact,
         }
     }
 
-    /// By travel, then by benches.
+    /// Orders by travel, then by benches.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         let (ours, theirs) = (self.contact(), other.contact());
         ours.travel_m.total_cmp(&theirs.travel_m).then(ours.benches.cmp(&theirs.benches))

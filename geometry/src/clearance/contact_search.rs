@@ -1,4 +1,4 @@
-//! When boards touch, or come within a clearance, over a whole run or from one frame to the next.
+//! Searches for contacts, or for pairs within a clearance, over a whole run or from one frame to the next.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -14,19 +14,19 @@ use crate::dragon::board::Board;
 use crate::dragon::meter::Spent;
 use crate::dragon::{Dimensions, Dragon};
 
-/// Longest way looked at as one, in lengths of the shorter link: longer ones would be halved anyway.
+/// Longest interval evaluated as a whole, in lengths of the shorter link. Longer intervals would be bisected anyway.
 const STRIDE_LINKS: f64 = 0.25;
 
-/// The first contact with the head between two travels, as [`ContactSearch::first`] finds it.
+/// Finds the first contact with the head between two travels by [`ContactSearch::first`].
 ///
 /// # Errors
-/// As [`ContactSearch::first`].
+/// The errors of [`ContactSearch::first`].
 pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> Result<Option<Contact>, Spent> {
     ContactSearch::new(dragon).first(from_travel_m, to_travel_m)
 }
 
-/// The first travel between two at which the clearance of some pair falls to `clearance_m`, as [`ContactSearch::first`]
-/// finds it: [`first_contact`] with a clearance of 0.
+/// Finds the first travel between two travels at which the clearance of some pair falls to `clearance_m`, by
+/// [`ContactSearch::first`]. With a clearance of 0 it is [`first_contact`].
 ///
 /// ```
 /// use std::sync::Arc;
@@ -34,16 +34,16 @@ pub fn first_contact(dragon: &Dragon, from_travel_m: f64, to_travel_m: f64) -> R
 ///
 /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
 /// let dragon = Dragon::new(paper, Arc::new(Route::spiral(0.55, 16.0)?))?;
-/// let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m())?.expect("the dragon comes to touch itself");
+/// let near = first_within(&dragon, 0.05, 0.0, dragon.end_travel_m())?.expect("the dragon touches itself");
 /// assert!(near.travel_m < 412.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// As [`ContactSearch::first`].
+/// The errors of [`ContactSearch::first`].
 ///
 /// # Panics
-/// With a clearance that is negative or not finite.
+/// Panics for a clearance that is negative or not finite.
 pub fn first_within(
     dragon: &Dragon,
     clearance_m: f64,
@@ -53,33 +53,33 @@ pub fn first_within(
     ContactSearch::within(dragon, clearance_m).first(from_travel_m, to_travel_m)
 }
 
-/// What a sweep has found.
+/// The result of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
-    /// The changes of pairs, in order.
+    /// The beginnings and ends of contacts, in order.
     pub events: &'a [PairEvent],
-    /// Travel up to which they are all; the sweep's end, unless the work for it was too much.
+    /// Travel up to which `events` is complete. It is the end of the sweep, unless the work reached its limit.
     pub reached_m: f64,
 }
 
-/// Searches a dragon's run for contacts, or for pairs that come within a clearance: to *touch* means either here. Keeps its
-/// buffers and its last pose: sweeps that follow on each other solve one chain each as long as nothing is near.
+/// Searches a dragon's run for contacts, or for pairs within a clearance. Here, *touch* means either. The search reuses its
+/// buffers and its last pose. While no pair is near, each of several consecutive sweeps solves one chain.
 #[derive(Clone, Debug)]
 pub struct ContactSearch {
     dragon: Dragon,
-    /// Boards this near to each other touch.
+    /// Largest clearance that counts as contact.
     clearance_m: f64,
     reach: Option<CoilReach>,
-    /// Travel before which no two benches touch, for the bounds of the coil say so.
+    /// Travel before which no two benches touch, by the bounds of the coil.
     clear_to_m: f64,
-    /// Parameter of handle 2 from which on the first two benches touch none, for the bounds of the way out say so.
+    /// Parameter of handle 2 from which the first two benches touch no other bench, by the bounds of the way out.
     clear_from: f64,
     earlier: Pose,
     later: Pose,
-    /// Parameters of the handles where [`first`](Self::first) began, as long as some handle stands where none before it
-    /// was seen.
+    /// Parameters of the handles at the start of [`first`](Self::first). Empty once every body handle has reached the start
+    /// position of the handle before it.
     beginning: Vec<f64>,
-    /// Where the last such search ended without a contact, if `earlier` still is there.
+    /// Travel at which the last such search ended without a contact, if `earlier` is still at that travel.
     searched_to_m: Option<f64>,
     near: ClearanceSearch,
     pairs: Vec<[usize; 2]>,
@@ -92,10 +92,10 @@ impl ContactSearch {
         Self::within(dragon, 0.0)
     }
 
-    /// A search for pairs whose clearance is `clearance_m` or less.
+    /// A search for pairs with a clearance of at most `clearance_m`.
     ///
     /// # Panics
-    /// With a clearance that is negative or not finite.
+    /// Panics for a clearance that is negative or not finite.
     pub fn within(dragon: &Dragon, clearance_m: f64) -> Self {
         assert!(clearance_m >= 0.0 && clearance_m.is_finite(), "a search for a clearance of {clearance_m} m");
         let reach = CoilReach::of(dragon, clearance_m);
@@ -115,17 +115,17 @@ impl ContactSearch {
         }
     }
 
-    /// The first travel between two at which some pair touches, to 10⁻¹¹ m; what lies outside the run is left out.
+    /// Finds the first travel between two travels at which some pair touches, to 10⁻¹¹ m. Travels outside the run are ignored.
     ///
-    /// The chain behind a handle is a function of that handle's parameter, and body links are alike. So once every handle
-    /// has come to where the one before it stood at the beginning, any pair lies where the pair one bench further ahead
-    /// has lain before, and only pairs with one of the first two benches are looked at. They alone are looked at from
-    /// the beginning where the bounds of the coil rule out all contacts there, and on from where the last search ended;
-    /// and only until those bounds rule out all contacts of these two.
+    /// The chain behind a handle is a function of that handle's parameter, and body links are alike. Pairs repeat after every
+    /// body handle has reached the start position of the handle before it: each pair takes an earlier position of the pair one
+    /// bench further ahead. From then on, only pairs with one of the first two benches are evaluated. If the bounds of the coil
+    /// rule out all contacts up to the beginning, only these pairs are evaluated from the beginning. A search that starts where
+    /// the last one ended continues it. The search ends as soon as the bounds rule out all contacts of these two benches.
     ///
     /// # Errors
-    /// The dragon's meter is spent before the search is finished, or so many pairs are near each other that they cannot be
-    /// followed. No benches touch up to the travel that was reached.
+    /// The dragon's meter is spent before the search is finished, or too many pairs are near each other. No benches touch up to
+    /// the travel in the error.
     pub fn first(&mut self, from_travel_m: f64, to_travel_m: f64) -> Result<Option<Contact>, Spent> {
         let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else { return Ok(None) };
         let from_m = from_m.max(self.clear_to_m);
@@ -161,7 +161,7 @@ impl ContactSearch {
         Ok(None)
     }
 
-    /// Places the dragon where a search begins. If a pair touches there, that is the search's end.
+    /// Places the dragon at the beginning of a search. Returns the contact of a pair that touches there, which ends the search.
     fn begin(&mut self, from_m: f64) -> Option<Contact> {
         self.beginning.clear();
         if from_m == self.clear_to_m {
@@ -177,13 +177,14 @@ impl ContactSearch {
         None
     }
 
-    /// Every change of a pair between two travels, in order, each to 10⁻¹¹ m; what lies outside the run is left out.
+    /// Finds all beginnings and ends of contacts between two travels, in order, each to 10⁻¹¹ m. Travels outside the run are
+    /// ignored.
     ///
-    /// A pair touches where its clearance comes down to the one searched for, and parts where it comes up from there; whether
-    /// it is in touch at `from_travel_m` is for the caller to know. Allocates nothing when no pair is near and the search has
-    /// swept before.
+    /// A contact begins where the clearance of a pair falls to the searched clearance, and ends where it rises from there. A
+    /// pair that touches already at `from_travel_m` has no beginning in the result. After its first sweep, the search allocates
+    /// nothing while no pair is near.
     ///
-    /// Where the dragon's meter is spent on the way, the sweep ends with the stride before, as [`Sweep::reached_m`] says.
+    /// If the dragon's meter is spent, the sweep ends with the last finished stride, which [`Sweep::reached_m`] reports.
     pub fn sweep(&mut self, from_travel_m: f64, to_travel_m: f64) -> Sweep<'_> {
         self.events.clear();
         let Some((from_m, to_m)) = self.within_run(from_travel_m, to_travel_m) else {
@@ -205,7 +206,7 @@ impl ContactSearch {
         Sweep { events: &self.events, reached_m }
     }
 
-    /// Takes note of all changes of the collected pairs on a stride. Whether the work for it was allowed.
+    /// Records the events of the collected pairs on a stride. Returns whether the meter's limit allowed it.
     fn follow_pairs(&mut self) -> bool {
         let Self { dragon, clearance_m, earlier, later, pairs, events, .. } = self;
         for &benches in &*pairs {
@@ -226,7 +227,7 @@ impl ContactSearch {
         (from_m <= to_m).then_some((from_m, to_m))
     }
 
-    /// Places the whole dragon, unless it stands there already.
+    /// Places the whole dragon, unless it is already at this travel.
     fn place(&mut self, travel_m: f64) {
         self.searched_to_m = None;
         if !self.earlier.is_at(travel_m) {
@@ -235,7 +236,7 @@ impl ContactSearch {
         self.earlier.extend_to(&self.dragon, usize::MAX);
     }
 
-    /// Places the head of `later` at the end of the next way, at most at `to_m`.
+    /// Places the head of `later` at the end of the next stride, at most at `to_m`.
     fn stride(&mut self, to_m: f64) {
         let dimensions = self.dragon.dimensions();
         let stride_m = STRIDE_LINKS * dimensions.link_m(0).min(dimensions.link_m(1));
@@ -246,7 +247,7 @@ impl ContactSearch {
         std::mem::swap(&mut self.earlier, &mut self.later);
     }
 
-    /// Whether each body handle has come to where the one before it stood at the beginning.
+    /// Whether each body handle has reached the start position of the handle before it.
     fn repeats(&mut self) -> bool {
         let body = self.earlier.handles.iter().skip(2);
         if body.zip(self.beginning.iter().skip(1)).all(|(handle, &parameter)| handle.parameter >= parameter) {
@@ -255,13 +256,13 @@ impl ContactSearch {
         self.beginning.is_empty()
     }
 
-    /// Whether the first two benches touch none from here on.
+    /// Whether the first two benches touch no other bench from here on.
     fn is_clear_from_here(&mut self) -> bool {
         self.earlier.extend_to(&self.dragon, 2);
         self.earlier.handles[2].parameter >= self.clear_from
     }
 
-    /// Collects all pairs that could be in touch somewhere on the way. Whether there were not too many for that.
+    /// Collects all pairs that may touch on the stride. Returns false if there are too many.
     fn collect_pairs(&mut self) -> bool {
         self.later.extend_to(&self.dragon, usize::MAX);
         let furthest_m = (0..self.earlier.boards.len()).map(|bench| self.drift_m(bench)).fold(0.0, f64::max);
@@ -272,7 +273,7 @@ impl ContactSearch {
         self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m)
     }
 
-    /// The same for pairs with the head or the bench behind it.
+    /// Collects the pairs of a leading bench that may touch on the stride.
     fn collect_leading_pairs(&mut self) {
         self.pairs.clear();
         self.extend_within_reach(Dimensions::LEADING);
@@ -290,7 +291,7 @@ impl ContactSearch {
         }
     }
 
-    /// Puts up benches at both ends of the way until none of the rest can touch the first `leading` ones.
+    /// Places benches at both ends of the stride until none of the rest can touch the first `leading` ones.
     fn extend_within_reach(&mut self, leading: usize) {
         let Self { dragon, clearance_m, reach, earlier, later, .. } = self;
         earlier.extend_to(dragon, leading);
@@ -314,7 +315,7 @@ impl ContactSearch {
         self.earlier.drift_m(&self.later, &self.dragon, bench)
     }
 
-    /// The first touch of any of the collected pairs.
+    /// The first contact of the collected pairs on the stride.
     fn earliest_touch(&self) -> Option<Contact> {
         let touch = |&benches: &[usize; 2]| {
             let (dragon, clearance_m) = (&self.dragon, self.clearance_m);
@@ -326,7 +327,7 @@ impl ContactSearch {
     }
 }
 
-/// Distance from a point to the board's furthest point.
+/// Distance from a point to the furthest point of a board.
 fn furthest_m(board: &Board, from: DVec2) -> f64 {
     board.corners().into_iter().map(|corner| corner.distance(from)).fold(0.0, f64::max)
 }

@@ -1,14 +1,14 @@
-//! What a board may cover on the way from one travel to a later one.
+//! The area that a board may cover between two travels.
 //!
-//! Both ends of the way are known exactly, and how its link moves in between is bounded (see `link_motion`, whose words
-//! are used here). From that follow two bounds, ℓ being the arc that the front handle walks on the whole way:
+//! The board is known exactly at both ends of the interval. The motion of its link in between is bounded (see `link_motion` for
+//! the terms). Let ℓ be the arc that the front handle walks on the interval. Two bounds follow:
 //!
-//! - a corner is a handle plus a vector of length ρ fixed to the board, |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A,
-//!   so it stays within A·ℓ²/8 of the segment between its ends, and the board within as much of the hull of its two
-//!   ends;
-//! - a fixed point x, seen from the board's centre m, has the coordinates u·(x − m) and u⊥·(x − m), whose second
-//!   derivatives are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E, so a point E·ℓ²/8 deep in the board at both ends
-//!   is in it all the way.
+//! - A corner is a handle plus a vector of length ρ fixed to the board: |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A. So the
+//!   corner stays within A·ℓ²/8 of the straight line between its ends. The board stays within the same distance of the convex
+//!   hull of its two ends.
+//! - Relative to the board's centre m, a fixed point x has the coordinates u·(x − m) and u⊥·(x − m). Their second derivatives
+//!   are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E. So a point that is E·ℓ²/8 deep in the board at both ends is in the
+//!   board on the whole interval.
 
 use glam::DVec2;
 
@@ -17,27 +17,29 @@ use super::pose::BenchPose;
 use crate::dragon::Dragon;
 use crate::dragon::board::Board;
 
-/// The way of one board.
+/// The motion of one board over an interval.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BoardCoverage {
     ends: [Board; 2],
-    /// The corners at the first end, then those at the second.
+    /// The corners at the first end, then those at the second end.
     corners: [DVec2; 8],
-    /// How far a corner may leave the segment between its ends; infinite if the way is too long to tell.
+    /// Largest distance of a corner from the straight line between its ends; infinite if the interval is too long for the
+    /// bound.
     bulge_m: f64,
-    /// How deep a point must be in the board at both ends to be in it all the way; infinite as well.
+    /// Depth at both ends that keeps a point in the board on the whole interval; infinite if the interval is too long for the
+    /// bound.
     skin_m: f64,
-    /// How far a point of the board may get from where it is at either end.
+    /// Largest distance of a point of the board from its position at either end.
     drift_m: f64,
 }
 
 impl BoardCoverage {
-    /// The way of a bench from one pose to a later one.
+    /// The motion of a bench's board from one pose to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;
         let motion = LinkMotion::new(dragon, bench, earlier, later);
         let drift_m = drift_m(dragon, bench, earlier.walks_m(later));
-        // A, and E for a point at most so far from the board's centre.
+        // A, and E for a point at most `distance_m` from the board's centre.
         let corner = motion.acceleration + dragon.dimensions().overhang_m() * motion.turn_rate;
         let distance_m = earlier.board.radius_m() + drift_m;
         let fixed_point = motion.acceleration + 2.0 * motion.turn * motion.ratio + distance_m * motion.turn_rate;
@@ -51,23 +53,24 @@ impl BoardCoverage {
         }
     }
 
-    /// A bound that the clearance of two boards does not fall under on their ways, from what it is at both ends: it changes
-    /// by at most as much as they move, and what they move towards the one end is left for the other.
+    /// A lower bound on the clearance of two boards over the interval, from their clearances at both ends. The clearance
+    /// changes by at most the sum of the boards' displacements. The displacements from the two ends add up to at most the drift
+    /// of each board.
     pub(super) fn least_between_m(&self, other: &Self, clearances_m: [f64; 2]) -> f64 {
         0.5 * (clearances_m[0] + clearances_m[1] - (self.drift_m + other.drift_m))
     }
 
-    /// The least gap in this direction, from this board to the other, at whatever point of its way each is: a bound that
-    /// their clearance does not fall under.
+    /// The least gap from this board to the other one in a direction, with each board anywhere in its motion. It is a lower
+    /// bound on the clearance.
     pub(super) fn gap_m(&self, other: &Self, direction: DVec2) -> f64 {
         let near = self.corners.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
         let far = other.corners.iter().map(|corner| corner.dot(direction)).fold(f64::INFINITY, f64::min);
         far - near - (self.bulge_m + other.bulge_m)
     }
 
-    /// Whether boards that are `depth_m` within a clearance of each other at one end of their ways, with a clearance of 0
-    /// overlap so deep, are so at whatever point of its way each is: because they cannot move that far, or because one holds
-    /// a corner of the other.
+    /// Whether two boards stay within a clearance with each board anywhere in its motion. At one end they are within it by
+    /// `depth_m`; for a clearance of 0, that is the depth of the overlap. They stay if they cannot move that far, or if one
+    /// board always contains a corner of the other.
     pub(super) fn stays_touching(&self, other: &Self, depth_m: f64) -> bool {
         depth_m > self.drift_m + other.drift_m || self.holds_a_corner(other) || other.holds_a_corner(self)
     }
@@ -79,11 +82,11 @@ impl BoardCoverage {
     }
 }
 
-/// How far a point of a bench's board may get from where it is at either end of a way on which its handles walk these arcs.
+/// Bound on the distance of any point of a bench's board from its position at either end of an interval. `front_m` and `rear_m`
+/// are the arcs that its handles walk on it.
 ///
-/// The handles get no further than the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the
-/// board, and the heading changes by at most the two arcs over d. Of all points of a rigid board a corner moves
-/// furthest.
+/// The handles move at most by the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the board, and
+/// the heading changes by at most the sum of the arcs divided by d. Of all points of a rigid board, a corner moves furthest.
 pub(super) fn drift_m(dragon: &Dragon, bench: usize, [front_m, rear_m]: [f64; 2]) -> f64 {
     let turn = (front_m + rear_m) / dragon.dimensions().link_m(bench);
     front_m.max(rear_m) + dragon.dimensions().overhang_m() * turn

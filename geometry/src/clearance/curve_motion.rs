@@ -1,10 +1,10 @@
-//! How two benches on any route move, per metre that the front handle of the one further ahead walks.
+//! Motion of two benches on any route, per metre that the front handle of the pair's front bench walks.
 //!
-//! How each link between them moves is bounded (see `link_motion`, whose words are used here). With v the speed of a link's
-//! front handle, its rear handle has the speed g·v, which changes by at most |g'|·v² + g·|v'|, and g is at most what it is
-//! at an end of the way, give or take |g'| times half of what the front handle walks. So the bounds add up from link to
-//! link. A handle's acceleration is at most |v'| along its tangent and K·v² across it; the tangent makes an angle with the
-//! link whose sine is bounded too, and what both handles' accelerations are across the link turns it.
+//! The motion of each link between them is bounded (see `link_motion` for the terms). Let v be the speed of a link's front
+//! handle. Its rear handle has the speed g·v, which changes by at most |g'|·v² + g·|v'|. The bound on g is its larger value at
+//! the ends of the interval, plus |g'| times half of the front handle's arc. So the bounds accumulate from link to link. A
+//! handle's acceleration is at most |v'| along its tangent and K·v² across it. The sine of the tangent's angle with the link is
+//! bounded too. The components of both handles' accelerations across the link turn it.
 
 use super::link_motion::LinkMotion;
 use super::pair_motion::{BenchMotion, PairMotion};
@@ -12,7 +12,7 @@ use super::pose::Pose;
 use crate::dragon::Dragon;
 
 impl PairMotion {
-    /// The motion of two benches from one pose to a later one, on any route.
+    /// Bounds on the motion of two benches from one pose to a later one, on any route.
     pub(super) fn along_curve(dragon: &Dragon, [first, second]: [usize; 2], earlier: &Pose, later: &Pose) -> Self {
         let mut front = HandleMotion { speed: 1.0, speed_rate: 0.0 };
         let mut benches = [BenchMotion::default(); 2];

@@ -1,13 +1,13 @@
-//! One pair of benches on its way from one travel to a later one: when it comes within a clearance, and when it leaves it.
-//! A pair within it is called *in touch* here; with a clearance of 0 it is.
+//! Follows one pair of benches over an interval of travel, and finds when it comes within a clearance and when it leaves it.
+//! Here, a pair *touches* if it is within the clearance, which may be 0.
 //!
-//! The pair's poses at the two ends are known, and what its boards may cover in between: if that proves that the pair
-//! stays apart, or stays in touch, it is done, else the way is halved. So no contact can be stepped over, however
-//! short, and a near miss costs a few halvings. What is left is ways too short to matter; the pair touches or parts on
-//! those at whose ends its state differs.
+//! The pair's poses at both ends of an interval are known, and the areas that its boards may cover in between. If they prove
+//! that the pair stays apart, or keeps touching, the interval is done. Otherwise it is bisected. So no contact is missed,
+//! however short, and a near miss costs a few bisections. Intervals too short to matter remain. The pair begins or ceases to
+//! touch on those whose two ends differ.
 //!
-//! The search ends even where boards slide along each other, for a way of some 10⁻⁶ m is settled by `pair_motion`: its
-//! bounds are of second order, and what they bound by rounding counts as nothing.
+//! The search ends even where boards slide along each other, because `pair_motion` settles intervals of about 10⁻⁶ m. Its
+//! bounds are of second order, and it ignores bounds below rounding.
 
 use std::ops::ControlFlow;
 
@@ -20,29 +20,30 @@ use super::pose::Pose;
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 
-/// Travel to which a touch or a parting is known, in metres: the rounding of a chain is some 10⁻¹³ m, and the clearance
-/// mostly changes at a few hundredths of the travel at least. Where it hardly changes, it is known to [`GRAZE_M`].
+/// Tolerance of a contact's travel, in metres. The rounding of a chain is about 10⁻¹³ m, and the clearance mostly changes by at
+/// least a few hundredths of the travel. A clearance that hardly changes is exact to [`GRAZE_M`].
 const RESOLUTION_M: f64 = 1e-11;
 
-/// Off a coil, bounds on how the pair moves are first taken for this part of a way, and anew for this part of that: they
-/// cost as much as many looks, so that only a pair that stays unsettled for ten halvings is worth them.
+/// Share of an interval at which the bounds on the pair's motion are first calculated, and at which they are calculated again
+/// for a part. They apply off a coil and cost as much as many evaluations. So only a pair still unsettled after ten bisections
+/// is worth them.
 const RENEWAL: f64 = 1.0 / 1024.0;
 
 /// Follows one pair.
 pub(super) struct Follower<'a> {
     pair: Pair<'a>,
     clearance_m: f64,
-    /// Length of the way.
+    /// Length of the interval.
     length_m: f64,
-    /// Bounds on it and all parts of it, if they were taken.
+    /// Bounds on the motion on the interval and all parts of it, if they were calculated.
     motion: Option<PairMotion>,
 }
 
 /// The pair at one travel.
 struct Moment {
     pose: PairPose,
-    /// How much further apart than the clearance the boards are, below 0 where they are nearer. With a clearance of 0 it is
-    /// the largest gap across an edge, whose sign is the same.
+    /// Distance of the boards minus the clearance, below 0 if they are nearer. For a clearance of 0 it is the largest gap
+    /// across an edge, whose sign is the same.
     gap_m: f64,
 }
 
@@ -66,7 +67,8 @@ impl Moment {
         self.pose.benches[0].board.approach(&self.pose.benches[1].board)
     }
 
-    /// The direction in which the clearance is measured, from either board to the other, along and across that board.
+    /// The direction in which the clearance is measured, from each board to the other. Its components are along and across that
+    /// board.
     fn directions(&self) -> [DVec2; 2] {
         let direction = self.approach().direction;
         let seen_from =
@@ -77,8 +79,8 @@ impl Moment {
 }
 
 impl<'a> Follower<'a> {
-    /// Hands out the changes of a pair of benches between two poses, in order, until `sink` breaks, or the dragon's meter is
-    /// spent: where it comes within the clearance, which is not negative, and where it leaves it.
+    /// Passes the events of a pair of benches between two poses to `sink`, in order. It stops if `sink` breaks or the dragon's
+    /// meter is spent. An event is where the pair comes within the clearance, which is not negative, or leaves it.
     pub(super) fn follow(
         dragon: &'a Dragon,
         benches: [usize; 2],
@@ -95,7 +97,7 @@ impl<'a> Follower<'a> {
         follower.walk(&at(earlier), &at(later), sink)
     }
 
-    /// The same on a part of the way, with bounds on that.
+    /// A follower for a part of the interval, with bounds for that part.
     fn renewed(&self, earlier: &Moment, later: &Moment) -> Self {
         let Pair { dragon, benches } = self.pair;
         let [from, to] = [earlier, later].map(|moment| Pose::of(dragon, moment.pose.travel_m, benches[1] + 1));
@@ -126,7 +128,7 @@ impl<'a> Follower<'a> {
         self.walk(&middle, later, sink)
     }
 
-    /// Whether the pair provably stays apart, or in touch, all the way.
+    /// Whether the pair provably stays apart, or keeps touching, on the whole interval.
     fn settled(&self, earlier: &Moment, later: &Moment) -> bool {
         if earlier.touching() != later.touching() {
             return false;
@@ -136,7 +138,7 @@ impl<'a> Follower<'a> {
             if earlier.touching() {
                 return encounter.stays_touching(self.clearance_m);
             }
-            // Apart by a clearance, boards may be nearest at two corners, which no edge keeps apart.
+            // Boards that are apart by a clearance may be nearest at two corners. No edge separates such boards.
             let corners_stay_apart =
                 |moment: &Moment| encounter.stays_apart_along(moment.directions(), self.clearance_m);
             encounter.stays_apart(self.clearance_m)
@@ -145,7 +147,7 @@ impl<'a> Follower<'a> {
         is_settled || self.settled_separately(earlier, later)
     }
 
-    /// The same from what either board may cover, whenever the other one is where.
+    /// The same, from the areas that the two boards may cover independently of each other.
     fn settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
         let [first, second] = self.pair.coverages(&earlier.pose, &later.pose);
         if earlier.touching() {

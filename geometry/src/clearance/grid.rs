@@ -1,44 +1,43 @@
-//! Which discs lie near to each other.
+//! A grid that finds discs near each other.
 
 use std::ops::{ControlFlow, Range};
 
 use glam::DVec2;
 
-/// Discs near to each other lie at most this many columns and rows apart: finer cells leave fewer discs to look at, but
-/// there are more of them.
+/// Largest difference in columns and rows between discs near each other. Smaller cells exclude more discs, but there are more
+/// cells.
 const CELLS_PER_REACH: usize = 2;
 
-/// A circle and what lies within.
+/// A circumscribed circle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Disc {
     pub(super) centre: DVec2,
     pub(super) radius_m: f64,
-    /// Whose disc it is.
+    /// Index of the object in the circle.
     pub(super) index: u32,
 }
 
-/// A grid of square cells over discs, sorted by cell. Reuses its buffers: filling it again with no more discs than
-/// before allocates nothing.
+/// A grid of square cells over discs, sorted by cell. It reuses its buffers: refilling it with no more discs than before
+/// allocates nothing.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grid {
-    /// The largest disc, such as the head's, which lies in no cell: cells are as wide as the others need.
+    /// The largest disc, such as the head's, which is in no cell. So the cells can be as small as the other discs allow.
     largest: Option<Disc>,
     reach_m: f64,
     origin: DVec2,
     cells_per_m: f64,
     columns: usize,
     rows: usize,
-    /// Per cell, where its discs begin in `sorted`; one more at the end.
+    /// Index in `sorted` of the first disc of each cell, then the number of discs.
     starts: Vec<u32>,
-    /// All discs but the largest, by cell.
+    /// All discs except the largest, sorted by cell.
     sorted: Vec<Disc>,
-    /// Room for the discs near to one.
+    /// Buffer for the discs near one disc.
     near: Vec<u32>,
 }
 
 impl Grid {
-    /// Sorts discs into cells, of which there are at most some four per disc, for pairs that are at most `reach_m`
-    /// apart.
+    /// Sorts discs into cells, at most about four cells per disc. The search then finds pairs of discs at most `reach_m` apart.
     pub(super) fn fill(&mut self, discs: &[Disc], reach_m: f64) {
         self.reach_m = reach_m;
         self.largest = discs.iter().copied().max_by(|a, b| a.radius_m.total_cmp(&b.radius_m));
@@ -57,14 +56,13 @@ impl Grid {
         self.sort(discs);
     }
 
-    /// Calls `visit(disc, others)` for each disc, so that each two discs at most the fill's `reach_m` apart, to
-    /// rounding, are met once, in whichever order, until `visit` breaks. The slices hold indices. Returns how many discs
-    /// were looked at.
+    /// Calls `visit(disc, others)` for each disc, until `visit` breaks. Each two discs at most the fill's `reach_m` apart, to
+    /// rounding, meet exactly once, in either order. The slices contain indices. Returns the number of discs evaluated.
     pub(super) fn for_each_neighbourhood(&mut self, visit: impl FnMut(u32, &[u32]) -> ControlFlow<()>) -> u64 {
         let mut near = std::mem::take(&mut self.near);
         near.resize(self.sorted.len(), 0);
         let mut looked_at = 0;
-        // Whether it was broken off is known to whoever broke it off.
+        // The result is dropped: `visit` itself decided whether to break.
         let _ = self.visit_neighbourhoods(&mut near, &mut looked_at, visit);
         self.near = near;
         looked_at
@@ -101,8 +99,8 @@ impl Grid {
         ControlFlow::Continue(())
     }
 
-    /// Puts those of the discs that are near to this one behind the first `count` in `near`. Without a branch, for
-    /// which of them are near is hard to predict.
+    /// Writes those of `others` that are near `disc` behind the first `count` entries of `near`. It has no branch, because the
+    /// nearness of a disc is hard to predict.
     fn collect(&self, disc: &Disc, others: &[Disc], near: &mut [u32], mut count: usize) -> usize {
         for other in others {
             let reach_m = disc.radius_m + other.radius_m + self.reach_m;
@@ -112,7 +110,7 @@ impl Grid {
         count
     }
 
-    /// Where the discs of a row from column `first` to column `last` lie, which is one piece.
+    /// Range in `sorted` of the discs of a row from column `first` to column `last`. They are contiguous.
     fn cells(&self, first: usize, last: usize, row: usize) -> Range<usize> {
         let base = row * self.columns;
         let end = base + last.min(self.columns - 1) + 1;
@@ -124,7 +122,7 @@ impl Grid {
         (at.y as usize).min(self.rows - 1) * self.columns + (at.x as usize).min(self.columns - 1)
     }
 
-    /// Counting sort by cell.
+    /// Sorts the discs by cell with a counting sort.
     fn sort(&mut self, discs: &[Disc]) {
         self.starts.clear();
         self.starts.resize(self.columns * self.rows + 1, 0);
@@ -139,7 +137,7 @@ impl Grid {
         }
         self.sorted.clear();
         self.sorted.resize(end as usize, Disc::default());
-        // From the ends of the cells down to their starts.
+        // Fills each cell from its end to its start.
         for disc in others_than(self.largest, discs) {
             let cell = self.cell(disc.centre);
             self.starts[cell] -= 1;

@@ -1,37 +1,37 @@
-//! How a link moves on the way from one pose to a later one.
+//! Bounds on the motion of a link from one pose to a later one.
 //!
-//! The only facts used are that both handles walk forward along the route, that their distance d is fixed, and that the
-//! route's curvature there is at most some K. With s the arc walked by the front handle, p and r the handles, u the
-//! heading, and α and β the angles between the heading and the tangents at front and rear:
+//! The proof uses only these facts: both handles walk forward along the route, their distance d is fixed, and the route's
+//! curvature there is at most some K. Let s be the arc walked by the front handle, p and r the handles, and u the heading. Let
+//! α and β be the angles between the heading and the tangents at front and rear.
 //!
 //! 1. |p'| = 1 and |p''| ≤ K;
 //! 2. |r'| = g = cos α / cos β (rigid link), |r''| ≤ |g'| + K·g²;
-//! 3. |u'| = ω ≤ (sin α + g·sin β) / d, for u turns by what the handles move across it, and |u''| ≤ (|p''| + |r''|) / d;
+//! 3. |u'| = ω ≤ (sin α + g·sin β) / d, because the handles' motion across u turns it, and |u''| ≤ (|p''| + |r''|) / d;
 //! 4. |α'| ≤ K + ω and |β'| ≤ K·g + ω, so |g'| ≤ sin α·(K + ω)/cos β + sin β·(K·g + ω)/cos² β.
 
 use super::pose::BenchPose;
 use crate::dragon::Dragon;
 
-/// Bounds on a link's motion per metre that its front handle walks, or infinities.
+/// Bounds on a link's motion per metre that its front handle walks. A bound may be infinite.
 pub(super) struct LinkMotion {
     /// K.
     pub(super) curvature: f64,
-    /// Of α and β.
+    /// Bound on the sines of α and β.
     pub(super) sine: f64,
-    /// g, and so the speed of either handle.
+    /// g, and so the largest speed of either handle.
     pub(super) ratio: f64,
     /// |g'|.
     pub(super) ratio_rate: f64,
     /// |u'|.
     pub(super) turn: f64,
-    /// |p''| and |r''|.
+    /// Bound on |p''| and |r''|.
     pub(super) acceleration: f64,
     /// |u''|.
     pub(super) turn_rate: f64,
 }
 
 impl LinkMotion {
-    /// The motion of a bench's link from one pose to a later one.
+    /// The bounds for a bench's link from one pose to a later one.
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let length_m = dragon.dimensions().link_m(bench);
         let curvature = dragon.route().curvature_bound(earlier.rear.parameter, later.front.parameter);
@@ -55,17 +55,18 @@ impl LinkMotion {
 
 /// Bounds on the angles between a link and the tangents at its handles.
 struct Angles {
-    /// Sine, at most.
+    /// Upper bound on the sines.
     sine: f64,
-    /// Cosine at the rear handle, at least.
+    /// Lower bound on the cosine at the rear handle.
     rear_cosine: f64,
 }
 
 impl Angles {
-    /// Bounds on the angles over a way of `walk_m` of front arc, taken from the curvature alone if that is small.
+    /// Bounds on the angles over an interval on which the front handle walks `walk_m`. If the curvature is small, they follow
+    /// from it alone.
     ///
-    /// A curve with |κ| ≤ K that is left at angle 0 has, after an arc s ≤ π/K, a chord at an angle of at most K·s/2 and
-    /// at least (2/K)·sin(K·s/2) long. So for a chord of length d with K·d < 2 the sines of its end angles are at most
+    /// Take a curve with |κ| ≤ K that begins at angle 0. After an arc s ≤ π/K, its chord has an angle of at most K·s/2 and a
+    /// length of at least (2/K)·sin(K·s/2). So for a chord of length d with K·d < 2, the sines of its end angles are at most
     /// K·d/2.
     fn new(length_m: f64, curvature: f64, earlier: &BenchPose, walk_m: f64) -> Self {
         let sine = 0.5 * curvature * length_m;
@@ -76,8 +77,9 @@ impl Angles {
         }
     }
 
-    /// Bounds from the rear angle at the beginning: while its cosine is at least half of what it is there, its rate has
-    /// a bound; if that cannot use up the half on the way, the cosine stays so all the way, else there is no bound.
+    /// Bounds from the rear angle at the beginning. As long as the cosine of that angle is at least half of its first value,
+    /// its rate has a bound. If that rate cannot use up half of the first value on the interval, the cosine stays at least half
+    /// of it. Otherwise there is no bound.
     fn steep(length_m: f64, curvature: f64, earlier: &BenchPose, walk_m: f64) -> Self {
         let rear_cosine = 0.5 * earlier.rear.tangent.dot(earlier.board.heading);
         let ratio = 1.0 / rear_cosine;

@@ -1,4 +1,4 @@
-//! How far the boards of a dragon are apart, when two of them touch, and what may be said of a whole stretch of travel.
+//! Clearances of the boards of a dragon, contacts, and proofs about intervals of travel.
 
 mod approach_search;
 mod coil_motion;

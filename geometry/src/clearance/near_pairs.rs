@@ -1,11 +1,11 @@
-//! Which pairs of boards may be near, kept from one pose to the next.
+//! List of the pairs of boards that may be near, kept from one pose to the next.
 //!
-//! The list holds all pairs up to a gap that is somewhat larger than asked for. It holds as long as the boards have not
-//! moved by more than half of what was added (Verlet 1967, Physical Review 159), wherever they have been meanwhile: what
-//! is added only decides how long a list lasts, never what is found.
+//! The list contains all pairs up to a gap somewhat larger than requested. It stays valid until the boards have moved by more
+//! than half of that surplus (Verlet 1967, Physical Review 159), whatever they did in between. The surplus only affects how
+//! long a list lasts, never the result.
 //!
-//! A list holds at most [`MAX_PAIRS`] pairs. Where more are as near as was asked for, it holds those with the smallest gaps,
-//! and says so: it does not reach that far.
+//! A list is reduced to the [`MAX_PAIRS`] pairs with the smallest gaps once it has more than twice as many. Its horizon then
+//! reports that it does not reach the requested gap.
 
 use std::cmp::Ordering;
 use std::ops::ControlFlow;
@@ -14,26 +14,27 @@ use super::grid::{Disc, Grid};
 use crate::dragon::Dimensions;
 use crate::dragon::board::Board;
 
-/// A list is made for this many poses, moving on as they did before: more make it longer, fewer make it more often.
+/// Number of poses for which a list is made, if the boards move on as before. More poses make lists longer, fewer make them
+/// more frequent.
 const POSES_PER_LIST: f64 = 24.0;
 
-/// Rounding of gaps, in units in the last place of the coordinates.
+/// Bound on the rounding of gaps, in units in the last place of the coordinates.
 const ROUNDING_ULPS: f64 = 64.0;
 
-/// Most pairs of a list: twenty for each bench of the longest dragon, in 32 MB.
+/// Pairs to which a list is reduced: about twenty for each bench of the longest dragon, in 32 MB.
 pub(super) const MAX_PAIRS: usize = 1 << 21;
 
-/// Discs that are looked at in the time of one step of work.
+/// Discs evaluated in the time of one step of work.
 const DISCS_PER_STEP: u64 = 16;
-/// Pairs that are put into a list in that time.
+/// Pairs added to a list in the time of one step of work.
 const PAIRS_PER_STEP: u64 = 4;
 
 /// Two boards that are not neighbours.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct NearPair {
-    /// Lower index first.
+    /// Indices of the benches, the lower one first.
     benches: [u32; 2],
-    /// The gap between their shadows when the list was made.
+    /// Gap between the projections of the boards when the list was made.
     pub(super) gap_m: f64,
 }
 
@@ -47,69 +48,69 @@ impl NearPair {
     }
 }
 
-/// The list, and the boards that it was made of.
+/// The list, and the boards from which it was made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NearPairs {
     stood: Vec<Board>,
     pairs: Vec<NearPair>,
-    /// Every pair that is not in the list had a larger gap.
+    /// Lower bound on the gap of every pair that is not in the list.
     horizon_m: f64,
-    /// What gaps and clearances may be wrong by.
+    /// Bound on the rounding of gaps and clearances.
     rounding_m: f64,
-    /// A bound on how far any point of any board has moved since the list was made.
+    /// Bound on the displacement of any point of any board since the list was made.
     drift_m: f64,
-    /// Poses that were looked at since the list was made.
+    /// Poses since the list was made.
     poses: u32,
     discs: Vec<Disc>,
     grid: Grid,
-    /// Most pairs, where that is not [`MAX_PAIRS`].
+    /// Number of pairs to which the list is reduced, if not [`MAX_PAIRS`].
     room: Option<usize>,
-    /// Work that was done and not yet counted, in steps.
+    /// Work done and not yet counted, in steps.
     steps: u64,
 }
 
 impl NearPairs {
-    /// A list of so many pairs, or twice as many.
+    /// A list that is reduced to this number of pairs once it has more than twice as many.
     pub(super) fn with_room(pairs: usize) -> Self {
         Self { room: Some(pairs), ..Self::default() }
     }
 
-    /// The steps of work since the last time that this was asked.
+    /// Returns the steps of work since the last call.
     pub(super) fn take_steps(&mut self) -> u64 {
         std::mem::take(&mut self.steps)
     }
 
-    /// Takes note of how far the boards have moved since the list was made.
+    /// Records how far the boards have moved since the list was made.
     pub(super) fn follow(&mut self, boards: &[Board]) {
         self.steps += boards.len() as u64 / DISCS_PER_STEP;
         self.drift_m = drift_m(&self.stood, boards);
         self.poses = self.poses.saturating_add(1);
     }
 
-    /// Whether the list has all pairs with a clearance of at most `limit_m`.
+    /// Whether the list contains all pairs with a clearance of at most `limit_m`.
     pub(super) fn reaches(&self, limit_m: f64) -> bool {
         limit_m + self.slack_m() <= self.horizon_m
     }
 
-    /// By how much the clearance of a pair may be under its gap in the list.
+    /// Largest amount by which the clearance of a pair may be below its gap in the list.
     pub(super) fn slack_m(&self) -> f64 {
         2.0 * self.drift_m + self.rounding_m
     }
 
-    /// What clearances may be wrong by.
+    /// Bound on the rounding of clearances.
     pub(super) fn rounding_m(&self) -> f64 {
         self.rounding_m
     }
 
-    /// The list, in no order.
+    /// The pairs of the list, unordered.
     pub(super) fn list(&self) -> &[NearPair] {
         &self.pairs
     }
 
-    /// Makes a new list, with all pairs up to a clearance of `limit_m` now and for as many poses as a list is to last.
+    /// Makes a new list. It contains all pairs up to a clearance of `limit_m`, now and for the expected life of the list.
     pub(super) fn renew(&mut self, boards: &[Board], limit_m: f64) {
         let slack_m = 2.0 * POSES_PER_LIST * self.drift_m / f64::from(self.poses);
-        // Where boards move so fast that the list would hold whole turns more, it is made for the present pose alone.
+        // If boards move so fast that the list would contain whole further turns, the list is made for the present pose only.
         let slack_m = if slack_m <= boards[0].half_width { slack_m } else { 0.0 };
         self.stood.clear();
         self.stood.extend_from_slice(boards);
@@ -130,12 +131,13 @@ impl NearPairs {
         });
         self.discs.clear();
         self.discs.extend(discs);
-        // Each round has at most half the reach of the one before, and the last one overlaps alone.
+        // Each round has less than half the reach of the round before. After reach 0, at which only overlaps remain, no round
+        // follows.
         while self.gather_round(boards).is_break() {}
     }
 
-    /// Gathers all pairs up to the horizon, or breaks with a nearer horizon where there are so many that another round
-    /// up to there is the quicker way.
+    /// Gathers all pairs up to the horizon. If there are so many that another round with a smaller horizon is faster, it
+    /// reduces the horizon and breaks.
     fn gather_round(&mut self, boards: &[Board]) -> ControlFlow<()> {
         let Self { discs, grid, pairs, horizon_m, steps, room, .. } = self;
         let most = room.unwrap_or(MAX_PAIRS);
@@ -145,7 +147,7 @@ impl NearPairs {
         let mut round = ControlFlow::Continue(());
         let looked_at = grid.for_each_neighbourhood(|first, others| {
             let board = &boards[first as usize];
-            // Without a branch, for which of the pairs are near is hard to predict.
+            // Without a branch, because the nearness of a pair is hard to predict.
             if pairs.len() < count + others.len() {
                 pairs.resize(count + others.len(), NearPair::default());
             }
@@ -156,7 +158,7 @@ impl NearPairs {
             }
             if count > 2 * most {
                 let (_, last, _) = pairs[..count].select_nth_unstable_by(most - 1, NearPair::order);
-                // Of those that are as near as the last one some are left out.
+                // Other pairs with exactly this gap may be left out, so the horizon is below it.
                 *horizon_m = last.gap_m.next_down();
                 count = most;
                 if horizon_m.max(0.0) < 0.5 * reach_m {
@@ -171,7 +173,7 @@ impl NearPairs {
     }
 }
 
-/// A bound on how far any point of any board has moved; infinite if they are other boards.
+/// Bound on the displacement of any point of any board; infinite if the boards are not the same ones.
 fn drift_m(before: &[Board], now: &[Board]) -> f64 {
     if before.len() != now.len() {
         return f64::INFINITY;
@@ -182,7 +184,7 @@ fn drift_m(before: &[Board], now: &[Board]) -> f64 {
         let turned_squared = radius_squared * before.heading.distance_squared(now.heading);
         // (a + b)² <= 2 (a² + b²)
         let squared = 2.0 * (before.centre.distance_squared(now.centre) + turned_squared);
-        // A board that is or was nowhere has moved too.
+        // A board with a position that is not finite counts as moved.
         f64::max(furthest, if same_size && squared.is_finite() { squared } else { f64::INFINITY })
     });
     furthest_squared.sqrt()

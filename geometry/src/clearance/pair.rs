@@ -1,17 +1,17 @@
-//! Two benches at the ends of a way, and what their boards may cover in between.
+//! Two benches at the ends of an interval of travel, and the areas that their boards may cover in between.
 
 use super::coverage::BoardCoverage;
 use super::pose::{BenchPose, Pose};
 use crate::dragon::Dragon;
 
-/// What it takes to look at a pair's bounds on a way, in steps of work.
+/// Work for evaluating a pair's bounds on an interval, in steps.
 const STEPS_PER_LOOK: u64 = 16;
 
 /// Two benches of a dragon.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<'a> {
     pub(super) dragon: &'a Dragon,
-    /// Lower index first; not neighbours.
+    /// Indices of two benches that are not neighbours, the lower one first.
     pub(super) benches: [usize; 2],
 }
 
@@ -28,7 +28,7 @@ impl Pair<'_> {
         PairPose { travel_m: pose.travel_m, benches: [pose.bench_pose(first), pose.bench_pose(second)] }
     }
 
-    /// The pair at a travel within the run; solves the chain as far as the pair's second bench.
+    /// Solves the pair at a travel within the run. The chain is solved up to the pair's second bench.
     #[inline]
     pub(super) fn solve(&self, travel_m: f64) -> PairPose {
         let mut chain = self.dragon.chain(travel_m).expect("the travel lies within the run");
@@ -41,13 +41,13 @@ impl Pair<'_> {
         PairPose { travel_m, benches: [bench_pose(first, first), bench_pose(second, second - first - 2)] }
     }
 
-    /// Counts a look at the pair's bounds. Whether the dragon's meter allows it.
+    /// Counts one evaluation of the pair's bounds. Returns whether the dragon's meter allows it.
     pub(super) fn may_look(&self) -> bool {
         self.dragon.meter().add(STEPS_PER_LOOK);
         !self.dragon.meter().is_spent()
     }
 
-    /// What either board may cover from one travel to a later one.
+    /// The areas that the boards may cover from one travel to a later one.
     #[inline]
     pub(super) fn coverages(&self, earlier: &PairPose, later: &PairPose) -> [BoardCoverage; 2] {
         let of = |i: usize| BoardCoverage::new(self.dragon, self.benches[i], &earlier.benches[i], &later.benches[i]);

@@ -1,48 +1,48 @@
-//! How two benches move against each other on the way from one pose to a later one.
+//! Bounds on the relative motion of two benches from one pose to a later one.
 //!
-//! A parameter grows steadily on the way: on a coil an angle (see `coil_motion`, which also takes a frame that turns with
-//! it), elsewhere an arc (see `curve_motion`). Seen from a board with the centre m and the heading u, a corner c of the
-//! other board has the coordinates u·(c − m) and u⊥·(c − m). Their second derivatives are those of c and m in that
-//! direction, and at most 2·|u'|·(|c'| + |m'|) + |u''|·|c − m| besides. If they are at most E, then over a stretch ℓ of
-//! the parameter the coordinate stays within E·ℓ²/8 of the straight line between its two ends.
+//! A parameter grows steadily during the motion. On a coil it is an angle, and the frame rotates with it (see `coil_motion`);
+//! elsewhere it is an arc (see `curve_motion`). Relative to a board with the centre m and the heading u, a corner c of the
+//! other board has the coordinates u·(c − m) and u⊥·(c − m). Their second derivatives are those of c and m in that direction,
+//! plus at most 2·|u'|·(|c'| + |m'|) + |u''|·|c − m|. If they are at most E, then over an interval ℓ of the parameter each
+//! coordinate stays within E·ℓ²/8 of the straight line between its two ends.
 //!
-//! A line that is fixed to the one board keeps the other one at a distance if all corners of that stay beyond it. And the
+//! A line fixed to one board keeps the other board at a distance if all corners of the other board stay beyond the line. Two
 //! boards stay within a distance of each other if one corner does, because the distance to a rectangle is convex.
 //!
-//! A handle's acceleration is in part along its tangent. Across a board that part counts as little as the tangent points
-//! that way: so boards that slide along each other are not thought to part because they get faster or slower.
+//! A part of a handle's acceleration is along its tangent. Across a board, only its component in that direction counts. So a
+//! change of speed alone does not make boards that slide along each other appear to part.
 //!
-//! What stays within [`GRAZE_M`] of the straight line is taken to lie on it. So boards that slide along each other with a
-//! clearance that is 0 all along but for rounding are settled in the end, and not looked at ever more closely.
+//! A corner that stays within [`GRAZE_M`] of the straight line is taken to be on it. So boards that slide along each other with
+//! a clearance of 0 up to rounding are settled, and not bisected further and further.
 
 use glam::DVec2;
 
 use super::pose::BenchPose;
 
-/// Gap up to which boards are in touch, in metres: a few times the rounding of a handle's position.
+/// Largest gap at which boards touch, in metres: a few times the rounding of a handle's position.
 pub(super) const GRAZE_M: f64 = 1e-12;
 
-/// Bounds on the motion of a pair over a way and all parts of it, per unit of the parameter, or infinities.
+/// Bounds on the motion of a pair over an interval and all parts of it, per unit of the parameter. A bound may be infinite.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairMotion {
     pub(super) benches: [BenchMotion; 2],
     pub(super) overhang_m: f64,
-    /// Whether the bounds are those of a coil, which are much the same on every part of a way.
+    /// Whether the bounds are those of a coil, which are nearly the same on every part of an interval.
     pub(super) is_on_coil: bool,
 }
 
 /// Bounds on a bench's motion.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BenchMotion {
-    /// Of either handle, and so of the centre.
+    /// Bound on the speed of either handle, and so of the centre.
     pub(super) speed_m: f64,
-    /// Acceleration of either handle along its tangent.
+    /// Bound on the acceleration of either handle along its tangent.
     pub(super) along_m: f64,
-    /// Acceleration of either handle but for that part.
+    /// Bound on the rest of the acceleration of either handle.
     pub(super) across_m: f64,
-    /// Sines of the angles between the heading and the tangents at the handles.
+    /// Bound on the sines of the angles between the heading and the tangents at the handles.
     pub(super) sine: f64,
-    /// Curvature of the route under the bench, for as much as the tangents turn.
+    /// Bound on the curvature of the route under the bench, which turns the tangents.
     pub(super) curvature: f64,
     /// |u'|.
     pub(super) turn: f64,
@@ -51,7 +51,7 @@ pub(super) struct BenchMotion {
 }
 
 impl PairMotion {
-    /// The pair on a part of the way.
+    /// Bounds for the pair on a part of the interval.
     pub(super) fn between(&self, earlier: &[BenchPose; 2], later: &[BenchPose; 2]) -> Encounter {
         let stretch = if self.is_on_coil {
             later[0].front.parameter - earlier[0].front.parameter
@@ -61,7 +61,7 @@ impl PairMotion {
         Encounter { seen: [0, 1].map(|viewer| self.seen_from(viewer, [earlier, later], stretch)) }
     }
 
-    /// The corners of one board as the other one sees them at the two ends of a way.
+    /// The corners of one board relative to the other board, at both ends of an interval.
     fn seen_from(&self, viewer: usize, ends: [&[BenchPose; 2]; 2], stretch: f64) -> Seen {
         let (from, to) = (&self.benches[viewer], &self.benches[1 - viewer]);
         let speed_m = from.speed_m + to.speed_m + self.overhang_m * to.turn;
@@ -84,7 +84,7 @@ impl PairMotion {
     }
 }
 
-/// How much the other board's handles move across the viewer's board at the ends of a way, as a part of their speed.
+/// The largest share of the other board's handle speeds across the viewer's board, at the ends of an interval.
 fn sine_seen(viewer: usize, ends: [&[BenchPose; 2]; 2]) -> f64 {
     let across = |poses: &[BenchPose; 2]| {
         let (heading, other) = (poses[viewer].board.heading, &poses[1 - viewer]);
@@ -93,7 +93,7 @@ fn sine_seen(viewer: usize, ends: [&[BenchPose; 2]; 2]) -> f64 {
     across(ends[0]).max(across(ends[1]))
 }
 
-/// A leeway as it counts: none if it is rounding, and no end of it if it is not a number for bounds that are infinite.
+/// The effective leeway: 0 if it is within rounding, infinite if infinite bounds have made it NaN.
 fn leeway(metres: f64) -> f64 {
     if metres <= GRAZE_M {
         0.0
@@ -104,14 +104,14 @@ fn leeway(metres: f64) -> f64 {
     }
 }
 
-/// Two boards on a way, each seen from the other.
+/// Two boards over an interval, each relative to the other.
 pub(super) struct Encounter {
     seen: [Seen; 2],
 }
 
 impl Encounter {
-    /// Whether boards that are further apart than `clearance_m` at both ends stay so: because all corners of one stay beyond
-    /// the same edge of the other, by that much.
+    /// Whether boards that are further apart than `clearance_m` at both ends stay so. They do if all corners of one board stay
+    /// beyond the same edge of the other by more than that clearance.
     pub(super) fn stays_apart(&self, clearance_m: f64) -> bool {
         self.seen.iter().any(|seen| {
             let beyond = |part: fn(DVec2) -> f64| {
@@ -125,8 +125,9 @@ impl Encounter {
         })
     }
 
-    /// The same for boards whose corners are nearest to each other: because all corners of one stay beyond a line that is
-    /// square to a unit vector. `directions` has it for either viewer, along and across its board, towards the other.
+    /// The same for boards that are nearest at two corners. They stay apart if all corners of one board stay beyond a line
+    /// perpendicular to a unit vector. `directions` contains that vector for each viewer, along and across its board, towards
+    /// the other.
     pub(super) fn stays_apart_along(&self, directions: [DVec2; 2], clearance_m: f64) -> bool {
         self.seen.iter().zip(directions).any(|(seen, direction)| {
             let edge_m = seen.half_size.dot(direction.abs()) + clearance_m;
@@ -138,8 +139,8 @@ impl Encounter {
         })
     }
 
-    /// Whether boards that are within `clearance_m` of each other at both ends stay so: because a corner of one stays as near
-    /// to the other.
+    /// Whether boards that are within `clearance_m` of each other at both ends stay so. They do if a corner of one board stays
+    /// within that clearance of the other.
     pub(super) fn stays_touching(&self, clearance_m: f64) -> bool {
         self.seen.iter().any(|seen| {
             let held = |corner: &Corner| {
@@ -151,17 +152,17 @@ impl Encounter {
     }
 }
 
-/// A board's corners seen from another board.
+/// The corners of a board, relative to another board.
 struct Seen {
-    /// Of the board that they are seen from.
+    /// Half length and half width of the other board.
     half_size: DVec2,
     corners: [Corner; 4],
 }
 
 struct Corner {
-    /// Where it is seen at either end of the way.
+    /// Relative position at each end of the interval.
     at: [DVec2; 2],
-    /// How far it may get from the straight line between the two, along and across.
+    /// Largest distance from the straight line between the two positions, along and across.
     leeway_m: DVec2,
 }
 
@@ -190,7 +191,8 @@ mod tests {
         })
     }
 
-    /// A pair of benches of a dragon on a route, with the dragon at the ends of a way and somewhere between.
+    /// A pair of benches of a dragon on a route, and poses of the dragon at both ends of an interval and at one travel in
+    /// between.
     fn ways(routes: impl Strategy<Value = Arc<Route>>) -> impl Strategy<Value = (Dragon, [usize; 2], [Pose; 3])> {
         let benches = (1.0..4.0_f64, 1.0..3.0_f64, 0.05..0.3_f64, 0.0..0.45_f64);
         let ways = (0.0..1.0_f64, 0.01..0.6_f64, 0.01..0.99_f64);
@@ -208,7 +210,8 @@ mod tests {
         })
     }
 
-    /// The second derivative's bound says more than the leeway at the middle: it falls off towards the ends.
+    /// Compares corners with their leeway. The bound on the second derivative is stricter than the leeway at the middle: it
+    /// falls off towards the ends.
     fn assert_leeway(motion: &PairMotion, pair: [usize; 2], poses: &[Pose; 3]) -> Result<(), TestCaseError> {
         let [earlier, between, later] = poses.each_ref().map(|pose| pair.map(|bench| pose.bench_pose(bench)));
         let parameter = |poses: &[BenchPose; 2]| {

@@ -1,11 +1,11 @@
-//! The dragon at one travel, or as much of it as is wanted, from the head.
+//! The dragon at one travel, or its front part.
 
 use super::coverage::drift_m;
 use crate::dragon::Dragon;
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
 
-/// Handles and boards at one travel, in buffers that are kept.
+/// Handles and boards at one travel, in reused buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pose {
     pub(super) travel_m: f64,
@@ -16,7 +16,7 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// The first `benches` benches, or all, with the head at a travel of the run.
+    /// The pose of the first `benches` benches, or of all, with the head at a travel of the run.
     pub(super) fn of(dragon: &Dragon, travel_m: f64, benches: usize) -> Self {
         let mut pose = Self::default();
         pose.place_head(dragon, travel_m);
@@ -24,7 +24,7 @@ impl Pose {
         pose
     }
 
-    /// Puts the dragon's head at `travel_m`, which must lie within the run, and nothing behind it.
+    /// Places the dragon's head at `travel_m`, which must lie within the run, and removes everything behind it.
     pub(super) fn place_head(&mut self, dragon: &Dragon, travel_m: f64) {
         self.travel_m = travel_m;
         self.handles.clear();
@@ -34,13 +34,12 @@ impl Pose {
         self.push(dragon, chain.next().expect("a dragon has a head"));
     }
 
-    /// Puts up benches behind those that stand already, until there are as many as that, or all.
+    /// Adds benches behind the present ones, until there are `benches` of them, or all.
     pub(super) fn extend_to(&mut self, dragon: &Dragon, benches: usize) {
         self.extend_while(dragon, |index, _| index < benches);
     }
 
-    /// Puts up benches behind those that stand already as long as `wanted` is true of the index and parameter of their front
-    /// handles.
+    /// Adds benches behind the present ones, as long as `wanted` accepts the index and the parameter of the next front handle.
     pub(super) fn extend_while(&mut self, dragon: &Dragon, wanted: impl Fn(usize, f64) -> bool) {
         let mut chain = dragon.chain_behind(self.boards.len(), &self.handles[self.boards.len()]);
         let benches = dragon.dimensions().benches();
@@ -61,7 +60,7 @@ impl Pose {
         !self.handles.is_empty() && self.travel_m == travel_m
     }
 
-    /// How far a point of a bench's board may get from where it is at either pose, on the way to a later one.
+    /// Bound on the distance of any point of a bench's board from its position at either pose, on the interval to a later pose.
     pub(super) fn drift_m(&self, later: &Self, dragon: &Dragon, bench: usize) -> f64 {
         let walked_m = |handle: usize| later.handle_travels_m[handle] - self.handle_travels_m[handle];
         drift_m(dragon, bench, [bench, bench + 1].map(walked_m))
@@ -78,7 +77,7 @@ impl Pose {
     }
 }
 
-/// A bench with its handles at one travel of the head.
+/// A bench and its handles at one travel of the head.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BenchPose {
     pub(super) front: Handle,
@@ -96,7 +95,7 @@ impl BenchPose {
         Self { front, rear, front_travel_m, rear_travel_m, board: dragon.board(bench, &front, &rear) }
     }
 
-    /// What the two handles walk up to a later pose.
+    /// Arcs that the two handles walk up to a later pose.
     pub(super) fn walks_m(&self, later: &Self) -> [f64; 2] {
         [later.front_travel_m - self.front_travel_m, later.rear_travel_m - self.rear_travel_m]
     }

@@ -4,8 +4,8 @@
 //! stride, the areas that two boards may cover bound their clearance from below. Intervals are bisected until the bound
 //! exceeds the margin. Where this fails at [`RESOLUTION_M`], the proven travel ends.
 //!
-//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, some 10⁻¹² m. Proven
-//! travel ends at most [`RESOLUTION_M`] before the first violation that the bound can see.
+//! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m. Proven
+//! travel ends at most [`RESOLUTION_M`] before the first violation that the bound detects.
 
 use super::approach_search::{ApproachSearch, Pairs};
 use super::search::PairClearance;
@@ -14,7 +14,7 @@ use crate::dragon::Dragon;
 /// Shortest interval that is bisected, in metres of travel.
 const RESOLUTION_M: f64 = 1e-9;
 
-/// An interval of proven travel, which grows.
+/// An interval of proven travel, which can grow.
 #[derive(Clone, Debug)]
 pub struct ProvenTravel<'a> {
     dragon: &'a Dragon,
@@ -22,15 +22,15 @@ pub struct ProvenTravel<'a> {
     margin_m: f64,
     begin_m: f64,
     end_m: f64,
-    /// Whether a violation follows.
+    /// Whether a violation follows the interval.
     is_ended: bool,
 }
 
 impl<'a> ProvenTravel<'a> {
-    /// The interval at one travel of the run: nothing but that travel.
+    /// The interval that contains only one travel of the run.
     ///
     /// # Errors
-    /// The nearest pair, where it is nearer than the margin.
+    /// The nearest pair, if it is nearer than the margin.
     pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
         match search.nearest() {
@@ -39,8 +39,9 @@ impl<'a> ProvenTravel<'a> {
         }
     }
 
-    /// Proves more, up to `to_m`, and parameters at most `handles` handles, or those of one stride. Where the dragon's meter is
-    /// spent within the first stride, proven travel ends before that stride for good.
+    /// Extends the proof up to `to_m`. One call walks at most one stride more than `handles` divided by the dragon's number of
+    /// handles, rounded down. If the dragon's meter is spent within the first stride, the proven travel ends permanently before
+    /// that stride.
     pub fn extend(&mut self, to_m: f64, handles: usize) {
         let to_m = to_m.min(self.dragon.end_travel_m());
         let stride_m = ApproachSearch::stride_m(self.dragon);
@@ -58,22 +59,22 @@ impl<'a> ProvenTravel<'a> {
         }
     }
 
-    /// Where it begins, in metres of the head's travel.
+    /// Beginning of the interval, in metres of the head's travel.
     pub fn begin_m(&self) -> f64 {
         self.begin_m
     }
 
-    /// Where it ends so far.
+    /// Present end of the interval.
     pub fn end_m(&self) -> f64 {
         self.end_m
     }
 
-    /// Whether a travel lies within it.
+    /// Whether the interval contains a travel.
     pub fn contains(&self, travel_m: f64) -> bool {
         (self.begin_m..=self.end_m).contains(&travel_m)
     }
 
-    /// Whether it can grow no further.
+    /// Whether the interval cannot grow further.
     pub fn is_whole(&self) -> bool {
         self.is_ended || self.end_m >= self.dragon.end_travel_m()
     }

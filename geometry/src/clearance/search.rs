@@ -1,22 +1,22 @@
-//! Which benches are near to each other.
+//! Finds benches near each other.
 //!
-//! Neighbours share a hinge and are never a pair. Candidates come from a list of the pairs that may be near, which is
-//! kept as long as it lasts; a candidate's exact clearance is worked out only if the gaps along the boards' own axes do
-//! not already rule it out.
+//! Neighbours share a hinge and are never a pair. Candidates are in a list of the pairs that may be near, which is reused while
+//! it is valid. The exact clearance of a candidate is calculated only if the gaps along the boards' own axes do not rule it
+//! out.
 
 use glam::DVec2;
 
 use super::near_pairs::{MAX_PAIRS, NearPairs};
 use crate::dragon::board::{Approach, Board};
 
-/// Two benches and how near they are.
+/// Two benches and their clearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairClearance {
-    /// Lower index first; not neighbours.
+    /// Indices of two benches that are not neighbours, the lower one first.
     pub benches: [usize; 2],
-    /// Distance of the boards where they are apart, minus the penetration depth where they overlap.
+    /// Distance of the boards if they are apart, minus the penetration depth if they overlap.
     pub clearance_m: f64,
-    /// Midway between the nearest points; inside the overlap if there is one.
+    /// Midpoint between the nearest points; a point inside the overlap if the boards overlap.
     pub point: DVec2,
 }
 
@@ -34,11 +34,11 @@ impl PairClearance {
     }
 }
 
-/// Searches boards for near pairs. Keeps its buffers, so that once it has seen as many boards and as many near pairs it
-/// allocates nothing.
+/// Searches boards for near pairs. It reuses its buffers: it allocates nothing after a search with as many boards and as many
+/// near pairs.
 ///
-/// What it finds is a function of the boards alone. It is quickest where they have moved little since the last search:
-/// then most pairs are known to be still apart (see `near_pairs`), and the last nearest pair bounds the least clearance.
+/// The result is a function of the boards alone. The search is fastest if the boards have moved little since the last search.
+/// Then most pairs are known to be apart (see `near_pairs`), and the last nearest pair bounds the least clearance.
 #[derive(Clone, Debug, Default)]
 pub struct ClearanceSearch {
     near: NearPairs,
@@ -47,17 +47,18 @@ pub struct ClearanceSearch {
 }
 
 impl ClearanceSearch {
-    /// A search that finds at most twice so many pairs, the nearest; others find two million.
+    /// A search whose list is reduced to the `pairs` nearest pairs once it has more than twice as many. The default is about
+    /// two million.
     ///
     /// # Panics
-    /// With no room at all.
+    /// Panics if `pairs` is 0 or above 2 097 152.
     pub fn with_room(pairs: usize) -> Self {
-        assert!((1..=MAX_PAIRS).contains(&pairs), "room for {pairs} pairs");
+        assert!((1..=MAX_PAIRS).contains(&pairs), "room for {pairs} pairs, must be from 1 to {MAX_PAIRS}");
         Self { near: NearPairs::with_room(pairs), ..Self::default() }
     }
 
-    /// Every pair with a clearance of at most `reach_m`, nearest first, equal ones by their indices. Of more than some two
-    /// million it finds the nearest.
+    /// Every pair with a clearance of at most `reach_m`, nearest first, then by index. If there are more than about two
+    /// million, only the nearest of them.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
         if boards.len() >= 3 {
@@ -67,24 +68,23 @@ impl ClearanceSearch {
         &self.found
     }
 
-    /// Whether the last search, up to this clearance, has found every pair: there were not too many for it.
+    /// Whether the last search, up to this clearance, found every pair.
     pub(super) fn has_found_all(&self, reach_m: f64) -> bool {
         self.near.reaches(reach_m)
     }
 
-    /// The steps of work since the last time that this was asked.
+    /// Returns the steps of work since the last call.
     pub(crate) fn take_steps(&mut self) -> u64 {
         self.near.take_steps() + self.found.len() as u64
     }
 
-    /// The pair with the least clearance, of equal ones the one with the lowest indices; none with fewer than three
-    /// boards.
+    /// The pair with the least clearance, and of equal ones that with the lowest indices; `None` with fewer than three boards.
     pub fn nearest(&mut self, boards: &[Board]) -> Option<PairClearance> {
         self.nearest_and_within(boards, f64::NEG_INFINITY).first().copied()
     }
 
-    /// The nearest pair however far apart it is, and every other one with a clearance of at most `reach_m`: the same as
-    /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Nothing with fewer than three boards.
+    /// The nearest pair at any distance, and every other pair with a clearance of at most `reach_m`. It combines
+    /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Empty with fewer than three boards.
     pub fn nearest_and_within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
         if boards.len() >= 3 {
@@ -102,7 +102,7 @@ impl ClearanceSearch {
         &self.found
     }
 
-    /// Finds all pairs within `reach_m`, and if none is then some within `limit_m`, the nearest one included.
+    /// Finds all pairs within `reach_m`. Without such pairs it finds some pairs within `limit_m`, including the nearest.
     fn collect(&mut self, boards: &[Board], reach_m: f64, mut limit_m: f64) {
         let Self { near, found, .. } = self;
         if !near.reaches(limit_m) {
@@ -126,11 +126,11 @@ impl ClearanceSearch {
     }
 }
 
-/// The least clearance of one bench's pairs, which where boards lie close is hardly more than the least of all.
+/// The least clearance of one bench's pairs. If boards lie close, it is hardly more than the least of all.
 fn least_clearance_of(boards: &[Board], bench: usize) -> f64 {
     let mut least_m = f64::INFINITY;
     for other in (0..boards.len()).filter(|other| other.abs_diff(bench) > 1) {
-        // In this order, for rounding may depend on it.
+        // The order is fixed, because rounding may depend on it.
         let (first, second) = (&boards[bench.min(other)], &boards[bench.max(other)]);
         if first.gap_m(second) < least_m {
             least_m = first.clearance(second).min(least_m);

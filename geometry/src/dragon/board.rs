@@ -1,36 +1,36 @@
-//! Boards: what collides.
+//! Boards of benches, and the distance between two boards.
 
 use glam::DVec2;
 use parry2d_f64::math::{Pose2, Rot2};
 use parry2d_f64::query::sat::cuboid_cuboid_find_local_separating_normal_oneway;
 use parry2d_f64::shape::Cuboid;
 
-/// A bench's board: a rectangle, in metres.
+/// The board of a bench: a rectangle, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Board {
-    /// The middle.
+    /// Centre of the rectangle.
     pub centre: DVec2,
     /// Unit vector from the rear to the front hinge.
     pub heading: DVec2,
-    /// Half of the size along the heading.
+    /// Half of the length along the heading.
     pub half_length: f64,
-    /// Half of the size across it.
+    /// Half of the width across the heading.
     pub half_width: f64,
 }
 
-/// How two boards lie to each other.
+/// Clearance of two boards, with its point and its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
-    /// Distance of the boards where they are apart, minus the penetration depth where they overlap.
+    /// Distance of the boards if they are apart, minus the penetration depth if they overlap.
     pub clearance_m: f64,
-    /// Midway between the nearest points; inside the overlap if there is one.
+    /// Midpoint between the nearest points; a point inside the overlap if the boards overlap.
     pub point: DVec2,
     /// Unit vector from the first board to the second, along which the clearance is measured.
     pub direction: DVec2,
 }
 
 impl Approach {
-    /// Whether the boards have at least a point in common.
+    /// Whether the boards have at least one common point.
     pub fn touching(&self) -> bool {
         self.clearance_m <= 0.0
     }
@@ -55,7 +55,7 @@ impl Board {
         }
     }
 
-    /// Front left, rear left, rear right, front right: counter-clockwise.
+    /// The corners, counter-clockwise: front left, rear left, rear right, front right.
     pub fn corners(&self) -> [DVec2; 4] {
         let along = self.half_length * self.heading;
         let left = self.half_width * self.heading.perp();
@@ -67,23 +67,23 @@ impl Board {
         DVec2::new(self.half_length, self.half_width).length()
     }
 
-    /// Whether the circles around the boards are further apart than `reach_m`, and so the boards.
+    /// Whether the circumscribed circles of the boards are further apart than `reach_m`, so the boards are too.
     pub(crate) fn is_beyond(&self, other: &Self, reach_m: f64) -> bool {
         let sum_m = self.radius_m() + other.radius_m() + reach_m;
         self.centre.distance_squared(other.centre) > sum_m * sum_m.max(0.0)
     }
 
-    /// How deep a point lies in the board: its distance to the nearest edge, negative outside.
+    /// Depth of a point in the board: its distance to the nearest edge, negative outside.
     pub(crate) fn depth_m(&self, point: DVec2) -> f64 {
         (DVec2::new(self.half_length, self.half_width) - self.local(point).abs()).min_element()
     }
 
-    /// The largest gap between the boards' shadows along and across each of them: a quick bound that the clearance never
-    /// falls below, near to it for boards side by side.
+    /// The largest gap between the projections of both boards onto the axes of either board. It is a fast lower bound on the
+    /// clearance, and close to it for boards side by side.
     pub(crate) fn gap_m(&self, other: &Self) -> f64 {
         let offset = other.centre - self.centre;
         let (parallel, square) = (self.heading.dot(other.heading).abs(), self.heading.perp_dot(other.heading).abs());
-        // Half of the shadow that a board throws on the other one's axes.
+        // Half of the projection of a board onto the axes of the other board.
         let along = |board: &Self| board.half_length * parallel + board.half_width * square;
         let across = |board: &Self| board.half_length * square + board.half_width * parallel;
         let ours_m = (self.heading.perp_dot(offset).abs() - self.half_width - across(other))
@@ -93,21 +93,21 @@ impl Board {
         ours_m.max(theirs_m)
     }
 
-    /// Whether the boards have at least a point in common.
+    /// Whether the boards have at least one common point.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.separation(other).0 <= 0.0
     }
 
-    /// Distance of the boards where they are apart, minus the penetration depth where they overlap.
+    /// Distance of the boards if they are apart, minus the penetration depth if they overlap.
     ///
-    /// It is the largest gap between the boards' shadows over all directions, so it changes by at most as much as the
-    /// boards move.
+    /// It is the largest gap between the projections of the boards over all directions. So it changes by at most the sum of the
+    /// boards' displacements.
     pub fn clearance(&self, other: &Self) -> f64 {
         let (separation_m, _) = self.separation(other);
         if separation_m <= 0.0 { separation_m } else { self.nearest_points(other).distance_m() }
     }
 
-    /// The clearance, where it is measured, and in which direction.
+    /// The clearance, with its point and its direction.
     pub fn approach(&self, other: &Self) -> Approach {
         let (separation_m, axis) = self.separation(other);
         if separation_m <= 0.0 {
@@ -122,9 +122,9 @@ impl Board {
         }
     }
 
-    /// The largest gap between the boards' shadows that the separating axis test finds, and its direction, from this
-    /// board to the other: not over the clearance, above 0 exactly where they are apart, and the clearance where they
-    /// overlap.
+    /// The largest gap between the projections of the boards that the separating axis test finds, and its direction from this
+    /// board to the other. The gap is a lower bound on the clearance. It is above 0 exactly if the boards are apart, and equals
+    /// the clearance if they overlap.
     pub fn separation(&self, other: &Self) -> (f64, DVec2) {
         let (ours, theirs) = (self.cuboid(), other.cuboid());
         let relative = self.pose().inv_mul(&other.pose());
@@ -146,7 +146,7 @@ impl Board {
         Pose2::from_parts(self.centre, Rot2::from_cos_sin_unchecked(self.heading.x, self.heading.y))
     }
 
-    /// The nearest points of two boards that are apart: one of them is a corner.
+    /// The nearest points of two boards that are apart. At least one of the points is a corner.
     fn nearest_points(&self, other: &Self) -> NearestPoints {
         let from_ours = self.corners().map(|corner| NearestPoints { first: corner, second: other.clamp(corner) });
         let from_theirs = other.corners().map(|corner| NearestPoints { first: self.clamp(corner), second: corner });
@@ -159,12 +159,12 @@ impl Board {
         self.centre + self.heading.rotate(self.local(point).clamp(-half, half))
     }
 
-    /// A point seen from the centre, the heading as x.
+    /// Coordinates of a point relative to the centre, with x along the heading.
     pub(crate) fn local(&self, point: DVec2) -> DVec2 {
         (point - self.centre).rotate(DVec2::new(self.heading.x, -self.heading.y))
     }
 
-    /// The mean of the corners of the overlap, which is convex: the other board, cut at each edge of this one.
+    /// Mean of the corners of the overlap, which is convex: the other board, clipped at each edge of this board.
     fn overlap_point(&self, other: &Self) -> DVec2 {
         let mut overlap = Polygon::new(&other.corners().map(|corner| self.local(corner)));
         for (normal, half_size) in [
@@ -198,7 +198,7 @@ impl NearestPoints {
     }
 }
 
-/// A convex polygon with room for a rectangle cut by four lines, each of which adds a corner at most.
+/// A convex polygon with space for a rectangle clipped by four lines. Each line adds at most one corner.
 #[derive(Clone, Copy)]
 struct Polygon {
     corners: [DVec2; 8],
@@ -219,7 +219,7 @@ impl Polygon {
         self.count += 1;
     }
 
-    /// The part whose points have `normal · point <= limit` (Sutherland and Hodgman 1974, CACM 17).
+    /// The part of the polygon with `normal · point <= limit` (Sutherland and Hodgman 1974, CACM 17).
     fn cut(&self, normal: DVec2, limit: f64) -> Self {
         let mut kept = Self::new(&[]);
         for i in 0..self.count {
@@ -235,7 +235,7 @@ impl Polygon {
         kept
     }
 
-    /// The mean of the corners, or none where nothing is left.
+    /// Mean of the corners; `None` for an empty polygon.
     fn mean(&self) -> Option<DVec2> {
         (self.count > 0).then(|| self.corners[..self.count].iter().sum::<DVec2>() / self.count as f64)
     }

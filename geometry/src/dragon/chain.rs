@@ -1,8 +1,8 @@
-//! The chain rule: each handle stands on the route, behind the one before it.
+//! The chain rule: each handle is on the route, behind the handle before it.
 //!
-//! Handle i + 1 is the nearest point of the route *behind* handle i, along the route, at the distance of bench i's
-//! link. Links are rigid, so the two handles of a bench have equal velocity components along it, and every speed
-//! follows from the head's.
+//! Handle i + 1 is the nearest point of the route *behind* handle i, along the route, at the distance of the link of bench i.
+//! Links are rigid, so the two handles of a bench have equal velocity components along the link. All speeds follow from the
+//! speed of the head.
 
 use glam::DVec2;
 use thiserror::Error;
@@ -18,11 +18,11 @@ use crate::route::{Route, RoutePoint};
 pub struct Handle {
     /// Parameter on the route.
     pub parameter: f64,
-    /// Metres.
+    /// Position in metres.
     pub position: DVec2,
-    /// Unit vector in which the handle moves.
+    /// Unit vector in the direction of motion.
     pub tangent: DVec2,
-    /// Speed ÷ head speed.
+    /// Speed of the handle divided by the speed of the head.
     pub speed_ratio: f64,
 }
 
@@ -32,37 +32,38 @@ impl Handle {
     }
 }
 
-/// There is no chain at this travel.
+/// Error: the travel lies outside the run.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("travel_m is {travel_m}, must be from {start_travel_m} to {end_travel_m}, where the run ends")]
 pub struct TravelOutOfRange {
-    /// The travel asked for.
+    /// The requested travel.
     pub travel_m: f64,
-    /// Where the run begins.
+    /// Travel at the beginning of the run.
     pub start_travel_m: f64,
-    /// Where the run ends.
+    /// Travel at the end of the run.
     pub end_travel_m: f64,
 }
 
-/// The handles of a dragon at one travel, from the head backwards, each solved when it is asked for. Allocates nothing.
+/// Iterator over the handles of a dragon at one travel, from the head backwards. It solves each handle on request and allocates
+/// nothing.
 #[derive(Clone, Debug)]
 pub struct Chain<'a> {
     route: &'a Route,
     dimensions: &'a Dimensions,
     meter: &'a Meter,
-    /// The last handle handed out, or the head before that; none where the chain ends early.
+    /// The last handle returned, or the head before the first call; `None` if the chain has ended early.
     last: Option<(f64, RoutePoint, f64)>,
     handed_out: usize,
 }
 
 impl<'a> Chain<'a> {
-    /// A chain whose head stands at a parameter, whether or not a dragon can walk there: it ends at a link that nowhere
-    /// behind meets the route.
+    /// A chain with its head at a parameter, whether or not a dragon can walk there. It ends before the first link that finds
+    /// no rear handle on the route.
     pub(crate) fn new(route: &'a Route, dimensions: &'a Dimensions, meter: &'a Meter, parameter: f64) -> Self {
         Self { route, dimensions, meter, last: Some((parameter, route.point(parameter), 1.0)), handed_out: 0 }
     }
 
-    /// The rest of a chain behind its handle of this index.
+    /// The rest of a chain, behind the handle of this index.
     pub(crate) fn behind(
         route: &'a Route,
         dimensions: &'a Dimensions,
@@ -98,17 +99,17 @@ impl Iterator for Chain<'_> {
     }
 }
 
-/// Solves the chain into a buffer that it keeps.
+/// Solves the chain into a reused buffer.
 ///
-/// A solution depends on the travel alone, not on earlier ones. Every link has its length to some 10⁻¹³ m; no call
-/// allocates as long as the dragon has no more benches than the one that the solver was made for.
+/// A solution depends only on the travel, not on earlier solutions. Every link has its length to about 10⁻¹³ m. No call
+/// allocates for dragons with no more benches than the dragon passed to [`new`](Self::new).
 #[derive(Clone, Debug)]
 pub struct ChainSolver {
     handles: Vec<Handle>,
 }
 
 impl ChainSolver {
-    /// A solver with room for the handles of `dragon`.
+    /// A solver with space for the handles of `dragon`.
     pub fn new(dragon: &Dragon) -> Self {
         Self { handles: Vec::with_capacity(dragon.dimensions().handles()) }
     }
@@ -119,7 +120,7 @@ impl ChainSolver {
     /// The travel must lie within the dragon's run.
     ///
     /// # Panics
-    /// If a link has no solution during the run, which [`Dragon::new`] rules out.
+    /// Panics if a link has no solution during the run, which [`Dragon::new`] rules out.
     pub fn solve(&mut self, dragon: &Dragon, travel_m: f64) -> Result<&[Handle], TravelOutOfRange> {
         let chain = dragon.chain(travel_m)?;
         self.handles.clear();

@@ -1,4 +1,4 @@
-//! How many benches a dragon has and how big they are.
+//! Number and dimensions of the benches of a dragon.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -6,25 +6,25 @@ use thiserror::Error;
 
 use crate::number::Number;
 
-/// Benches of the longest dragon.
+/// Largest number of benches.
 pub const MAX_BENCHES: usize = 100_000;
-/// Lengths of a board, in metres.
+/// Allowed lengths of a board, in metres.
 pub const LENGTH_M: RangeInclusive<f64> = 0.02..=100.0;
-/// Widths of a board, in metres.
+/// Allowed widths of a board, in metres.
 pub const WIDTH_M: RangeInclusive<f64> = 0.01..=100.0;
-/// Least distance between the two hinges of a bench, in metres.
+/// Smallest distance between the two hinges of a bench, in metres.
 pub const LEAST_LINK_M: f64 = 0.01;
-/// A board is at most this many times as long, and as wide, as its two hinges are apart.
+/// Largest ratio of a board's length, and of its width, to the distance between its hinges.
 pub const MOST_PER_LINK: f64 = 20.0;
-/// A board is at most this many times as long as it is wide.
+/// Largest ratio of a board's length to its width.
 pub const MOST_PER_WIDTH: f64 = 100.0;
 
-/// Why dimensions cannot be those of a dragon: the configuration's name of the value, the value, and what is allowed.
+/// Error of invalid dimensions: the configuration key, the value, and the allowed range.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{0}")]
 pub struct DimensionsError(String);
 
-/// The benches of a dragon: a board each, with two hinge holes `hole_offset_m` from its ends. Bench 0 is the head.
+/// The benches of a dragon. Each is a board with two hinge holes, `hole_offset_m` from its ends. Bench 0 is the head.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dimensions {
     benches: usize,
@@ -35,8 +35,8 @@ pub struct Dimensions {
 }
 
 impl Dimensions {
-    /// Benches at the head that do not repeat others: the head, and the first body bench. All benches behind them are alike, so each
-    /// comes to stand where the one before it stood, with the same benches behind it.
+    /// Number of leading benches: the head and the first body bench. All benches behind them are alike. Each of those reaches
+    /// the earlier position of the bench before it, with identical benches behind it.
     pub(crate) const LEADING: usize = 2;
 
     /// Dimensions of a dragon, in metres.
@@ -55,9 +55,9 @@ impl Dimensions {
     /// ```
     ///
     /// # Errors
-    /// 1 to [`MAX_BENCHES`] benches; lengths of [`LENGTH_M`] and a width of [`WIDTH_M`]; hinges at least [`LEAST_LINK_M`]
-    /// apart; proportions up to [`MOST_PER_LINK`] and [`MOST_PER_WIDTH`]. The proportions bound how many boards can lie
-    /// near to one, and so the work of a search.
+    /// The number of benches must be from 1 to [`MAX_BENCHES`], the lengths in [`LENGTH_M`], the width in [`WIDTH_M`]. The
+    /// hinges must be at least [`LEAST_LINK_M`] apart, the proportions at most [`MOST_PER_LINK`] and [`MOST_PER_WIDTH`]. The
+    /// proportions bound the number of boards near one board, and with it the work of a search.
     pub fn new(
         benches: usize,
         head_length_m: f64,
@@ -104,14 +104,14 @@ impl Dimensions {
         Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m })
     }
 
-    /// The same benches, but for their number, which must not be 0.
+    /// The same benches, but `benches` of them, which must not be 0.
     pub(crate) fn with_benches(self, benches: usize) -> Self {
-        assert!(benches > 0, "a dragon of no benches");
+        assert!(benches > 0, "a dragon without benches");
         Self { benches, ..self }
     }
 
-    /// The same links under boards that reach further by half of `clearance_m` on every side. Boards within `clearance_m` of
-    /// each other overlap when both are grown so; the converse need not hold, because the corners of a grown board are square.
+    /// The same links with boards that extend half of `clearance_m` further on every side. Two boards within `clearance_m` of
+    /// each other overlap once both are grown. The converse need not hold, because the corners of a grown board are square.
     pub(crate) fn grown(self, clearance_m: f64) -> Self {
         Self {
             head_length_m: self.head_length_m + clearance_m,
@@ -132,17 +132,17 @@ impl Dimensions {
         self.benches + 1
     }
 
-    /// Whether two benches make a pair, whose clearance counts: neighbours on a hinge do not.
+    /// Whether two benches form a pair, whose clearance counts. Neighbours on a hinge do not.
     pub(crate) fn is_pair(one: usize, other: usize) -> bool {
         one.abs_diff(other) > 1
     }
 
-    /// The benches behind one that make a pair with it, among so many benches.
+    /// The benches behind `bench` that form a pair with it, in a dragon of `benches` benches.
     pub(crate) fn partners(bench: usize, benches: usize) -> Range<usize> {
         bench + 2..benches
     }
 
-    /// The pairs of which one is a leading bench, among so many benches.
+    /// The pairs that contain a leading bench, in a dragon of `benches` benches.
     pub(crate) fn leading_pairs(benches: usize) -> impl Iterator<Item = [usize; 2]> {
         let partners = move |first| Self::partners(first, benches).map(move |second| [first, second]);
         (0..Self::LEADING).flat_map(partners)
@@ -163,7 +163,7 @@ impl Dimensions {
         self.width_m
     }
 
-    /// Distance of a hinge hole from its end of the board.
+    /// Distance of a hinge hole from the nearer end of the board.
     pub fn hole_offset_m(&self) -> f64 {
         self.hole_offset_m
     }

@@ -1,43 +1,44 @@
-//! One link of the chain: from the parameter of its front handle to that of its rear handle.
+//! One link of the chain: from its front handle to its rear handle.
 
 use super::meter::Meter;
 use crate::route::{Route, RoutePoint};
 
-/// Bound on steps of the walk back. A step covers a good part of the distance that is lacking, so only a link that
-/// spans very many turns of the route comes near it.
+/// Bound on the steps of the walk back. Each step covers a good part of the missing distance, so only a link that spans very
+/// many turns of the route needs nearly as many.
 const MAX_STEPS: u32 = 10_000;
 
-/// Bound on steps towards a bracketed crossing: in the worst case every second one halves the bracket.
+/// Bound on the steps towards a bracketed crossing. In the worst case every second step bisects the bracket.
 const MAX_REFINEMENTS: usize = 128;
 
-/// Share of rounding that the last step towards a crossing may leave to one side. Over 10⁴ links it adds up to less than
-/// the rounding of each link, which grows with the root of their number.
+/// Largest one-sided error of the last step towards a crossing, as a share of rounding. Over 10⁴ links it adds up to less than
+/// the random rounding of the links, which grows with the square root of their number.
 const LAST_STEP_ERROR: f64 = 1.0 / 1024.0;
 
-/// The rear end of a link and how the link lies.
+/// The rear end of a link, and the angles of the link with the route.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RearEnd {
     pub(crate) parameter: f64,
     pub(crate) point: RoutePoint,
     /// Cosine of the angle between the link, rear to front, and the tangent at the front handle.
     pub(crate) cos_front: f64,
-    /// The same at the rear handle.
+    /// Cosine of the angle between the link and the tangent at the rear handle.
     pub(crate) cos_rear: f64,
 }
 
 impl RearEnd {
-    /// Rear ÷ front handle speed. A rigid link gives both handles the same speed along it.
+    /// Speed of the rear handle divided by the speed of the front handle. Both have the same speed component along a rigid
+    /// link.
     pub(crate) fn speed_ratio(&self) -> f64 {
         self.cos_front / self.cos_rear
     }
 
-    /// Whether the rear handle walks on as the front handle does: it neither stands still nor jumps.
+    /// Whether the rear handle walks forward as the front handle does. If not, the rear handle stops, reverses or jumps.
     pub(crate) fn walks(&self) -> bool {
         self.cos_front > 0.0 && self.cos_rear > 0.0
     }
 }
 
-/// A link of `length_m` metres whose front handle stands on `front`. The points of the route that it looks at count on the meter.
+/// A link of `length_m` metres with its front handle at `front`. The meter counts the route points that it evaluates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link<'a> {
     pub(crate) route: &'a Route,
@@ -46,17 +47,17 @@ pub(crate) struct Link<'a> {
     pub(crate) meter: &'a Meter,
 }
 
-/// A point of the walk back, seen from the front handle.
+/// A point of the walk back, relative to the front handle.
 #[derive(Clone, Copy)]
 struct WalkPoint {
     parameter: f64,
     point: RoutePoint,
     distance_m: f64,
-    /// How fast the distance grows per metre walked back: the cosine between the chord and the tangent here.
+    /// Growth of the distance per metre walked back: the cosine of the angle between the chord and the tangent at this point.
     growth: f64,
 }
 
-/// Where a link's end lies: behind a point of the walk back, up to here.
+/// Interval that contains the rear end of a link: from a point of the walk back to `far_parameter` behind it.
 #[derive(Clone, Copy)]
 struct Bracket {
     far_parameter: f64,
@@ -65,11 +66,12 @@ struct Bracket {
 }
 
 impl Link<'_> {
-    /// The first parameter behind `front_parameter` at the link's length from it; none if [`MAX_STEPS`] do not reach it.
+    /// Finds the first parameter behind `front_parameter` at the distance of the link's length; `None` if [`MAX_STEPS`] do not
+    /// reach it.
     ///
-    /// Walks back by steps that cannot pass the first crossing, until the crossing is bracketed where the distance only
-    /// grows, then refines it. The distance is off by rounding alone, to either side: some 10⁻¹⁴ of the distance from
-    /// the route's centre.
+    /// The walk back takes steps that cannot pass the first crossing. It stops once the crossing is bracketed in an interval in
+    /// which the distance only grows; then it refines the crossing. The error of the distance is rounding with either sign,
+    /// about 10⁻¹⁴ of the distance from the route's centre.
     pub(crate) fn rear(&self, front_parameter: f64) -> Option<RearEnd> {
         let start = self.route.step_back(front_parameter, self.length_m);
         let mut sight = self.look(start);
@@ -90,11 +92,11 @@ impl Link<'_> {
         WalkPoint { parameter, point, distance_m, growth: chord.dot(point.tangent) / distance_m }
     }
 
-    /// Arc that can be walked back with the distance staying under the link's length.
+    /// Arc that can be walked back while the distance stays below the link's length.
     ///
     /// The distance D changes by at most the arc walked (sphere tracing: Hart 1996, The Visual Computer 12). Its second
-    /// derivative is at most |κ| + 1/D, which over the next D/2 of arc is at most |κ| + 2/D, so D also stays under D +
-    /// D'σ + (|κ|/2 + 1/D)σ². The second bound walks briskly past a parameter where the distance almost reaches the length.
+    /// derivative is at most |κ| + 1/D, which is at most |κ| + 2/D over the next D/2 of arc. So D also stays below D + D'σ +
+    /// (|κ|/2 + 1/D)σ². The second bound gives long steps past a parameter at which the distance almost reaches the length.
     fn safe_step(&self, sight: &WalkPoint) -> f64 {
         let gap_m = self.length_m - sight.distance_m;
         let limit_m = 0.5 * sight.distance_m;
@@ -107,10 +109,11 @@ impl Link<'_> {
         gap_m.max(smooth_m.min(limit_m))
     }
 
-    /// A parameter behind `sight` up to which the distance only grows and reaches the link's length, if there is one near.
+    /// Returns a bracket behind `sight` in which the distance only grows and reaches the link's length; `None` if no such
+    /// bracket is near.
     ///
-    /// The second derivative of the distance D is at least −|κ|. So D still grows after 6·gap/D' of arc if D'² ≥
-    /// 6·|κ|·gap, and has grown by the gap after a third of that, which the step back covers.
+    /// The second derivative of the distance D is at least −|κ|. So if D'² ≥ 6·|κ|·gap, D still grows after 6·gap/D' of arc. D
+    /// has grown by the gap after a third of that arc, which the step back covers.
     fn far_bracket(&self, sight: &WalkPoint) -> Option<Bracket> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {
@@ -124,14 +127,14 @@ impl Link<'_> {
         (sight.growth * sight.growth >= 6.0 * curvature * gap_m).then_some(Bracket { far_parameter, curvature })
     }
 
-    /// Newton's method on the distance from `near`, which is the front of the bracket, kept within the bracket.
+    /// Newton's method on the distance, from `near` at the front of the bracket. The iterates stay in the bracket.
     ///
-    /// A step that would leave the bracket halves it instead. `looks` were taken before.
+    /// If a step would leave the bracket, the bracket is bisected instead. `looks` is the number of points evaluated before.
     ///
-    /// The steps approach the crossing from one side. To end where the distance is within rounding would therefore leave
-    /// the links of a chain all too short, and their errors would add up. So a last step follows once the distance is so
-    /// near that this step ends at the crossing but for rounding, which falls to either side: a step of σ metres of arc
-    /// leaves ½·|D″|·σ², where |D″| is at most |κ| + 1/D, and at most |κ| more where the route's pace changes.
+    /// The steps approach the crossing from one side. If they ended as soon as the distance is within rounding, all links of a
+    /// chain would be too short, and the errors would add up. So one more step follows, once the distance is so near that this
+    /// step ends at the crossing up to rounding of either sign. A step of σ metres of arc leaves ½·|D″|·σ², where |D″| is at
+    /// most |κ| + 1/D, plus at most |κ| where the route's speed per parameter changes.
     fn refine(&self, near: WalkPoint, bracket: &Bracket, mut looks: u32) -> RearEnd {
         let rounding_m =
             self.route.rounding_m(near.parameter, near.point.speed_m_per_unit) + f64::EPSILON * self.length_m;

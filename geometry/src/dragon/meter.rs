@@ -1,17 +1,17 @@
-//! Work, counted in steps and not in time, so that a search that reaches its limit does so at the same parameter on every machine.
+//! Meters count work in steps, not in time. So a search reaches its limit at the same parameter on every machine.
 //!
-//! A step is one point of the route that is looked at for a link, some 50 ns. Work of another kind counts as the steps that
-//! take about as long.
+//! A step is one route point evaluated for a link, about 50 ns. Other work counts as the number of steps that take about as
+//! long.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
-/// Steps that finding out how far a dragon can walk may take, some seconds' work.
+/// Limit of steps for finding the end of a dragon's run: some seconds of work.
 const MAX_PLACING_STEPS: u64 = 100_000_000;
 
-/// A limit of work, and the work that has been done under it. Clones count together.
+/// A limit of work, and the work done under it. Clones share one count.
 ///
 /// ```
 /// use bench_dragon_geometry::dragon::Meter;
@@ -31,9 +31,9 @@ struct Count {
     done: AtomicU64,
 }
 
-/// A search has reached its limit of work before its end.
+/// Error: a search has reached its limit of work before its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("it takes more than {most} steps of work")]
+#[error("the limit of {most} steps of work is reached")]
 pub struct Spent {
     /// The limit.
     pub most: u64,
@@ -41,16 +41,16 @@ pub struct Spent {
     pub reached_m: f64,
 }
 
-/// Counts without a limit.
+/// A meter without a limit.
 pub(crate) static UNLIMITED: Meter = Meter(None);
 
 impl Meter {
-    /// No limit: nothing is counted.
+    /// A meter without a limit. It counts nothing.
     pub fn unlimited() -> Self {
         Self(None)
     }
 
-    /// A limit of so many steps.
+    /// A meter with a limit of `most` steps.
     pub fn of(most: u64) -> Self {
         Self(Some(Arc::new(Count { most, done: AtomicU64::new(0) })))
     }
@@ -60,58 +60,58 @@ impl Meter {
         self.0.is_some()
     }
 
-    /// Counts this many steps.
+    /// Adds `steps` to the count.
     pub fn add(&self, steps: u64) {
         if let Some(count) = &self.0 {
             count.done.fetch_add(steps, Ordering::Relaxed);
         }
     }
 
-    /// Counts from 0 again.
+    /// Resets the count to 0.
     pub fn restart(&self) {
         if let Some(count) = &self.0 {
             count.done.store(0, Ordering::Relaxed);
         }
     }
 
-    /// Whether the limit is reached.
+    /// Whether the count has reached the limit.
     pub fn is_spent(&self) -> bool {
         self.left() == 0
     }
 
-    /// Steps that were counted.
+    /// Steps counted so far; 0 without a limit.
     pub fn done(&self) -> u64 {
         self.0.as_ref().map_or(0, |count| count.done.load(Ordering::Relaxed))
     }
 
-    /// Steps that are left; without a limit as many as can be counted.
+    /// Steps left up to the limit; `u64::MAX` without a limit.
     pub fn left(&self) -> u64 {
         self.0.as_ref().map_or(u64::MAX, |count| count.most.saturating_sub(count.done.load(Ordering::Relaxed)))
     }
 
-    /// The limit is reached by a search that is finished up to this travel.
+    /// The error of a search that reached the limit and is finished up to this travel.
     pub fn spent(&self, reached_m: f64) -> Spent {
         Spent { most: self.0.as_ref().map_or(u64::MAX, |count| count.most), reached_m }
     }
 
-    /// Ends a search that is finished up to this travel where the limit is reached.
+    /// Returns an error if the limit is reached. The search is finished up to `reached_m`.
     pub(crate) fn check(&self, reached_m: f64) -> Result<(), Spent> {
         if self.is_spent() { Err(self.spent(reached_m)) } else { Ok(()) }
     }
 
-    /// A meter of its own with half of what is left.
+    /// A separate meter whose limit is half of the remaining steps.
     pub(crate) fn half(&self) -> Self {
         if self.is_limited() { Self::of(self.left() / 2) } else { Self::unlimited() }
     }
 
-    /// Leaves nothing: what is missing would exceed the limit.
+    /// Uses up the remaining steps, because the missing work would exceed the limit.
     pub(crate) fn exhaust(&self) {
         if self.0.is_some() {
             self.add(self.left());
         }
     }
 
-    /// The meter for finding out how far a dragon can walk: this one, or one with a limit of its own.
+    /// The meter for finding the end of a dragon's run: this one, or one with a limit if this one has none.
     pub(crate) fn for_placing(&self) -> Self {
         if self.0.is_some() { self.clone() } else { Self::of(MAX_PLACING_STEPS) }
     }

@@ -1,7 +1,8 @@
 //! The dragon: hinged benches led along a route.
 //!
-//! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. All that the dragon
-//! does is a function of the head's travel in metres; "per metre" and "speed ratio" mean per metre of that.
+//! Bench 0 is the head. Handle i is the front hinge of bench i, handle N the tail's rear hinge. The state of the dragon is a
+//! function of the head's travel in metres. The terms "per metre" and "speed ratio" refer to the travel and the speed of the
+//! head.
 
 pub(crate) mod board;
 pub(crate) mod chain;
@@ -33,29 +34,29 @@ pub(crate) use orbit::Station;
 
 use run::Run;
 
-/// Why a dragon cannot walk a route.
+/// Reason why a dragon cannot walk a route.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DragonError {
-    /// Boards overlap from one turn of the route to the next.
+    /// The boards of neighbouring turns would overlap.
     #[error("pitch_m is {}, must be above width_m {}", Number(*pitch_m), Number(*width_m))]
     PitchUnderWidth {
-        /// Metres between neighbouring turns.
+        /// Distance between neighbouring turns, in metres.
         pitch_m: f64,
-        /// Metres.
+        /// Width of the boards, in metres.
         width_m: f64,
     },
-    /// At the start, no parameter behind a handle is right for the next one.
+    /// At the start, a handle has no position behind the handle before it, or could not move forward.
     #[error(
-        "the route is too tight at its start: handle {handle} cannot stand and walk {link_m:.3} m behind the one before"
+        "the route is too tight at its start: handle {handle} cannot stand and walk {link_m:.3} m behind the handle before it"
     )]
     CannotStand {
         /// The first such handle.
         handle: usize,
-        /// Length of the link before it.
+        /// Length of the link in front of that handle, in metres.
         link_m: f64,
     },
-    /// A run that takes too much work to look through.
-    #[error("the dragon's run is too long, or too tightly wound for its links, to be looked through: {0}")]
+    /// The search for the end of the run takes too much work.
+    #[error("the dragon's run is too long, or too tightly wound for its links, to be searched: {0}")]
     TooMuchWork(Spent),
 }
 
@@ -82,19 +83,19 @@ pub struct Dragon {
 }
 
 impl Dragon {
-    /// Puts a dragon onto a route, the head at the route's start, and finds out how far it can walk.
+    /// Places a dragon on a route, with the head at the route's start, and finds the end of its run.
     ///
     /// # Errors
-    /// The pitch must be above the boards' width, and at the start every handle must stand on the route and move
-    /// forward. How far it can walk is found within a bounded number of steps of work.
+    /// The pitch must exceed the boards' width. At the start, every handle must be on the route and move forward. The end of
+    /// the run must be found within a bounded number of steps of work.
     pub fn new(dimensions: Dimensions, route: Arc<Route>) -> Result<Self, DragonError> {
         Self::with_meter(dimensions, route, Meter::unlimited())
     }
 
-    /// The same, with all work for this dragon counted on a meter.
+    /// The same, with a meter that counts all work for this dragon.
     ///
     /// # Errors
-    /// As [`new`](Self::new); and the meter may be spent before it is known how far the dragon can walk.
+    /// The errors of [`new`](Self::new), and [`DragonError::TooMuchWork`] if the meter reaches its limit first.
     pub fn with_meter(dimensions: Dimensions, route: Arc<Route>, meter: Meter) -> Result<Self, DragonError> {
         let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
         if pitch_m <= width_m {
@@ -109,13 +110,13 @@ impl Dragon {
         Ok(Self { dimensions, end_parameter: route.parameter(run.end_travel_m), route, run, meter })
     }
 
-    /// The same dragon, with all work for it counted on this meter.
+    /// The same dragon with another meter for its work.
     #[must_use]
     pub fn metered(&self, meter: &Meter) -> Self {
         Self { meter: meter.clone(), ..self.clone() }
     }
 
-    /// Where the work for this dragon is counted.
+    /// The meter that counts the work for this dragon.
     pub fn meter(&self) -> &Meter {
         &self.meter
     }
@@ -130,22 +131,22 @@ impl Dragon {
         &self.route
     }
 
-    /// Travel at which the run begins.
+    /// Travel at the beginning of the run.
     pub fn start_travel_m(&self) -> f64 {
         self.route.start_travel_m()
     }
 
-    /// Travel at which the run ends, to some 10⁻¹² m; every handle still walks up to here.
+    /// Travel at the end of the run, to about 10⁻¹² m. Every handle walks forward up to this travel.
     pub fn end_travel_m(&self) -> f64 {
         self.run.end_travel_m
     }
 
-    /// What ends the run.
+    /// The reason why the run ends.
     pub fn run_end(&self) -> RunEnd {
         self.run.end
     }
 
-    /// The handles with the head at `travel_m`, one by one from the head.
+    /// Iterator over the handles with the head at `travel_m`, head first.
     ///
     /// # Errors
     /// The travel must lie within the run.
@@ -154,14 +155,14 @@ impl Dragon {
         Ok(Chain::new(self.route(), &self.dimensions, &self.meter, self.route.parameter(travel_m)))
     }
 
-    /// Refuses a travel beyond the run.
+    /// Returns an error for a travel outside the run.
     fn require_travel(&self, travel_m: f64) -> Result<(), TravelOutOfRange> {
         let (start_travel_m, end_travel_m) = (self.start_travel_m(), self.end_travel_m());
         let within = travel_m >= start_travel_m && travel_m <= end_travel_m;
         if within { Ok(()) } else { Err(TravelOutOfRange { travel_m, start_travel_m, end_travel_m }) }
     }
 
-    /// The handles behind the one of this index.
+    /// Iterator over the handles behind the handle of this index.
     pub(crate) fn chain_behind(&self, index: usize, handle: &Handle) -> Chain<'_> {
         Chain::behind(self.route(), &self.dimensions, &self.meter, index, handle)
     }
@@ -171,12 +172,12 @@ impl Dragon {
         Board::from_handles(front.position, rear.position, self.dimensions.length_m(bench), self.dimensions.width_m())
     }
 
-    /// The boards of all benches, head first, in place of what is in `boards`.
+    /// Replaces `boards` by the boards of all benches, head first.
     pub fn place_boards(&self, handles: &[Handle], boards: &mut Vec<Board>) {
         self.place_boards_at(handles, |handle| handle.position, boards);
     }
 
-    /// The same from anything that tells where the handles are.
+    /// The same for any type of handle from which `position` returns the position.
     pub fn place_boards_at<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec2, boards: &mut Vec<Board>) {
         boards.clear();
         boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| {

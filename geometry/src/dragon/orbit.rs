@@ -1,29 +1,30 @@
-//! The body's handles behind one parameter of the route.
+//! Orbits: the positions of the body's handles behind one parameter of the route.
 //!
-//! All body links are alike, so each handle from the second on stands where the same function f of the parameter of the
-//! one before puts it. Behind a parameter x the body stands on the orbit x, f(x), f(f(x))…, whichever handle stands at x: a
-//! dragon that walks on by one bench stands on the same orbit, one station further on.
+//! All body links are alike. So from handle 2 on, each handle's parameter is the same function f of the parameter of the handle
+//! before it. Behind a parameter x, the body stands on the orbit x, f(x), f(f(x))…, whichever handle is at x. A dragon that
+//! walks forward by one bench stands on the same orbit, one station further.
 
 use super::Dragon;
 use super::link::{Link, RearEnd};
 use crate::numerics::{Slope, rising_root};
 
-/// How exactly handle 1 is brought to a parameter, in metres: a chain's own rounding is some 10⁻¹³ m.
+/// Accuracy of the search for the head's parameter, in metres at handle 1. The rounding of a chain is about 10⁻¹³ m.
 const ROUNDING_M: f64 = 1e-12;
 
-/// A parameter of an orbit.
+/// One parameter of an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Station {
     /// Parameter on the route.
     pub(crate) parameter: f64,
-    /// Speed of the handle here ÷ speed of the handle at the first station.
+    /// Speed of the handle here divided by the speed of the handle at the first station.
     pub(crate) speed_ratio: f64,
 }
 
 impl Dragon {
-    /// The stations behind `parameter`, which comes first. It ends at a link that nowhere behind meets the route.
+    /// Iterator over the stations of an orbit. `parameter` is the first. The orbit ends before the first link that finds no
+    /// rear handle on the route.
     pub(crate) fn orbit(&self, parameter: f64) -> impl Iterator<Item = Station> {
-        // A lone head has no body link; its own serves to cut the route into stations.
+        // A lone head has no body link. Its own link divides the route into stations.
         let bench = 1.min(self.dimensions.benches() - 1);
         std::iter::successors(Some(Station { parameter, speed_ratio: 1.0 }), move |front| {
             let rear = self.rear(bench, front.parameter)?;
@@ -31,11 +32,11 @@ impl Dragon {
         })
     }
 
-    /// The head's parameter with handle 1 at `parameter`, which must lie on the way that handle 1 walks during the run; and the
-    /// speed of handle 1 ÷ that of the head.
+    /// Finds the head's parameter for which handle 1 is at `parameter`. Returns it with the speed of handle 1 divided by the
+    /// speed of the head. `parameter` must be one that handle 1 passes during the run.
     ///
-    /// Newton's method on the parameter of handle 1, which grows with that of the head all through the run. In metres it is
-    /// known to some 10⁻¹².
+    /// Newton's method on the parameter of handle 1, which grows with the head's parameter throughout the run. The result is
+    /// exact to about 10⁻¹² m.
     pub(crate) fn head_before(&self, parameter: f64) -> (f64, f64) {
         let end = self.end_parameter.max(parameter);
         let ahead_m = self.dimensions.link_m(0);
@@ -43,7 +44,7 @@ impl Dragon {
         let guess = self.route.parameter_near(self.route.travel(parameter) + ahead_m, near);
         let mut speed_ratio = 1.0;
         let head_parameter = rising_root(parameter..=end, guess, ROUNDING_M, |head_parameter| {
-            let rear = self.rear(0, head_parameter).expect("handle 1 stands all through the run");
+            let rear = self.rear(0, head_parameter).expect("handle 1 has a position throughout the run");
             speed_ratio = rear.speed_ratio();
             Slope {
                 value: (rear.parameter - parameter) * rear.point.speed_m_per_unit,
@@ -53,7 +54,7 @@ impl Dragon {
         (head_parameter, speed_ratio)
     }
 
-    /// The rear handle of a bench whose front handle stands at `front_parameter`.
+    /// The rear handle of a bench whose front handle is at `front_parameter`.
     pub(crate) fn rear(&self, bench: usize, front_parameter: f64) -> Option<RearEnd> {
         let route = self.route();
         let (front, length_m) = (route.point(front_parameter), self.dimensions.link_m(bench));

@@ -1,11 +1,12 @@
-//! How far a dragon can walk.
+//! The run of a dragon: how far it can walk, and why it ends there.
 //!
-//! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link does so
-//! where it stands square to the tangent at its front handle (the rear handle's speed reaches 0) or at its rear handle
-//! (the rear handle's speed has no bound: the crossing that it stands on vanishes), or where a nearer crossing appears.
+//! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link causes this in
+//! three cases. It is perpendicular to the tangent at its front handle: the speed of the rear handle reaches 0. It is
+//! perpendicular to the tangent at its rear handle: the speed of the rear handle is unbounded, because its crossing vanishes.
+//! Or a nearer crossing appears.
 //!
-//! Whether a link walks depends on the parameter of its front handle alone, and all body links are alike. So a *fault* is a
-//! parameter of the route, one for the head's link and one for each parameter that a body link does not get past.
+//! Whether a link walks depends only on the parameter of its front handle, and all body links are alike. So a *fault* is a
+//! parameter of the route that a front handle cannot pass. The head's link and the body links have separate faults.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -16,38 +17,38 @@ use super::meter::Meter;
 use crate::numerics::{peak, turning_point};
 use crate::route::Route;
 
-/// A stretch that the curvature bound does not clear is looked at this many times per link length.
+/// Samples per link length in an interval that the curvature bound does not clear.
 const LOOKS_PER_LINK: f64 = 64.0;
 
-/// A rear handle that walks this part of the link's length between two looks jumped: its speed would be 16 times the
-/// front handle's.
+/// Largest motion of a rear handle between two samples, as a share of the link's length. A longer motion is a jump: the
+/// handle's speed would be 16 times that of the front handle.
 const JUMP_PER_LINK: f64 = 0.25;
 
-/// Width to which faults and the run's end are pinned down, in metres and units of parameter.
+/// Tolerance of faults and of the run's end, in metres and in units of the parameter.
 const TOLERANCE: f64 = 1e-12;
 
-/// A rear handle that walks no more than this many times as far as the front handle between two looks does not jump.
+/// A rear handle that moves at most this many times as far as the front handle between two samples does not jump.
 const BRISK: f64 = 1.5;
 
-/// What a rear handle could walk, at a speed without bound, while the front handle walks [`TOLERANCE`]: the root of that,
-/// over a curvature of 1/100 m or more.
+/// Shortest jump, in metres. While the front handle walks [`TOLERANCE`], a rear handle of unbounded speed moves at most about
+/// √([`TOLERANCE`] × 100 m). This holds for a curvature of at least 1/100 m.
 const LEAST_JUMP_M: f64 = 1e-5;
 
-/// Part of the way between two looks to which the parameter of a dip is known: its depth is then, as a square of that, right
-/// to rounding.
+/// Tolerance of a dip's parameter, as a share of the interval between two samples. The error of its depth is the square of
+/// that, so the depth is exact to rounding.
 const DIP_TOLERANCE: f64 = 1e-7;
 
-/// What ends a run.
+/// Reason why a run ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunEnd {
-    /// The head arrives at the route's end.
+    /// The head reaches the route's end.
     RouteEnd,
-    /// The speed of this handle reaches 0; it would walk backwards.
+    /// The speed of this handle reaches 0. Beyond, it would walk backwards.
     HandleStops {
         /// Index of the handle.
         handle: usize,
     },
-    /// The chain rule's next parameter for this handle is not next to its last one.
+    /// The next parameter of this handle by the chain rule is not adjacent to its last one.
     HandleJumps {
         /// Index of the handle.
         handle: usize,
@@ -64,7 +65,7 @@ impl Display for RunEnd {
     }
 }
 
-/// How far a dragon can walk, and why no further.
+/// The end of a dragon's run, and its reason.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub(crate) end_travel_m: f64,
@@ -72,14 +73,16 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// The run of a dragon of these dimensions from the route's start, or the first handle that cannot stand there. Where
-    /// the meter is spent after that, it is not known.
+    /// Finds the run of a dragon of these dimensions from the route's start.
+    ///
+    /// # Errors
+    /// The first handle that has no valid position at the start. The result is valid only if the meter's limit is not reached.
     pub(crate) fn of(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, usize> {
         let parameters = standing_parameters(route, dimensions, meter)?;
         let mut run = Self { end_travel_m: route.end_travel_m(), end: RunEnd::RouteEnd };
         for bench in 0..dimensions.benches() {
             let length_m = dimensions.link_m(bench);
-            // A body link need not look where the one before it started: that one comes to the fault first.
+            // A body link is sampled only up to the start of the link before it, which reaches a fault beyond that first.
             let limit = if bench < 2 { route.parameter(run.end_travel_m) } else { parameters[bench - 1] };
             if meter.is_spent() {
                 break;
@@ -91,8 +94,7 @@ impl Run {
         Ok(run)
     }
 
-    /// Ends the run where the front handle of `bench` comes to the fault, if it does. All links before it walk that
-    /// far.
+    /// Ends the run where the front handle of `bench` reaches the fault, if it reaches it. All links before it walk that far.
     fn shorten(&mut self, route: &Route, dimensions: &Dimensions, meter: &Meter, bench: usize, fault: &Fault) {
         let arrived = |travel_m| {
             let handle = Chain::new(route, dimensions, meter, route.parameter(travel_m)).nth(bench);
@@ -106,7 +108,10 @@ impl Run {
     }
 }
 
-/// Parameters of all handles at the route's start, or the first handle that has none or would not move forward.
+/// The parameters of all handles at the route's start.
+///
+/// # Errors
+/// The first handle that has no parameter there, or could not move forward.
 fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, usize> {
     let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.parameter(route.start_travel_m()))
         .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
@@ -115,13 +120,13 @@ fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) ->
     if parameters.len() == dimensions.handles() { Ok(parameters) } else { Err(parameters.len()) }
 }
 
-/// The last parameter before one that a link's front handle cannot get past, and whether the rear handle would jump there.
+/// A fault of a link: the last parameter that the front handle can reach, and whether the rear handle would jump there.
 struct Fault {
     parameter: f64,
     jump: bool,
 }
 
-/// The faults of a link of one length on a route.
+/// Search for the faults of a link of one length on a route.
 struct Faults<'a> {
     route: &'a Route,
     length_m: f64,
@@ -129,9 +134,10 @@ struct Faults<'a> {
 }
 
 impl Faults<'_> {
-    /// The first fault of a front handle that walks from `from` to `to`.
+    /// Finds the first fault of a front handle that walks from `from` to `to`.
     ///
-    /// Halves the stretch until each part is cleared by its curvature or shorter than the distance between two looks.
+    /// The interval is bisected until the curvature bound clears each part, or the part is shorter than the distance between
+    /// two samples.
     fn first(&self, from: f64, to: f64) -> Option<Fault> {
         self.meter.add(1);
         if from >= to || self.meter.is_spent() || self.walks_throughout(from, to) {
@@ -145,16 +151,16 @@ impl Faults<'_> {
         self.first(from, middle).or_else(|| self.first(middle, to))
     }
 
-    /// Whether curvature alone makes the link walk with its front handle anywhere from `from` to `to`.
+    /// Whether the curvature bound proves that the link walks with its front handle anywhere from `from` to `to`.
     ///
-    /// If |κ| ≤ K and K·d < 2, a chord of length d spans an arc of at most (2/K)·asin(K·d/2) ≤ π·d/2 (Schwarz's theorem
-    /// on curves of bounded curvature), and makes an angle of at most asin(K·d/2) < 90° with the tangent at either end.
+    /// If |κ| ≤ K and K·d < 2, a chord of length d spans an arc of at most (2/K)·asin(K·d/2) ≤ π·d/2 (Schwarz's theorem on
+    /// curves of bounded curvature). It makes an angle of at most asin(K·d/2) < 90° with the tangent at either end.
     fn walks_throughout(&self, from: f64, to: f64) -> bool {
         let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
         self.route.curvature_bound(rear, to) * self.length_m < 2.0
     }
 
-    /// The fault between two parameters that are so near to each other that there is one at most.
+    /// Finds the fault between two adjacent samples. The samples are so close that at most one fault lies between them.
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
         let Some(start) = self.rear(from) else { return Some(Fault { parameter: from, jump: true }) };
         let end = self.rear(to);
@@ -169,11 +175,11 @@ impl Faults<'_> {
         Some(Fault { parameter, jump })
     }
 
-    /// A parameter between two looks from which the rear handle jumps.
+    /// Finds a parameter between two samples at which the rear handle jumps.
     ///
-    /// A crossing vanishes where the rear handle's speed has no bound, so a jump shows as a way longer than the front
-    /// handle's. Whether it is one is told by halving, each time into the half with more of that way: what is walked,
-    /// however fast, shrinks with the square root of the half at least, and a jump does not.
+    /// A crossing vanishes where the speed of the rear handle is unbounded. So at a jump the rear handle moves further than the
+    /// front handle. Bisection distinguishes the two cases: it continues in the half in which the rear handle moves further. A
+    /// continuous motion, however fast, shrinks at least with the square root of the interval; a jump does not.
     fn leap(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let (mut low, mut high) = (from, to);
         let (mut low_m, mut high_m) = (self.route.travel(start.parameter), self.route.travel(end.parameter));
@@ -195,11 +201,11 @@ impl Faults<'_> {
         (high_m - low_m > LEAST_JUMP_M).then_some(low)
     }
 
-    /// A parameter between two looks at which the rear handle stops, though it walks at both.
+    /// Finds a parameter between two samples at which the rear handle stops, although it walks at both samples.
     ///
-    /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre as long as the rear
-    /// handle is the slower one, as it is where it comes near to a stop. So its cosine dips under 0 only if at either
-    /// look it is no more than that over half of the way; where it may, the least cosine is searched for.
+    /// The link's angle with the tangent at its front handle changes by at most |κ| + 2/d per metre while the rear handle is
+    /// the slower one. Near a stop it is. To fall below 0 between the samples, the cosine must be at most that rate times half
+    /// of the interval at one of them. In that case the smallest cosine is searched for.
     fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let cosine = |parameter| self.rear(parameter).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
         let arc_m = self.route.travel(to) - self.route.travel(from);
@@ -212,7 +218,7 @@ impl Faults<'_> {
         (lowest.value >= 0.0).then_some(lowest.at)
     }
 
-    /// Whether a rear handle cannot have walked from one end to the other.
+    /// Whether the rear handle cannot have walked from one position to the other.
     fn jumps(&self, earlier: &RearEnd, later: &RearEnd) -> bool {
         let walked_m = self.route.travel(later.parameter) - self.route.travel(earlier.parameter);
         later.cos_front > 0.0 && !(-TOLERANCE..=JUMP_PER_LINK * self.length_m).contains(&walked_m)

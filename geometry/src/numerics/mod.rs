@@ -1,4 +1,4 @@
-//! Searches for roots and minima.
+//! Searches for roots and maxima, and sines for vector loops.
 
 mod bisection;
 mod newton;

@@ -1,24 +1,25 @@
-//! Where a growing function passes 0.
+//! Newton's method: finds the zero of an increasing function.
 
 use std::ops::RangeInclusive;
 
-/// Bound on steps: some five where the function is smooth, some hundred where only halving helps.
+/// Bound on steps. A smooth function takes about five, a function for which only bisection works about a hundred.
 const MAX_STEPS: usize = 200;
 
-/// What a function is at one parameter, and how fast it grows there.
+/// Value and derivative of a function at one parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slope {
-    /// Under 0 before the parameter sought, above 0 behind it.
+    /// Below 0 before the root, above 0 behind it.
     pub(crate) value: f64,
     /// Derivative, above 0.
     pub(crate) growth: f64,
 }
 
-/// Where a function that grows passes 0 within `bracket`, whose end it is if the function does not pass 0.
+/// Finds the zero of an increasing function within `bracket`. Without a zero, the result approaches the nearer end of the
+/// bracket.
 ///
-/// Newton's method from `guess`, which is brought into the bracket (rtsafe: Press and others, Numerical Recipes, 9.4):
-/// a step that would leave the bracket, or is not half of the one before, halves the bracket instead. Ends when the
-/// function is within `tolerance` of 0, or at rounding.
+/// Newton's method starts at `guess`, clamped to the bracket (rtsafe: Press and others, Numerical Recipes, 9.4). If a step
+/// would leave the bracket, or is longer than half of the step before, the bracket is bisected instead. The search ends when
+/// the function is within `tolerance` of 0, or at rounding.
 pub(crate) fn rising_root(
     bracket: RangeInclusive<f64>,
     guess: f64,
@@ -62,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kink_that_newton_would_cycle_round_is_got_past() {
+    fn the_search_converges_at_a_kink_where_newtons_method_would_cycle() {
         let kinked = |x: f64| {
             if x < 0.0 { Slope { value: 4.0 * x, growth: 4.0 } } else { Slope { value: x - 1e-3, growth: 0.3 } }
         };
@@ -71,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_root_the_end_nearest_to_one_is_approached() {
+    fn without_a_root_the_search_approaches_the_nearer_end() {
         let root = rising_root(0.0..=1.0, 0.2, 0.0, |x| Slope { value: x - 3.0, growth: 1.0 });
         assert!((root - 1.0).abs() < 1e-12, "{root}");
     }

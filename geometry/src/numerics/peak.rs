@@ -1,24 +1,24 @@
-//! Where a function of one variable is largest.
+//! Maximum of a function of one variable.
 
-/// Part of an interval that golden section leaves out: 1 − 1/φ.
+/// Part of an interval that a golden-section step excludes: 1 − 1/φ.
 pub(crate) const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
-/// Bound on evaluations; golden section alone shrinks an interval by 10¹⁰ with 48.
+/// Bound on evaluations. Golden section alone reduces an interval by a factor of 10¹⁰ in 48.
 const MAX_EVALUATIONS: usize = 100;
 
-/// A largest value and where it is taken.
+/// A largest value and its argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Peak {
     pub(crate) at: f64,
     pub(crate) value: f64,
 }
 
-/// The peak of a function that has one on an interval, its ends included.
+/// Finds the maximum of a function with one peak on an interval, ends included.
 ///
-/// Brent's method (Brent 1973, Algorithms for Minimization without Derivatives, chapter 5): parabolas through the best
-/// three points, golden section where they do not help. The parameter is right to `tolerance`, or to the square root of
-/// rounding where the peak is smooth, which leaves the value right to rounding. On a function with several peaks it
-/// finds one of them, never less than either end.
+/// Brent's method (Brent 1973, Algorithms for Minimization without Derivatives, chapter 5): a parabola through the best three
+/// points, or golden section where the parabola does not help. The argument is exact to `tolerance`, or to the square root of
+/// rounding at a smooth peak. The value is then exact to rounding. For a function with several peaks, the result is one of
+/// them, and at least the value at either end.
 pub(crate) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {
     let mut evaluate = |at| Peak { at, value: function(at) };
     let ends = [evaluate(low), evaluate(high)];
@@ -26,7 +26,7 @@ pub(crate) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut
     ends.into_iter().fold(inner, higher)
 }
 
-/// The higher of two, the first where they are equal.
+/// The higher of two peaks; the first if they are equal.
 pub(crate) fn higher(first: Peak, second: Peak) -> Peak {
     if second.value > first.value { second } else { first }
 }
@@ -83,7 +83,7 @@ fn within(low: f64, high: f64, tolerance: f64, evaluate: &mut impl FnMut(f64) ->
     best
 }
 
-/// The step from `best` to the top of the parabola through three points.
+/// The step from `best` to the vertex of the parabola through three points.
 fn parabola_step(best: Peak, second: Peak, third: Peak) -> Option<f64> {
     let to_second = (best.at - second.at) * (best.value - third.value);
     let to_third = (best.at - third.at) * (best.value - second.value);
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_smooth_peak_is_right_to_rounding() {
+    fn a_smooth_peak_is_exact_to_rounding() {
         let Peak { at, value } = peak(0.0, 4.0, 1e-10, |x| -(x - 1.234_567).powi(4) - (x - 1.234_567).powi(2) + 3.0);
         assert!((at - 1.234_567).abs() < 1e-7 && (value - 3.0).abs() < 1e-15, "{value} at {at}");
     }

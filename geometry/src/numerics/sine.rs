@@ -1,31 +1,32 @@
-//! Sine and cosine as plain arithmetic without a branch, so that a loop over many angles becomes vector instructions.
+//! Sine and cosine as plain arithmetic without a branch, so that a loop over many angles compiles to vector instructions.
 
-#![allow(clippy::inline_always, reason = "what is not inlined is compiled for fewer instructions than its caller")]
+#![allow(clippy::inline_always, reason = "a function that is not inlined loses the vector instructions of its caller")]
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-/// a·b + c, in one rounding where `FUSED`.
+/// a·b + c, with a single rounding if `FUSED`.
 #[inline(always)]
 pub(crate) fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Up to this |angle|, [`sine_and_cosine`] is exact to its bound.
+/// Largest |angle| for which the error bound of [`sine_and_cosine`] holds.
 const ANGLE_LIMIT: f64 = 1e6;
 
-/// Sine and cosine of an angle in radians, off by at most 4·10⁻¹⁶. Quicker than the standard library's, because it is inlined.
+/// Sine and cosine of any angle in radians, with an error of at most 4·10⁻¹⁶. Faster than the standard library because it is
+/// inlined.
 #[inline(always)]
 pub(crate) fn sine_and_cosine_anywhere(angle: f64) -> (f64, f64) {
     if angle.abs() <= ANGLE_LIMIT { sine_and_cosine::<false>(angle) } else { angle.sin_cos() }
 }
 
-/// Sine and cosine of an angle in radians, off by at most 4·10⁻¹⁶ for |angle| up to 10⁶.
+/// Sine and cosine of an angle in radians, with an error of at most 4·10⁻¹⁶ for |angle| up to 10⁶.
 ///
-/// The angle's nearest multiple of π/2 is subtracted in parts (Cody and Waite, Software Manual for the Elementary
-/// Functions, 1980), and what is left goes into the polynomials of fdlibm's `k_sin` and `k_cos` (Sun Microsystems, 1993).
+/// The nearest multiple of π/2 is subtracted in parts (Cody and Waite, Software Manual for the Elementary Functions, 1980). The
+/// polynomials of fdlibm's `k_sin` and `k_cos` (Sun Microsystems, 1993) then evaluate the remainder.
 #[inline(always)]
 pub(crate) fn sine_and_cosine<const FUSED: bool>(angle: f64) -> (f64, f64) {
-    // Added to a small number, 1.5·2^52 rounds it to a whole one, which its last bits then hold.
+    // Adding 1.5·2^52 to a small number rounds it to an integer, which the lowest bits of the sum contain.
     const ROUNDER: f64 = 6_755_399_441_055_744.0;
     let quarters = multiply_add::<FUSED>(angle, FRAC_2_PI, ROUNDER);
     let quadrant = quarters.to_bits();
@@ -38,7 +39,7 @@ pub(crate) fn sine_and_cosine<const FUSED: bool>(angle: f64) -> (f64, f64) {
     (f64::from_bits(sine.to_bits() ^ exchange ^ sine_sign), f64::from_bits(cosine.to_bits() ^ exchange ^ cosine_sign))
 }
 
-/// sin x and cos x − 1 for |x| <= 1/64, to rounding: the next term of each series is under 10⁻¹⁶ of it.
+/// sin x and cos x − 1 for |x| <= 1/64, exact to rounding: the next term of each series is below 10⁻¹⁶.
 #[inline(always)]
 pub(crate) fn small_sine_and_versine<const FUSED: bool>(x: f64) -> (f64, f64) {
     let square = x * x;
@@ -47,7 +48,7 @@ pub(crate) fn small_sine_and_versine<const FUSED: bool>(x: f64) -> (f64, f64) {
     (x * sine, square * cosine)
 }
 
-/// `angle` − `quarters`·π/2. A product that is not fused needs parts of π/2 so short that it is exact.
+/// `angle` − `quarters`·π/2. Without a fused product, the parts of π/2 must be short enough to make each product exact.
 #[inline(always)]
 fn less_quarters<const FUSED: bool>(angle: f64, quarters: f64) -> f64 {
     const FRAC_PI_2_REST: f64 = 6.123_233_995_736_766e-17;
@@ -95,7 +96,7 @@ fn near_cosine<const FUSED: bool>(x: f64) -> f64 {
     multiply_add::<FUSED>(square * square, series, multiply_add::<FUSED>(square, -0.5, 1.0))
 }
 
-/// A polynomial by Horner's rule, its constant term first.
+/// Evaluates a polynomial by Horner's rule. `terms` begins with the constant term.
 #[inline(always)]
 fn polynomial<const FUSED: bool, const N: usize>(x: f64, terms: [f64; N]) -> f64 {
     let mut value = terms[N - 1];
@@ -116,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn sine_and_cosine_are_those_of_the_standard_library() {
+    fn sine_and_cosine_equal_those_of_the_standard_library() {
         for step in -400_000..400_000 {
             let angle = f64::from(step) * 0.173 + 1e-3 / f64::from(step).abs().max(1.0);
             assert_near(sine_and_cosine::<true>(angle), angle);
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn small_angles_are_exact_up_to_their_limit() {
+    fn small_angles_are_exact_to_rounding_up_to_their_limit() {
         for step in -1000..=1000 {
             let angle = f64::from(step) / 64_000.0;
             let (sine, versine) = small_sine_and_versine::<true>(angle);

@@ -13,24 +13,24 @@ use crate::dragon::{Dimensions, DimensionsError, DragonError, Meter, RunEnd, Spe
 use crate::number::Number;
 use crate::route::{PitchFamily, Route, RouteError, SpiralSpec};
 
-/// What is asked of a setting.
+/// A quantity that the planner calculates for a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Show time of the first contact of the planned run.
+    /// Show time of the first contact on the planned run.
     FirstContact,
-    /// Least clearance of any pair over the passage, below 0 where benches overlap.
+    /// Least clearance of any pair over the passage, below 0 if benches overlap.
     LeastClearance,
-    /// Largest speed of any handle over the passage ÷ speed of the head.
+    /// Largest speed of any handle over the passage divided by the speed of the head.
     LargestSpeedRatio,
-    /// Smallest pitch at which the head reaches the turning circle on a spiral with no contact on the way.
+    /// Smallest pitch of a spiral on which the head reaches the turning circle without a contact.
     SmallestPitch,
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub const ALL: [Self; 4] = [Self::FirstContact, Self::LeastClearance, Self::LargestSpeedRatio, Self::SmallestPitch];
 
-    /// Its name in answers, its name in messages, and its unit.
+    /// Key in answers, name in messages, and unit.
     fn words(self) -> [&'static str; 3] {
         match self {
             Self::FirstContact => ["first_contact_s", "first contact", "s"],
@@ -40,12 +40,12 @@ impl Quantity {
         }
     }
 
-    /// Its name in answers, the unit last.
+    /// Key of the quantity in answers, with the unit last.
     pub fn key(self) -> &'static str {
         self.words()[0]
     }
 
-    /// The unit that it is given in; none for a ratio.
+    /// Unit of the quantity; empty for a ratio.
     pub fn unit(self) -> &'static str {
         self.words()[2]
     }
@@ -57,48 +57,48 @@ impl Display for Quantity {
     }
 }
 
-/// Why there is no answer.
+/// Reason why a quantity has no value.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Unanswered {
     /// No benches touch on the planned run.
     #[error("no contact before the run ends: {0}")]
     NoContact(RunEnd),
-    /// Fewer than three benches.
-    #[error("there are no two benches that could touch")]
+    /// The dragon has fewer than three benches.
+    #[error("a dragon with fewer than three benches has no pair of benches that can touch")]
     NoPairs,
-    /// Impossible benches.
+    /// The dimensions are invalid.
     #[error(transparent)]
     Dimensions(#[from] DimensionsError),
-    /// An impossible route.
+    /// The route is invalid.
     #[error(transparent)]
     Route(#[from] RouteError),
-    /// Benches and route that do not go together.
+    /// The dragon cannot walk the route.
     #[error(transparent)]
     Dragon(#[from] DragonError),
-    /// A passage that cannot be walked.
+    /// The dragon cannot walk the whole passage.
     #[error(transparent)]
     Infeasible(#[from] Infeasible),
-    /// No pitch is right.
+    /// There is no smallest pitch.
     #[error(transparent)]
     Pitch(#[from] PitchError),
-    /// The work that was allowed is done.
-    #[error("not known: {0}")]
+    /// The limit of work is reached.
+    #[error("no answer: {0}")]
     TooMuchWork(#[from] Spent),
-    /// The spiral begins inside of the circle.
-    #[error("the spiral starts inside of the turning circle, of {} m", Number(*.0))]
+    /// The spiral starts inside the turning circle.
+    #[error("the spiral starts inside the turning circle of {} m diameter", Number(*.0))]
     StartsInside(f64),
-    /// The pitch is what is asked for.
-    #[error("the pitch is the answer, whatever is planned")]
+    /// The quantity is the pitch itself.
+    #[error("the pitch is the answer itself and does not depend on the planned pitch")]
     OwnPitch,
 }
 
-/// An answer in the quantity's unit, and how to find what it changes by per unit of each parameter.
+/// The value of a quantity in its unit, and a function for its derivatives with respect to each parameter.
 pub(super) struct Answer {
     pub(super) value: f64,
     pub(super) derivatives: Box<dyn Fn() -> Derivatives + Send + Sync>,
 }
 
-/// The answer to one question, whose work counts on the meter.
+/// Calculates one quantity. The meter counts the work.
 pub(super) fn answer(
     quantity: Quantity,
     setting: &Setting,
@@ -135,7 +135,7 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
     Ok(Answer { value, derivatives: Box::new(derivatives) })
 }
 
-/// On a turnaround, that of the spiral which starts as far out as the paper's.
+/// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
     let start_turns = setting.route.spiral().start_turns;
     let SmallestPitch { pitch_m, limit } =
@@ -148,7 +148,7 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
     Ok(Answer { value: pitch_m, derivatives: Box::new(move || derivative::of_touching_pitch(&passage, &contact)) })
 }
 
-/// The passage: on a spiral from the start until the head is on the circle, on a turnaround that of all benches.
+/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround: the passage of all benches.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
     let Some(spec) = setting.route.as_turnaround() else {
         return spiral_passage(setting.route.spiral(), setting.dimensions, turn_diameter_m, meter);

@@ -1,9 +1,10 @@
-//! How the clearance of two boards changes when they move and grow a little.
+//! Change of the clearance of two boards when both move and grow a little.
 //!
-//! The clearance of two rectangles is the distance along some direction between a point of the one and a point of the
-//! other: a corner and an edge of the other, across that edge, or two corners, along their connection. As long as it is
-//! these that decide, it changes by what the points, fixed in their growing boards, move along the direction: the
-//! direction itself turns without effect. Where two such pairs tie there is a kink, and no derivative.
+//! The clearance of two rectangles is the distance, along a direction, between a point of one and a point of the other. These
+//! are a corner and an edge, with the direction across that edge, or two corners, with the direction along their connection. As
+//! long as the same points decide the clearance, its change is the displacement of the points along the direction. The points
+//! stay fixed in their growing boards. The rotation of the direction has no first-order effect. If two such pairs of points
+//! tie, the clearance has a kink and no derivative.
 
 use glam::DVec2;
 
@@ -12,10 +13,10 @@ use super::chain_variation::HandleVariation;
 use super::derivative::Undefined;
 use crate::dragon::Board;
 
-/// Clearances nearer than this to each other count as equal, in metres: contacts are known to some 10⁻¹¹ m.
+/// Largest difference of clearances that count as equal, in metres. Contacts are exact to about 10⁻¹¹ m.
 pub(super) const TIE_M: f64 = 1e-9;
 
-/// How a board changes, per metre of what changes.
+/// Change of a board per unit of a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardVariation {
     centre: DVec2,
@@ -25,7 +26,7 @@ pub struct BoardVariation {
 }
 
 impl BoardVariation {
-    /// The board of a bench whose handles change like this.
+    /// The change of a bench's board, from the changes of its handles.
     pub fn new(board: &Board, bench: usize, link_m: f64, ends: &[HandleVariation], change: Change) -> Self {
         let (front, rear) = (ends[0].position, ends[1].position);
         Self {
@@ -36,7 +37,7 @@ impl BoardVariation {
         }
     }
 
-    /// Of a point that keeps its share of the half length and the half width.
+    /// Change of a point that keeps its share of the half length and the half width.
     fn point(&self, board: &Board, shares: DVec2) -> DVec2 {
         let arm = board.heading.rotate(shares * DVec2::new(board.half_length, board.half_width));
         let growth = board.heading.rotate(shares * DVec2::new(self.half_length, self.half_width));
@@ -44,19 +45,19 @@ impl BoardVariation {
     }
 }
 
-/// The two points that decide the clearance of two boards, and the direction from the first to the second.
+/// The two points that decide the clearance of two boards, and the direction from the first point to the second.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Witness {
     direction: DVec2,
-    /// In halves of the boards' lengths and widths.
+    /// Coordinates of the points, in halves of the boards' lengths and widths.
     shares: [DVec2; 2],
 }
 
 impl Witness {
-    /// The points that decide the clearance of two boards.
+    /// Finds the points that decide the clearance of two boards.
     ///
     /// # Errors
-    /// Others decide as well.
+    /// Other points decide the clearance as well.
     pub fn of(first: &Board, second: &Board) -> Result<Self, Undefined> {
         let boards = [first, second];
         let mut gaps: Vec<EdgeGap> =
@@ -68,21 +69,21 @@ impl Witness {
             return Ok(Self::of_corners(first, second));
         }
         if gap.next_corner_m - gap.gap_m < TIE_M {
-            return Err(Undefined("the clearance that decides has a kink: two edges are parallel"));
+            return Err(Undefined("the clearance has a kink: two edges are parallel"));
         }
         if gap.gap_m - gaps[1].gap_m < TIE_M || (gap.gap_m > -TIE_M && beyond_m > -TIE_M) {
-            return Err(Undefined("the clearance that decides has a kink: a corner meets a corner"));
+            return Err(Undefined("the clearance has a kink: a corner meets a corner"));
         }
         Ok(gap.witness(boards))
     }
 
-    /// By how much the clearance grows.
+    /// Growth of the clearance per unit of the change.
     pub fn variation(&self, boards: [&Board; 2], variations: [&BoardVariation; 2]) -> f64 {
         let [first, second] = [0, 1].map(|i| variations[i].point(boards[i], self.shares[i]));
         self.direction.dot(second - first)
     }
 
-    /// Whether the same corners and edges decide.
+    /// Whether the same corners and edges decide the clearance.
     pub fn decides_like(&self, other: &Self) -> bool {
         let end = |share: f64| if share.abs() < 1.0 - f64::EPSILON.sqrt() { 0.0 } else { share.signum() };
         let ends = |witness: &Self| witness.shares.map(|shares| DVec2::new(end(shares.x), end(shares.y)));
@@ -100,16 +101,16 @@ impl Witness {
     }
 }
 
-/// The gap between one edge's line and the other board.
+/// The gap between the line of one edge and the other board.
 #[derive(Clone, Copy, Debug)]
 struct EdgeGap {
-    /// Which board's edge it is.
+    /// Index of the board that has the edge.
     owner: usize,
     normal: DVec2,
-    /// From the line to the nearest corner, negative behind it.
+    /// Distance from the line to the nearest corner, negative behind the line.
     gap_m: f64,
     corner: DVec2,
-    /// From the line to the second nearest corner.
+    /// Distance from the line to the second nearest corner.
     next_corner_m: f64,
 }
 
@@ -135,7 +136,7 @@ impl EdgeGap {
         self.corner - self.gap_m * self.normal
     }
 
-    /// How far the corner's foot lies beyond the end of the edge; negative on it.
+    /// Distance of the corner's foot beyond the end of the edge, negative on the edge.
     fn beyond_end_m(&self, board: &Board) -> f64 {
         let foot = board.local(self.foot()).abs();
         let is_end = self.normal.dot(board.heading).abs() > 0.5;
@@ -153,7 +154,7 @@ impl EdgeGap {
     }
 }
 
-/// A point in halves of a board's length and width.
+/// Coordinates of a point, in halves of a board's length and width.
 fn shares(board: &Board, point: DVec2) -> DVec2 {
     board.local(point) / DVec2::new(board.half_length, board.half_width)
 }

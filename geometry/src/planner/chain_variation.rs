@@ -1,9 +1,9 @@
-//! How the handles move when a measure changes a little: the chain rule to first order.
+//! First-order changes of the handles when a parameter of the plan changes: the linearised chain rule.
 //!
-//! Every handle stays on the route: it moves as the route does at the handle's travel, and by some way σ along the
-//! tangent. Every link keeps its length d, so with u its heading and p and r its front and rear handles, (p − r)·u changes
-//! as d does. The head's σ is known, and this gives the others' one after the other, exactly (the implicit function
-//! theorem).
+//! Every handle stays on the route. It moves with the route at the handle's travel, plus a displacement σ along the tangent.
+//! Every link keeps its length d. So, with u its heading and p and r its front and rear handles, (p − r)·u changes by the
+//! change of d. The head's σ is known. The equations of the links give the others one after the other, exactly (implicit
+//! function theorem).
 
 use glam::DVec2;
 
@@ -11,17 +11,17 @@ use super::Parameter;
 use crate::dragon::{Dimensions, Handle};
 use crate::route::PitchFamily;
 
-/// What changes.
+/// A small change of the dragon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// The head walks on, all measures being held.
+    /// The head walks forward; all parameters of the plan are fixed.
     Travel,
-    /// A measure grows, the head's travel being held.
+    /// A parameter of the plan grows; the head's travel is fixed.
     Measure(Parameter),
 }
 
 impl Change {
-    /// Of the length of a bench, per metre.
+    /// Change of the length of a bench, per metre.
     pub(super) fn length(self, bench: usize) -> f64 {
         match self {
             Self::Measure(Parameter::HeadLength) if bench == 0 => 1.0,
@@ -30,33 +30,33 @@ impl Change {
         }
     }
 
-    /// Of the width, per metre.
+    /// Change of the width, per metre.
     pub(super) fn width(self) -> f64 {
         if self == Self::Measure(Parameter::Width) { 1.0 } else { 0.0 }
     }
 
-    /// Of the length of a link, per metre.
+    /// Change of the length of a link, per metre.
     fn link(self, bench: usize) -> f64 {
         if self == Self::Measure(Parameter::HoleOffset) { -2.0 } else { self.length(bench) }
     }
 }
 
-/// How a handle changes, per metre of what changes.
+/// Change of a handle per unit of a [`Change`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandleVariation {
-    /// Metres by which it moves.
+    /// Displacement of the handle, in metres.
     pub position: DVec2,
-    /// Metres by which its travel grows.
+    /// Growth of the handle's travel, in metres.
     pub travel: f64,
-    /// Radians by which its tangent turns counter-clockwise.
+    /// Counter-clockwise rotation of the tangent, in radians.
     pub turn: f64,
-    /// By how much its speed ratio grows.
+    /// Growth of the speed ratio.
     pub speed_ratio: f64,
 }
 
-/// How each of `handles`, which are the first ones of a chain, changes; in the same order.
+/// The change of each of `handles`, which are the first handles of a chain, in the same order.
 ///
-/// The speed ratio's change is that on the side of a seam that the handle's parameter happens to lie on.
+/// At a seam, the change of the speed ratio is the one on the side of the handle's parameter.
 pub fn handle_variations(
     dimensions: &Dimensions,
     route: &PitchFamily,
@@ -74,14 +74,14 @@ pub fn handle_variations(
     variations
 }
 
-/// One handle's change from that of the one before it.
+/// The change of a handle, from the change of the handle before it.
 struct Step<'a> {
     route: &'a PitchFamily,
     change: Change,
 }
 
 impl Step<'_> {
-    /// A handle whose travel grows by `travel`.
+    /// The change of a handle whose travel grows by `travel`.
     fn on_route(&self, handle: &Handle, travel: f64) -> HandleVariation {
         let route = self.route.variation(handle.parameter);
         let pitch = if self.change == Change::Measure(Parameter::Pitch) { 1.0 } else { 0.0 };

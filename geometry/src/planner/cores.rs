@@ -1,4 +1,4 @@
-//! Work on all cores.
+//! Runs work on all cores.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -10,17 +10,16 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::dragon::Meter;
 
 thread_local! {
-    /// Whether this thread is one of those that work.
+    /// Whether this thread runs work already.
     static WORKS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The results of `work` on each of `count` items, in order; on all cores, each of which takes the next item when it has
-/// done with one. Work within work stays on its core, so that there are never more threads than cores. Where the system
-/// starts no more threads, those that there are do the work.
+/// Returns the results of `work` on each of `count` items, in order. It runs on all cores. Each core takes the next item after
+/// it has finished one. Nested work stays on its core, so there are never more threads than cores. If the system cannot start
+/// more threads, the existing ones do the work.
 ///
-/// Each item counts its work on a meter of its own, which leaves it what the items before it have left of `meter`. The
-/// results end before the first item for which that was not enough; then `meter` is spent. So they are the same on any
-/// number of cores.
+/// Each item has its own meter. Its limit is the work that the finished items before it have left of `meter`. The results end
+/// before the first item that exceeds the limit; then `meter` is spent. So the results are the same on any number of cores.
 pub(super) fn on_all_cores<Answer: Send>(
     meter: &Meter,
     count: usize,
@@ -54,7 +53,7 @@ pub(super) fn on_all_cores<Answer: Send>(
     answers
 }
 
-/// Does work on the calling thread alone, also what would otherwise go to all cores: for work that must not disturb others.
+/// Runs `work` on the calling thread only, including its nested work, so that it does not load other cores.
 pub fn on_one_core<Answer>(work: impl FnOnce() -> Answer) -> Answer {
     let worked = WORKS.replace(true);
     let answer = work();
@@ -62,9 +61,10 @@ pub fn on_one_core<Answer>(work: impl FnOnce() -> Answer) -> Answer {
     answer
 }
 
-/// What `take` returns on each thread of the pool; on the calling thread alone where the system starts no more threads.
+/// Runs `take` on each thread of the pool and joins the results. If the system cannot start more threads, it runs on the
+/// calling thread only.
 fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
-    /// As many threads as there are cores, started with the first question. They end with the process.
+    /// As many threads as cores, started at the first use. They end with the process.
     static POOL: LazyLock<Option<ThreadPool>> =
         LazyLock::new(|| ThreadPoolBuilder::new().thread_name(|_| "planner".to_owned()).build().ok());
     let Some(pool) = &*POOL else { return on_one_core(take) };
@@ -72,26 +72,26 @@ fn on_threads<Done: Send>(take: &(impl Fn() -> Vec<Done> + Sync)) -> Vec<Done> {
     done.into_iter().flatten().collect()
 }
 
-/// How much work is left to the items.
+/// The work left for the items.
 struct Share {
-    /// Steps left to all of them; none without a limit.
+    /// Steps left for all items; `None` without a limit.
     left: Option<u64>,
     progress: Mutex<Progress>,
 }
 
-/// The items that are done.
+/// The finished items.
 #[derive(Default)]
 struct Progress {
-    /// Items up to this one are all done.
+    /// All items before this index are finished.
     first: usize,
-    /// What they took together.
+    /// Work of those items, in steps.
     steps: u64,
-    /// What items behind it took.
+    /// Work of finished items at or after `first`, in steps.
     later: BTreeMap<usize, u64>,
 }
 
 impl Share {
-    /// A meter for the next item; none if nothing is left to it.
+    /// A meter for the next item; `None` if no work is left.
     fn meter(&self) -> Option<Meter> {
         let Some(left) = self.left else { return Some(Meter::unlimited()) };
         let left = left.saturating_sub(self.progress().steps);
@@ -110,7 +110,7 @@ impl Share {
         }
     }
 
-    /// A thread that panicked while it counted ends the work as well.
+    /// Locks the progress. If a thread panicked while it held the lock, the panic ends the work anyway.
     fn progress(&self) -> MutexGuard<'_, Progress> {
         self.progress.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_within_work_stays_on_its_core() {
+    fn nested_work_stays_on_its_core() {
         let unlimited = Meter::unlimited();
         let inner = |outer| on_all_cores(&unlimited, 10, |inner, _| (outer * inner, thread::current().id()));
         for answers in on_all_cores(&unlimited, 10, |item, _| (thread::current().id(), inner(item))) {
@@ -139,8 +139,8 @@ mod tests {
     }
 
     #[test]
-    fn the_answers_end_with_the_work_that_is_allowed_on_any_number_of_cores() {
-        // Items take 1, 2, 3… steps each: the first 13 take 91 together.
+    fn the_answers_end_at_the_limit_of_work_on_any_number_of_cores() {
+        // Item k takes k + 1 steps: the first 13 items take 91 steps.
         let within = |most| {
             let meter = Meter::of(most);
             let answers = on_all_cores(&meter, 1000, |item, own| {

@@ -1,19 +1,19 @@
 //! Derivatives of the planner's answers, by the implicit function theorem.
 //!
-//! With s the head's travel, q any parameter, c(s, q) the clearance of the pair that decides, and R(s, q) the speed ratio
-//! of the handle that decides:
+//! Let s be the head's travel, q any parameter, c(s, q) the clearance of the deciding pair, and R(s, q) the speed ratio of the
+//! deciding handle:
 //!
-//! - *First contact.* c stays 0, so ds/dq = −(∂c/∂q) / (∂c/∂s), and the time is that of the head's timetable at s.
-//! - *Least clearance.* At a minimum within the passage ∂c/∂s = 0, so the least clearance changes by ∂c/∂q alone (the
-//!   envelope theorem). At an end of the passage, which moves by ds/dq, it changes by ∂c/∂q + ∂c/∂s·ds/dq.
-//! - *Largest speed ratio.* At a smooth maximum likewise by ∂R/∂q. Where a handle passes a seam of the route, R has a
-//!   kink, and a maximum at a kink moves with it: the handle's travel τ stays that of the seam, τ', so
+//! - *First contact.* c stays 0, so ds/dq = −(∂c/∂q) / (∂c/∂s). The head's timetable gives the time at s.
+//! - *Least clearance.* At a minimum within the passage, ∂c/∂s = 0. So the least clearance changes by ∂c/∂q alone (envelope
+//!   theorem). At an end of the passage, which moves by ds/dq, it changes by ∂c/∂q + ∂c/∂s·ds/dq.
+//! - *Largest speed ratio.* At a smooth maximum it changes by ∂R/∂q, for the same reason. Where a handle passes a seam of the
+//!   route, R has a kink, and a maximum at a kink moves with it. The handle's travel τ stays equal to that of the seam, τ'. So
 //!   ds/dq = (dτ'/dq − ∂τ/∂q) / (∂τ/∂s), and R changes by ∂R/∂q + ∂R/∂s·ds/dq, which is the same on both sides.
-//! - *Smallest pitch.* The clearance of the limiting pair comes down to 0 at its least, so with dc/dq that of the least
-//!   clearance, dp/dq = −(dc/dq) / (dc/dp).
+//! - *Smallest pitch.* At the smallest pitch, the least clearance of the limiting pair is 0. With dc/dq the derivative of the
+//!   least clearance, dp/dq = −(dc/dq) / (dc/dp).
 //!
-//! All of these are exact but for rounding, and for the travel at which they are taken: at a smooth extremum that is
-//! first refined to where ∂c/∂s or ∂R/∂s is 0.
+//! All of these are exact up to rounding and up to the travel at which they are taken. A smooth extremum is therefore first
+//! refined to the travel at which ∂c/∂s or ∂R/∂s is 0.
 
 use thiserror::Error;
 
@@ -26,30 +26,31 @@ use crate::clearance::{ClearanceSearch, Contact};
 use crate::numerics::try_turning_point;
 use crate::planner::HeadTimetable;
 
-/// Travel within which an extremum counts as lying at an end of the passage, or a handle on a seam, in metres.
+/// Largest distance in travel at which an extremum counts as at an end of the passage, or a handle as on a seam, in metres.
 const TRAVEL_TOLERANCE_M: f64 = 1e-8;
 
-/// How far from a given parameter an extremum's exact parameter is looked for, in metres: a clearance known to 10⁻⁹ m leaves its
-/// parameter open by the root of that over the curvature of c, which is seldom under 10⁻³ per metre.
+/// Largest distance from a given travel at which the exact extremum is searched for, in metres. A clearance exact to 10⁻⁹ m
+/// leaves an uncertainty of √(10⁻⁹ m ÷ the second derivative of c) in the travel. That derivative is seldom below 10⁻³ per
+/// metre.
 const LONGEST_REACH_M: f64 = 1e-2;
 
-/// Travel to which an extremum is brought, in metres: rounding ends it sooner, except next to t = 0.
+/// Tolerance of an extremum's travel, in metres. Rounding ends the search earlier, except near t = 0.
 const FINEST_M: f64 = 1e-20;
 
-/// Why there is no derivative.
+/// Reason why a value has no derivative.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error("{0}")]
 pub struct Undefined(pub &'static str);
 
-/// A derivative for each parameter, in their order.
+/// The derivatives with respect to each parameter, in the order of the parameters.
 pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
 
-/// Of the time of the first contact of a run.
+/// Derivatives of the time of the first contact of a run.
 pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &HeadTimetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
     let there = timetable
         .speed_and_time_rate(contact.travel_m)
-        .ok_or(Undefined("the head brakes for the end of the run there"));
+        .ok_or(Undefined("the head brakes for the end of the run at the first contact"));
     Parameter::ALL.map(|parameter| {
         if parameter == Parameter::Speed {
             return there.map(|(_, per_speed)| per_speed);
@@ -76,60 +77,62 @@ fn touching_rates(varied: &VariedDragon, contact: &Contact) -> Result<Rates, Und
     if rates.travel < 0.0 {
         Ok(rates)
     } else {
-        Err(Undefined("the benches only graze each other: any change makes or breaks the contact"))
+        Err(Undefined("the benches only graze each other: a small change can remove the contact"))
     }
 }
 
-/// Of the least clearance over a run, which these benches have at `travel_m`.
+/// Derivatives of the least clearance over a run, which `benches` have at `travel_m`.
 pub(super) fn of_least_clearance(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Derivatives {
     let extremum = Extremum::of_clearance(varied, travel_m, benches);
     Parameter::ALL.map(|parameter| extremum?.rate(parameter))
 }
 
-/// Of the smallest pitch that a contact limits, on the passage at that pitch.
+/// Derivatives of the smallest pitch if a contact limits it. `passage` is the passage at that pitch.
 pub(super) fn of_touching_pitch(passage: &VariedDragon, contact: &Contact) -> Derivatives {
     let extremum = Extremum::of_clearance(passage, contact.travel_m, contact.benches);
     of_pitch(|parameter| Ok(-extremum?.rate(parameter)? / extremum?.rate(Parameter::Pitch)?))
 }
 
-/// Of the smallest pitch that no contact limits.
+/// Derivatives of the smallest pitch if no contact limits it.
 pub(super) fn of_untouching_pitch(limit: &PitchLimit) -> Derivatives {
     of_pitch(|parameter| match limit {
         PitchLimit::Width => Ok(if parameter == Parameter::Width { 1.0 } else { 0.0 }),
-        PitchLimit::Start => Err(Undefined("it is decided by where the spiral starts")),
-        PitchLimit::Stop | PitchLimit::Contact(_) => Err(Undefined("it is decided by handle 1, which comes to a stop")),
+        PitchLimit::Start => Err(Undefined("the start of the spiral determines the smallest pitch")),
+        PitchLimit::Stop | PitchLimit::Contact(_) => {
+            Err(Undefined("the stop of handle 1 determines the smallest pitch"))
+        }
     })
 }
 
 fn of_pitch(of_measure: impl Fn(Parameter) -> Result<f64, Undefined>) -> Derivatives {
     Parameter::ALL.map(|parameter| match parameter {
-        Parameter::Pitch => Err(Undefined("the pitch is the answer, whatever is planned")),
+        Parameter::Pitch => Err(Undefined("the pitch is the answer itself and does not depend on the planned pitch")),
         Parameter::Speed => Ok(0.0),
         _ => of_measure(parameter),
     })
 }
 
-/// Of the largest speed ratio over a run.
+/// Derivatives of the largest speed ratio over a run.
 pub(super) fn of_largest_ratio(varied: &VariedDragon, largest: &LargestRatio) -> Derivatives {
     let extremum = Extremum::of_ratio(varied, largest);
     Parameter::ALL.map(|parameter| extremum?.rate(parameter))
 }
 
-/// An extremum over the travel, and what it moves with.
+/// An extremum over the travel, and the motion of its travel.
 #[derive(Clone, Copy, Debug)]
 struct Extremum {
     value: Rates,
     motion: Motion,
 }
 
-/// What an extremum's travel moves with.
+/// Motion of an extremum's travel when a parameter changes.
 #[derive(Clone, Copy, Debug)]
 enum Motion {
-    /// The travel is fixed, or the extremum smooth: whatever it moves with, the value does not change by it.
+    /// The travel is fixed, or the extremum is smooth. In both cases the motion does not change the value.
     Held,
-    /// This number stays 0.
+    /// This quantity stays 0.
     Bound(Rates),
-    /// Not known.
+    /// The extremum is at the end of a passage. Its motion is unknown.
     PassageEnd,
 }
 
@@ -166,18 +169,18 @@ impl Extremum {
         }
     }
 
-    /// Of the value, per unit of a parameter.
+    /// Derivative of the value with respect to a parameter.
     fn rate(&self, parameter: Parameter) -> Result<f64, Undefined> {
         let held = self.value.of(parameter);
         match self.motion {
             Motion::Held => Ok(held),
             Motion::Bound(bound) => Ok(held - self.value.travel * bound.of(parameter) / bound.travel),
-            Motion::PassageEnd => Err(Undefined("it is decided at the end of the passage")),
+            Motion::PassageEnd => Err(Undefined("the end of the passage determines the extremum")),
         }
     }
 }
 
-/// What an extremum at an end of the run moves with; none if it is at neither.
+/// The motion of an extremum at an end of the run; `None` if it is at neither end.
 fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
     let (start_m, end_m) = (varied.dragon.start_travel_m(), varied.dragon.end_travel_m());
     if travel_m <= start_m + TRAVEL_TOLERANCE_M {
@@ -185,14 +188,14 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
     } else if travel_m < end_m - TRAVEL_TOLERANCE_M {
         None
     } else if varied.family.ends_on_circle() {
-        // A spiral ends where the head is on the circle.
+        // A spiral ends at the travel at which the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
     } else {
         Some(Motion::PassageEnd)
     }
 }
 
-/// The travel near a given one at which a slope turns from negative to positive, to rounding, by bisection.
+/// Finds the travel near a given one at which a slope changes from negative to positive, to rounding, by bisection.
 fn stationary(
     varied: &VariedDragon,
     near_m: f64,
@@ -206,16 +209,16 @@ fn stationary(
             break (low_m, high_m);
         }
         if reach_m > LONGEST_REACH_M {
-            return Err(Undefined("it is decided at a kink"));
+            return Err(Undefined("the extremum is at a kink"));
         }
         reach_m *= 4.0;
     };
     let steepest = slope(low_m)?.abs().max(slope(high_m)?.abs());
     let (low_m, high_m) =
         try_turning_point(low_m, high_m, FINEST_M, |middle_m| slope(middle_m).map(|slope| slope >= 0.0))?;
-    // Where the slope jumps over 0, no halving makes it small.
+    // If the slope jumps over 0, bisection does not make it small.
     let left = slope(low_m)?.abs().min(slope(high_m)?.abs());
-    if left <= steepest.mul_add(1e-3, 1e-9) { Ok(low_m) } else { Err(Undefined("it is decided at a kink")) }
+    if left <= steepest.mul_add(1e-3, 1e-9) { Ok(low_m) } else { Err(Undefined("the extremum is at a kink")) }
 }
 
 fn at(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Local<'_> {
@@ -230,31 +233,32 @@ mod tests {
     use crate::planner::Setting;
     use crate::route::{RouteSpec, TurnaroundSpec};
 
-    /// Half of a difference in metres: its square over the error, some 10⁻⁸, is far above the rounding of a speed ratio.
+    /// Half of a difference in metres. The error of a difference is of the order of its square, about 10⁻⁸. The rounding of a
+    /// speed ratio divided by it is far below that.
     const STEP_M: f64 = 1e-4;
 
     fn walk(setting: &Setting) -> VariedDragon {
         let family = setting.route.family(setting.speed_mps).expect("a valid turnaround");
-        VariedDragon::new(setting.dimensions, family, &Meter::unlimited()).expect("it stands on its way in")
+        VariedDragon::new(setting.dimensions, family, &Meter::unlimited()).expect("the dragon stands on its way in")
     }
 
-    /// The head's travel with a handle on a seam.
+    /// Travel of the head at which a handle is on a seam.
     fn crossing_m(varied: &VariedDragon, handle: usize, seam: usize) -> f64 {
         let dragon = &varied.dragon;
         let parameter = dragon.route().seams()[seam];
         let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
         let reached =
-            |travel_m| dragon.chain(travel_m).expect("within the run").nth(handle).expect("it has the handle");
+            |travel_m| dragon.chain(travel_m).expect("within the run").nth(handle).expect("the handle exists");
         turning_point(from_m, to_m, FINEST_M, |travel_m| reached(travel_m).parameter >= parameter).0
     }
 
     fn ratio(varied: &VariedDragon, handle: usize, travel_m: f64) -> f64 {
-        varied.dragon.chain(travel_m).expect("within the run").nth(handle).expect("it has the handle").speed_ratio
+        varied.dragon.chain(travel_m).expect("within the run").nth(handle).expect("the handle exists").speed_ratio
     }
 
-    /// The paper's dragon has many such maxima, of which none is the largest.
+    /// The paper's dragon has many such maxima, but none of them is the largest.
     #[test]
-    fn a_maximum_at_a_kink_moves_with_the_joint() {
+    fn a_maximum_at_a_kink_moves_with_the_seam() {
         let dimensions = Dimensions::new(12, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
         let setting = Setting {
             dimensions,

@@ -1,12 +1,12 @@
-//! How near any two benches ever come.
+//! The least clearance of any two benches over an interval of travel.
 //!
-//! *Method.* Branch and bound on all cores: the clearances at the ends of all strides bound the least one from above, and
-//! what the boards may cover in between bounds each pair's from below. Ways on which the lower bound stays over the least
-//! clearance found so far are done, others are halved, and what is left of them is refined by Brent's method. Of the
-//! pairs that stand one after the other in the same parameter only the first is looked at.
+//! *Method.* Branch and bound on all cores. The clearances at the ends of all strides bound the least clearance from above. The
+//! areas that the boards may cover in between bound each pair's clearance from below. Intervals whose lower bound stays at or
+//! above the least clearance found so far are done. Other intervals are bisected, and Brent's method refines the remaining
+//! pieces. Of the pairs that reach the same position one after the other, only the first is evaluated.
 //!
-//! *Guarantee.* The result is the clearance of a pair at a travel, the least of that valley to rounding, and nothing
-//! outside the pieces left over falls under it. That no pair has two valleys within one piece rests on the pieces being
+//! *Guarantee.* The result is the clearance of a pair at a travel, and a local minimum to rounding. Nothing outside the
+//! remaining pieces is below it. The assumption that no pair has two minima within one piece rests on the length of the pieces:
 //! 1/256 of a link's length.
 
 use std::cell::Cell;
@@ -17,15 +17,15 @@ use crate::clearance::{ApproachSearch, PairClearance, Pairs};
 use crate::dragon::{Dragon, Spent};
 use crate::numerics::peak;
 
-/// Travel to which a least clearance is refined, in metres; the clearance is then right to rounding.
+/// Tolerance of the travel of a least clearance, in metres. The clearance is then exact to rounding.
 const TOLERANCE_M: f64 = 1e-11;
 
-/// Two benches where they come nearest.
+/// The closest approach of two benches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClosestApproach {
     /// Travel of the head.
     pub travel_m: f64,
-    /// The benches, their clearance and where.
+    /// The benches, their clearance and its point.
     pub pair: PairClearance,
 }
 
@@ -34,20 +34,20 @@ impl ClosestApproach {
         Self { travel_m, pair: PairClearance::new(benches, dragon.approach(benches, travel_m)) }
     }
 
-    /// The valley of a pair's clearance on a short way.
+    /// The minimum of a pair's clearance on a short interval.
     pub(super) fn between(dragon: &Dragon, benches: [usize; 2], from_m: f64, to_m: f64) -> Self {
         let nearness = |travel_m| -dragon.approach(benches, travel_m).clearance_m;
         Self::at(dragon, benches, peak(from_m, to_m, TOLERANCE_M, nearness).at)
     }
 }
 
-/// Where two benches come nearest with the head between two travels of the run; none with fewer than three benches. Of
-/// equal clearances the first.
+/// Finds the closest approach of any two benches with the head between two travels of the run; `None` with fewer than three
+/// benches. Of equal clearances, the first is returned.
 ///
-/// `progress` hears of the share of the work that is done, from any thread.
+/// `progress` receives the share of the work that each step completes, from any thread.
 ///
 /// # Errors
-/// The dragon's meter is spent before all of the way is looked at.
+/// The dragon's meter is spent before the whole interval is evaluated.
 pub fn least_clearance(
     dragon: &Dragon,
     from_travel_m: f64,
@@ -62,7 +62,7 @@ pub fn least_clearance(
         pairs: Pairs::UnrepeatedSince(from_travel_m),
         strides: Strides::of(dragon, from_travel_m, to_travel_m),
     };
-    // Each stretch is looked at twice.
+    // Each stretch is evaluated twice.
     let look = 0.5 / search.strides.stretches() as f64;
     let start = search.at_ends(&|| progress(look))?;
     search.in_between(start, &|| progress(look)).map(Some)
@@ -75,12 +75,12 @@ struct LeastClearance<'a> {
 }
 
 impl LeastClearance<'_> {
-    /// The nearest approach at the ends of all strides, and the valley that it lies in, so that the search between them
-    /// begins with a low limit.
+    /// The nearest approach at the ends of all strides, refined to the minimum nearby. It gives the search between the ends a
+    /// low limit.
     fn at_ends(&self, looked: &(impl Fn() + Sync)) -> Result<ClosestApproach, Spent> {
         let nearest = self.on_stretches(|dragon, search, ends_m| {
             let nearest = ends_m.iter().filter_map(|&travel_m| {
-                // A stretch that is broken off does not count.
+                // A stretch that ends early does not count.
                 if search.meter().is_spent() {
                     return None;
                 }
@@ -91,13 +91,13 @@ impl LeastClearance<'_> {
             looked();
             Ok(nearest)
         })?;
-        let nearest = nearest.into_iter().reduce(nearer).expect("a way has an end");
+        let nearest = nearest.into_iter().reduce(nearer).expect("an interval has an end");
         let [from_m, to_m] = self.strides.around(nearest.travel_m);
         Ok(nearer(nearest, ClosestApproach::between(self.dragon, nearest.pair.benches, from_m, to_m)))
     }
 
-    /// The nearest approach anywhere on the way, one of which is known. What other cores have found meanwhile is not asked,
-    /// so that the work is the same every time.
+    /// The nearest approach on the whole interval. `start` is one of its approaches. Results of other cores are not used, so
+    /// the work is the same on every run.
     fn in_between(&self, start: ClosestApproach, looked: &(impl Fn() + Sync)) -> Result<ClosestApproach, Spent> {
         let valleys = self.on_stretches(|dragon, search, ends_m| {
             let least = Cell::new(start);
@@ -113,7 +113,7 @@ impl LeastClearance<'_> {
         Ok(valleys.into_iter().fold(start, nearer))
     }
 
-    /// The results of work on every stretch, on all cores.
+    /// Runs `work` on every stretch, on all cores.
     fn on_stretches<Answer: Send>(
         &self,
         work: impl Fn(&Dragon, &mut ApproachSearch<'_>, &[f64]) -> Result<Answer, Spent> + Sync,
@@ -132,7 +132,7 @@ impl LeastClearance<'_> {
     }
 }
 
-/// The nearer of two, the first where they are as near.
+/// The nearer of two approaches; the first if they are equal.
 fn nearer(first: ClosestApproach, second: ClosestApproach) -> ClosestApproach {
     if second.pair.clearance_m < first.pair.clearance_m { second } else { first }
 }

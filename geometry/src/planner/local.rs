@@ -1,4 +1,4 @@
-//! A dragon at one travel, with how it changes there.
+//! A dragon at one travel, and its first-order changes there.
 
 use std::sync::Arc;
 
@@ -9,37 +9,37 @@ use super::derivative::Undefined;
 use crate::dragon::{Board, Dimensions, Dragon, DragonError, Handle, Meter};
 use crate::route::PitchFamily;
 
-/// A dragon whose route is one of a family over the pitch.
+/// A dragon on a route that belongs to a family over the pitch.
 #[derive(Clone, Debug)]
 pub(super) struct VariedDragon {
     pub(super) dragon: Dragon,
-    /// The dragon's route.
+    /// The family of the dragon's route.
     pub(super) family: PitchFamily,
 }
 
 impl VariedDragon {
-    /// The dragon on the family's route, all work for which counts on the meter.
+    /// The dragon on the family's route. The meter counts all work for it.
     pub(super) fn new(dimensions: Dimensions, family: PitchFamily, meter: &Meter) -> Result<Self, DragonError> {
         Ok(Self { dragon: Dragon::with_meter(dimensions, Arc::clone(family.route()), meter.clone())?, family })
     }
 }
 
-/// How a number changes.
+/// Rates of change of a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rates {
-    /// Per metre that the head walks.
+    /// Change per metre that the head walks.
     pub(super) travel: f64,
-    /// Per unit of each parameter, the head's travel being held.
+    /// Change per unit of each parameter, at fixed travel of the head.
     measures: [f64; Parameter::ALL.len()],
 }
 
 impl Rates {
-    /// Per unit of a parameter, the head's travel being held.
+    /// Change per unit of a parameter, at fixed travel of the head.
     pub(super) fn of(&self, parameter: Parameter) -> f64 {
         self.measures[parameter as usize]
     }
 
-    /// The same of the number less one that changes by `rate` per metre of pitch alone.
+    /// The rates of this number minus another one that changes only with the pitch, by `rate` per metre.
     pub(super) fn less_pitch(mut self, rate: f64) -> Self {
         self.measures[Parameter::Pitch as usize] -= rate;
         self
@@ -51,7 +51,7 @@ impl Rates {
     }
 }
 
-/// The front of a dragon at one travel.
+/// The front part of a dragon at one travel.
 #[derive(Debug)]
 pub(super) struct Local<'a> {
     varied: &'a VariedDragon,
@@ -65,12 +65,12 @@ impl<'a> Local<'a> {
         Self { varied, handles: chain.take(handles).collect() }
     }
 
-    /// Of the clearance of two benches.
+    /// Rates of the clearance of two benches.
     pub(super) fn clearance(&self, benches: [usize; 2]) -> Result<Rates, Undefined> {
         self.clearance_rate(benches).map(Rates::each)
     }
 
-    /// What tells how the clearance of two benches responds to a change.
+    /// A function that returns the rate of the clearance of two benches for a change.
     fn clearance_rate(&self, benches: [usize; 2]) -> Result<impl Fn(Change) -> f64, Undefined> {
         let boards = benches.map(|bench| self.board(bench));
         let witness = Witness::of(&boards[0], &boards[1])?;
@@ -84,28 +84,28 @@ impl<'a> Local<'a> {
         })
     }
 
-    /// How the clearance of two benches changes per metre that the head walks.
+    /// Change of the clearance of two benches per metre that the head walks.
     pub(super) fn closing(&self, benches: [usize; 2]) -> Result<f64, Undefined> {
         Ok(self.clearance_rate(benches)?(Change::Travel))
     }
 
-    /// Of the last handle's speed ratio.
+    /// Rates of the last handle's speed ratio.
     pub(super) fn speed_ratio(&self) -> Rates {
         self.of_handle(self.handles.len() - 1, |handle| handle.speed_ratio)
     }
 
-    /// Of a handle's travel.
+    /// Rates of a handle's travel.
     pub(super) fn handle_travel(&self, handle: usize) -> Rates {
         self.of_handle(handle, |handle| handle.travel)
     }
 
-    /// How the head's distance from the centre changes.
+    /// Rates of the head's distance from the centre.
     pub(super) fn head_radius(&self) -> Rates {
         let outward = self.handles[0].position.normalize();
         self.of_handle(0, |handle| handle.position.dot(outward))
     }
 
-    /// Each handle that stands on a seam of the route, with the seam, as far as `tolerance_m` can tell.
+    /// Each handle within `tolerance_m` of a seam of the route, with the index of that seam.
     pub(super) fn on_seams(&self, tolerance_m: f64) -> Vec<(usize, usize)> {
         let route = self.varied.dragon.route();
         let travels_m: Vec<f64> = route.seams().iter().map(|&seam| route.travel(seam)).collect();

@@ -1,4 +1,4 @@
-//! The planner: what a choreographer asks before the show.
+//! The planner answers a choreographer's questions before the show.
 
 mod answers;
 mod board_variation;

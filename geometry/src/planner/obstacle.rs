@@ -1,4 +1,4 @@
-//! What is in the way of a dragon on a turn.
+//! Obstacles: reasons why a dragon cannot pass a turn.
 
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
@@ -11,30 +11,29 @@ use crate::clearance::{Contact, first_within};
 use crate::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd, Spent};
 use crate::route::Turnaround;
 
-/// Benches whose speeds are looked at where only the links are.
+/// Number of benches whose speeds are checked when only the links are.
 const SPEED_BENCHES: usize = 8;
 
-/// The piece of a turnaround's route behind its last seam: the way out.
+/// Index of the way out among the segments of a turnaround's route.
 const WAY_OUT: usize = 3;
 
-/// What is in the way of a dragon on a turn.
+/// Reason why a dragon cannot pass a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
     /// A handle would stop or jump.
     Fault {
-        /// Travel of the head, from where it enters the S.
+        /// Travel of the head, from its entry into the S.
         travel_m: f64,
-        /// What would happen.
+        /// The fault of the handle.
         end: RunEnd,
-        /// The piece of the route on which the handle before stands: the way in, the entry arc, the exit arc, the way
-        /// out.
+        /// Index of the segment that contains the handle before it: way in, entry arc, exit arc, way out.
         piece: usize,
     },
-    /// Two benches touch, or come within the clearance that is to remain.
+    /// Two benches touch, or come within the required clearance.
     Contact(Contact),
-    /// A handle is faster than it may be: where any is fastest.
+    /// A handle exceeds the speed limit: the fastest handle.
     TooFast(LargestRatio),
-    /// The dragon cannot stand before it.
+    /// The dragon cannot stand before the turn.
     Dragon(DragonError),
 }
 
@@ -43,7 +42,7 @@ impl Display for Obstacle {
         match self {
             Self::Fault { travel_m, end, .. } => write!(formatter, "{end} after {travel_m:.6} m"),
             Self::Contact(Contact { travel_m, benches: [first, second], .. }) => {
-                write!(formatter, "benches {first} and {second} come too near after {travel_m:.6} m")
+                write!(formatter, "benches {first} and {second} come too near each other after {travel_m:.6} m")
             }
             Self::TooFast(LargestRatio { ratio, travel_m, handle }) => {
                 write!(formatter, "handle {handle} is {ratio:.6} times as fast as the head after {travel_m:.6} m")
@@ -54,8 +53,8 @@ impl Display for Obstacle {
 }
 
 impl Obstacle {
-    /// Whether the same thing is in the way, wherever it happens: of two contacts, whether the same bench runs into
-    /// others. Any two handles that are too fast count as the same: golden section looks between them.
+    /// Whether two obstacles are of the same kind, at any travel. Two contacts are of the same kind if their front benches are
+    /// the same. Any two handles that are too fast are, because golden section searches between them.
     pub(super) fn resembles(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Fault { end, piece, .. }, Self::Fault { end: other_end, piece: other_piece, .. }) => {
@@ -68,18 +67,19 @@ impl Obstacle {
     }
 }
 
-/// How much of a passage is looked at.
+/// Part of a passage that a check covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extent {
-    /// Whether the links walk, and no contacts: what is shortest so, and turns out to be clear, is shortest.
+    /// The motion of the links, without contacts. If the shortest S of this check has no other obstacle, it is the shortest of
+    /// all.
     Links,
-    /// From the entry until the head has gone once round on the way out.
+    /// From the entry until the head has walked once round on the way out.
     OnceRound,
     /// The whole passage.
     Whole,
 }
 
-/// Looks for what is in the way of one dragon on turns inside the turning circle of a turnaround.
+/// Checks one dragon on turns inside the turning circle of a turnaround.
 pub(super) struct TurnCheck {
     pub(super) turnaround: Turnaround,
     pub(super) dimensions: Dimensions,
@@ -95,7 +95,7 @@ impl TurnCheck {
         turn.and_then(|turn| turn.between(start_m, end_m)).expect("a smaller circle on the same spiral is valid")
     }
 
-    /// A thing in the way on that turn: a fault, or else a limit that is broken.
+    /// Returns an obstacle on that turn: a fault, or else an exceeded limit.
     pub(super) fn obstacle(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Option<Obstacle>, Spent> {
         match self.walk(meter, &self.turn(radius_m, ratio), radius_m) {
             Ok(()) => Ok(None),
@@ -110,14 +110,14 @@ impl TurnCheck {
         let once_round = turn.between(0.0, round_m).expect("once round is ahead");
         let walked = |benches: usize| walked(meter, once_round, self.dimensions.with_benches(benches));
         let benches = self.dimensions.benches();
-        // Faults are those of the first two links, for all others are like the second.
+        // The first two links have all faults, because all other links are like the second.
         walked(benches.min(2))?;
         if self.staging.limits_speed() {
             self.check_speed(&walked(benches.min(SPEED_BENCHES))?)?;
         }
         match self.extent {
             Extent::Links => Ok(()),
-            // The way out first: where links stand steep, as in the S, a search takes longest.
+            // Checks the way out first: a search takes longest where links are at steep angles, as in the S.
             Extent::OnceRound => self.check_limits(&walked(benches)?, &[turn_m..=round_m, 0.0..=turn_m]),
             Extent::Whole => {
                 let dragon = passage_through(*turn, self.dimensions, meter)?;
@@ -126,7 +126,7 @@ impl TurnCheck {
         }
     }
 
-    /// Checks the clearance on some ways, in their order, and the speed on the dragon's run.
+    /// Checks the clearance on some intervals, in their order, and the speed on the dragon's run.
     fn check_limits(&self, dragon: &Dragon, ways_m: &[RangeInclusive<f64>]) -> Result<(), Blocked> {
         for way_m in ways_m {
             if let Some(contact) = first_within(dragon, self.staging.clearance_m, *way_m.start(), *way_m.end())? {
@@ -147,7 +147,7 @@ impl TurnCheck {
     }
 }
 
-/// A dragon that walks all of a turn.
+/// A dragon that walks the whole turn.
 fn walked(meter: &Meter, turn: Turnaround, dimensions: Dimensions) -> Result<Dragon, Blocked> {
     let dragon = Dragon::with_meter(dimensions, Arc::new(turn.route()), meter.clone()).map_err(Infeasible::from)?;
     let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
@@ -157,7 +157,7 @@ fn walked(meter: &Meter, turn: Turnaround, dimensions: Dimensions) -> Result<Dra
     Err(Blocked::By(Obstacle::Fault { travel_m, end, piece }))
 }
 
-/// Why a dragon is not known to get through a turn.
+/// Reason why a dragon is not proved to pass a turn.
 enum Blocked {
     By(Obstacle),
     TooMuchWork(Spent),

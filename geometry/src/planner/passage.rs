@@ -1,4 +1,4 @@
-//! The passage of a whole dragon through a turn, and what it must keep so that people can dance it.
+//! The passage of a whole dragon through a turn, and its limits on clearance and speed.
 
 use std::sync::Arc;
 
@@ -11,32 +11,32 @@ use crate::dragon::{Dimensions, Dragon, DragonError, Handle, Meter, RunEnd, Spen
 use crate::numerics::{Slope, rising_root};
 use crate::route::Turnaround;
 
-/// Arc under a chord of a curve with |κ| ≤ K, per metre of the chord, at most, where K times the chord is under 2:
-/// (2/x)·asin(x/2) at x = 2, which is π/2, rounded up.
+/// Upper bound on the arc per metre of chord, for a curve with |κ| ≤ K and K times the chord under 2: (2/x)·asin(x/2) at x = 2,
+/// which is π/2, rounded up.
 pub(super) const ARC_PER_CHORD: f64 = 1.571;
 
-/// Travel to which the end of a passage is known.
+/// Tolerance of the end of a passage, in metres of travel.
 const TOLERANCE_M: f64 = 1e-9;
 
-/// Bound on doublings of the way that a passage may take.
+/// Bound on how often the length of a passage is doubled.
 const MAX_DOUBLINGS: usize = 10;
 
-/// Why a dragon cannot walk all of its route.
+/// Reason why a dragon cannot walk its whole route.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum Infeasible {
-    /// It cannot even stand at the start.
+    /// The dragon cannot stand at the start.
     #[error(transparent)]
     Dragon(DragonError),
-    /// It comes to a parameter that a handle does not get past.
+    /// A handle cannot pass a parameter of the route.
     #[error("{end} with the head at {travel_m:.6} m of travel")]
     Fault {
         /// Travel of the head.
         travel_m: f64,
-        /// What happens there.
+        /// The fault of the handle.
         end: RunEnd,
     },
-    /// It is not known: the work that was allowed is done.
-    #[error("not known: {0}")]
+    /// Unknown: the limit of work is reached.
+    #[error("no answer: {0}")]
     TooMuchWork(Spent),
 }
 
@@ -56,7 +56,7 @@ impl From<Spent> for Infeasible {
 }
 
 impl Infeasible {
-    /// Refuses a dragon that does not come to its route's end.
+    /// Returns an error for a dragon that does not reach its route's end.
     ///
     /// # Errors
     /// The fault that ends its run.
@@ -68,48 +68,48 @@ impl Infeasible {
     }
 }
 
-/// Limits that a dragon keeps on its whole passage through a turn.
+/// Limits for a dragon on its whole passage through a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Staging {
-    /// Every pair of boards stays further apart than this, in metres; with 0 they may be as near as they like but do not
+    /// Every pair of boards stays further apart than this, in metres. For 0, boards may come arbitrarily near but must not
     /// touch.
     pub clearance_m: f64,
-    /// No handle is faster than the head by more than this factor, 1 or more.
+    /// Largest allowed ratio of a handle's speed to the head's speed, 1 or more.
     pub speed_ratio: f64,
 }
 
 impl Staging {
-    /// Boards that do not touch, and handles of any speed: what can be walked at all.
+    /// No contact, and no limit on speeds.
     pub const LIMITLESS: Self = Self { clearance_m: 0.0, speed_ratio: f64::INFINITY };
 
-    /// Whether speeds are limited.
+    /// Whether the speeds are limited.
     pub(super) fn limits_speed(&self) -> bool {
         self.speed_ratio < f64::INFINITY
     }
 }
 
-/// How a whole dragon gets through a turn.
+/// Result of the passage of a whole dragon through a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TurnPassage {
-    /// Within all limits.
+    /// The passage is within all limits.
     Clear {
-        /// Where two benches come nearest; none with fewer than three.
+        /// The closest approach of two benches; `None` with fewer than three benches.
         closest: Option<ClosestApproach>,
     },
-    /// Two benches touch, or come within the clearance that is to remain.
+    /// Two benches touch, or come within the required clearance.
     Contact(Contact),
-    /// A handle is faster than it may be.
+    /// A handle exceeds the speed limit.
     TooFast(LargestRatio),
-    /// Not at all.
+    /// The dragon cannot walk the passage.
     Infeasible(Infeasible),
-    /// It is not known: the work that was allowed is done. No two benches touch up to where it came.
+    /// Unknown: the limit of work is reached. No two benches touch up to the travel in the error.
     TooMuchWork(Spent),
 }
 
-/// Walks a whole dragon through a turn, from when all benches are on the way in until the last handle has left the S,
-/// and longer at either end where the turnaround is planned for longer. What `staging` limits is looked for first.
+/// Walks a whole dragon through a turn. The passage lasts from when all benches are on the way in until the last handle has
+/// left the S. It is longer at either end if the turnaround is planned longer. The limits of `staging` are checked first.
 ///
-/// All work counts on the meter. `progress` hears of the share of the work that is done, from any thread.
+/// The meter counts all work. `progress` receives the share of the work that each step completes, from any thread.
 pub fn walk_through(
     turnaround: Turnaround,
     dimensions: Dimensions,
@@ -142,24 +142,24 @@ fn walk_within(
     if let Some(contact) = first_within(&dragon, staging.clearance_m, from_m, to_m)? {
         return Ok(TurnPassage::Contact(contact));
     }
-    // That no benches touch is known of the whole passage.
+    // The whole passage is already proved to be without a contact.
     let closest =
         least_clearance(&dragon, from_m, to_m, progress).map_err(|spent| Spent { reached_m: to_m, ..spent })?;
     Ok(TurnPassage::Clear { closest })
 }
 
-/// The dragon whose run is its whole passage through the turn: from when all benches are on the way in, until the last
-/// handle has left the S; longer at either end where the turnaround is walked for longer.
+/// The dragon whose run is its whole passage through the turn. The run lasts from when all benches are on the way in until the
+/// last handle has left the S. It is longer at either end if the turnaround is walked longer.
 ///
-/// The work for it, then and later, counts on the meter.
+/// The meter counts the work for this dragon, now and later.
 ///
 /// # Errors
-/// A dragon that cannot stand, or a handle that would stop, walk backwards or jump on the way; or the meter is spent.
+/// The dragon cannot stand, a handle would stop, walk backwards or jump, or the meter is spent.
 pub fn passage_through(turnaround: Turnaround, dimensions: Dimensions, meter: &Meter) -> Result<Dragon, Infeasible> {
     let from_m = turnaround.start_travel_m().min(0.0);
     let planned_m = turnaround.end_travel_m();
     let links_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
-    // Where it is under 2 / link, curvature alone bounds the arc behind the head; else the way is doubled.
+    // If the curvature is under 2 / link, it bounds the arc behind the head. Otherwise the length is doubled.
     let mut to_m = turnaround.turn_length_m() + ARC_PER_CHORD * links_m;
     for _ in 0..MAX_DOUBLINGS {
         let dragon = walked(turnaround, dimensions, meter, from_m, to_m)?;
@@ -172,7 +172,7 @@ pub fn passage_through(turnaround: Turnaround, dimensions: Dimensions, meter: &M
         meter.check(from_m)?;
         to_m *= 2.0;
     }
-    // Outward the spiral straightens, and the tail follows: only a coil wound far tighter than the links takes so long.
+    // On the way out the spiral straightens, and the tail follows. Only a coil wound far tighter than the links needs more.
     Err(Infeasible::TooMuchWork(meter.spent(from_m)))
 }
 
@@ -183,18 +183,18 @@ fn walked(
     from_m: f64,
     to_m: f64,
 ) -> Result<Dragon, Infeasible> {
-    let turnaround = turnaround.between(from_m, to_m).expect("both are finite, and no dragon is without length");
+    let turnaround = turnaround.between(from_m, to_m).expect("both travels are finite, and a dragon has a length");
     Dragon::with_meter(dimensions, Arc::new(turnaround.route()), meter.clone()).map_err(Infeasible::from)
 }
 
-/// The tail's rear handle and its travel.
+/// The tail's rear handle, and its travel.
 fn tail(dragon: &Dragon, travel_m: f64) -> (Handle, f64) {
     let handle = dragon.chain(travel_m).expect("within the run").last().expect("a chain has a head");
     (handle, dragon.route().travel(handle.parameter))
 }
 
-/// The head's travel at which the tail's rear handle has come to `exit_m`, between two of which the first may be too
-/// little and the second is not; too much by [`TOLERANCE_M`] at most.
+/// Finds the head's travel at which the tail's rear handle reaches `exit_m`, in the interval from `low_m` to `high_m`. At
+/// `high_m` the handle has reached it. The result is too large by at most [`TOLERANCE_M`].
 fn tail_leaves(dragon: &Dragon, exit_m: f64, low_m: f64, high_m: f64) -> f64 {
     let left_m = rising_root(low_m..=high_m, low_m, 0.25 * TOLERANCE_M, |travel_m| {
         let (handle, tail_m) = tail(dragon, travel_m);

@@ -1,12 +1,12 @@
-//! How near benches are to each other as the dragon walks on.
+//! The least clearance along a run, and its near misses.
 //!
-//! *Method.* A near miss is a local minimum of the least clearance of all pairs, and so one of the clearance of the pair
-//! that decides it. Ways on which the bounds of `dragon::approach_search` keep a pair over the limit are done; on what
-//! is left, pieces of 1/256 of a link's length, the minima of each pair are refined by Brent's method, and those stay at
-//! which no other pair is nearer.
+//! *Method.* A near miss is a local minimum of the least clearance of all pairs, so it is a local minimum of the clearance of
+//! the deciding pair. Intervals on which the bounds of `clearance::approach_search` keep a pair above the limit are done. The
+//! rest is in pieces of 1/256 of a link's length. On the pieces, Brent's method refines the minima of each pair. A minimum is
+//! kept if no other pair is nearer there.
 //!
-//! *Guarantee.* Every time that any pair comes under the limit, however shortly, is looked at. A near miss is right to
-//! rounding, some 10⁻¹² m. Two of the same pair that lie within one piece are taken for one.
+//! *Guarantee.* Every interval on which a pair comes under the limit is evaluated, however short. A near miss is exact to
+//! rounding, about 10⁻¹² m. Two minima of the same pair within one piece count as one.
 
 use std::collections::BTreeMap;
 
@@ -16,27 +16,27 @@ use super::strides::Strides;
 use crate::clearance::{ApproachSearch, Pairs, Piece};
 use crate::dragon::{Dragon, Spent};
 
-/// Rounding of a clearance in metres: valleys that are not this deep are none.
+/// Rounding of a clearance in metres. Minima less deep than this do not count.
 const ROUNDING_M: f64 = 1e-12;
 
-/// Travel in metres within which valleys are one: that of pairs as near as each other, told apart by rounding alone.
+/// Travel in metres within which minima count as one. Pairs with equal clearances differ only by rounding.
 const SAME_M: f64 = 1e-5;
 
-/// Travels that a core takes at a time.
+/// Number of travels that a core takes at a time.
 const TRAVELS_AT_A_TIME: usize = 16;
 
-/// What was found on a way, or on the part of it that the dragon's meter allowed to look at.
+/// Approaches found on an interval, or on the part of it that the meter's limit allowed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// In order of travel.
+    /// The approaches, in order of travel.
     pub approaches: Vec<ClosestApproach>,
-    /// Travel up to which the way was looked at, where that is not all of it.
+    /// Travel up to which the interval was evaluated; `None` if all of it was.
     pub ends_early_m: Option<f64>,
 }
 
-/// The nearest two benches with the head at each of these travels of the run; none with fewer than three benches.
+/// Finds the two nearest benches with the head at each of these travels of the run; none with fewer than three benches.
 ///
-/// `progress` hears of every travel that is done, from any thread.
+/// `progress` is called after every travel, from any thread.
 pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn() + Sync) -> Found {
     let chunks: Vec<&[f64]> = travels_m.chunks(TRAVELS_AT_A_TIME).collect();
     let points = on_all_cores(dragon.meter(), chunks.len(), |chunk, meter| {
@@ -48,7 +48,7 @@ pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn()
             progress();
             Some(ClosestApproach { travel_m, pair: search.nearest()? })
         };
-        // A chunk that is broken off does not count.
+        // A chunk that ends early does not count.
         chunk.iter().take_while(|_| !meter.is_spent()).filter_map(point).collect::<Vec<_>>()
     });
     let looked_at = (points.len() * TRAVELS_AT_A_TIME).min(travels_m.len());
@@ -59,11 +59,11 @@ pub fn clearance_profile(dragon: &Dragon, travels_m: &[f64], progress: impl Fn()
     }
 }
 
-/// The near misses with the head between two travels of the run, between which no benches touch: every local minimum of
-/// the least clearance under `limit_m`, in order of travel.
+/// Finds the near misses between two travels of the head: every local minimum of the least clearance below `limit_m`, in order
+/// of travel. No benches may touch in between.
 ///
-/// Where several pairs are as near as each other, as they are on an arc, the one with the lowest indices counts.
-/// `progress` hears of the share of the way that is done, from any thread.
+/// If several pairs have equal clearances, as on an arc, the pair with the lowest indices is returned. `progress` receives the
+/// share of the interval that each step completes, from any thread.
 pub fn near_misses(
     dragon: &Dragon,
     from_travel_m: f64,
@@ -76,7 +76,7 @@ pub fn near_misses(
     }
     let meter = dragon.meter();
     let strides = Strides::of(dragon, from_travel_m, to_travel_m);
-    // What is left of the other half is for the near misses themselves.
+    // The work left of the other half is for refining the near misses.
     let looking = meter.half();
     let stretches = on_all_cores(&looking, strides.stretches(), |stretch, meter| {
         progress(1.0 / strides.stretches() as f64);
@@ -96,7 +96,7 @@ pub fn near_misses(
     let valleys = on_all_cores(meter, brackets.len(), |bracket, meter| {
         brackets[bracket].near_miss(&dragon.metered(meter), limit_m)
     });
-    // A near miss is told of where all that begins before it was looked at.
+    // A near miss is reported only if everything before it was evaluated.
     reached_m = brackets.get(valleys.len()).map_or(reached_m, |bracket| bracket.travels_m[0].min(reached_m));
     let mut valleys: Vec<ClosestApproach> =
         valleys.into_iter().flatten().filter(|valley| valley.travel_m <= reached_m).collect();
@@ -125,13 +125,13 @@ fn pieces(dragon: &Dragon, strides: &Strides, stretch: usize, limit_m: f64) -> R
     Ok(pieces)
 }
 
-/// A short way on which the clearance of a pair has a minimum, perhaps at an end.
+/// A short interval on which the clearance of a pair has a minimum, possibly at an end.
 struct Bracket {
     benches: [usize; 2],
     travels_m: [f64; 2],
 }
 
-/// The brackets of a pair's minima, from its pieces in order of travel.
+/// The brackets of one pair's minima. `way` contains the pair's pieces in order of travel.
 fn brackets(way: &[Piece]) -> Vec<Bracket> {
     let mut brackets = Vec::new();
     for (i, piece) in way.iter().enumerate() {
@@ -151,7 +151,7 @@ fn brackets(way: &[Piece]) -> Vec<Bracket> {
 }
 
 impl Bracket {
-    /// The minimum, if it lies within, is under the limit, and no other pair is nearer there.
+    /// The minimum in the bracket; `None` if it is at an end, not below the limit, or if another pair is nearer there.
     fn near_miss(&self, dragon: &Dragon, limit_m: f64) -> Option<ClosestApproach> {
         let [from_m, to_m] = self.travels_m;
         let valley = ClosestApproach::between(dragon, self.benches, from_m, to_m);

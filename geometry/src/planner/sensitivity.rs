@@ -1,7 +1,7 @@
-//! How the planner's answers respond to each parameter: over a range about the plan, and locally.
+//! Response of the planner's answers to each parameter: over a range around the plan, and as a derivative at the plan.
 //!
-//! The speed of the head changes times alone: the way that is walked stays that of the plan, also on a turnaround, whose
-//! plan begins and ends at times.
+//! The speed of the head only changes times. The walked interval stays that of the plan, also on a turnaround, whose plan
+//! begins and ends at times.
 
 use super::answers::{Answer, Quantity, Unanswered, answer};
 use super::cores::on_all_cores;
@@ -9,84 +9,84 @@ use super::derivative::Undefined;
 use super::{Parameter, Setting};
 use crate::dragon::Meter;
 
-/// The part of the work that one answer may take.
+/// Divisor of the limit of work that gives the limit of one answer.
 const LARGEST_SHARE: u64 = 8;
 
-/// What to study.
+/// A sensitivity study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivity {
     /// The plan.
     pub setting: Setting,
-    /// Diameter of the circle that a spiral is walked to.
+    /// Diameter of the circle to which a spiral is walked, in metres.
     pub turn_diameter_m: f64,
-    /// By how much of its value a parameter is varied to either side, above 0 and under 1.
+    /// Largest variation of a parameter to either side, as a share of its value: above 0 and below 1.
     pub range: f64,
-    /// Values to either side of the planned one, at least 1.
+    /// Number of values to either side of the planned one, at least 1.
     pub steps: u32,
-    /// What is varied.
+    /// The parameters to vary.
     pub parameters: Vec<Parameter>,
 }
 
-/// A quantity and how it responds.
+/// A quantity and its response.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Response {
-    /// Which.
+    /// The quantity.
     pub quantity: Quantity,
-    /// As planned.
+    /// Value of the quantity for the plan.
     pub value: Result<f64, Unanswered>,
-    /// Over each parameter studied.
+    /// The response to each parameter.
     pub curves: Vec<Curve>,
 }
 
-/// A quantity over one parameter.
+/// The response of a quantity to one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Which parameter.
+    /// The parameter.
     pub parameter: Parameter,
-    /// As planned.
+    /// Planned value of the parameter.
     pub parameter_value: f64,
-    /// Change of the quantity per unit of the parameter, at its planned value.
+    /// Change of the quantity per unit of the parameter, at the planned value.
     pub derivative: Result<f64, NoDerivative>,
-    /// Over the range, the parameter ascending.
+    /// The samples over the range, by ascending parameter.
     pub samples: Vec<Sample>,
 }
 
 /// A quantity at one value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// Of the parameter.
+    /// Value of the parameter.
     pub parameter_value: f64,
-    /// Of the quantity.
+    /// Value of the quantity.
     pub value: Result<f64, Unanswered>,
 }
 
-/// Why there is no derivative.
+/// Reason why there is no derivative.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoDerivative {
-    /// There is no value either.
+    /// The quantity has no value.
     #[error(transparent)]
     Unanswered(#[from] Unanswered),
-    /// There is a value, but it does not change smoothly.
+    /// The quantity has a value, but does not change smoothly.
     #[error(transparent)]
     Undefined(#[from] Undefined),
 }
 
-/// One question.
+/// A calculation of one quantity for one setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Task {
     quantity: Quantity,
-    /// A parameter and by how many steps it is off; none for the plan itself.
+    /// A parameter and the number of steps from its planned value; `None` for the plan itself.
     varied: Option<(Parameter, i64)>,
 }
 
 impl Sensitivity {
-    /// How many questions a study has to answer.
+    /// Number of quantities that a study calculates, for progress.
     pub fn questions(&self) -> usize {
         self.tasks().len()
     }
 
-    /// The responses of all quantities, in the order of [`Quantity::ALL`]. Works on all cores; calls `answered` after each
-    /// question. What the meter does not allow stays unanswered.
+    /// Calculates the responses of all quantities, in the order of [`Quantity::ALL`], on all cores. It calls `answered` after
+    /// each calculation. Calculations beyond the meter's limit have no value.
     pub fn study(&self, meter: &Meter, answered: impl Fn() + Sync) -> Vec<Response> {
         let tasks = self.tasks();
         let share = meter.is_limited().then(|| meter.left() / LARGEST_SHARE);
@@ -103,7 +103,8 @@ impl Sensitivity {
         Quantity::ALL.into_iter().map(response).collect()
     }
 
-    /// Speed need not be tried out, and the pitch has nothing to do with the smallest one.
+    /// The calculations of the study. Speed is not varied, because its effect is known. The pitch is not varied for the
+    /// smallest pitch, which does not depend on it.
     fn tasks(&self) -> Vec<Task> {
         let mut tasks: Vec<Task> = Quantity::ALL.map(|quantity| Task { quantity, varied: None }).into();
         for &parameter in self.parameters.iter().filter(|parameter| **parameter != Parameter::Speed) {
@@ -162,7 +163,7 @@ impl Sensitivity {
     }
 }
 
-/// Whether the quantity is the very parameter.
+/// Whether the quantity is the parameter itself.
 fn is_its_own(quantity: Quantity, parameter: Parameter) -> bool {
     quantity == Quantity::SmallestPitch && parameter == Parameter::Pitch
 }

@@ -1,4 +1,4 @@
-//! What a choreographer plans with, and any one measure of it changed.
+//! Settings: a choreographer's plan, and changes of one of its parameters.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -6,7 +6,7 @@ use super::HeadTimetable;
 use crate::dragon::{Dimensions, DimensionsError};
 use crate::route::RouteSpec;
 
-/// A dragon and its route as planned.
+/// A planned dragon and its planned route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     /// The benches.
@@ -15,12 +15,12 @@ pub struct Setting {
     pub route: RouteSpec,
     /// Speed of the head in m/s.
     pub speed_mps: f64,
-    /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
+    /// Largest acceleration of the head in m/s²; with `None` the head starts and stops at once.
     pub accel_mps2: Option<f64>,
 }
 
 impl Setting {
-    /// When the head is where on a run to `end_travel_m`.
+    /// Timetable of the head on a run to `end_travel_m`.
     pub(super) fn timetable(&self, end_travel_m: f64) -> HeadTimetable {
         HeadTimetable::new(self.speed_mps, self.accel_mps2, self.route.start_s(), end_travel_m)
     }
@@ -37,10 +37,11 @@ impl Setting {
         }
     }
 
-    /// The same with another value of one parameter. A pitch is not checked until a dragon walks it.
+    /// The same setting with another value of one parameter. A pitch is not checked here, but when a dragon is placed on its
+    /// route.
     ///
     /// # Errors
-    /// Impossible measures of a bench.
+    /// The dimensions of the benches are invalid.
     pub fn with(&self, parameter: Parameter, value: f64) -> Result<Self, DimensionsError> {
         let mut changed = *self;
         match parameter {
@@ -61,10 +62,10 @@ impl Setting {
     }
 }
 
-/// A value that a choreographer can vary.
+/// A parameter of the plan that a choreographer can vary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// Distance between neighbouring turns of the route, its other measures being held.
+    /// Distance between neighbouring turns of the route. Its other measures stay fixed.
     Pitch,
     /// Length of the head's board.
     HeadLength,
@@ -74,16 +75,16 @@ pub enum Parameter {
     Width,
     /// Distance of the hinge holes from the ends of the boards.
     HoleOffset,
-    /// Speed of the head: it changes times alone.
+    /// Speed of the head. It only changes times.
     Speed,
 }
 
 impl Parameter {
-    /// All of them.
+    /// All parameters.
     pub const ALL: [Self; 6] =
         [Self::Pitch, Self::HeadLength, Self::BodyLength, Self::Width, Self::HoleOffset, Self::Speed];
 
-    /// The configuration's name of the value, and its name in messages.
+    /// The configuration's key of the parameter, and its name in messages.
     fn names(self) -> [&'static str; 2] {
         match self {
             Self::Pitch => ["pitch_m", "pitch"],
@@ -95,12 +96,12 @@ impl Parameter {
         }
     }
 
-    /// The configuration's name of the value.
+    /// The configuration's key of the parameter.
     pub fn key(self) -> &'static str {
         self.names()[0]
     }
 
-    /// The unit that the value is given in.
+    /// The unit of the value.
     pub fn unit(self) -> &'static str {
         if self == Self::Speed { "m/s" } else { "m" }
     }

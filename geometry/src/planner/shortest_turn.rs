@@ -1,25 +1,25 @@
-//! The shortest S in which a dragon can turn round inside a circle, within limits of clearance and speed.
+//! The shortest S in which a dragon can turn inside a circle, within limits of clearance and speed.
 //!
-//! The S may begin further in than on the circle, where the spiral has any radius ρ up to the circle's. It is
-//! 2·α·ρ / sin α long, with α = atan(2π·ρ/pitch), whatever the ratio of its radii (see `route::turnaround`), and so the
-//! longer the larger ρ. What is sought is the least ρ for which the dragon gets through with some ratio.
+//! The S may begin further in than the circle, where the spiral has any radius ρ up to the circle's radius. It has the length
+//! 2·α·ρ / sin α, with α = atan(2π·ρ/pitch), for every ratio of its radii (see `route::turnaround`). So the S is longer for a
+//! larger ρ. The search finds the least ρ at which the dragon passes with some ratio.
 //!
-//! *Method.* Neither the radii nor the ratios with which it does need be an interval. So [`RADII`] radii are tried from
-//! the centre outward, each with [`RATIOS`] ratios. Between two ratios at which different things are in the way, say a
-//! handle that stops on the one arc and on the other, there may be some at which nothing is: such an interval is halved
-//! until something clear is found, or the two obstacles meet. Where a handle is too fast at three ratios, and least in the
-//! middle, golden section looks for one between them at which none is. The first radius with a clear ratio and the one before it
-//! then bracket the answer, and halving with the same question at each radius finds it.
+//! *Method.* Neither the radii nor the ratios at which the dragon passes need be an interval. So the search tries [`RADII`]
+//! radii from the centre outward, each with [`RATIOS`] ratios. Two neighbouring ratios may have different obstacles, for
+//! example a handle that stops on one arc and on the other. Between them there may be a clear ratio. Such an interval is
+//! bisected until a clear ratio is found, or the two obstacles meet. If a handle is too fast at three neighbouring ratios, and
+//! slowest at the middle one, golden section searches between them for a clear ratio. The first radius with a clear ratio and
+//! the radius before it bracket the answer. Bisection with the same search at each radius then finds it.
 //!
-//! At first only the links are looked at: whether a handle stops or jumps depends on the head's and one body link alone, and
-//! the fastest handles are mostly among the first few. A contact is a pair within the clearance that is to remain.
-//! If the dragon does not touch itself on the shortest S that they walk, that is the answer. Else contacts are looked for
-//! as well, from the entry until the head has gone once round on the way out; and if that is not enough, on all of the
-//! passage. Whatever is found is walked through as a whole.
+//! The first search checks only the links. Whether a handle stops or jumps depends only on the head's link and one body link,
+//! and the fastest handles are mostly among the first few. A contact is a pair within the required clearance. If the dragon
+//! does not touch itself on the shortest S of this search, that S is the answer. Otherwise the next search also checks
+//! contacts, from the entry until the head has walked once round on the way out. If that is not enough, the last search checks
+//! the whole passage. Every answer is verified on the whole passage.
 //!
-//! *Guarantee.* The answer is clear on the whole passage. That nothing shorter is, is as sure as the sampling is dense:
-//! between two radii or ratios tried, at which the same is in the way, clear ones would be missed. Where the set of
-//! clear turns comes down to a tip between two obstacles, as on the paper's turnaround, the tip is found exactly.
+//! *Guarantee.* The answer is clear on the whole passage. That no shorter S is clear depends on the density of the samples:
+//! clear radii or ratios between two samples with the same obstacle are missed. If the set of clear turns ends in a tip between
+//! two obstacles, as on the paper's turnaround, the tip is found exactly.
 
 use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
@@ -29,65 +29,67 @@ use crate::dragon::{Dimensions, Meter, Spent};
 use crate::numerics::{GOLDEN, try_turning_point};
 use crate::route::{RADIUS_RATIO, Turnaround};
 
-/// Radii tried, evenly up to the circle's.
+/// Number of radii tried, evenly spaced up to the circle's radius.
 const RADII: usize = 64;
 
-/// Ratios tried with each radius, evenly in their logarithm.
+/// Number of ratios tried with each radius, evenly spaced in their logarithm.
 const RATIOS: usize = 17;
 
-/// The largest ratio tried, entry to exit or exit to entry.
+/// The largest ratio tried, of entry to exit or of exit to entry.
 const LARGEST_RATIO: f64 = 4.0;
 
-/// Two ratios at which different handles or arcs are at fault are halved in on until they are this near: where such
-/// obstacles meet in a tip, it is a narrow one.
+/// Relative distance of two ratios at which bisection between two faults of different handles or arcs ends. Where such
+/// obstacles meet in a tip, the tip is narrow.
 const NEAREST_RATIOS: f64 = 1e-13;
 
-/// Where one of the two is a contact, until they are this part of what the radius may still lose apart, relative to it: a
-/// contact hardly depends on the ratio, so what is clear is wide as soon as it is there.
+/// If one of the two obstacles is a contact, bisection ends at this share of the radius's remaining bracket, relative to the
+/// radius. A contact hardly depends on the ratio, so an interval of clear ratios is wide as soon as it exists.
 const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
 
-/// Radius in metres to which the answer is found.
+/// Tolerance of the answer's radius, in metres.
 const TOLERANCE_M: f64 = 1e-10;
 
-/// By how much the answer's radius exceeds the least one found. At the very edge a handle comes to a stop, or its speed
-/// has no bound, and rounding would tell differently from one run to the next whether it walks on.
+/// Amount by which the answer's radius exceeds the least one found, in metres. At the least radius a handle stops, or its speed
+/// is unbounded. There, rounding would decide differently from one run to the next whether the handle walks on.
 const LEAST_MARGIN_M: f64 = 1e-5;
 
-/// The same where that is not enough: the first of these that is.
+/// Larger amounts, tried in this order if [`LEAST_MARGIN_M`] is not enough.
 const WIDER_MARGINS_M: [f64; 3] = [1e-4, 1e-3, 1e-2];
 
-/// As far as the ratios that are clear beside the answer are looked for, in steps of [`TOLERANCE_M`]: a hundredth.
+/// Largest distance from the answer at which clear ratios are searched for, in steps of [`TOLERANCE_M`]: a hundredth of the
+/// ratio.
 const FAR: f64 = 1e8;
 
-/// Part of the step out to where a ratio is no longer clear to which that is known.
+/// Tolerance of the last clear ratio, as a share of the step out to a ratio that is not clear.
 const EDGE_PART: f64 = 0.75 / 4096.0;
 
-/// What is left between any ratio tried and the least and the greatest that a turn may have: more than [`FAR`] steps.
+/// Factor between any ratio tried and the limits of the allowed ratios: more than [`FAR`] steps.
 const RATIO_ROOM: f64 = 1.02;
 
-/// Most steps of a golden section: each leaves 0.62 of the interval, and from a factor of 1.4 to [`NEAREST_RATIOS`] takes 61.
+/// Bound on the steps of a golden section. Each leaves 0.62 of the interval; from a factor of 1.4 to [`NEAREST_RATIOS`] it
+/// takes 61 steps.
 const GOLDEN_STEPS: u32 = 64;
 
-/// How far beside the answer's ratio the limits are told.
+/// Relative distance from the answer's ratio at which the limits are determined.
 const BESIDE: f64 = 1e-6;
 
 /// The shortest S.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShortestTurn {
-    /// The way in and out with it; its turning circle is the one that the S begins on.
+    /// The turnaround with this S. Its turning circle is the one on which the S begins.
     pub turnaround: Turnaround,
     /// Radius of the entry arc ÷ that of the exit arc.
     pub radius_ratio: f64,
-    /// Where two benches come nearest on the whole passage; none with fewer than three.
+    /// The closest approach of two benches on the whole passage; `None` with fewer than three benches.
     pub closest: Option<ClosestApproach>,
-    /// What is in the way of a tighter S with a lower ratio and with a higher one.
+    /// The obstacles of a tighter S with a slightly lower and a slightly higher ratio.
     pub limits: [Option<Obstacle>; 2],
 }
 
-/// The shortest S inside the turning circle of this turnaround that the dragon gets through on its whole passage, within the
-/// limits of `staging`; none if it gets through no S that was tried.
+/// Finds the shortest S, inside the turning circle of this turnaround, that the dragon passes within the limits of `staging`.
+/// The limits hold on the whole passage. Returns `None` if the dragon passes no S that was tried.
 ///
-/// All work counts on the meter. `progress` hears of the share of the work that is done, from any thread.
+/// The meter counts all work. `progress` receives the share of the work that each step completes, from any thread.
 ///
 /// # Errors
 /// The meter is spent before the answer is found.
@@ -99,13 +101,13 @@ pub fn shortest_turn(
     progress: impl Fn(f64) + Sync,
 ) -> Result<Option<ShortestTurn>, Spent> {
     let mut tried = Vec::new();
-    // Where the links alone do not get through, nothing else does.
+    // A radius at which the links alone do not pass is not clear for the wider checks either.
     let mut from_m = 0.0;
     for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
         let search = Search { check: TurnCheck { turnaround, dimensions, staging, extent }, meter };
         let Some(tightest) = search.tightest(from_m, &progress)? else { break };
         from_m = tightest.0;
-        // Where something else is in the way: once more, looking at more.
+        // If the whole passage has another obstacle, the search repeats with a wider check.
         if let Some(found) = search.beside(&tightest, LEAST_MARGIN_M)? {
             return Ok(Some(found));
         }
@@ -121,7 +123,7 @@ pub fn shortest_turn(
     Ok(None)
 }
 
-/// A ratio and what is in its way.
+/// A ratio and its obstacle, if it has one.
 #[derive(Clone, Copy)]
 struct Trial {
     ratio: f64,
@@ -129,22 +131,22 @@ struct Trial {
 }
 
 impl Trial {
-    /// How fast the fastest handle is, where that alone is in the way.
+    /// Speed ratio of the fastest handle, if only the speed is the obstacle; otherwise infinite.
     fn excess(&self) -> f64 {
         if let Some(Obstacle::TooFast(largest)) = self.obstacle { largest.ratio } else { f64::INFINITY }
     }
 }
 
-/// Whether in the middle one of three trials a handle is too fast, and in no other one less so.
+/// Whether a handle is too fast at the middle one of three trials, and no faster there than at the other two.
 fn is_valley(three: &[Trial]) -> bool {
     let [before, middle, after] = [three[0].excess(), three[1].excess(), three[2].excess()];
     middle < f64::INFINITY && middle <= before && middle <= after
 }
 
-/// The least radius and a ratio with which the dragon gets through, and what is in the way of a smaller radius.
+/// The least radius at which the dragon passes, a ratio at which it passes, and the obstacles of a smaller radius.
 type Tightest = (f64, f64, [Option<Obstacle>; 2]);
 
-/// Whether turns with this ratio, and with those that are looked at beside it, may be.
+/// Whether a ratio and the ratios tried beside it are within the allowed range.
 fn is_allowed(ratio: f64) -> bool {
     (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(&ratio)
 }
@@ -155,7 +157,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The tightest of the turns that begin no nearer to the centre than `from_m`.
+    /// The tightest turn that begins at least `from_m` from the centre.
     fn tightest(&self, from_m: f64, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
         let largest_m = 0.5 * self.check.turnaround.turn_diameter_m();
         let step_m = largest_m / RADII as f64;
@@ -171,7 +173,7 @@ impl Search<'_> {
         }
         let Some((first, mut ratio)) = found else { return Ok(None) };
         let (mut tight_m, mut clear_m) = (step_m * (first - 1) as f64, step_m * first as f64);
-        // Two ratios to either side: what is clear there shrinks into what was clear before.
+        // Two ratios to either side: clear ratios at a smaller radius lie within those at a larger one.
         let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
         while clear_m - tight_m > TOLERANCE_M {
             let middle_m = 0.5 * (tight_m + clear_m);
@@ -187,7 +189,7 @@ impl Search<'_> {
             progress(0.5 / 32.0);
         }
         if tight_m == 0.0 {
-            // However tight the S, the dragon gets through.
+            // The dragon passes however tight the S is.
             return Ok(Some((clear_m, ratio, [None, None])));
         }
         let [below, above] =
@@ -195,7 +197,7 @@ impl Search<'_> {
         Ok(Some((clear_m, ratio, [below?, above?])))
     }
 
-    /// The turn that begins so much further out than the tightest one, if the dragon gets through it on its whole passage.
+    /// The turn that begins `margin_m` further out than the tightest one, if the dragon passes it on its whole passage.
     fn beside(&self, &(least_m, ratio, limits): &Tightest, margin_m: f64) -> Result<Option<ShortestTurn>, Spent> {
         let radius_m = least_m + margin_m;
         let radius_ratio = self.middle_ratio(radius_m, ratio)?;
@@ -207,14 +209,14 @@ impl Search<'_> {
         }
     }
 
-    /// About the middle of the clear ratios around one, with an S that begins at this radius.
+    /// Approximate middle of the clear ratios around `ratio`, for an S that begins at this radius.
     fn middle_ratio(&self, radius_m: f64, ratio: f64) -> Result<f64, Spent> {
         let [low, high] = [1.0 - TOLERANCE_M, 1.0 + TOLERANCE_M].map(|step| self.edge(radius_m, ratio, step));
         Ok((low? * high?).sqrt())
     }
 
-    /// A ratio with which the dragon gets through an S that begins at this radius, which may still lose `excess_m`: one
-    /// of those given or one between two of them at which different things are in the way.
+    /// A ratio at which the dragon passes an S that begins at this radius. It is one of `ratios`, or lies between two of them
+    /// with different obstacles. `excess_m` is the remaining bracket of the radius.
     fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Result<Option<f64>, Spent> {
         let trials = self.on_all(ratios.len(), |i, meter| self.trial(meter, radius_m, ratios[i]))?;
         if let Some(clear) = trials.iter().find(|trial| trial.obstacle.is_none()) {
@@ -231,7 +233,7 @@ impl Search<'_> {
         Ok(self.on_all(valleys.len(), slowest)?.into_iter().flatten().next())
     }
 
-    /// The results of work on all items, on all cores.
+    /// Runs `work` on all items, on all cores.
     fn on_all<Answer: Send>(
         &self,
         count: usize,
@@ -245,8 +247,8 @@ impl Search<'_> {
         self.meter.spent(self.check.turnaround.start_travel_m())
     }
 
-    /// A clear ratio between two that are not, if what is in the way differs; `finest` is how near contacts are halved in on,
-    /// relative to the ratio.
+    /// A clear ratio between two ratios with different obstacles. `finest` is the relative distance at which bisection ends for
+    /// contacts.
     fn between(
         &self,
         meter: &Meter,
@@ -270,8 +272,8 @@ impl Search<'_> {
         }
     }
 
-    /// A clear ratio between the outer two of three trials, of which in the middle one the fastest handle is slowest: golden
-    /// section in the logarithm of the ratio, until `finest` or nearer.
+    /// A clear ratio between the outer two of three trials. At the middle one, the fastest handle is slowest. Golden section in
+    /// the logarithm of the ratio runs down to `finest`.
     fn slow_ratio(&self, meter: &Meter, radius_m: f64, three: &[Trial], finest: f64) -> Result<Option<f64>, Spent> {
         let [mut low, mut near, mut high] = [three[0].ratio.ln(), three[1].ratio.ln(), three[2].ratio.ln()];
         let mut least = three[1].excess();
@@ -295,7 +297,7 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// About the last clear ratio in one direction from a clear one, or a ratio far from it.
+    /// Approximate last clear ratio in one direction from a clear one, or a ratio far from it.
     fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> Result<f64, Spent> {
         let clear = |exponent: f64| -> Result<bool, Spent> {
             Ok(self.check.obstacle(self.meter, radius_m, ratio * step.powf(exponent))?.is_none())

@@ -1,27 +1,26 @@
-//! How fast a handle ever is.
+//! The largest speed of any handle.
 //!
-//! *Method.* Speeds are proportional to the head's, so the question is where speed ÷ head speed is largest, over all
-//! handles and all of the run. The body behind handle 1 stands on an orbit of the route (see `dragon::orbit`), and the
-//! same orbit serves every travel at which handle 1 stands on one of its stations. With C the running product of the
-//! links' speed ratios along the orbit, and r the ratio of handle 1, on station m, to the head, handle j is
-//! r·C(m + j − 1)/C(m) times as fast as the head. So one orbit, the length of the whole run, holds the speeds of all
-//! handles at one travel in every link's length, and the fastest behind each station is found in one pass.
+//! *Method.* Speeds are proportional to the head's. So the search maximises speed ÷ head speed over all handles and the whole
+//! run. The body behind handle 1 stands on an orbit of the route (see `dragon::orbit`). The same orbit serves every travel at
+//! which handle 1 is at one of its stations. Let C be the running product of the links' speed ratios along the orbit. Let r be
+//! the speed of handle 1, at station m, divided by the head's. Then handle j is r·C(m + j − 1)/C(m) times as fast as the head.
+//! So one orbit, as long as the whole run, contains the speeds of all handles at one travel per link length. One pass finds the
+//! fastest handle behind each station.
 //!
-//! 1. The run is surveyed: [`SURVEYED_PER_LINK`] such orbits say how fast the fastest handle is, with the head in a few
-//!    thousand parameters. A bound on r often tells enough about the head; where it does not, the head is solved for.
-//! 2. The stretches between two of those parameters that may hold the largest ratio are looked through, with the dragon
-//!    itself. They are cut wherever a handle crosses a seam of the route, where the curvature jumps and with it the
-//!    slope of the ratio, and so often that the pieces are as short as those in which the run was looked through for
-//!    faults.
-//! 3. In pieces beside the largest of these ratios, Brent's method refines it.
+//! 1. The run is surveyed. [`SURVEYED_PER_LINK`] such orbits give the speed of the fastest handle for a few thousand parameters
+//!    of the head. Often a bound on r is enough for the head; otherwise the head is solved.
+//! 2. Stretches between two of those parameters that may contain the largest ratio are searched with the dragon itself. They
+//!    are cut where a handle crosses a seam of the route, because there the curvature jumps, and with it the slope of the
+//!    ratio. They are also cut evenly, so that the pieces are as short as those of the search for faults.
+//! 3. In the pieces next to the largest of these ratios, Brent's method refines it.
 //!
 //! *Precondition.* The dragon walks its whole route.
 //!
-//! *Guarantee.* The result is the ratio of a handle at a travel, to rounding, and no sample exceeds it: neither those of
-//! the survey nor those of the pieces. A maximum at a kink is exact, for kinks are samples. That no ratio between
-//! samples is larger rests on their density: within a piece the ratio is smooth, and a stretch is passed over only if
-//! the samples at its ends lie further under the largest ratio than the ratio changes from sample to sample around it. A
-//! peak is the narrower the higher it is; those that would be narrower than a piece the run takes for jumps, and ends
+//! *Guarantee.* The result is the ratio of a handle at a travel, to rounding. No sample of the survey or of the pieces exceeds
+//! it. A maximum at a kink is exact, because kinks are samples. That no ratio between samples is larger depends on their
+//! density. Within a piece the ratio is smooth. A stretch is skipped only if the samples at its ends are well below the largest
+//! ratio: further than the ratio changes between samples around the stretch. A higher peak is narrower. The run treats peaks
+//! narrower than a piece as jumps, and ends there.
 //! there.
 
 use std::collections::VecDeque;
@@ -30,40 +29,41 @@ use super::passage::{ARC_PER_CHORD, Infeasible};
 use crate::dragon::{Chain, Dragon, RunEnd, Station};
 use crate::numerics::{Slope, peak, rising_root};
 
-/// Orbits that the survey takes, evenly over the last link's length that handle 1 walks.
+/// Number of orbits in the survey, evenly spaced over the last link's length that handle 1 walks.
 const SURVEYED_PER_LINK: usize = 16;
 
-/// Pieces that a stretch of the survey is cut into at least, so that there are 64 a link.
+/// Smallest number of pieces in a stretch of the survey, which gives 64 pieces a link.
 const PIECES_PER_STRETCH: u32 = 4;
 
-/// A ratio that no handle has: where a handle would jump its speed has no bound, and such a jump, if it is too short for
-/// the run's looks, shows as a peak cut off by rounding at some 10⁷. A handle that walked on, at a ratio of R, over a
-/// curvature of κ would be so fast for less than 1/(κ·R²) of travel only, here some micrometres.
+/// A ratio that no walking handle reaches. At a jump of a handle, its speed is unbounded. A jump too short for the samples of
+/// the run appears as a peak that rounding cuts off at about 10⁷. On a curvature of κ, a walking handle could keep a ratio of R
+/// for less than 1/(κ·R²) of travel, here some micrometres.
 const JUMP_RATIO: f64 = 1000.0;
 
-/// What a station of the survey takes besides its link, in steps of work: so a limit of work bounds how many are kept, each
-/// in some hundred bytes.
+/// Work for a station of the survey besides its link, in steps. So the limit of work bounds the number of stored stations, each
+/// of about a hundred bytes.
 const STEPS_PER_STATION: u64 = 16;
 
-/// Travel to which kinks and maxima are found, in metres; the ratio is then right to rounding.
+/// Tolerance of kinks and maxima, in metres of travel. The ratio is then exact to rounding.
 const TOLERANCE_M: f64 = 1e-11;
 
-/// Where a handle is fastest.
+/// The largest speed ratio of a run, with its travel and its handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LargestRatio {
-    /// Speed ÷ head speed.
+    /// Speed of the handle divided by the head's speed.
     pub ratio: f64,
     /// Travel of the head.
     pub travel_m: f64,
-    /// Index of the handle; the lowest of those as fast.
+    /// Index of the handle; the lowest one if several are equally fast.
     pub handle: usize,
 }
 
-/// The largest ratio of any handle's speed to the head's, over the whole run of a dragon: 1 at least, the head's own.
+/// Finds the largest ratio of any handle's speed to the head's over the whole run of a dragon. It is at least 1, the head's own
+/// ratio.
 ///
 /// # Errors
-/// The fault that ends the run before the route's end, or a handle's jump that was too short to end it; or the dragon's
-/// meter is spent.
+/// A fault ends the run before the route's end, a handle has a jump that was too short to end the run, or the dragon's meter is
+/// spent.
 pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> {
     Infeasible::check(dragon)?;
     let survey = Survey { dragon };
@@ -99,29 +99,29 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
     Ok(LargestRatio { ratio, travel_m, handle })
 }
 
-/// The faster of two, the first where they are as fast.
+/// The faster of two; the first if they are equal.
 fn faster(first: LargestRatio, second: LargestRatio) -> LargestRatio {
     if second.ratio > first.ratio { second } else { first }
 }
 
-/// Whether the ratio between a spot and the next may exceed `largest`: the faster one lies under it by no more than the
-/// ratio changes from spot to spot around them.
+/// Whether the ratio between a spot and the next may exceed `largest`. It may if the faster of the two is below `largest` by no
+/// more than the ratio changes from spot to spot around them.
 fn may_exceed(spots: &[Spot], ahead: usize, largest: f64) -> bool {
     let around = &spots[ahead.saturating_sub(1)..spots.len().min(ahead + 3)];
     let change = around.windows(2).map(|ends| (ends[0].ratio - ends[1].ratio).abs()).fold(0.0, f64::max);
     spots[ahead].ratio.max(spots[ahead + 1].ratio) + change > largest
 }
 
-/// The fastest handle behind the head, with handle 1 at one parameter.
+/// The fastest handle, with handle 1 at one parameter.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
-    /// Of handle 1.
+    /// Parameter of handle 1.
     parameter: f64,
     /// Index of the fastest handle.
     handle: usize,
-    /// Its speed ÷ that of handle 1.
+    /// Speed of that handle divided by the speed of handle 1.
     behind: f64,
-    /// Its speed ÷ that of the head; a bound while the head's travel is not known.
+    /// Speed of that handle divided by the head's; an upper bound until the head is solved.
     ratio: f64,
     travel_m: Option<f64>,
 }
@@ -138,17 +138,17 @@ struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Ends the work where the meter is spent.
+    /// Returns an error if the meter is spent.
     fn check_meter(&self) -> Result<(), Infeasible> {
         Ok(self.dragon.meter().check(self.dragon.start_travel_m())?)
     }
 
-    /// Spots all through the run, the head at its end first and at its beginning last.
+    /// The spots of the whole run. The first has the head at the end of the run, the last at its beginning.
     fn spots(&self) -> Vec<Spot> {
         let dragon = self.dragon;
         let route = dragon.route();
         let [begin_parameter, end_parameter] = [dragon.start_travel_m(), dragon.end_travel_m()].map(|travel_m| {
-            dragon.rear(0, route.parameter(travel_m)).expect("handle 1 stands all through the run").parameter
+            dragon.rear(0, route.parameter(travel_m)).expect("handle 1 has a position throughout the run").parameter
         });
         let benches = dragon.dimensions().benches();
         let mut beyond = 0;
@@ -177,7 +177,7 @@ impl Survey<'_> {
         spots
     }
 
-    /// Spots with handle 1 on the stations of one orbit.
+    /// The spots with handle 1 at the stations of one orbit.
     fn spots_of_phase(&self, parameter: f64, length: usize) -> Vec<Spot> {
         let dragon = self.dragon;
         let stations: Vec<Station> = dragon.orbit(parameter).take(length).collect();
@@ -194,20 +194,20 @@ impl Survey<'_> {
         fastest_behind(&stations, dimensions.benches()).into_iter().enumerate().map(spot).collect()
     }
 
-    /// A bound on the ratio of handle 1 at `parameter` to the head: 1 / cos of the link's angle at handle 1, at most.
-    /// `head_parameter` is surely not behind the head.
+    /// An upper bound on the speed of handle 1 at `parameter` divided by the head's: at most 1 / cos of the link's angle at
+    /// handle 1. `head_parameter` is not behind the head.
     ///
-    /// A curve with |κ| ≤ K first comes to a distance of d after an arc of at most π·d/2, if K·d < 2, and on that arc
-    /// the angle between chord and tangent has a sine of at most K·d/2 (Schwarz's theorem on curves of bounded
-    /// curvature). Seen from there the same point is the first behind, so it is the head that stands there. A station
-    /// is at least a link's length of arc from the next.
+    /// A curve with |κ| ≤ K first reaches a distance of d after an arc of at most π·d/2, if K·d < 2. On that arc the angle
+    /// between chord and tangent has a sine of at most K·d/2 (Schwarz's theorem on curves of bounded curvature). Seen from that
+    /// point, the start is the first point behind it at this distance. So that point is the head's. Two neighbouring stations
+    /// are at least a link's length of arc apart.
     fn head_bound(&self, parameter: f64, head_parameter: f64) -> f64 {
         let curvature = self.dragon.route().curvature_bound(parameter, head_parameter);
         let sine = 0.5 * curvature * self.dragon.dimensions().link_m(0);
         if sine < 1.0 { (1.0 - sine * sine).sqrt().recip() } else { f64::INFINITY }
     }
 
-    /// Solves for the head.
+    /// Solves the head's travel and the ratio of a spot.
     fn solve(&self, spot: &mut Spot) {
         if spot.travel_m.is_none() {
             let (head_parameter, speed_ratio) = self.dragon.head_before(spot.parameter);
@@ -217,7 +217,7 @@ impl Survey<'_> {
         }
     }
 
-    /// The largest ratios between two solved spots, of the handles up to the fastest of both and the next.
+    /// The largest ratios between two solved spots. It evaluates the handles up to the fastest of both, and one more.
     fn look_through(&self, behind: &Spot, ahead: &Spot) -> Vec<LargestRatio> {
         let handles = (behind.handle.max(ahead.handle) + 2).min(self.dragon.dimensions().handles());
         let cuts_m = self.cuts(behind.fastest().travel_m, ahead.fastest().travel_m, handles);
@@ -226,7 +226,7 @@ impl Survey<'_> {
         for (i, ends) in samples.windows(2).enumerate() {
             let before = i.checked_sub(1).map_or(0.0, |before| samples[before].ratio);
             let after = samples.get(i + 2).map_or(0.0, |after| after.ratio);
-            // Nothing peaks between two samples of which the higher is exceeded by the one beyond it.
+            // Two samples have no peak between them if a neighbouring sample is higher than both.
             if before.max(after) <= ends[0].ratio.max(ends[1].ratio) {
                 found.extend([ends[0].handle, ends[1].handle].map(|handle| {
                     let ratio = |travel_m| self.ratio(travel_m, handle);
@@ -259,7 +259,7 @@ impl Survey<'_> {
         cuts_m
     }
 
-    /// The fastest of the foremost handles at one travel.
+    /// The fastest of the first `handles` handles at one travel.
     fn fastest_at(&self, travel_m: f64, handles: usize) -> LargestRatio {
         let states = self.chain(travel_m).take(handles).enumerate();
         let ratios = states.map(|(handle, state)| LargestRatio { ratio: state.speed_ratio, travel_m, handle });
@@ -270,7 +270,7 @@ impl Survey<'_> {
         self.chain(travel_m).nth(handle).expect("the chain has this handle").speed_ratio
     }
 
-    /// The same with the lowest handle that is as fast but for rounding: on an arc all of them are.
+    /// The same, with the lowest handle that is equally fast up to rounding. On an arc all handles are equally fast.
     fn lowest_as_fast(&self, largest: LargestRatio) -> LargestRatio {
         let rounding = 8.0 * f64::EPSILON * (largest.handle + 1) as f64;
         let as_fast = |ratio: f64| ratio >= largest.ratio * (1.0 - rounding);
@@ -283,10 +283,10 @@ impl Survey<'_> {
     }
 }
 
-/// For every station the fastest of the `count` that begin with it, of equal ones the first.
+/// For every station, the fastest of the `count` stations that begin with it; the first if several are equal.
 fn fastest_behind(stations: &[Station], count: usize) -> Vec<usize> {
     let mut fastest = vec![0; stations.len()];
-    // Of the stations behind, each that is faster than all between: the fastest at the front end.
+    // The stations behind that are faster than all stations between. The fastest is at the front end.
     let mut falling: VecDeque<usize> = VecDeque::new();
     for m in (0..stations.len()).rev() {
         while falling.back().is_some_and(|&rear| stations[rear].speed_ratio <= stations[m].speed_ratio) {

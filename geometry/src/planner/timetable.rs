@@ -1,11 +1,11 @@
-//! The head's timetable: at which show time it is where, on a run from its start that nobody interferes with.
+//! The head's timetable: its travel at each show time, on a run without commands.
 //!
-//! The head starts from rest, speeds up evenly to the planned speed, walks at it, and brakes evenly so that it rests exactly
-//! at the run's end. Where the run is too short for the planned speed it brakes as soon as it no longer speeds up. Without a
-//! greatest acceleration it walks at the planned speed all along. This is the walk of the server (its `motion`), which
-//! plans it phase by phase because commands may change it; a test there holds the two against each other.
+//! The head starts from rest, accelerates evenly to the planned speed, walks at that speed, and brakes evenly. It rests exactly
+//! at the run's end. If the run is too short for the planned speed, the head brakes as soon as it stops accelerating. Without a
+//! largest acceleration it walks at the planned speed throughout. The server walks the same way. Its `motion` plans phase by
+//! phase, because commands may change the plan; a test there compares the two.
 
-/// When the head is where. Times are show times in seconds.
+/// Travel of the head over show time, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadTimetable {
     start_s: f64,
@@ -15,19 +15,19 @@ pub struct HeadTimetable {
     ramps: Option<Ramps>,
 }
 
-/// The ramps at both ends, which are alike.
+/// The two ramps of a run, which are alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ramps {
     accel_mps2: f64,
-    /// Speed between them.
+    /// Speed between the ramps.
     top_mps: f64,
-    /// Travel of each.
+    /// Travel of one ramp.
     length_m: f64,
 }
 
 impl HeadTimetable {
-    /// A run that begins at a show time, where the planned speed puts the head (at `speed_mps` × `start_s` of travel), and
-    /// that ends at a travel. The speed, and the acceleration if there is one, are above 0.
+    /// A run that begins at a show time and ends at a travel. It begins at the travel that the planned speed gives: `speed_mps`
+    /// × `start_s`. The speed, and the acceleration if there is one, must be above 0.
     ///
     /// ```
     /// use bench_dragon_geometry::planner::HeadTimetable;
@@ -51,7 +51,7 @@ impl HeadTimetable {
         Self { start_s, start_m, end_m: start_m + run_m, speed_mps, ramps }
     }
 
-    /// Show time at which the head arrives at a travel. With ramps, a travel beyond the run's ends counts as the nearer end.
+    /// Show time at which the head reaches a travel. With ramps, a travel beyond an end of the run counts as that end.
     pub fn time_s(&self, travel_m: f64) -> f64 {
         let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else { return travel_m / self.speed_mps };
         let walked_m = (travel_m - self.start_m).max(0.0);
@@ -65,7 +65,7 @@ impl HeadTimetable {
         }
     }
 
-    /// Travel of the head at a show time. With ramps, the head rests at the run's ends before and after it.
+    /// Travel of the head at a show time. With ramps, the head rests at the ends of the run before and after it.
     pub fn travel_m(&self, time_s: f64) -> f64 {
         let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else { return self.speed_mps * time_s };
         let (elapsed_s, left_s) = ((time_s - self.start_s).max(0.0), (self.end_s() - time_s).max(0.0));
@@ -79,14 +79,14 @@ impl HeadTimetable {
         }
     }
 
-    /// Speed of the head at a show time, in metres per show second: 0 at both ends of a run with ramps.
+    /// Speed of the head at a show time, in metres per show second. It is 0 at both ends of a run with ramps.
     pub fn speed_mps(&self, time_s: f64) -> f64 {
         let Some(Ramps { accel_mps2, top_mps, .. }) = self.ramps else { return self.speed_mps };
         let ramped_s = (time_s - self.start_s).min(self.end_s() - time_s).max(0.0);
         (accel_mps2 * ramped_s).min(top_mps)
     }
 
-    /// Show time at which the head rests at the run's end.
+    /// Show time at which the head rests at the run's end. Without ramps: at which it arrives there.
     pub fn end_s(&self) -> f64 {
         match self.ramps {
             None => self.end_m / self.speed_mps,
@@ -97,9 +97,9 @@ impl HeadTimetable {
         }
     }
 
-    /// The head's speed at a travel, one over which is the growth of [`time_s`](Self::time_s) per metre, and the growth of
-    /// `time_s` per m/s of planned speed with the travel as it is. None where the head brakes for the run's end: there
-    /// `time_s` depends on where that is too.
+    /// The head's speed at a travel, and the growth of [`time_s`](Self::time_s) per m/s of planned speed at fixed travel. The
+    /// growth of `time_s` per metre is 1 ÷ the speed. `None` where the head brakes for the run's end, because `time_s` there
+    /// also depends on the travel of that end.
     pub(crate) fn speed_and_time_rate(&self, travel_m: f64) -> Option<(f64, f64)> {
         let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
             return Some((self.speed_mps, -travel_m / (self.speed_mps * self.speed_mps)));
@@ -122,7 +122,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn rates_are_those_of_differences(
+        fn rates_equal_those_of_differences(
             speed_mps in 0.5..5.0_f64,
             accel_mps2 in prop::option::of(0.1..5.0_f64),
             start_s in -50.0..0.0_f64,
@@ -134,7 +134,7 @@ mod tests {
             let step = 1e-6;
             let ends = [travel_m - step, travel_m + step].map(|travel_m| with(speed_mps).speed_and_time_rate(travel_m));
             let near = |rates: Option<(f64, f64)>| rates.is_some_and(|rates| (rates.0 - there_mps).abs() < 1e-3);
-            // Not across the end of a ramp.
+            // Not across the end of a ramp, where the speed is not smooth.
             prop_assume!(ends.into_iter().all(near));
             let by_travel = with(speed_mps).time_s(travel_m + step) - with(speed_mps).time_s(travel_m - step);
             let by_speed = with(speed_mps + step).time_s(travel_m) - with(speed_mps - step).time_s(travel_m);

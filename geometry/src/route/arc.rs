@@ -1,10 +1,10 @@
-//! A circular arc, walked either way round.
+//! A circular arc, walked clockwise or counter-clockwise.
 
 use glam::DVec2;
 
 use super::{Kernel, PolarKernel};
 
-/// Which way an arc turns.
+/// Direction in which an arc turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// To the right.
@@ -14,7 +14,7 @@ pub enum Turn {
 }
 
 impl Turn {
-    /// 1 to the left, −1 to the right.
+    /// Returns 1 for a left turn, −1 for a right turn.
     #[inline]
     pub(super) fn sign(self) -> f64 {
         match self {
@@ -24,7 +24,7 @@ impl Turn {
     }
 }
 
-/// A circular arc. Its parameter is the angle by which it has turned, from 0 on.
+/// A circular arc. Its parameter is the angle walked from its beginning, in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CircularArc {
     centre: DVec2,
@@ -36,40 +36,41 @@ pub struct CircularArc {
 }
 
 impl CircularArc {
-    /// The arc that turns by `angle` radians and has a given point and tangent at its beginning.
+    /// The arc that turns by `angle` radians and begins at a given point with a given tangent.
     pub fn from_begin(position: DVec2, tangent: DVec2, radius_m: f64, angle: f64, turn: Turn) -> Self {
         let begin = outward(tangent, turn);
         Self { centre: position - radius_m * begin, radius_m, turn, begin, angle }
     }
 
-    /// The arc that turns by `angle` radians and has a given point and tangent at its end.
+    /// The arc that turns by `angle` radians and ends at a given point with a given tangent.
     pub fn to_end(position: DVec2, tangent: DVec2, radius_m: f64, angle: f64, turn: Turn) -> Self {
         let end = outward(tangent, turn);
         let begin = DVec2::from_angle(-turn.sign() * angle).rotate(end);
         Self { centre: position - radius_m * end, radius_m, turn, begin, angle }
     }
 
-    /// The middle of its circle.
+    /// Centre of the circle.
     pub fn centre(&self) -> DVec2 {
         self.centre
     }
 
-    /// Metres.
+    /// Radius of the circle, in metres.
     pub fn radius_m(&self) -> f64 {
         self.radius_m
     }
 
-    /// By how much it turns, in radians.
+    /// Angle by which the arc turns, in radians.
     pub fn angle(&self) -> f64 {
         self.angle
     }
 
-    /// Metres.
+    /// Arc length, in metres.
     pub fn length_m(&self) -> f64 {
         self.radius_m * self.angle
     }
 
-    /// Distance from a point to the furthest point of the arc: the one across its centre, or an end.
+    /// Distance from a point to the furthest point of the arc, in metres. That point lies beyond the centre, or is an end of
+    /// the arc.
     pub(super) fn furthest_m(&self, from: DVec2) -> f64 {
         let away = self.centre - from;
         let direction = away.normalize_or(self.begin);
@@ -85,7 +86,7 @@ impl CircularArc {
         }
     }
 
-    /// Signed curvature in 1/m.
+    /// Signed curvature in 1/m, above 0 for a left turn.
     #[inline]
     pub(super) fn curvature(&self) -> f64 {
         self.turn.sign() / self.radius_m
@@ -105,7 +106,7 @@ impl CircularArc {
     }
 }
 
-/// The direction from the centre to a point of an arc with this tangent.
+/// Unit vector from the centre to the point of an arc that has this tangent.
 fn outward(tangent: DVec2, turn: Turn) -> DVec2 {
     match turn {
         Turn::Clockwise => tangent.perp(),

@@ -1,39 +1,40 @@
-//! The part of a route that is wound up as a spiral. More can be said of it than of any curve.
+//! The rear part of a route that is an inward spiral. Contacts on it have tighter bounds than on a general curve.
 
 use glam::DVec2;
 
 use super::Segment;
 use super::segment::PlacedSegment;
 
-/// The rear part of a route, up to `end`, where it is a spiral r = b·θ about some centre, walked inward.
+/// The rear part of a route, up to the parameter `end`: a spiral r = b·θ about a centre, walked inward.
 ///
-/// Parameters grow by one per radian walked inward, and the route is wound outward without end. So the angle of a parameter is
+/// Parameters grow by one per radian walked inward. Behind its end, the coil is unbounded. So a parameter has the angle
 /// `end_angle + end − parameter`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coil {
-    /// Its centre.
+    /// Centre of the spiral.
     pub centre: DVec2,
     /// The last parameter of the coil.
     pub end: f64,
-    /// θ there, 0 or more.
+    /// θ at the end of the coil, 0 or more.
     pub end_angle: f64,
-    /// b in metres: the pitch over 2π.
+    /// b in metres: the pitch divided by 2π.
     pub radius_per_radian_m: f64,
-    /// Where the route leaves on the same spiral, if it does.
+    /// The outward spiral at the end of the route, if it matches the coil.
     pub way_out: Option<WayOut>,
 }
 
-/// The last part of a route: its coil, turned by half a turn about the same centre and walked outward from the same angle on.
+/// The last segment of a route that matches its coil: the same spiral, turned by half a turn about the same centre. The head
+/// walks it outward, from the angle at which the coil ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WayOut {
-    /// Where it begins. Parameters grow by one per radian here too.
+    /// Parameter at which the way out begins. Parameters grow by one per radian here too.
     pub begin: f64,
-    /// Distance from the centre that no point of the route between coil and way out exceeds: that of their ends at least.
+    /// Bound on the distance from the centre to the route between coil and way out. It is at least the radius at their ends.
     pub turn_radius_m: f64,
 }
 
 impl Coil {
-    /// The coil of a route, if its first segment is one.
+    /// Returns the coil of a route whose first segment is an inward spiral.
     pub(super) fn of(placed: &[PlacedSegment]) -> Option<Self> {
         let [first, others @ ..] = placed else { return None };
         let Segment::Spiral(spiral) = first.segment else { return None };
@@ -62,18 +63,18 @@ impl Coil {
         turn_radius_m.is_finite().then_some(WayOut { begin: last.begin, turn_radius_m })
     }
 
-    /// θ at a parameter, or none if the coil ends before it.
+    /// θ at a parameter of the coil; `None` beyond the end of the coil.
     pub fn angle(&self, parameter: f64) -> Option<f64> {
         (parameter <= self.end).then_some(self.end_angle + (self.end - parameter))
     }
 
-    /// θ at a parameter on the way out, or none before it.
+    /// θ at a parameter of the way out; `None` before the way out.
     pub fn angle_out(&self, parameter: f64) -> Option<f64> {
         let way_out = self.way_out.filter(|way_out| parameter >= way_out.begin);
         way_out.map(|way_out| self.end_angle + (parameter - way_out.begin))
     }
 
-    /// The parameter with this θ, which must be at least `end_angle`.
+    /// The parameter of an angle θ, which must be at least `end_angle`.
     pub fn parameter(&self, angle: f64) -> f64 {
         self.end - (angle - self.end_angle)
     }

@@ -1,4 +1,4 @@
-//! Why a route cannot be.
+//! Errors of a route.
 
 use std::ops::RangeInclusive;
 
@@ -8,19 +8,19 @@ use crate::number::Number;
 
 const MAX_PITCH_M: f64 = 1_000.0;
 const MAX_START_TURNS: f64 = 10_000.0;
-/// Ratios of the entry arc's radius to the exit arc's.
+/// Allowed ratios of the entry arc's radius to the exit arc's radius.
 pub const RADIUS_RATIO: RangeInclusive<f64> = 0.01..=100.0;
 
-/// Why a route cannot be.
+/// Reason why a route is invalid.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum RouteError {
-    /// Not a distance between neighbouring turns.
+    /// The pitch is out of range.
     #[error("pitch_m is {}, must be above 0 and at most {MAX_PITCH_M}", Number(*.0))]
     Pitch(f64),
-    /// Not a number of turns from the centre.
+    /// The number of turns from the centre to the start is out of range.
     #[error("start_turns is {}, must be above 0 and at most {MAX_START_TURNS}", Number(*.0))]
     StartTurns(f64),
-    /// Not the diameter of a turning circle on this spiral.
+    /// The diameter of the turning circle is out of range for the spiral.
     #[error(
         "turn_diameter_m is {}, must be above 0 and at most {}, {MAX_START_TURNS} turns of pitch_m {}",
         Number(*turn_diameter_m),
@@ -28,12 +28,12 @@ pub enum RouteError {
         Number(*pitch_m)
     )]
     TurnDiameter {
-        /// Metres.
+        /// Diameter of the turning circle, in metres.
         turn_diameter_m: f64,
-        /// Metres between neighbouring turns.
+        /// Distance between neighbouring turns, in metres.
         pitch_m: f64,
     },
-    /// Not a ratio of two radii.
+    /// The ratio of the two radii is out of range.
     #[error(
         "radius_ratio is {}, must be from {} to {}",
         Number(*.0),
@@ -41,31 +41,33 @@ pub enum RouteError {
         RADIUS_RATIO.end()
     )]
     RadiusRatio(f64),
-    /// A segment with or without a beginning where it should be the other way.
-    #[error("segment {segment}: the first segment of a route has no beginning, and every other one has")]
+    /// The first segment has a beginning, or another segment has none.
+    #[error(
+        "segment {segment}: the first segment of a route must have no beginning, every other segment must have one"
+    )]
     Beginning {
-        /// Counted from 0.
+        /// Index of the segment, from 0.
         segment: usize,
     },
-    /// A segment that does not begin where and as the one before ends.
-    #[error("segment {segment} begins {gap_m:e} m from where the one before ends, turned by {turn:e}")]
+    /// A segment does not begin at the end of the segment before it with the same tangent.
+    #[error("segment {segment} does not join the segment before it: gap {gap_m:e} m, tangents differ by {turn:e}")]
     Seam {
-        /// Counted from 0.
+        /// Index of the segment, from 0.
         segment: usize,
-        /// Metres.
+        /// Distance between the end of the segment before and the beginning of this one, in metres.
         gap_m: f64,
         /// Length of the difference of the two unit tangents.
         turn: f64,
     },
-    /// A route that is walked further than its curve goes.
+    /// The route ends beyond its last segment.
     #[error("the route is walked to {} m, must be at most {}, where its last segment ends", Number(*end_travel_m), Number(*curve_end_m))]
     End {
-        /// Travel at the end.
+        /// Travel at the end of the route.
         end_travel_m: f64,
         /// Travel at the end of the last segment.
         curve_end_m: f64,
     },
-    /// A route that ends before it starts, or out of reach.
+    /// The route ends before it starts, or one of its ends is not finite.
     #[error(
         "the route is walked from {} to {} m, must be finite and end after its start",
         Number(*start_travel_m),

@@ -1,8 +1,8 @@
-//! How a route changes with its pitch.
+//! Changes of a route with its pitch.
 //!
-//! Of all that a choreographer can vary, the pitch alone changes the curve. A point is followed at a fixed travel. Where
-//! the formulas give it at a fixed parameter of its segment instead, which has the travel s there, it is taken back by ∂s/∂p
-//! along the tangent, and turns by the curvature times as much.
+//! Of the parameters that the planner varies, only the pitch changes the curve. The derivatives here follow a point at fixed
+//! travel. The formulas of a segment follow a point at a fixed parameter of the segment, whose travel s depends on the pitch p.
+//! The conversion moves that point back by ∂s/∂p along the tangent, and turns the tangent back by the curvature times ∂s/∂p.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use glam::DVec2;
 
 use super::{Route, Turnaround};
 
-/// The route about one travel, to first order.
+/// Change of the route near one travel, to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RouteVariation {
-    /// Signed curvature in 1/m, above 0 where the route turns left; at a seam that of either side.
+    /// Signed curvature in 1/m, above 0 where the route turns left. At a seam: the curvature on either side.
     pub curvature: f64,
     /// Metres by which the point at this travel moves, per metre of pitch.
     pub position: DVec2,
@@ -21,24 +21,24 @@ pub struct RouteVariation {
     pub turn: f64,
 }
 
-/// A route as one of a family over the pitch, its other measures being held.
+/// A route and its change with the pitch. All other measures of the route stay fixed.
 #[derive(Clone, Debug)]
 pub struct PitchFamily {
     route: Arc<Route>,
     shape: Shape,
 }
 
-/// What the route is one of.
+/// Family of routes over the pitch.
 #[derive(Clone, Debug)]
 enum Shape {
-    /// Spirals about the origin; held is the number of turns at the start.
+    /// Spirals about the origin with a fixed number of turns at the start.
     Spiral,
-    /// Held are the turning circle, the ratio of the radii, and t = 0 at the entry into the circle.
+    /// Turnarounds with a fixed turning circle, a fixed ratio of the radii, and t = 0 at the entry into the circle.
     Turnaround(Box<Turnaround>),
 }
 
 impl PitchFamily {
-    /// A spiral of any span, whose number of turns at the start is held.
+    /// The family of a spiral, walked between any travels. Its number of turns at the start stays fixed.
     pub(crate) fn of_spiral(route: Route) -> Self {
         Self { route: Arc::new(route), shape: Shape::Spiral }
     }
@@ -52,17 +52,17 @@ impl PitchFamily {
         &self.route
     }
 
-    /// Whether the route ends at a given distance from its centre: then it ends there at any pitch.
+    /// Whether the route ends at a fixed distance from its centre at every pitch.
     pub(crate) fn ends_on_circle(&self) -> bool {
         matches!(self.shape, Shape::Spiral)
     }
 
-    /// The route about the travel of a parameter.
+    /// Change of the route near a parameter, at fixed travel.
     pub fn variation(&self, parameter: f64) -> RouteVariation {
         let (point, travel_m) = (self.route.point(parameter), self.route.travel(parameter));
         let curvature = self.route.curvature(parameter);
         let SegmentVariation { position, turn, travel } = match &self.shape {
-            // At a fixed angle everything grows as the pitch does.
+            // At a fixed angle, all lengths are proportional to the pitch.
             Shape::Spiral => {
                 let pitch_m = self.route.pitch_m();
                 SegmentVariation { position: point.position / pitch_m, turn: 0.0, travel: travel_m / pitch_m }
@@ -72,7 +72,7 @@ impl PitchFamily {
         RouteVariation { curvature, position: position - travel * point.tangent, turn: turn - travel * curvature }
     }
 
-    /// Metres by which the travel of each seam grows, per metre of pitch, in the order of the seams.
+    /// Change of the travel of each seam, in metres per metre of pitch, in the order of the seams.
     pub fn seam_variations(&self) -> Vec<f64> {
         match &self.shape {
             Shape::Spiral => Vec::new(),
@@ -81,11 +81,11 @@ impl PitchFamily {
     }
 }
 
-/// The route about one parameter of one of its segments, per metre of pitch.
+/// Change of the route at a fixed parameter of one of its segments, per metre of pitch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SegmentVariation {
     pub(super) position: DVec2,
     pub(super) turn: f64,
-    /// Of the travel to the parameter.
+    /// Change of the travel at that parameter.
     pub(super) travel: f64,
 }

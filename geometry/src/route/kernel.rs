@@ -1,9 +1,9 @@
-//! A segment as plain arithmetic in the route's own parameter: a point at a time, or without a branch, so that a loop over many
-//! handles becomes vector instructions.
+//! Segments in the route's own parameter, as plain arithmetic. One form evaluates a single point. The other has no branch, so a
+//! loop over many handles compiles to vector instructions.
 //!
-//! A position and its change per unit of the parameter are four numbers: x, y, and their changes, all in metres.
+//! Four numbers describe a point: x, y, and their changes per unit of the parameter, all in metres.
 
-#![allow(clippy::inline_always, reason = "what is not inlined is compiled for fewer instructions than its caller")]
+#![allow(clippy::inline_always, reason = "a function that is not inlined loses the vector instructions of its caller")]
 
 use glam::DVec2;
 
@@ -37,7 +37,7 @@ impl Kernel {
                 if slope_m == 0.0 {
                     return RoutePoint { position, tangent: polar.turn * spoke.perp(), speed_m_per_unit: radius_m };
                 }
-                // In units of the slope, so that the square of a tiny radius is not 0.
+                // Calculates in units of the slope, so that the square of a tiny radius does not underflow to 0.
                 let radius = angle - polar.axis;
                 let speed = (1.0 + radius * radius).sqrt();
                 let forward = 1f64.copysign(polar.turn * slope_m);
@@ -50,7 +50,7 @@ impl Kernel {
         }
     }
 
-    /// The parameter at which it begins; it ends where the next one begins.
+    /// The parameter at which the segment begins. It ends where the next segment begins.
     #[inline(always)]
     pub(crate) fn begin(&self) -> f64 {
         match self {
@@ -64,7 +64,7 @@ impl Kernel {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LineKernel {
     pub(super) begin: f64,
-    /// Where the line would be at parameter 0, in metres.
+    /// The point of the line at parameter 0, in metres.
     pub(super) origin: DVec2,
     /// Unit vector.
     pub(super) direction: DVec2,
@@ -83,22 +83,22 @@ impl LineKernel {
     }
 }
 
-/// An arc or a spiral: the radius is linear in the polar angle about a fixed centre.
+/// An arc or a spiral, whose radius is linear in the polar angle about a fixed centre.
 ///
-/// With φ = `angle` + `turn`·parameter, the point lies at `radius_m` + `radius_per_radian_m`·φ from the centre, in the direction φ.
-/// An arc has `radius_per_radian_m` 0.
+/// With φ = `angle` + `turn`·parameter, a point lies at the distance `radius_m` + `radius_per_radian_m`·φ from the centre, in
+/// the direction φ. For an arc, `radius_per_radian_m` is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PolarKernel {
     pub(super) begin: f64,
-    /// Metres.
+    /// Centre, in metres.
     pub(super) centre: DVec2,
-    /// Radians at parameter 0.
+    /// φ at parameter 0, in radians.
     pub(super) angle: f64,
-    /// 1 where φ grows with the parameter, −1 where it falls.
+    /// 1 if φ grows with the parameter, −1 if φ falls.
     pub(crate) turn: f64,
-    /// Metres at φ = 0.
+    /// Radius at φ = 0, in metres.
     pub(super) radius_m: f64,
-    /// Metres.
+    /// Growth of the radius per radian of φ, in metres.
     pub(super) radius_per_radian_m: f64,
     /// φ at which the radius of a spiral is 0.
     pub(super) axis: f64,
@@ -110,13 +110,13 @@ impl PolarKernel {
         self.angle
     }
 
-    /// φ.
+    /// φ at a parameter.
     #[inline(always)]
     pub(crate) fn polar<const FUSED: bool>(&self, parameter: f64) -> f64 {
         multiply_add::<FUSED>(self.turn, parameter, self.angle)
     }
 
-    /// The point at φ, with its sine and cosine.
+    /// The point at φ, from the sine and cosine of φ.
     #[inline(always)]
     pub(crate) fn point<const FUSED: bool>(&self, polar: f64, sine: f64, cosine: f64) -> [f64; 4] {
         let Self { centre, turn, radius_m, radius_per_radian_m: slope_m, .. } = *self;
@@ -151,7 +151,8 @@ mod tests {
         }
     }
 
-    /// Where the parameter is near 0, that of a segment may be large, and is what is rounded.
+    /// Compares the kernels with the route. Near parameter 0 of the route, the segment's own parameter may be large, and its
+    /// rounding counts.
     fn assert_same(route: &Route) -> Result<(), TestCaseError> {
         let kernels = route.kernels();
         let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());

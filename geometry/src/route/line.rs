@@ -8,7 +8,7 @@ use super::kernel::LineKernel;
 /// A straight line, with or without a beginning. Its parameter is in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Where its parameter is 0.
+    /// Point at parameter 0.
     origin: DVec2,
     /// Unit vector.
     direction: DVec2,
@@ -17,17 +17,17 @@ pub struct Line {
 }
 
 impl Line {
-    /// The line of this length, above 0, from a point on. `direction` is a unit vector.
+    /// The line of a given length, above 0, that begins at a point. `direction` is a unit vector.
     pub fn from_begin(position: DVec2, direction: DVec2, length_m: f64) -> Self {
         Self { origin: position, direction, begin: 0.0, end: length_m }
     }
 
-    /// The line without a beginning up to a point.
+    /// The line that ends at a point and has no beginning.
     pub fn up_to(position: DVec2, direction: DVec2) -> Self {
         Self { origin: position, direction, begin: f64::NEG_INFINITY, end: 0.0 }
     }
 
-    /// Where its parameter is 0.
+    /// Point at parameter 0.
     pub(super) fn origin(&self) -> DVec2 {
         self.origin
     }

@@ -1,9 +1,10 @@
 //! Routes: the curves that the handles of a dragon follow.
 //!
-//! A [`Route`] is a list of [`Segment`]s in walking order: lines, arcs and spirals, each of which begins where and as the one
-//! before ends. *Travel* is signed arc length in metres, 0 where t = 0. A *parameter* names a point of the route. It grows in
-//! walking direction, by 1 per metre on a line, and by 1 per radian on an arc and a spiral. A *seam* is the parameter at which
-//! a segment ends and the next one begins. Angles are counter-clockwise from +x, x to the right and y away.
+//! A [`Route`] is a list of [`Segment`]s in walking order: lines, arcs and spirals. Each segment begins at the end of the one
+//! before, with the same tangent. *Travel* is signed arc length in metres, 0 where t = 0. A *parameter* identifies a point of
+//! the route. It grows in walking direction, by 1 per metre on a line, and by 1 per radian on an arc or a spiral. A *seam* is
+//! the parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
+//! away.
 
 mod arc;
 mod coil;
@@ -35,25 +36,25 @@ pub(crate) use kernel::{Kernel, PolarKernel};
 
 use segment::PlacedSegment;
 
-/// How far two segments may be apart at a seam, in shares of the distance from the origin and of 1 m; the same for the
-/// difference of their tangents.
+/// Largest gap between two segments at a seam, relative to 1 m plus the seam's distance from the origin. Also the largest
+/// difference of their unit tangents.
 const SEAM_TOLERANCE: f64 = 1e-9;
 
 /// The route at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutePoint {
-    /// Metres.
+    /// Position in metres.
     pub position: DVec2,
     /// Unit vector in walking direction.
     pub tangent: DVec2,
-    /// Metres of arc per unit of the parameter, above 0 except perhaps at the very end of the curve.
+    /// Metres of arc per unit of the parameter. Above 0, except possibly at the end of the curve.
     pub speed_m_per_unit: f64,
 }
 
-/// A curve with a walking direction, once continuously differentiable, made of segments.
+/// A continuously differentiable curve with a walking direction, made of segments.
 ///
-/// Its first segment has no beginning, so that a whole dragon can stand behind the start. Every method is a pure function that
-/// takes any parameter of the curve and does not allocate.
+/// The first segment has no beginning, so a whole dragon can stand behind the start. Every method is a pure function, accepts
+/// any parameter of the curve, and does not allocate.
 ///
 /// ```
 /// use bench_dragon_geometry::route::Route;
@@ -67,7 +68,7 @@ pub struct RoutePoint {
 pub struct Route {
     segments: Vec<PlacedSegment>,
     seams: Vec<f64>,
-    /// Infinite where there is none.
+    /// The first seam; infinite for a route of one segment.
     first_seam: f64,
     coil: Option<Coil>,
     start_travel_m: f64,
@@ -75,7 +76,7 @@ pub struct Route {
 }
 
 impl Route {
-    /// The route of these segments, walked from one travel to another. The first segment ends at `first_end_m` of travel.
+    /// The route of these segments, walked between two travels. `first_end_m` is the travel at the end of the first segment.
     ///
     /// ```
     /// use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
@@ -89,11 +90,11 @@ impl Route {
     /// ```
     ///
     /// # Errors
-    /// The first segment must have no beginning, and it alone; each other one must begin where and as the one before ends. The
-    /// route must start before it ends, and end on its last segment.
+    /// The first segment must have no beginning, all others must have one. Each segment must begin at the end of the one
+    /// before, with the same tangent. The route must start before it ends, and end on its last segment.
     ///
     /// # Panics
-    /// Without a segment.
+    /// Panics without a segment.
     pub fn new(
         segments: &[Segment],
         first_end_m: f64,
@@ -111,11 +112,11 @@ impl Route {
         route.between(start_travel_m, end_travel_m)
     }
 
-    /// The spiral r = b·θ with pitch 2π·b about the origin, walked clockwise from θ = 2π·`start_turns` into the centre. t = 0 is
-    /// at its start, on +x where `start_turns` is whole. The parameter is −θ.
+    /// The spiral r = b·θ with pitch 2π·b about the origin, walked clockwise from θ = 2π·`start_turns` into the centre. t = 0
+    /// is at the start, which lies on +x if `start_turns` is whole. The parameter is −θ.
     ///
     /// # Errors
-    /// The pitch must be above 0 and at most 1000 m, the turns above 0 and at most 10 000.
+    /// The pitch must be above 0 and at most 1000 m; the turns must be above 0 and at most 10 000.
     pub fn spiral(pitch_m: f64, start_turns: f64) -> Result<Self, RouteError> {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_start_turns(start_turns)?;
@@ -124,10 +125,10 @@ impl Route {
         Self::new(&[Segment::Spiral(spiral)], length_m, [0.0, length_m])
     }
 
-    /// The same curve, walked from one travel to another.
+    /// The same curve, walked between two other travels.
     ///
     /// # Errors
-    /// Both must be finite, the start before the end, and the end on the curve.
+    /// Both travels must be finite, the start must be before the end, and the end must lie on the curve.
     pub fn between(self, start_travel_m: f64, end_travel_m: f64) -> Result<Self, RouteError> {
         RouteError::check_span(start_travel_m, end_travel_m)?;
         let last = self.segments.last().expect("a route has a segment");
@@ -138,50 +139,50 @@ impl Route {
         Ok(Self { start_travel_m, end_travel_m, ..self })
     }
 
-    /// The same curve, whose [`coil`](Self::coil) is not made use of: proofs that rest on it are tested against this one.
+    /// The same curve without its [`coil`](Self::coil). Tests compare the proofs that use the coil with searches on this route.
     #[must_use]
     pub fn without_coil(self) -> Self {
         Self { coil: None, ..self }
     }
 
-    /// Where the run begins, in metres of travel: 0, or less on a route whose t = 0 lies further on.
+    /// Travel at which the run begins, in metres. It is 0, or negative if the start lies before t = 0.
     pub fn start_travel_m(&self) -> f64 {
         self.start_travel_m
     }
 
-    /// Where the route ends, in metres of travel.
+    /// Travel at which the route ends, in metres.
     pub fn end_travel_m(&self) -> f64 {
         self.end_travel_m
     }
 
-    /// The least distance between neighbouring turns of a spiral of the route, in metres; infinite without one.
+    /// The smallest pitch of the route's spirals, in metres; infinite for a route without a spiral.
     pub fn pitch_m(&self) -> f64 {
         let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.pitch_m());
         pitches_m.fold(f64::INFINITY, f64::min)
     }
 
-    /// The parameters at which the curvature jumps, in walking order: one less than there are segments.
+    /// The parameters of the seams, in walking order: one fewer than the segments. The curvature jumps there.
     pub fn seams(&self) -> &[f64] {
         &self.seams
     }
 
-    /// The route's rear part that is a spiral, if it has one: there, contacts can be ruled out without a search.
+    /// The rear part of the route, if it is an inward spiral. Bounds rule out contacts there without a search.
     pub fn coil(&self) -> Option<Coil> {
         self.coil
     }
 
-    /// Signed arc length from t = 0 to a parameter, strictly increasing with it.
+    /// Signed arc length from t = 0 to a parameter. Strictly increasing.
     pub fn travel(&self, parameter: f64) -> f64 {
         self.segment_at(parameter).travel(parameter)
     }
 
-    /// The inverse of [`travel`](Self::travel); travel beyond the route's end gives the end.
+    /// The inverse of [`travel`](Self::travel). Travel beyond the route's end returns the parameter of the end.
     pub fn parameter(&self, travel_m: f64) -> f64 {
         let travel_m = travel_m.min(self.end_travel_m);
         self.segment_of_travel(travel_m).parameter(travel_m)
     }
 
-    /// The same as [`parameter`](Self::parameter) but for rounding, quicker where `guess` is near to it.
+    /// The same as [`parameter`](Self::parameter) up to rounding, and faster if `guess` is near the result.
     pub fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
         let travel_m = travel_m.min(self.end_travel_m);
         self.segment_of_travel(travel_m).parameter_near(travel_m, guess)
@@ -193,16 +194,17 @@ impl Route {
         self.segment_at(parameter).kernel.at(parameter)
     }
 
-    /// Signed curvature in 1/m at a parameter, above 0 where the route turns left; at a seam that of the segment before it.
+    /// Signed curvature in 1/m at a parameter, above 0 where the route turns left. At a seam: the curvature of the segment
+    /// before it.
     pub fn curvature(&self, parameter: f64) -> f64 {
         let placed = self.segment_at(parameter);
         placed.segment.curvature(placed.local(parameter))
     }
 
-    /// A parameter behind `parameter`: at most `arc_m` of arc behind it, which a caller may rely on, and at least a third of
-    /// that.
+    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on, and at least
+    /// a third of `arc_m`.
     ///
-    /// Cheaper than [`parameter`](Self::parameter), which would give it exactly.
+    /// Cheaper than [`parameter`](Self::parameter), which would step back by exactly `arc_m`.
     pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
         let number = self.number_at(parameter);
         let placed = &self.segments[number];
@@ -223,7 +225,7 @@ impl Route {
         parameter
     }
 
-    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: their maximum on each segment, which is exact.
+    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: the exact maximum over all segments between them.
     pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let (first, last) = (self.number_at(rear), self.number_of_begin(front));
         if first == last {
@@ -232,26 +234,27 @@ impl Route {
         self.segments[first..=last].iter().map(|placed| placed.curvature_bound(rear, front)).fold(0.0, f64::max)
     }
 
-    /// How far rounding may move the point at a parameter along the curve, where its speed is `speed_m_per_unit`.
+    /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the
+    /// speed of the route there.
     ///
-    /// The parameter and the segment's own one are rounded: where the one is near 0, the other may be large. So are the angle that
-    /// follows from it, and the distance from the origin.
+    /// Rounding affects the route's parameter and the segment's own parameter: near 0 of one, the other may be large. It also
+    /// affects the angle computed from them, and the distance from the origin.
     pub fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
         self.segment_at(parameter).rounding_m(parameter, speed_m_per_unit)
     }
 
-    /// The segments in the route's parameter, in walking order.
+    /// All segments as functions of the route's parameter, in walking order.
     pub(crate) fn kernels(&self) -> Vec<Kernel> {
         self.segments.iter().map(|placed| placed.kernel).collect()
     }
 
-    /// The number of the segment that a parameter lies on; a seam lies on the one before it.
+    /// The index of the segment at a parameter. At a seam: the segment before it.
     #[inline]
     fn number_at(&self, parameter: f64) -> usize {
         if parameter <= self.first_seam { 0 } else { count_while(&self.seams, |&seam| seam < parameter) }
     }
 
-    /// The same, a seam lying on the one behind it.
+    /// The same, except at a seam: the segment behind it.
     #[inline]
     fn number_of_begin(&self, parameter: f64) -> usize {
         if parameter < self.first_seam { 0 } else { count_while(&self.seams, |&seam| seam <= parameter) }
@@ -268,10 +271,11 @@ impl Route {
     }
 }
 
-/// Segments on a route whose first one ends at a travel.
+/// Places segments on a route. The first segment ends at the travel `first_end_m`.
 ///
 /// # Errors
-/// The first segment must have no beginning, and it alone; each other one must begin where and as the one before ends.
+/// The first segment must have no beginning, all others must have one. Each segment must begin at the end of the one before,
+/// with the same tangent.
 fn joined(segments: &[Segment], first_end_m: f64) -> Result<Vec<PlacedSegment>, RouteError> {
     let mut placed: Vec<PlacedSegment> = Vec::with_capacity(segments.len());
     for (number, &segment) in segments.iter().enumerate() {
@@ -295,9 +299,10 @@ fn joined(segments: &[Segment], first_end_m: f64) -> Result<Vec<PlacedSegment>, 
     Ok(placed)
 }
 
-/// How many of the first items meet a condition that those behind them do not.
+/// Counts the leading items that meet a condition, which none of the later items meets.
 ///
-/// Among a few, comparing one by one is quicker: neighbouring handles lie on the same segment, so the processor foresees it.
+/// A linear search is faster for few items: neighbouring handles lie on the same segment, so the processor predicts the
+/// branches.
 fn count_while<T>(items: &[T], condition: impl Fn(&T) -> bool) -> usize {
     const FEW: usize = 8;
     if items.len() > FEW {
@@ -311,10 +316,10 @@ fn count_while<T>(items: &[T], condition: impl Fn(&T) -> bool) -> usize {
 }
 
 impl Route {
-    /// The route from one travel to another as a line from point to point, both ends included.
+    /// Approximates the route between two travels by a polyline. Both ends are included.
     ///
-    /// The line lies at most `sagitta_m` beside the route, except where the step between two points falls under the least one that
-    /// is allowed: a chord of length s under a curve of curvature κ leaves a sagitta of κ·s²/8.
+    /// The polyline deviates from the route by at most `sagitta_m`, except where the step would be shorter than the allowed
+    /// minimum. A chord of length s on a curve of curvature κ has a sagitta of κ·s²/8.
     pub fn polyline(&self, from_m: f64, to_m: f64, sagitta_m: f64, steps_m: RangeInclusive<f64>) -> Vec<DVec2> {
         let mut points = Vec::new();
         let mut travel_m = from_m;

@@ -1,22 +1,22 @@
-//! A segment of a route, and where it lies on the route.
+//! A segment of a route, and its position on the route.
 
 use glam::DVec2;
 
 use super::{CircularArc, Kernel, Line, RoutePoint, Spiral};
 
-/// A segment of a route. Its own parameter grows in walking direction.
+/// A segment of a route. The segment's own parameter grows in walking direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Segment {
     /// A straight line; its parameter is in metres.
     Line(Line),
     /// A circular arc; its parameter is the angle by which it has turned.
     Arc(CircularArc),
-    /// A part of an Archimedean spiral; its parameter is θ on the way outward and −θ on the way inward.
+    /// A part of an Archimedean spiral; its parameter is θ if walked outward and −θ if walked inward.
     Spiral(Spiral),
 }
 
 impl Segment {
-    /// Its own parameters at beginning and end. A beginning of −∞: it has none.
+    /// The segment's own parameters at its beginning and end. The beginning is −∞ for a segment without one.
     pub fn span(&self) -> (f64, f64) {
         match self {
             Self::Line(line) => line.span(),
@@ -30,7 +30,7 @@ impl Segment {
         self.kernel(self.span().0, 0.0).at(at)
     }
 
-    /// Arc length in metres, counted from wherever suits the segment.
+    /// Arc length in metres, from an origin that depends on the kind of segment.
     #[inline]
     pub(super) fn arc_m(&self, at: f64) -> f64 {
         match self {
@@ -50,7 +50,7 @@ impl Segment {
         }
     }
 
-    /// The same, quicker where `guess` is near.
+    /// The same, faster if `guess` is near the result.
     #[inline]
     fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
         match self {
@@ -59,7 +59,7 @@ impl Segment {
         }
     }
 
-    /// How far to step back to cover at most `arc_m` of arc, and at least a third of it.
+    /// Step back, in units of the parameter, that covers at most `arc_m` of arc and at least a third of it.
     #[inline]
     pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         match self {
@@ -69,7 +69,8 @@ impl Segment {
         }
     }
 
-    /// The segment in a route's parameter, which begins at `begin` and is less than its own one by `offset`.
+    /// The segment as a function of the route's parameter. The segment begins at the route's parameter `begin`; its own
+    /// parameter is greater by `offset`.
     fn kernel(&self, begin: f64, offset: f64) -> Kernel {
         match self {
             Self::Line(line) => line.kernel(begin, offset),
@@ -78,7 +79,7 @@ impl Segment {
         }
     }
 
-    /// Distance from the origin to the point that positions are counted from.
+    /// Distance from the origin to the point from which the segment computes positions.
     fn reference_distance_m(&self) -> f64 {
         match self {
             Self::Line(line) => line.origin().length(),
@@ -87,7 +88,7 @@ impl Segment {
         }
     }
 
-    /// Distance between neighbouring turns, of a kind that has turns.
+    /// Distance between neighbouring turns; `None` for a segment without turns.
     pub(super) fn pitch_m(&self) -> Option<f64> {
         match self {
             Self::Spiral(spiral) => Some(spiral.pitch_m()),
@@ -95,7 +96,7 @@ impl Segment {
         }
     }
 
-    /// A bound on the distance from a point to any point of a segment with a beginning; infinite for a kind without one.
+    /// A bound on the distance from a point to any point of a line or an arc with a beginning; infinite for a spiral.
     pub(super) fn furthest_m(&self, from: DVec2) -> f64 {
         match self {
             Self::Line(_) => [self.span().0, self.span().1]
@@ -107,7 +108,7 @@ impl Segment {
         }
     }
 
-    /// Signed curvature in 1/m, above 0 where it turns left.
+    /// Signed curvature in 1/m, above 0 where the segment turns left.
     pub(super) fn curvature(&self, at: f64) -> f64 {
         match self {
             Self::Line(_) => 0.0,
@@ -116,7 +117,7 @@ impl Segment {
         }
     }
 
-    /// The greatest |curvature| in 1/m between two of its parameters.
+    /// The greatest |curvature| in 1/m between two of the segment's own parameters.
     #[inline]
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         match self {
@@ -127,19 +128,19 @@ impl Segment {
     }
 }
 
-/// A segment on its route.
+/// A segment and its position on the route.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedSegment {
     pub(super) segment: Segment,
-    /// The route's parameter at its beginning; −∞ where it has none.
+    /// The route's parameter at the beginning of the segment; −∞ if it has none.
     pub(super) begin: f64,
-    /// Travel there.
+    /// Travel at the beginning of the segment.
     pub(super) begin_travel_m: f64,
-    /// What its own parameter is more than the route's.
+    /// The segment's own parameter minus the route's parameter.
     offset: f64,
     /// A travel, and the segment's own arc length at the same point.
     anchor_m: (f64, f64),
-    /// The segment in the route's parameter.
+    /// The segment as a function of the route's parameter.
     pub(super) kernel: Kernel,
     rounding: Rounding,
 }
@@ -147,14 +148,14 @@ pub(super) struct PlacedSegment {
 /// Error of a sine or cosine, in units of `f64::EPSILON`.
 const SINE_ERROR_EPSILONS: f64 = 2.0;
 
-/// What is rounded on the way from a parameter to a point.
+/// Rounding between a parameter and its point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rounding {
-    /// How often the size of the parameter is.
+    /// Number of roundings of the size of the parameter.
     parameters: f64,
-    /// What is added to that, in units of the parameter.
+    /// Further rounding, in units of the parameter.
     units: f64,
-    /// Distance from the origin, in metres.
+    /// Distance of the segment's reference point from the origin, in metres.
     from_origin_m: f64,
 }
 
@@ -162,7 +163,7 @@ impl Rounding {
     fn of(segment: &Segment, kernel: &Kernel) -> Self {
         let from_origin_m = segment.reference_distance_m();
         let Kernel::Polar(polar) = kernel else { return Self { parameters: 1.0, units: 0.0, from_origin_m } };
-        // The direction from a centre is rounded once more than the parameter, unless it is the parameter.
+        // The direction from a centre is rounded once more than the parameter, unless it equals the parameter.
         let angle = polar.angle().abs();
         let parameters = if angle == 0.0 { 1.0 } else { 2.0 };
         Self { parameters, units: angle + SINE_ERROR_EPSILONS, from_origin_m }
@@ -170,14 +171,14 @@ impl Rounding {
 }
 
 impl PlacedSegment {
-    /// The first segment, which has no beginning and ends at this travel. Its own parameter is the route's.
+    /// The first segment of a route, which has no beginning and ends at a given travel. Its own parameter is the route's.
     pub(super) fn first(segment: Segment, end_travel_m: f64) -> Self {
         let end_arc_m = segment.arc_m(segment.span().1);
         let unbounded = f64::NEG_INFINITY;
         Self::new(segment, (unbounded, unbounded), 0.0, (end_travel_m, end_arc_m))
     }
 
-    /// The segment that begins where another one ends.
+    /// The segment that begins at the end of another one.
     pub(super) fn behind(before: &Self, segment: Segment) -> Self {
         let (begin, begin_travel_m) = (before.end(), before.travel(before.end()));
         let own = segment.span().0;
@@ -190,7 +191,7 @@ impl PlacedSegment {
         Self { segment, begin, begin_travel_m, offset, anchor_m, kernel, rounding }
     }
 
-    /// How far rounding may move the point at a parameter of the route.
+    /// Bound on the displacement that rounding causes at a parameter of the route, in metres.
     #[inline]
     pub(super) fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
         let Rounding { parameters, units, from_origin_m } = self.rounding;
@@ -198,13 +199,13 @@ impl PlacedSegment {
         f64::EPSILON * (units * speed_m_per_unit + from_origin_m)
     }
 
-    /// The route's parameter at its end.
+    /// The route's parameter at the end of the segment.
     #[inline]
     pub(super) fn end(&self) -> f64 {
         self.segment.span().1 - self.offset
     }
 
-    /// The segment's own parameter.
+    /// The segment's own parameter at a parameter of the route.
     #[inline]
     pub(super) fn local(&self, parameter: f64) -> f64 {
         parameter + self.offset
@@ -222,7 +223,7 @@ impl PlacedSegment {
         local - self.offset
     }
 
-    /// The same, quicker where `guess` is near.
+    /// The same, faster if `guess` is near the result.
     #[inline]
     pub(super) fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
         let arc_m = self.anchor_m.1 + (travel_m - self.anchor_m.0);
@@ -230,7 +231,7 @@ impl PlacedSegment {
         local - self.offset
     }
 
-    /// The greatest |curvature| between two parameters of the route, of which parts may lie on other segments.
+    /// The greatest |curvature| on this segment between two parameters of the route. The parameters may lie on other segments.
     #[inline]
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let [rear, front] = [rear.max(self.begin), front.min(self.end())].map(|at| self.local(at));

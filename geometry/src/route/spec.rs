@@ -1,24 +1,24 @@
-//! Routes as they are planned: what a choreographer sets, and the one place that makes routes of it.
+//! Planned routes: the values that a choreographer sets, and the construction of routes from them.
 
 use std::f64::consts::PI;
 
 use super::{PitchFamily, Route, RouteError, Turnaround};
 
-/// A route as planned. Times are show times in seconds; the route itself knows travel alone.
+/// A planned route. Its times are show times in seconds; a [`Route`] has only travels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RouteSpec {
-    /// Inward on a spiral, from t = 0 to its centre.
+    /// An inward spiral, from t = 0 to its centre.
     Spiral(SpiralSpec),
-    /// In on a spiral, round in an S, and out again.
+    /// An inward spiral, an S, and an outward spiral.
     Turnaround(TurnaroundSpec),
 }
 
-/// A spiral as planned; the paper's by default.
+/// A planned spiral; by default the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpiralSpec {
-    /// Distance between neighbouring turns.
+    /// Distance between neighbouring turns, in metres.
     pub pitch_m: f64,
-    /// Turns from the centre at which the head starts.
+    /// Number of turns from the centre to the start of the head.
     pub start_turns: f64,
 }
 
@@ -28,16 +28,16 @@ impl Default for SpiralSpec {
     }
 }
 
-/// A turnaround as planned; the paper's by default.
+/// A planned turnaround; by default the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurnaroundSpec {
-    /// Distance between neighbouring turns.
+    /// Distance between neighbouring turns, in metres.
     pub pitch_m: f64,
-    /// Diameter of the circle that the S lies in.
+    /// Diameter of the circle that contains the S, in metres.
     pub turn_diameter_m: f64,
     /// Radius of the entry arc ÷ that of the exit arc.
     pub radius_ratio: f64,
-    /// Show time at which the plan begins; the head enters the circle at 0.
+    /// Show time at which the plan begins. The head enters the circle at 0.
     pub start_s: f64,
     /// Show time at which the plan ends.
     pub end_s: f64,
@@ -50,10 +50,10 @@ impl Default for TurnaroundSpec {
 }
 
 impl SpiralSpec {
-    /// The spiral, walked only as far as a circle of this diameter about its centre.
+    /// The spiral, walked from its start to the circle of this diameter about its centre.
     ///
     /// # Errors
-    /// Values out of range, and a circle that does not lie inside the start.
+    /// A value is out of range, or the spiral starts inside the circle.
     pub fn to_circle(&self, diameter_m: f64) -> Result<Route, RouteError> {
         let spiral = Route::spiral(self.pitch_m, self.start_turns)?;
         let end_travel_m = spiral.travel(-PI * diameter_m.max(0.0) / self.pitch_m);
@@ -62,10 +62,10 @@ impl SpiralSpec {
 }
 
 impl TurnaroundSpec {
-    /// The turnaround, walked between the planned times at a speed of the head in m/s.
+    /// The turnaround, walked between the planned times by a head of this speed, in m/s.
     ///
     /// # Errors
-    /// As [`Turnaround::new`] and [`Turnaround::between`].
+    /// The errors of [`Turnaround::new`] and [`Turnaround::between`].
     pub fn turnaround(&self, head_speed_mps: f64) -> Result<Turnaround, RouteError> {
         Turnaround::new(self.pitch_m, self.turn_diameter_m, self.radius_ratio)?
             .between(head_speed_mps * self.start_s, head_speed_mps * self.end_s)
@@ -73,10 +73,10 @@ impl TurnaroundSpec {
 }
 
 impl RouteSpec {
-    /// The route, planned for a speed of the head in m/s.
+    /// The route for a head of this speed, in m/s.
     ///
     /// # Errors
-    /// Values out of range.
+    /// A value is out of range.
     pub fn build(&self, head_speed_mps: f64) -> Result<Route, RouteError> {
         match self {
             Self::Spiral(spec) => Route::spiral(spec.pitch_m, spec.start_turns),
@@ -84,10 +84,10 @@ impl RouteSpec {
         }
     }
 
-    /// The same route with how it changes as its pitch does.
+    /// The same route, with its change over the pitch.
     ///
     /// # Errors
-    /// Values out of range.
+    /// A value is out of range.
     pub fn family(&self, head_speed_mps: f64) -> Result<PitchFamily, RouteError> {
         match self {
             Self::Spiral(_) => self.build(head_speed_mps).map(PitchFamily::of_spiral),
@@ -95,7 +95,7 @@ impl RouteSpec {
         }
     }
 
-    /// The turnaround, if it is one.
+    /// The planned turnaround, if the route is one.
     pub fn as_turnaround(&self) -> Option<TurnaroundSpec> {
         match self {
             Self::Spiral(_) => None,
@@ -103,7 +103,7 @@ impl RouteSpec {
         }
     }
 
-    /// The spiral; on a turnaround the one of its pitch that starts as far out as the paper's.
+    /// The planned spiral. For a turnaround: a spiral of its pitch with the paper's number of turns at the start.
     pub fn spiral(&self) -> SpiralSpec {
         match self {
             Self::Spiral(spec) => *spec,
@@ -111,7 +111,7 @@ impl RouteSpec {
         }
     }
 
-    /// Diameter of the circle that the S lies in; on a spiral that of the paper's.
+    /// Diameter of the circle that contains the S. For a spiral: the diameter of the paper's turning circle.
     pub fn turn_diameter_m(&self) -> f64 {
         self.as_turnaround().unwrap_or_default().turn_diameter_m
     }
@@ -121,7 +121,7 @@ impl RouteSpec {
         self.as_turnaround().map_or(0.0, |spec| spec.start_s)
     }
 
-    /// Show time at which the plan ends, where it sets one.
+    /// Show time at which the plan ends, if the plan sets one.
     pub fn end_s(&self) -> Option<f64> {
         self.as_turnaround().map(|spec| spec.end_s)
     }
@@ -131,7 +131,7 @@ impl RouteSpec {
         self.spiral().pitch_m
     }
 
-    /// The same with another pitch, which is not checked.
+    /// The same plan with another pitch, which is not checked.
     #[must_use]
     pub fn with_pitch(self, pitch_m: f64) -> Self {
         match self {

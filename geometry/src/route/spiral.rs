@@ -6,33 +6,34 @@ use glam::DVec2;
 
 use super::{Kernel, PolarKernel, Segment, Turn};
 
-/// What half a turn may be off by, in radians, but for rounding.
+/// Largest deviation from half a turn that counts as rounding, in radians.
 const HALF_TURN_TOLERANCE: f64 = 1e-12;
 
-/// A part of a spiral: r = b·θ for θ >= 0 about a centre, where θ = 0 lies in the direction of an axis.
+/// A part of a spiral: r = b·θ for θ >= 0 about a centre. θ = 0 lies in the direction of the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spiral {
     centre: DVec2,
-    /// The direction from the centre in which θ is 0, in radians.
+    /// Direction of θ = 0 from the centre, in radians.
     axis: f64,
-    /// Which way it turns as θ grows.
+    /// Direction in which the spiral turns as θ grows.
     winding: Turn,
-    /// 1 where it is walked outward, −1 inward: θ is that times the parameter.
+    /// 1 if walked outward, −1 if walked inward: θ = sense·parameter.
     sense: f64,
     pitch_m: f64,
-    /// b, in metres: the pitch over 2π.
+    /// b in metres: the pitch divided by 2π.
     radius_per_radian_m: f64,
-    /// Its parameters at beginning and end.
+    /// The spiral's own parameters at its beginning and end.
     begin: f64,
     end: f64,
 }
 
 impl Spiral {
-    /// The spiral of this pitch (2π·b, in metres) about the origin, counter-clockwise from +x as θ grows, walked from one θ to
-    /// another: inward where it falls. Both are 0 or more; a spiral that begins at infinity has no beginning.
+    /// The spiral of this pitch (2π·b, in metres) about the origin, counter-clockwise from +x as θ grows. It is walked from
+    /// `from_angle` to `to_angle`, inward if θ falls. Both angles are 0 or more. A spiral that begins at infinity has no
+    /// beginning.
     ///
     /// # Panics
-    /// Where one is below 0, or both are the same.
+    /// Panics if an angle is below 0, or if both are equal.
     pub fn new(pitch_m: f64, from_angle: f64, to_angle: f64) -> Self {
         assert!(from_angle.min(to_angle) >= 0.0 && from_angle != to_angle, "a spiral from {from_angle} to {to_angle}");
         let sense = if from_angle < to_angle { 1.0 } else { -1.0 };
@@ -48,26 +49,27 @@ impl Spiral {
         }
     }
 
-    /// The same spiral, placed so that it has a given point and tangent at its beginning, and wound this way as θ grows.
+    /// The same spiral, moved and turned so that it begins at a given point with a given tangent. `winding` is its direction as
+    /// θ grows.
     ///
     /// # Panics
-    /// Where it has no beginning.
+    /// Panics for a spiral without a beginning.
     #[must_use]
     pub fn from_begin(self, position: DVec2, tangent: DVec2, winding: Turn) -> Self {
-        assert!(self.begin.is_finite(), "a spiral without a beginning has no point there");
+        assert!(self.begin.is_finite(), "a spiral without a beginning has no point at its beginning");
         let about_origin = self.about(DVec2::ZERO, 0.0, winding);
         let axis = Segment::Spiral(about_origin).point(self.begin).tangent.angle_to(tangent);
         let turned = self.about(DVec2::ZERO, axis, winding);
         self.about(position - Segment::Spiral(turned).point(self.begin).position, axis, winding)
     }
 
-    /// The same spiral about another centre, turned about it so that θ = 0 lies in this direction, and wound this way as θ grows.
+    /// The same spiral about another centre. θ = 0 lies in the direction `axis`; `winding` is the direction as θ grows.
     #[must_use]
     pub fn about(self, centre: DVec2, axis: f64, winding: Turn) -> Self {
         Self { centre, axis, winding, ..self }
     }
 
-    /// Its centre.
+    /// Centre of the spiral.
     pub fn centre(&self) -> DVec2 {
         self.centre
     }
@@ -77,12 +79,12 @@ impl Spiral {
         self.pitch_m
     }
 
-    /// b, in metres.
+    /// b in metres.
     pub fn radius_per_radian_m(&self) -> f64 {
         self.radius_per_radian_m
     }
 
-    /// Whether it is walked towards its centre.
+    /// Whether the head walks towards the centre.
     #[inline]
     pub fn is_inward(&self) -> bool {
         self.sense < 0.0
@@ -94,7 +96,7 @@ impl Spiral {
         self.sense * at
     }
 
-    /// Whether this is the other spiral turned by half a turn.
+    /// Whether this spiral is the other one, turned by half a turn.
     pub(super) fn is_half_turned(&self, other: &Self) -> bool {
         let (centre, pitch) = (self.centre == other.centre, self.radius_per_radian_m == other.radius_per_radian_m);
         centre && pitch && self.winding == other.winding && (self.axis - other.axis - PI).abs() <= HALF_TURN_TOLERANCE
@@ -110,7 +112,7 @@ impl Spiral {
         (self.begin, self.end)
     }
 
-    /// Arc length from the centre, below 0 on the way inward.
+    /// Arc length from the centre, negative for an inward spiral.
     #[inline]
     pub(super) fn arc_m(&self, at: f64) -> f64 {
         self.sense * (self.radius_per_radian_m * unit_length(self.angle(at)))
@@ -128,12 +130,14 @@ impl Spiral {
         sign * unit_angle_near((sign * arc_m / self.radius_per_radian_m).max(0.0), sign * guess)
     }
 
-    /// Radians that cover at most `arc_m` of arc behind, and at least 1/√8 of it, or all that there is behind a centre.
+    /// A step back in radians that covers at most `arc_m` of arc, and at least 1/√8 of it. An outward spiral may have less arc
+    /// behind a parameter than that.
     ///
-    /// 1. Outward the speed grows by at most b per radian, so a step of δ covers at most δ·(speed + b·δ) of arc; this is the δ
-    ///    for which that bound equals `arc_m`. The speed also is at least (speed + b·x)/√2 after x radians, so the step covers
-    ///    at least 1/√8 of the bound.
-    /// 2. Inward the speed falls, and its mean over any stretch that ends here is at least half of what it is here.
+    /// 1. Behind a parameter of an inward spiral, the speed grows by at most b per radian. So a step of δ covers at most
+    ///    δ·(speed + b·δ) of arc; the result is the δ for which that bound equals `arc_m`. The speed after x radians is at
+    ///    least (speed + b·x)/√2, so the step covers at least 1/√8 of the bound.
+    /// 2. Behind a parameter of an outward spiral, the speed falls. Its mean over any step that ends at the parameter is at
+    ///    least half of the speed at the parameter.
     #[inline]
     pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         if !self.is_inward() {
@@ -144,7 +148,7 @@ impl Spiral {
         2.0 * unit_arc / (unit_speed2.sqrt() + (unit_speed2 + 4.0 * unit_arc).sqrt())
     }
 
-    /// The greatest |curvature| between two parameters: it falls all the way out.
+    /// The greatest |curvature| between two parameters. |Curvature| falls from the centre outward.
     #[inline]
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         self.curvature(if self.is_inward() { front } else { rear }).abs()
@@ -172,7 +176,7 @@ impl Spiral {
     }
 }
 
-/// Arc per radian on r = θ.
+/// Arc length per radian on r = θ.
 fn unit_speed(angle: f64) -> f64 {
     (1.0 + angle * angle).sqrt()
 }
@@ -182,11 +186,11 @@ fn unit_length(angle: f64) -> f64 {
     0.5 * (angle * unit_speed(angle) + angle.asinh())
 }
 
-/// The inverse of [`unit_length`] for `length >= 0`, to the last few units of rounding.
+/// The inverse of [`unit_length`] for `length >= 0`, exact to a few units of rounding.
 ///
-/// The length is convex in the angle and at least both θ and ½θ², so Newton's method from the lesser of the two upper
-/// bounds that these give falls monotonically onto the root. It starts within a factor 1.31 and each step at least
-/// squares the relative error, so six are enough; the loop ends when rounding stops the fall.
+/// The length is convex in the angle, and at least θ and at least ½θ². Each of the two gives an upper bound on the angle.
+/// Newton's method starts at the smaller of them and falls monotonically onto the root. It starts within a factor of 1.31, and
+/// each step at least squares the relative error, so six steps are enough. The loop ends when rounding stops the fall.
 fn unit_angle(length: f64) -> f64 {
     let mut angle = length.min((2.0 * length).sqrt());
     for _ in 0..8 {
@@ -199,10 +203,10 @@ fn unit_angle(length: f64) -> f64 {
     angle
 }
 
-/// The same as [`unit_angle`] but for rounding.
+/// The same as [`unit_angle`], up to rounding.
 ///
-/// Newton's method squares the error of a guess: half of its square, as the speed grows by at most 1 per radian and is at
-/// least 1. So a step under 10⁻⁸ is the last. A guess that is not there after two steps was no good.
+/// A step of Newton's method leaves at most half of the square of the error. This follows because the speed grows by at most 1
+/// per radian and is at least 1. So a step under 10⁻⁸ is the last. A guess that has not converged after two steps is discarded.
 fn unit_angle_near(length: f64, guess: f64) -> f64 {
     let mut angle = guess;
     for _ in 0..2 {

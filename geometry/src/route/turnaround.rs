@@ -1,12 +1,12 @@
-//! In on a spiral, round in an S, out on the same spiral turned by half a turn.
+//! A turnaround: an inward spiral, an S of two arcs, and the same spiral turned by half a turn, walked outward.
 //!
-//! The spiral r = b·θ comes to the turning circle, of radius R, at the point E, where θ = R/b. The way out is the way in
-//! reflected in the centre and walked backwards, so it leaves the circle at −E in the direction v that the way in has at
-//! E. Two arcs that touch each other join E to −E. Both directions being equal, the arcs turn by the same angle, one to
-//! and one fro, and they touch on the chord from E to −E, which makes the angle α = atan θ with v. So each turns by 2·α,
-//! its part of the chord is 2·radius·sin α, the radii sum to R / sin α, and the S is 2·α·R / sin α long, whatever the
-//! ratio of the radii. It lies in the circle: an arc that enters the circle at E, and ends within, could leave it only
-//! through a second crossing, of which two circles have no more.
+//! The spiral r = b·θ reaches the turning circle, of radius R, at the point E, where θ = R/b. The way in has the direction v at
+//! E. The way out is the way in, reflected in the centre and walked backwards. So it leaves the circle at −E with the same
+//! direction v. Two arcs that touch each other join E to −E. Because the two directions are equal, the arcs turn by the same
+//! angle, in opposite directions. They touch on the chord from E to −E, which makes the angle α = atan θ with v. So each arc
+//! turns by 2·α, and its part of the chord is 2·radius·sin α. The radii sum to R / sin α, and the S has the length 2·α·R / sin
+//! α for every ratio of the radii. The S lies in the circle. An arc that enters the circle at E and ends inside could leave the
+//! circle only through two more crossings. Two circles have at most two.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,10 +15,10 @@ use glam::DVec2;
 use super::family::SegmentVariation;
 use super::{CircularArc, Route, RouteError, Segment, Spiral, Turn};
 
-/// Inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. t = 0 is where the head enters the
-/// circle; the way in is walked clockwise.
+/// A turnaround: inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. At t = 0 the head enters
+/// the circle. The way in is walked clockwise.
 ///
-/// The parameter of its route is −θ on the way in. From there on it grows by the angle by which an arc has turned, and by θ on
+/// The parameter of its route is −θ on the way in. Behind the way in, the parameter grows by the angle of each arc, and by θ on
 /// the way out.
 ///
 /// ```
@@ -35,7 +35,7 @@ use super::{CircularArc, Route, RouteError, Segment, Spiral, Turn};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turnaround {
     pitch_m: f64,
-    /// Ends at the turning circle.
+    /// The inward spiral, which ends at the turning circle.
     way_in: Spiral,
     /// θ at the turning circle.
     circle_angle: f64,
@@ -45,21 +45,22 @@ pub struct Turnaround {
 }
 
 impl Turnaround {
-    /// The turnaround inside a circle of this diameter, `radius_ratio` being the entry arc's radius ÷ the exit arc's.
+    /// The turnaround inside a circle of this diameter. `radius_ratio` is the entry arc's radius divided by the exit arc's
+    /// radius.
     ///
-    /// It is walked from 100 m before the circle to 100 m past its entry, unless [`between`](Self::between) says
-    /// otherwise.
+    /// It is walked from 100 m before the entry into the circle to 100 m past the entry. [`between`](Self::between) sets other
+    /// travels.
     ///
     /// # Errors
-    /// The pitch must be above 0 and at most 1000 m, the diameter above 0 and at most 20 000 pitches, the ratio from
-    /// 0.01 to 100.
+    /// The pitch must be above 0 and at most 1000 m. The diameter must be above 0 and at most 20 000 pitches. The ratio must be
+    /// from 0.01 to 100. The sum of the arcs' radii must be a normal number.
     pub fn new(pitch_m: f64, turn_diameter_m: f64, radius_ratio: f64) -> Result<Self, RouteError> {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_turn_diameter(turn_diameter_m, pitch_m)?;
         RouteError::check_radius_ratio(radius_ratio)?;
         let circle_angle = 0.5 * turn_diameter_m / (pitch_m / TAU);
         let (turn_angle, radii_sum_m) = (2.0 * circle_angle.atan(), 0.5 * turn_diameter_m / circle_angle.atan().sin());
-        // A diameter or a pitch at the end of what numbers can hold gives no arcs.
+        // Values near the limits of `f64` give no arcs.
         if !(circle_angle.is_normal() && radii_sum_m.is_normal()) {
             return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
         }
@@ -80,16 +81,16 @@ impl Turnaround {
         })
     }
 
-    /// The same turnaround, walked from one travel to another, in metres from the entry into the circle.
+    /// The same turnaround, walked between two travels, in metres from the entry into the circle.
     ///
     /// # Errors
-    /// Both must be finite, and the start before the end.
+    /// Both travels must be finite, and the start must be before the end.
     pub fn between(self, start_travel_m: f64, end_travel_m: f64) -> Result<Self, RouteError> {
         RouteError::check_span(start_travel_m, end_travel_m)?;
         Ok(Self { start_travel_m, end_travel_m, ..self })
     }
 
-    /// The route: four segments, the last of which goes on without end.
+    /// The route: four segments. The last one has no end.
     pub fn route(&self) -> Route {
         let [entry_arc, exit_arc] = self.arcs;
         let way_out = Spiral::new(self.pitch_m, self.circle_angle, f64::INFINITY);
@@ -105,12 +106,12 @@ impl Turnaround {
         self.pitch_m
     }
 
-    /// Travel from which on it is walked.
+    /// Travel at which the route starts.
     pub fn start_travel_m(&self) -> f64 {
         self.start_travel_m
     }
 
-    /// Travel up to which it is walked.
+    /// Travel at which the route ends.
     pub fn end_travel_m(&self) -> f64 {
         self.end_travel_m
     }
@@ -120,30 +121,30 @@ impl Turnaround {
         self.arcs
     }
 
-    /// Length of the two arcs.
+    /// Arc length of the S, in metres.
     pub fn turn_length_m(&self) -> f64 {
         self.arcs[0].length_m() + self.arcs[1].length_m()
     }
 
-    /// Diameter of the turning circle.
+    /// Diameter of the turning circle, in metres.
     pub fn turn_diameter_m(&self) -> f64 {
         2.0 * self.way_in.radius_per_radian_m() * self.circle_angle
     }
 
-    /// Where the S begins, on the turning circle.
+    /// The point on the turning circle at which the S begins.
     pub fn entry(&self) -> DVec2 {
         Segment::Spiral(self.way_in).point(-self.circle_angle).position
     }
 
-    /// Where the S ends, on the turning circle opposite the entry.
+    /// The point on the turning circle at which the S ends, opposite the entry.
     pub fn exit(&self) -> DVec2 {
         -self.entry()
     }
 
-    /// How the S changes, per metre of pitch.
+    /// Change of the S per metre of pitch.
     ///
-    /// Held at R, the circle is met at θ = R/b, which falls by θ/p. The direction there falls with θ and α, and the
-    /// length of the arcs is 2·α times the sum of the radii, R / sin α.
+    /// The radius R is fixed. The way in reaches the circle at θ = R/b, which falls by θ/p per metre of pitch. The direction at
+    /// the entry falls with θ and α. The length of the arcs is 2·α times the sum of the radii, R / sin α.
     fn turn_variation(&self) -> TurnVariation {
         let (angle, radii_sum_m) = (self.circle_angle, self.arcs[0].radius_m() + self.arcs[1].radius_m());
         let entry_angle = -angle / self.pitch_m;
@@ -157,10 +158,10 @@ impl Turnaround {
         }
     }
 
-    /// How the segment changes on which a point lies, which has this travel.
+    /// Change of the segment that contains a point with this travel.
     ///
-    /// The spirals grow as the pitch does at a fixed angle. Each arc moves, turns and grows with the end that it has on
-    /// the turning circle, at a fixed angle from there.
+    /// At a fixed angle, the spirals are proportional to the pitch. At a fixed angle from its end on the turning circle, each
+    /// arc moves, turns and grows with that end.
     pub(super) fn variation(&self, position: DVec2, travel_m: f64) -> SegmentVariation {
         let (length_m, middle_m) = (self.turn_length_m(), self.arcs[0].length_m());
         let turn = self.turn_variation();
@@ -182,22 +183,22 @@ impl Turnaround {
         }
     }
 
-    /// Metres by which the travel of each seam grows, per metre of pitch: the arcs keep their shares of the length.
+    /// Change of the travel of each seam, in metres per metre of pitch. Each arc keeps its share of the length of the S.
     pub(super) fn seam_variations(&self) -> Vec<f64> {
         let per_metre = self.turn_variation().length / self.turn_length_m();
         [0.0, self.arcs[0].length_m(), self.turn_length_m()].map(|seam_m| per_metre * seam_m).to_vec()
     }
 }
 
-/// How the S changes, per metre of pitch.
+/// Change of the S per metre of pitch.
 #[derive(Clone, Copy, Debug)]
 struct TurnVariation {
-    /// Of the polar angle of the entry.
+    /// Change of the polar angle of the entry.
     entry_angle: f64,
-    /// Of the direction at entry and exit, in radians.
+    /// Change of the direction at entry and exit, in radians.
     turn: f64,
-    /// Of the radii, relative to them.
+    /// Change of the radii, relative to them.
     scale: f64,
-    /// Of the length of the arcs.
+    /// Change of the length of the arcs.
     length: f64,
 }

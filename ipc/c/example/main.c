@@ -1,4 +1,4 @@
-/* Prints where the head of the dragon is, frame by frame: head [INSTANCE]. Ends when the show does. */
+/* Prints the position of the dragon's head in metres, frame by frame: head [INSTANCE]. Ends when the run ends. */
 
 #include <bench_dragon.h>
 

@@ -1,4 +1,4 @@
-// Prints centre and heading of every bench of one frame, in C++17: benches [INSTANCE].
+// Prints the centre in metres and the heading in radians of every bench of one frame, in C++17: benches [INSTANCE].
 
 #include <bench_dragon.h>
 
@@ -15,7 +15,7 @@ struct Release {
 using Dragon = std::unique_ptr<bd_dragon_t, Release>;
 using Frame = std::unique_ptr<bd_frame_t, Release>;
 
-// True where there is something, false where there is nothing.
+// Returns true for BD_OK and false for BD_NOTHING. Throws the error text for every other result.
 bool check(bd_result_t result) {
   if (result != BD_OK && result != BD_NOTHING) {
     throw std::runtime_error(bd_last_error());

@@ -1,4 +1,4 @@
-//! What the monitors have seen.
+//! Alerts of the monitors.
 
 use core::mem::MaybeUninit;
 use std::time::Duration;
@@ -9,18 +9,18 @@ use crate::dragon::bd_dragon_t;
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// `bench_a` and `bench_b` of an alert that is about no pair.
+/// Value of `bench_a` and `bench_b` in an alert without benches.
 pub const BD_NO_BENCH: u32 = 0xFFFF_FFFF;
 
-/// One event. 72 bytes.
+/// One alert: an event that a monitor detected. 72 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_alert_t {
     /// Run in which it happened.
     pub run_id: u64,
-    /// First tick at which it was so.
+    /// First tick at which the event held.
     pub tick: u64,
-    /// Show time of the event in nanoseconds: exact for contact and parted, that of the frame for the others.
+    /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
     pub sim_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds; `INT64_MIN` where none lies ahead, or none is known yet.
     pub forecast_ns: i64,
@@ -43,7 +43,7 @@ same_layout!(
     Alert { run_id, tick, sim_time_ns, forecast_ns, clearance_m, point_m, kind, bench_a, bench_b, reserved }
 );
 
-/// What happened.
+/// Kind of an alert.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum bd_alert_kind_t {
@@ -51,21 +51,24 @@ pub enum bd_alert_kind_t {
     BD_ALERT_NEAR = 0,
     /// Two benches touched.
     BD_ALERT_CONTACT = 1,
-    /// Two benches that touched are apart again.
+    /// Two benches that had touched are apart again.
     BD_ALERT_PARTED = 2,
     /// The show is held.
     BD_ALERT_HELD = 3,
     /// The frames do not agree with the published description.
     BD_ALERT_FAULT = 4,
-    /// The source of the frames was started again.
+    /// The source of the frames was restarted.
     BD_ALERT_RESTARTED = 5,
 }
 
-/// The oldest alert that has not been read yet, waiting for it at most `timeout_ns`; `BD_NOTHING` where none came. A signal
+/// Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal
 /// ends the wait early.
 ///
-/// The first call begins to listen, so what was told before it does not arrive: call it once, with 0, when the dragon is open.
-/// Alerts come from monitors; where none runs, there are none.
+/// Alerts are received from the first call on, so call it once with a timeout of 0 directly after `bd_dragon_open`.
+/// Monitors send alerts; without a running monitor there are none.
+///
+/// `BD_NOTHING` if no alert arrived in time. `BD_NO_SERVER` if the first call found no server. On error `alert` is
+/// unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_alert(
     dragon: Option<&bd_dragon_t>,

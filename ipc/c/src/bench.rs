@@ -1,4 +1,4 @@
-//! A bench of a frame, worked out from its two handles.
+//! A bench of a frame, computed from its two handles.
 
 use core::mem::MaybeUninit;
 
@@ -7,7 +7,7 @@ use bench_dragon_ipc::BenchState;
 use crate::frame::bd_frame_t;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// Where one bench is and how it moves.
+/// Position and motion of one bench.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_bench_state_t {
@@ -15,15 +15,15 @@ pub struct bd_bench_state_t {
     pub centre_m: [f64; 3],
     /// Direction from the rear handle to the front one, in radians counter-clockwise from +x, -pi to pi.
     pub heading_rad: f64,
-    /// Velocity of the centre in metres per show second; 0 while paused, held or finished.
+    /// Velocity of the centre in metres per show second; 0 while the head stands.
     pub velocity_mps: [f64; 3],
-    /// How fast the heading turns, in radians per show second, counter-clockwise.
+    /// Rate of the heading in radians per show second, counter-clockwise.
     pub turn_rate_radps: f64,
 }
 
-/// Works out bench `index`, 0 being the head, from its two handles.
+/// Computes bench `index` of a frame from its two handles. Index 0 is the head.
 ///
-/// `BD_INVALID_ARGUMENT` where there is no such bench.
+/// `BD_INVALID_ARGUMENT` if `index` is not under the number of benches, or a pointer is NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_bench(
     frame: Option<&bd_frame_t>,

@@ -1,4 +1,4 @@
-//! Commanding the server.
+//! Commands to the server.
 
 use core::mem::MaybeUninit;
 use std::time::Duration;
@@ -9,37 +9,37 @@ use crate::dragon::bd_dragon_t;
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// What the server is asked to do.
+/// Kind of a command to the server.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum bd_command_t {
     /// Stop walking until `BD_COMMAND_RESUME`.
     BD_COMMAND_PAUSE = 0,
-    /// Go on after `BD_COMMAND_PAUSE`.
+    /// Walk on after `BD_COMMAND_PAUSE`.
     BD_COMMAND_RESUME = 1,
-    /// Walk at `value` metres per show second, 0 to 10.
+    /// Walk with a head speed of `value` metres per show second, 0 to 10.
     BD_COMMAND_SPEED = 2,
-    /// Go to the show time of `value` seconds.
+    /// Seek to the show time of `value` seconds.
     BD_COMMAND_SEEK = 3,
-    /// Stop for safety; only `BD_COMMAND_RELEASE` lifts it.
+    /// Stop for safety. Only `BD_COMMAND_RELEASE` lifts the hold.
     BD_COMMAND_HOLD = 4,
     /// Lift a hold.
     BD_COMMAND_RELEASE = 5,
-    /// End the server.
+    /// End the server. The head comes to rest first, and the last frame has the state `BD_ENDED`.
     BD_COMMAND_STOP = 6,
 }
 
-/// The server's answer.
+/// The server's reply to a command. 40 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_reply_t {
-    /// Run of the server that answers.
+    /// Run of the server that replies.
     pub run_id: u64,
-    /// Tick from which an accepted command holds; the tick at which it was refused otherwise.
+    /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
-    /// Least value that a refused value may have.
+    /// Least allowed value, after `BD_REFUSED_OUT_OF_RANGE`; else 0.
     pub lowest: f64,
-    /// Greatest value that a refused value may have.
+    /// Greatest allowed value, after `BD_REFUSED_OUT_OF_RANGE`; else 0.
     pub highest: f64,
     /// A `bd_refusal_t`.
     pub refusal: u32,
@@ -49,47 +49,50 @@ pub struct bd_reply_t {
 
 same_layout!(bd_reply_t, CommandReply { run_id, tick, lowest, highest, refusal, reserved });
 
-/// Why a command was refused. More may follow.
+/// Reason for which a server refuses a command. Later versions may add reasons.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum bd_refusal_t {
-    /// It was accepted.
+    /// The command was accepted.
     BD_ACCEPTED = 0,
-    /// The server does not know this kind of command.
+    /// The server does not support this kind of command.
     BD_REFUSED_UNKNOWN = 1,
-    /// The value is not a number from `lowest` to `highest`.
+    /// The value is outside the range from `lowest` to `highest`, or NaN.
     BD_REFUSED_OUT_OF_RANGE = 2,
-    /// The show is held, and only `BD_COMMAND_RELEASE` lifts that.
+    /// The show is held. Only `BD_COMMAND_RELEASE` lifts the hold.
     BD_REFUSED_HELD = 3,
     /// There is no hold to release.
     BD_REFUSED_NOT_HELD = 4,
-    /// The show is over; a seek starts it again.
+    /// The show is finished. A seek starts it again.
     BD_REFUSED_FINISHED = 5,
-    /// The server takes no grants: it is not guarded.
+    /// The server accepts no grants, because it is not guarded.
     BD_REFUSED_NOT_GUARDED = 6,
-    /// The guard has not proved yet that the benches are apart where the seek goes: ask again a little later.
+    /// The guard has not yet proved that the benches are apart at the sought show time. Send the same seek again a little
+    /// later.
     BD_REFUSED_NOT_PROVED = 7,
     /// The grant is for another run.
     BD_REFUSED_OTHER_RUN = 8,
-    /// The guard holds the dragon, and only its next grant moves it on.
+    /// The guard holds the dragon. It walks on with the guard's next grant.
     BD_REFUSED_HELD_BY_GUARD = 9,
-    /// The source replays a recording, which is as it is.
+    /// The source replays a recording, which commands cannot change.
     BD_REFUSED_REPLAYED = 10,
     /// The source is on another host, which does not answer.
     BD_REFUSED_UNREACHABLE = 11,
-    /// The source is on another host, whose bridge takes no commands.
+    /// The source is on another host, and its bridge accepts no commands.
     BD_REFUSED_NOT_TAKEN = 12,
-    /// More commands at a time than a bridge to another host passes on.
+    /// More commands at a time than a bridge forwards to another host.
     BD_REFUSED_TOO_MANY = 13,
-    /// The show follows timecode, which says where it is: a seek would be undone at once.
+    /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     BD_REFUSED_FOLLOWED = 14,
 }
 
-/// Sends a command, a `bd_command_t`, and waits for the reply, at most `timeout_ns`: about one period of the server. `value`
-/// is that of a speed or a seek, and not looked at otherwise. `reply` may be NULL.
+/// Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
+/// `command` is a `bd_command_t`. `value` is the speed in metres per show second or the show time in seconds; other
+/// commands ignore it. `reply` may be NULL.
 ///
-/// `BD_REFUSED` where the server refuses it, with the reason in the reply and in `bd_last_error`; `BD_NO_SERVER` where no
-/// server took it, or none answered in time: it may have been taken all the same.
+/// `BD_REFUSED` if the server refuses the command: the reply and `bd_last_error` have the reason. `BD_NO_SERVER` if no
+/// server is connected, or none replied in time. After such a timeout the server may have executed the command
+/// nevertheless. `BD_INVALID_ARGUMENT` if `command` is not a `bd_command_t`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_command(
     dragon: Option<&bd_dragon_t>,
@@ -143,10 +146,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_reason_of_a_server_has_its_number_here() {
+    fn every_refusal_of_the_server_has_a_number_in_c() {
         let outcome = |refusal| CommandReply { refusal, ..CommandReply::default() }.outcome();
         let last = bd_refusal_t::BD_REFUSED_FOLLOWED as u32;
         assert_ne!(outcome(last), Err(bench_dragon_ipc::Refusal::Unknown));
-        assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "a reason that C does not know");
+        assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "bd_refusal_t lacks this refusal");
     }
 }

@@ -1,16 +1,17 @@
-//! Ports of iceoryx2 behind a lock, so that any thread may use them.
+//! iceoryx2 ports behind a lock, so that any thread may use them.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A port that never leaves its lock.
 ///
-/// iceoryx2's `ipc::Service` shares a port's state with what the port gives out by an `Rc`, and that alone is why its ports
-/// stay on one thread; the state itself is `Send`. So it may go from thread to thread as long as everything with a share in
-/// it goes along: whoever locks may copy values out of what the port gives, but keeps what it gives in here.
+/// iceoryx2's `ipc::Service` shares a port's state with the objects that the port returns, by an `Rc`. Only this `Rc`
+/// binds the port to one thread; the state itself is `Send`. So the state may move between threads if every object that
+/// shares it moves along. The holder of the lock may copy values out of the returned objects, but keeps the objects in
+/// here.
 #[derive(Debug)]
 pub(crate) struct Confined<Port>(Mutex<Port>);
 
-// SAFETY: everything that counts references to the port's state lies in `Port`, and only the lock's holder reaches it.
+// SAFETY: all objects that count references to the port's state are in `Port`, and only the lock's holder accesses it.
 unsafe impl<Port> Send for Confined<Port> {}
 // SAFETY: as above.
 unsafe impl<Port> Sync for Confined<Port> {}
@@ -20,7 +21,8 @@ impl<Port> Confined<Port> {
         Self(Mutex::new(port))
     }
 
-    /// Waits for whoever uses the port. What a panic has left half done is iceoryx2's to notice.
+    /// Waits until no other thread uses the port. A poisoned lock is ignored: iceoryx2 itself detects an unfinished
+    /// operation.
     pub(crate) fn lock(&self) -> MutexGuard<'_, Port> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -1,4 +1,4 @@
-//! How a frame stands to the one before it.
+//! Relation of a frame to the previous one.
 
 use core::mem::MaybeUninit;
 
@@ -7,7 +7,7 @@ use bench_dragon_ipc::Continuity;
 use crate::frame::bd_frame_t;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// How a frame stands to the one that the same reader received before it.
+/// Relation of a frame to the one that the same reader received before it.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum bd_continuity_t {
@@ -15,13 +15,16 @@ pub enum bd_continuity_t {
     BD_FIRST = 0,
     /// The next tick of the same run.
     BD_NEXT = 1,
-    /// The same run, but frames between the two never reached the reader.
+    /// The same run, but frames between the two did not reach the reader.
     BD_LOST = 2,
-    /// Another run: the source was started again. What was lost of either run is not known.
+    /// Another run: the source was restarted. The number of frames lost from either run is unknown.
     BD_RESTARTED = 3,
 }
 
-/// How the frame stands to the one received before it, and where `lost` is not NULL how many frames were lost between the two.
+/// Returns a frame's relation to the previously received one in `continuity`, and the number of frames lost between the
+/// two in `lost`. `lost` may be NULL.
+///
+/// `BD_INVALID_ARGUMENT` if `frame` or `continuity` is NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_continuity(
     frame: Option<&bd_frame_t>,

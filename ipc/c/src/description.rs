@@ -1,4 +1,4 @@
-//! The configuration of a run.
+//! Configuration of a run.
 
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
@@ -10,14 +10,14 @@ use crate::dragon::{Origin, bd_dragon_t};
 use crate::patience::look;
 use crate::result::{Failure, answer, bd_result_t, release};
 
-/// The configuration of a run, as the server published it.
+/// Configuration of a run, as the server published it.
 #[derive(Clone, Debug)]
 pub struct bd_description_t {
     run_id: u64,
     toml: CString,
 }
 
-/// The reader, and the latest description that it has had: each is published once.
+/// The reader, and its latest description: the server sends each one once to a reader.
 #[derive(Debug, Default)]
 pub(crate) struct DescriptionPort {
     reader: Option<DescriptionReader>,
@@ -36,17 +36,20 @@ impl DescriptionPort {
 impl bd_description_t {
     fn of(description: Description) -> Result<Self, Failure> {
         let toml = CString::new(description.toml).map_err(|_| {
-            Failure::new(bd_result_t::BD_VERSION_MISMATCH, "the description has a zero byte in it, must be text")
+            Failure::new(bd_result_t::BD_VERSION_MISMATCH, "the description contains a zero byte, must be text")
         })?;
         Ok(Self { run_id: description.run_id, toml })
     }
 }
 
-/// The latest description, waiting for the first one at most `timeout_ns`: a server gives it to new readers ten times a second.
-/// Asking again gives the same one, until there is another.
+/// Returns the latest description in `description`. Waits for the first one at most `timeout_ns` nanoseconds: a server
+/// sends it to new readers within a tenth of a second. Later calls return the same description until a new one is
+/// published.
 ///
-/// The caller releases it; it is a copy of its own. Compare its run with that of the frames: after a restart frames may come
-/// a little before their description does.
+/// The description is a copy that the caller releases with `bd_description_release`. Compare its run with that of the
+/// frames: after a restart, frames may arrive shortly before their description.
+///
+/// `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_description(
     dragon: Option<&bd_dragon_t>,
@@ -61,19 +64,20 @@ pub extern "C" fn bd_dragon_description(
     })
 }
 
-/// The run that it belongs to; 0 for NULL.
+/// Returns the run of a description; 0 for NULL.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_description_run_id(description: Option<&bd_description_t>) -> u64 {
     description.map_or(0, |description| description.run_id)
 }
 
-/// The whole configuration as TOML: UTF-8 that ends with a zero byte; NULL for NULL. Valid until the description is released.
+/// Returns the complete configuration as TOML, in UTF-8 with a terminating zero; NULL for NULL. Valid until the
+/// description is released.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_description_toml(description: Option<&bd_description_t>) -> *const c_char {
     description.map_or(core::ptr::null(), |description| description.toml.as_ptr())
 }
 
-/// Gives a description back. NULL is nothing.
+/// Releases a description. NULL has no effect.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_description_release(description: Option<Box<bd_description_t>>) {
     release(description);

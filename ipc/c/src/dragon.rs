@@ -1,4 +1,4 @@
-//! Opening an instance, and closing it.
+//! Opens and closes an instance.
 
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
@@ -13,12 +13,12 @@ use crate::patience::look;
 use crate::result::{Failure, answer, bd_result_t, release};
 use crate::status::StatusPort;
 
-/// Longest name of a client in bytes: what iceoryx2 allows.
+/// Greatest length of a client's name in bytes: the limit of iceoryx2.
 const MAX_NAME_LEN: usize = 128;
 
 /// A client of one instance of the bus.
 ///
-/// Frames are joined at once. The other services are joined when they are first asked for, each by a node of its own.
+/// The frames are opened at once. Every other service is opened at its first use, with a node of its own.
 #[derive(Debug)]
 pub struct bd_dragon_t {
     pub(crate) origin: Origin,
@@ -29,7 +29,7 @@ pub struct bd_dragon_t {
     pub(crate) commands: Confined<Option<CommandClient>>,
 }
 
-/// Whose ports to open, and under which name.
+/// Domain of the ports and name of the client.
 #[derive(Debug)]
 pub(crate) struct Origin {
     domain: Domain,
@@ -37,7 +37,7 @@ pub(crate) struct Origin {
 }
 
 impl Origin {
-    /// The port in this place, opened where there is none yet.
+    /// Returns the port in this place, and opens it first if the place is empty.
     pub(crate) fn open<'a, Port>(
         &self,
         place: &'a mut Option<Port>,
@@ -46,7 +46,7 @@ impl Origin {
         if place.is_none() {
             *place = Some(open(&self.domain, &self.name)?);
         }
-        Ok(place.as_mut().expect("opened where there was none"))
+        Ok(place.as_mut().expect("the port was opened above"))
     }
 }
 
@@ -59,7 +59,7 @@ impl bd_dragon_t {
         }
         let origin = Origin { domain: Domain::new(instance).map_err(BusError::from)?, name: name.to_owned() };
         let open = || Ok(Some(FrameSubscriber::open(&origin.domain, &origin.name)?));
-        let subscriber = look(timeout_ns, open)?.expect("opened, or a failure");
+        let subscriber = look(timeout_ns, open)?.expect("the attempt returns a port or a failure");
         Ok(Self {
             origin,
             frames: Arc::new(FrameReader::new(subscriber)),
@@ -75,13 +75,16 @@ impl bd_dragon_t {
     }
 }
 
-/// Opens an instance; NULL is the default one, "dragon". `name` tells this client from others in lists of who is there, 1 to
-/// 128 bytes.
+/// Opens an instance of the bus as a client. `instance` is 1 to 24 characters of a-z, 0-9 and -; NULL is the default,
+/// "dragon". `name` has 1 to 128 bytes and identifies this client in lists of processes.
 ///
-/// Waits for a server at most `timeout_ns`; `BD_NO_SERVER` where none came. Once open, a dragon outlives its server: frames
-/// of the next one follow, with `BD_RESTARTED`. `dragon` is NULL after anything but `BD_OK`.
+/// Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open dragon outlives its server: the frames
+/// of the next server follow, with `BD_RESTARTED`.
 ///
-/// `instance` and `name` have to be NULL or strings that end with a zero byte; they are copied.
+/// `BD_NO_SERVER` if no server appeared in time, `BD_INVALID_ARGUMENT` for a bad name, or another error of `bd_result_t`.
+/// `dragon` is NULL unless the result is `BD_OK`.
+///
+/// `instance` and `name` are strings in UTF-8 with a terminating zero. They are copied.
 #[expect(clippy::missing_safety_doc, reason = "the documentation is that of the C header")]
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn bd_dragon_open(
@@ -92,7 +95,7 @@ pub unsafe extern "C" fn bd_dragon_open(
 ) -> bd_result_t {
     answer(|| {
         let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?.write(core::ptr::null_mut());
-        // SAFETY: the caller gives NULL or a string.
+        // SAFETY: the caller passes NULL or a string.
         let (instance, name) = unsafe { (text("instance", instance)?, text("name", name)?) };
         let name = name.ok_or_else(|| Failure::missing("name"))?;
         *dragon = Box::into_raw(Box::new(bd_dragon_t::open(instance, name, timeout_ns)?));
@@ -100,22 +103,22 @@ pub unsafe extern "C" fn bd_dragon_open(
     })
 }
 
-/// Closes a dragon. No other call on it may be under way or follow. Frames that are held stay valid until they are released.
-/// NULL is nothing.
+/// Closes a dragon. No other call on it may be running or follow. Held frames stay valid until they are released. NULL
+/// has no effect.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_close(dragon: Option<Box<bd_dragon_t>>) {
     release(dragon);
 }
 
-/// A string of the caller's.
+/// Returns a string of the caller.
 ///
 /// # Safety
-/// `string` is NULL or points to bytes up to a zero, which nobody changes while the result is used.
+/// `string` is NULL or points to bytes up to a zero, which do not change while the result is used.
 unsafe fn text<'a>(argument: &str, string: *const c_char) -> Result<Option<&'a str>, Failure> {
     if string.is_null() {
         return Ok(None);
     }
-    // SAFETY: the caller's promise.
+    // SAFETY: the caller keeps this function's contract.
     let string = unsafe { CStr::from_ptr(string) };
     let invalid =
         |_| Failure::new(bd_result_t::BD_INVALID_ARGUMENT, format!("{argument} is {string:?}, must be UTF-8"));

@@ -1,4 +1,4 @@
-//! A frame: the dragon at one tick, in place in shared memory.
+//! A frame: the state of the dragon at one tick, in place in shared memory.
 
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
@@ -10,13 +10,13 @@ use crate::frames::FrameReader;
 use crate::layout::same_layout;
 use crate::result::release;
 
-/// What a frame says about the whole dragon. 72 bytes.
+/// Values of a frame that concern the whole dragon. 72 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_frame_header_t {
-    /// Random number under 2^53 of the run; another value means that the source has been started again.
+    /// Random number of the run, under 2^53. It changes when the source is restarted.
     pub run_id: u64,
-    /// Number of the frame in its run, from 0, without a hole: a jump means that this reader lost frames.
+    /// Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames.
     pub tick: u64,
     /// Show time in nanoseconds.
     pub sim_time_ns: i64,
@@ -52,9 +52,10 @@ same_layout!(
     }
 );
 
-/// Where one handle is and how it moves. 48 bytes. x right, y away, z up.
+/// Position and velocity of one handle. 48 bytes. x right, y away, z up; z is 0 on a flat stage.
 ///
-/// A dragon of N benches has N + 1 handles: handle i is the front hinge of bench i, handle N the rear hinge of the last bench.
+/// A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i, and handle N the rear hinge of the
+/// last bench.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_handle_state_t {
@@ -66,21 +67,21 @@ pub struct bd_handle_state_t {
 
 same_layout!(bd_handle_state_t, HandleState { position_m, velocity_mps });
 
-/// What the show is doing.
+/// State of the show.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum bd_show_state_t {
     /// The head walks.
     BD_RUNNING = 0,
-    /// The operator's pause: `BD_COMMAND_RESUME` goes on.
+    /// Paused by the operator. `BD_COMMAND_RESUME` continues.
     BD_PAUSED = 1,
-    /// A safety stop: only `BD_COMMAND_RELEASE` lifts it.
+    /// Stopped for safety. Only `BD_COMMAND_RELEASE` lifts the hold.
     BD_HELD = 2,
-    /// The end of the route, of the run, or of the time asked for is reached.
+    /// The show has reached the end of the route, of the run or of the requested time.
     BD_FINISHED = 3,
-    /// A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes.
+    /// The head still walks and brakes, because of a pause, a hold, a stop or the timecode.
     BD_STOPPING = 4,
-    /// The run has ended in order: this is its last frame.
+    /// The run has ended in order. This is its last frame.
     BD_ENDED = 5,
 }
 
@@ -90,20 +91,21 @@ pub struct bd_frame_t {
     header: NonNull<bd_frame_header_t>,
     handles: NonNull<[HandleState]>,
     continuity: Continuity,
-    /// Where the reader keeps the sample for as long as this is here.
+    /// Slot in which the reader keeps the sample while this frame exists.
     slot: usize,
     reader: Arc<FrameReader>,
 }
 
 impl bd_frame_t {
-    /// Lends a frame that the reader keeps in a slot.
+    /// Creates the frame for a sample that the reader keeps in a slot.
     pub(crate) fn lend(frame: &Frame, slot: usize, reader: Arc<FrameReader>) -> Self {
         let (header, handles) = (NonNull::from(frame.header()).cast(), NonNull::from(frame.handles()));
         Self { header, handles, continuity: frame.continuity(), slot, reader }
     }
 
     fn header(&self) -> &bd_frame_header_t {
-        // SAFETY: it points into the sample, which the reader keeps until `self` is dropped; the wire type is the same memory.
+        // SAFETY: the pointer is into the sample, which the reader keeps until `self` is dropped. The wire type has the
+        // same layout.
         unsafe { self.header.as_ref() }
     }
 
@@ -123,14 +125,14 @@ impl Drop for bd_frame_t {
     }
 }
 
-/// What the frame says about the whole dragon; NULL for NULL. Valid until the frame is released.
+/// Returns the header of a frame; NULL for NULL. Valid until the frame is released.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_header(frame: Option<&bd_frame_t>) -> Option<&bd_frame_header_t> {
     frame.map(bd_frame_t::header)
 }
 
-/// The handles, head first, and where `count` is not NULL how many there are, one more than benches; NULL and 0 for NULL.
-/// Valid until the frame is released.
+/// Returns the array of a frame's handles, head first, and its length in `count`: the number of benches plus 1. `count`
+/// may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_handles(
     frame: Option<&bd_frame_t>,
@@ -143,7 +145,7 @@ pub extern "C" fn bd_frame_handles(
     if handles.is_empty() { core::ptr::null() } else { handles.as_ptr().cast() }
 }
 
-/// Gives a frame back. What its header and its handles pointed to must not be read any more. NULL is nothing.
+/// Releases a frame. Its header and handles must not be read any more. NULL has no effect.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_release(frame: Option<Box<bd_frame_t>>) {
     release(frame);

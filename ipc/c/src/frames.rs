@@ -1,4 +1,4 @@
-//! Reading frames, and keeping those that are lent.
+//! Reader of frames, which keeps the lent ones.
 
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -13,13 +13,13 @@ use crate::dragon::bd_dragon_t;
 use crate::frame::bd_frame_t;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// A subscriber with the samples that it has lent. Each frame in C's hands has a share in it, so that it outlives a dragon that
-/// is closed before its frames are released.
+/// A subscriber with the samples that it has lent. Every frame that C holds shares it, so it outlives a dragon that is
+/// closed before its frames are released.
 #[derive(Debug)]
 pub struct FrameReader {
-    /// Samples share the subscriber's state, so they stay beside it.
+    /// Samples share the subscriber's state, so they are behind the same lock.
     port: Confined<Port>,
-    /// Slots whose frame has been given back; the next read takes the sample out.
+    /// Slots whose frame was released. The next read removes the sample.
     returned: [AtomicBool; MAX_BORROWED_FRAMES],
     lost: AtomicU64,
 }
@@ -39,7 +39,7 @@ impl FrameReader {
         }
     }
 
-    /// Notes that a frame is not read any more. Waits for nobody, not even for a reader that waits.
+    /// Marks a frame as released. Never waits, not even for a thread that waits for frames.
     pub(crate) fn take_back(&self, slot: usize) {
         self.returned[slot].store(true, Ordering::Release);
     }
@@ -48,7 +48,7 @@ impl FrameReader {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Lends what `read` finds. `needed` is how many samples it takes while it looks.
+    /// Lends the frame that `read` finds. `needed` is the number of samples that `read` holds at a time.
     fn lend(
         self: &Arc<Self>,
         needed: usize,
@@ -56,7 +56,8 @@ impl FrameReader {
     ) -> Result<Option<Box<bd_frame_t>>, Failure> {
         let mut port = self.port.lock();
         for (frame, returned) in port.lent.iter_mut().zip(&self.returned) {
-            // Only its holder marks a lent frame, and only once, so a mark is never one of an earlier frame of this slot.
+            // Only the holder of a lent frame marks its slot, and only once. So a mark never belongs to an earlier frame
+            // of the slot.
             if returned.swap(false, Ordering::Acquire) {
                 *frame = None;
             }
@@ -76,9 +77,10 @@ impl FrameReader {
     }
 }
 
-/// The oldest frame that has not been read yet; `BD_NOTHING` where all are read. Never waits.
+/// Returns the oldest unread frame in `frame`. Never waits.
 ///
-/// A reader may hold 4 frames at a time: `BD_TOO_MANY_FRAMES` where it does.
+/// `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
+/// `BD_OK`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_next(
     dragon: Option<&bd_dragon_t>,
@@ -87,10 +89,10 @@ pub extern "C" fn bd_dragon_next(
     read(dragon, frame, 1, FrameSubscriber::receive)
 }
 
-/// The newest frame; those before it are dropped unread, and do not count as lost. `BD_NOTHING` where all are read. Never
-/// waits.
+/// Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
 ///
-/// While it looks it holds a frame itself: `BD_TOO_MANY_FRAMES` where more than 2 are held.
+/// `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if more than 2 frames are held: the search itself needs one.
+/// `frame` is NULL unless the result is `BD_OK`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_latest(
     dragon: Option<&bd_dragon_t>,
@@ -99,11 +101,14 @@ pub extern "C" fn bd_dragon_latest(
     read(dragon, frame, 2, FrameSubscriber::latest)
 }
 
-/// The oldest frame that has not been read yet, waiting for it at most `timeout_ns`; `BD_NOTHING` where none came.
+/// Returns the oldest unread frame in `frame`. Waits for one at most `timeout_ns` nanoseconds.
 ///
-/// The wait may end early: by a signal, by the wake-up of a frame that has been read already, and while no server runs. Where
-/// nothing came, look at what else there is to do, and call again. The first call makes the server wake this reader at each
-/// frame, which costs the server a system call; a reader that only polls costs it nothing.
+/// The wait may end early with `BD_NOTHING`: by a signal, by the wake-up of a frame that is already read, and while no
+/// server runs. Then do other work and call again. From the first call on, the server wakes this reader at each frame,
+/// which costs the server one system call per frame. A reader that only polls costs the server nothing.
+///
+/// `BD_NOTHING` if no frame arrived, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
+/// `BD_OK`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_wait(
     dragon: Option<&bd_dragon_t>,
@@ -113,13 +118,14 @@ pub extern "C" fn bd_dragon_wait(
     read(dragon, frame, 1, |subscriber| subscriber.wait(Duration::from_nanos(timeout_ns)))
 }
 
-/// Frames that were published between the first one read and the last, and that this reader never got; 0 for NULL.
+/// Returns the number of frames that this reader has lost, over all runs; 0 for NULL. Lost frames were published between
+/// the first and the last frame that the reader has read, but it did not receive them.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_lost(dragon: Option<&bd_dragon_t>) -> u64 {
     dragon.map_or(0, |dragon| dragon.frames().lost())
 }
 
-/// Writes the frame that is found, or NULL.
+/// Writes the found frame, or NULL.
 fn read(
     dragon: Option<&bd_dragon_t>,
     frame: Option<&mut MaybeUninit<*mut bd_frame_t>>,

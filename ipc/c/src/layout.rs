@@ -1,6 +1,7 @@
-//! Proof, while compiling, that a C struct and a wire type are the same memory.
+//! Checks at compile time that a C struct and a wire type have the same layout.
 
-/// Fails to compile unless every named field lies at the same place in both types, and both are as large and as aligned.
+/// Fails to compile unless every named field has the same offset in both types, and both have the same size and
+/// alignment.
 macro_rules! same_layout {
     ($c:ty, $wire:ty { $($field:ident),+ $(,)? }) => {
         const _: () = {

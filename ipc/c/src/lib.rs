@@ -1,16 +1,16 @@
-//! The bench dragon's bus for C, C++17 and whatever calls C.
+//! The bench dragon's bus for C, C++17 and every language that calls C.
 //!
-//! A thin face of [`bench_dragon_ipc`]: each function checks what it is given, calls the Rust client and puts its answer into
-//! a [`result::bd_result_t`]. The contract in words is the head of the header, `include/bench_dragon.h`, which cbindgen
-//! generates from these files; names here are those of C, so that either is found from the other.
+//! A thin layer over [`bench_dragon_ipc`]: each function checks its arguments, calls the Rust client and returns a
+//! [`result::bd_result_t`]. The contract in words is at the top of the header, `include/bench_dragon.h`, which cbindgen
+//! generates from these files. Names here are those of the header.
 //!
-//! What is unsafe, and why it is not:
+//! Unsafe parts, and why they are sound:
 //!
-//! - *Pointers from C* come in as references that may be missing, which is what a C pointer is where the contract is kept.
-//! - *Frames* point into shared memory that the reader behind them keeps mapped ([`frames`]).
+//! - *Pointers from C* are optional references. A C pointer is one if the caller keeps the contract.
+//! - *Frames* point into shared memory, which their reader keeps mapped ([`frames`]).
 //! - *Threads*: iceoryx2 counts references to a port without atomics, so a port never leaves its lock
 //!   (`confined::Confined`).
-//! - *Panics* end in an error code ([`result`]), never in C.
+//! - *Panics* become an error code ([`result`]) and never reach C.
 
 #![allow(unsafe_code, reason = "functions are exported to C, frames are lent to it")]
 #![allow(non_camel_case_types, reason = "types have their C names")]

@@ -1,4 +1,4 @@
-//! Looking again and again for what no event announces.
+//! Repeats an attempt for values that no event announces.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -7,8 +7,8 @@ use crate::result::Failure;
 
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 
-/// Looks until there is something, at least once, and for at most so long. That there is no server is nothing yet, and the
-/// failure in the end.
+/// Calls `look` until it returns a value, at least once, and for at most `timeout_ns` nanoseconds. The failure that no
+/// server runs is retried too, and returned at the end.
 pub(crate) fn look<Found>(
     timeout_ns: u64,
     mut look: impl FnMut() -> Result<Option<Found>, Failure>,

@@ -1,4 +1,4 @@
-//! What a call came to, and the text of what went wrong.
+//! Results of calls, and the texts of errors.
 
 use core::ffi::{CStr, c_char};
 use std::any::Any;
@@ -8,27 +8,27 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use bench_dragon_ipc::{BusError, DomainError};
 
-/// What a call came to. More may follow; treat a number that you do not know as `BD_FAILED`.
+/// Result of a call. Later versions may add results; treat an unknown number as `BD_FAILED`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum bd_result_t {
-    /// Done.
+    /// Success.
     BD_OK = 0,
-    /// Nothing new, or nothing came in time. Not an error.
+    /// Nothing new is available, or nothing arrived in time. Not an error.
     BD_NOTHING = 1,
-    /// No server runs on the instance, or none has answered. Try again later.
+    /// No server runs on the instance, or none has replied. Try again later.
     BD_NO_SERVER = 2,
-    /// The server refused the command; the reply says why.
+    /// The server refused the command. The reply has the reason.
     BD_REFUSED = 3,
-    /// An argument is NULL or out of range.
+    /// An argument is NULL, out of range or not valid text.
     BD_INVALID_ARGUMENT = 4,
-    /// As many frames as allowed are held: release one.
+    /// Too many frames are held. Release one.
     BD_TOO_MANY_FRAMES = 5,
-    /// As many clients as the bus allows are connected.
+    /// The bus has its greatest allowed number of clients.
     BD_TOO_MANY_CLIENTS = 6,
-    /// The server is of another version, whose data have another layout.
+    /// The server is of another version, whose data has another layout.
     BD_VERSION_MISMATCH = 7,
-    /// This user may not use the instance: run as the user who runs the server.
+    /// This user may not use the instance. Run as the user who runs the server.
     BD_PERMISSION_DENIED = 8,
     /// `/dev/shm` is full or cannot be used.
     BD_SHARED_MEMORY = 9,
@@ -36,11 +36,11 @@ pub enum bd_result_t {
     BD_TOO_FEW_FILES = 10,
     /// The instance's directory is not usable.
     BD_DIRECTORY = 11,
-    /// Anything else.
+    /// Any other error.
     BD_FAILED = 12,
 }
 
-/// Why a call failed.
+/// Error of a call.
 #[derive(Debug)]
 pub(crate) struct Failure {
     result: bd_result_t,
@@ -52,12 +52,12 @@ impl Failure {
         Self { result, text: text.into() }
     }
 
-    /// Whether there may be a server later.
+    /// Whether the error may end when a server starts.
     pub(crate) fn is_absence(&self) -> bool {
         self.result == bd_result_t::BD_NO_SERVER
     }
 
-    /// An argument that has to be there is not.
+    /// Creates the error for a required argument that is NULL.
     pub(crate) fn missing(argument: &str) -> Self {
         Self::new(bd_result_t::BD_INVALID_ARGUMENT, format!("{argument} is NULL, must not be"))
     }
@@ -87,26 +87,26 @@ thread_local! {
     static LAST_ERROR: RefCell<CString> = RefCell::default();
 }
 
-/// The text of the last call of this thread that came to anything but `BD_OK` and `BD_NOTHING`: one line, UTF-8, never NULL,
-/// empty where none has. Valid until the next such call of this thread.
+/// Returns the error text of the last call of this thread whose result was neither `BD_OK` nor `BD_NOTHING`. The text is
+/// one line in UTF-8, never NULL, and empty if no call has failed. Valid until the next failing call of this thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_last_error() -> *const c_char {
     LAST_ERROR.try_with(|text| text.borrow().as_ptr()).unwrap_or(c"".as_ptr())
 }
 
-/// The version of this library, as "0.1.0". Valid for ever.
+/// Returns the version of this library, such as "0.1.0". Valid until the process ends.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_version() -> *const c_char {
     const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
     const TEXT: &CStr = match CStr::from_bytes_with_nul(VERSION.as_bytes()) {
         Ok(text) => text,
-        Err(_) => panic!("a version has no zero in it"),
+        Err(_) => panic!("the version contains a zero byte"),
     };
     TEXT.as_ptr()
 }
 
-/// Does a call's work and tells what it came to: `BD_OK` with something, `BD_NOTHING` without. Keeps the text of a failure,
-/// and makes one of a panic.
+/// Does a call's work and returns its result: `BD_OK` with a value, `BD_NOTHING` without. Stores the text of a failure,
+/// and converts a panic to a failure.
 pub(crate) fn answer(work: impl FnOnce() -> Result<Option<()>, Failure>) -> bd_result_t {
     let outcome = catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| Err(broken(panic.as_ref())));
     match outcome {
@@ -119,7 +119,7 @@ pub(crate) fn answer(work: impl FnOnce() -> Result<Option<()>, Failure>) -> bd_r
     }
 }
 
-/// Gives back what C has had.
+/// Releases an object that C holds.
 pub(crate) fn release<Lent>(lent: Option<Box<Lent>>) {
     if let Err(panic) = catch_unwind(AssertUnwindSafe(|| drop(lent))) {
         keep(&broken(panic.as_ref()).text);
@@ -134,7 +134,7 @@ fn broken(panic: &(dyn Any + Send)) -> Failure {
 
 fn keep(text: &str) {
     let line = CString::new(text.replace(['\0', '\n'], " ")).unwrap_or_default();
-    // A thread that is ending has nobody left to ask for it.
+    // An ending thread has no storage for the text any more, and no later call that reads it.
     let _ = LAST_ERROR.try_with(|last| last.replace(line));
 }
 
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     fn last_error() -> String {
-        // SAFETY: the pointer is that of this thread's text, which nothing replaces meanwhile.
+        // SAFETY: the pointer is to this thread's text, which nothing replaces before it is copied.
         unsafe { CStr::from_ptr(bd_last_error()) }.to_str().expect("texts are UTF-8").to_owned()
     }
 
@@ -154,14 +154,14 @@ mod tests {
     }
 
     #[test]
-    fn what_succeeds_or_finds_nothing_leaves_the_last_error_alone() {
+    fn a_call_without_an_error_keeps_the_last_error_text() {
         assert_eq!(answer(|| Err(Failure::missing("frame"))), bd_result_t::BD_INVALID_ARGUMENT);
         assert_eq!((answer(|| Ok(Some(()))), answer(|| Ok(None))), (bd_result_t::BD_OK, bd_result_t::BD_NOTHING));
         assert_eq!(last_error(), "frame is NULL, must not be");
     }
 
     #[test]
-    fn a_text_is_of_its_own_thread() {
+    fn each_thread_has_its_own_error_text() {
         assert_eq!(answer(|| Err(Failure::missing("dragon"))), bd_result_t::BD_INVALID_ARGUMENT);
         let elsewhere = std::thread::spawn(last_error).join().expect("it does not panic");
         assert_eq!((elsewhere.as_str(), last_error().as_str()), ("", "dragon is NULL, must not be"));

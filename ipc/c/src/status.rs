@@ -1,4 +1,4 @@
-//! The server's account of itself.
+//! Status of the server.
 
 use core::mem::MaybeUninit;
 
@@ -8,25 +8,26 @@ use crate::dragon::{Origin, bd_dragon_t};
 use crate::patience::look;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// How the server keeps its schedule. Published ten times a second and once more at the end.
+/// State and timing of the server. Published ten times a second and once more at the end.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_status_t {
-    /// Run that this is about.
+    /// Run of the server.
     pub run_id: u64,
     /// Last tick published.
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
     pub sim_time_ns: i64,
-    /// Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
-    /// standstill.
+    /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+    /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,
-    /// How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes
-    /// up for.
+    /// Time by which the show is behind the clock, in nanoseconds of wall time: the rest of standstills, for which the
+    /// show makes up.
     pub behind_ns: u64,
-    /// The furthest that the show has been behind since the start of the run, in nanoseconds of wall time.
+    /// Greatest value of `behind_ns` since the start of the run.
     pub most_behind_ns: u64,
-    /// Lateness of the ticks since the start of the run: median, in nanoseconds.
+    /// Median of the lateness of all ticks since the start of the run, in nanoseconds. Lateness is the time from the due
+    /// instant to the start of the tick.
     pub lateness_p50_ns: u64,
     /// 99th percentile of the lateness, in nanoseconds.
     pub lateness_p99_ns: u64,
@@ -34,30 +35,30 @@ pub struct bd_status_t {
     pub lateness_p999_ns: u64,
     /// Greatest lateness, in nanoseconds.
     pub lateness_max_ns: u64,
-    /// Travel up to which a guarded server may move the head, in metres; not a number for one that is not guarded.
+    /// Travel up to which a guarded server may move the head, in metres; NaN for a server without a guard.
     pub granted_to_m: f64,
-    /// Travel at which the proven travel ends for good, in metres; not a number where the guard has not reached it.
+    /// Travel at which the proven travel ends permanently, in metres; NaN where the guard has not reached it.
     pub guard_end_m: f64,
-    /// Ticks a second of wall time.
+    /// Ticks per second of wall time.
     pub rate_hz: u32,
     /// A `bd_show_state_t`.
     pub state: u32,
     /// Process id of the server.
     pub pid: u32,
-    /// The kind of source: 0 a server, 1 a replay, 2 a bridge from another host.
+    /// Kind of source: 0 a server, 1 a replay, 2 a bridge from another host.
     pub source: u32,
-    /// Whether a guard watches over the head: 0 the server is not guarded, 1 it is and no guard runs, 2 a guard runs.
+    /// State of the guard: 0 the server is not guarded, 1 it is guarded but no guard runs, 2 a guard runs.
     pub guard: u32,
-    /// How the timecode is: 0 none is followed, 1 none has come yet, 2 it runs, 3 it stands, 4 it is lost.
+    /// State of the timecode: 0 the server follows none, 1 none has arrived yet, 2 it runs, 3 it stands, 4 it is lost.
     pub timecode: u32,
-    /// The protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
+    /// Protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
     pub timecode_kind: u32,
-    /// What keeps the head from walking, as bits: 1 a pause, 2 a hold, 4 the guard's limit, 8 the timecode, 16 the server is
-    /// ending, 32 the end of the run.
+    /// Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
+    /// the timecode. 16: the server is ending. 32: the end of the run.
     pub stops: u32,
 }
 
-/// The reader, and the latest status that it has had.
+/// The reader, and its latest status.
 #[derive(Debug, Default)]
 pub(crate) struct StatusPort {
     reader: Option<StatusReader>,
@@ -100,8 +101,10 @@ impl From<&Status> for bd_status_t {
     }
 }
 
-/// The latest status, waiting for the first one at most `timeout_ns`. The last one of a server that has ended stays the
-/// latest.
+/// Returns the latest status in `status`. Waits for the first one at most `timeout_ns` nanoseconds. The last status of a
+/// server that has ended is returned until another server publishes its own.
+///
+/// `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server. On error `status` is unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_status(
     dragon: Option<&bd_dragon_t>,

@@ -1,4 +1,4 @@
-/* Takes a show to its contact and prints every alert up to that, a line each: alerts INSTANCE SECONDS. */
+/* Seeks to SECONDS of show time and prints every alert up to the contact, one per line: alerts INSTANCE SECONDS. */
 
 #include "client.h"
 

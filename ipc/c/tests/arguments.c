@@ -1,10 +1,10 @@
-/* What is not there or out of range is told, and breaks nothing: arguments INSTANCE, on which no server runs. */
+/* NULL and out-of-range arguments return an error and do no harm: arguments INSTANCE, on which no server runs. */
 
 #include "client.h"
 
 static const char *const MISSING = "dragon is NULL, must not be";
 
-static void nothing_is_taken_for_a_dragon(void) {
+static void null_is_refused_as_a_dragon(void) {
   bd_dragon_t *const none = NULL;
   bd_frame_t *frame = (bd_frame_t *)&frame;
   bd_description_t *description = (bd_description_t *)&description;
@@ -24,7 +24,7 @@ static void nothing_is_taken_for_a_dragon(void) {
   bd_dragon_close(none);
 }
 
-static void nothing_is_taken_for_a_frame(void) {
+static void null_is_refused_as_a_frame(void) {
   bd_frame_t *const none = NULL;
   bd_bench_state_t bench;
   bd_continuity_t continuity;
@@ -37,13 +37,13 @@ static void nothing_is_taken_for_a_frame(void) {
   bd_frame_release(none);
 }
 
-static void nothing_is_taken_for_a_description(void) {
+static void null_is_harmless_as_a_description(void) {
   REQUIRE(bd_description_run_id(NULL) == 0);
   REQUIRE(bd_description_toml(NULL) == NULL);
   bd_description_release(NULL);
 }
 
-static void names_are_looked_at(const char *instance) {
+static void bad_names_are_refused(const char *instance) {
   bd_dragon_t *dragon = (bd_dragon_t *)&dragon;
   char long_name[130];
 
@@ -59,7 +59,7 @@ static void names_are_looked_at(const char *instance) {
   COMPLAINS(BD_INVALID_ARGUMENT, "dragon is NULL, must not be", bd_dragon_open(instance, "c-test", 0, NULL));
 }
 
-static void a_missing_server_is_told(const char *instance) {
+static void a_missing_server_is_reported(const char *instance) {
   bd_dragon_t *dragon;
   char text[200];
   sprintf(text, "no server runs on instance \"%.24s\": start one with `bench-dragon serve`", instance);
@@ -71,11 +71,11 @@ static void a_missing_server_is_told(const char *instance) {
 int main(int argc, char **argv) {
   const char *instance = argc > 1 ? argv[1] : "dragon";
   REQUIRE(strcmp(bd_last_error(), "") == 0);
-  nothing_is_taken_for_a_dragon();
-  nothing_is_taken_for_a_frame();
-  nothing_is_taken_for_a_description();
-  names_are_looked_at(instance);
-  a_missing_server_is_told(instance);
+  null_is_refused_as_a_dragon();
+  null_is_refused_as_a_frame();
+  null_is_harmless_as_a_description();
+  bad_names_are_refused(instance);
+  a_missing_server_is_reported(instance);
   printf("%s\n", bd_version());
   return 0;
 }

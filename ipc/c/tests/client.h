@@ -1,4 +1,4 @@
-/* What the test clients share. Each is compiled as C99 and as C++17; one that fails says where, and ends with 1. */
+/* Shared parts of the test clients. Each is compiled as C99 and as C++17. A failing client prints the place and exits with 1. */
 
 #ifndef CLIENT_H
 #define CLIENT_H
@@ -16,26 +16,26 @@
 
 #define REQUIRE(condition) require((condition) ? 1 : 0, #condition, __FILE__, __LINE__)
 #define EXPECT(expected, call) expect(expected, call, #call, __FILE__, __LINE__)
-/* A call that fails, with this text. */
+/* Requires that a call fails with this result and this error text. */
 #define COMPLAINS(expected, text, call) (EXPECT(expected, call), complains(text, #call, __FILE__, __LINE__))
 
 static inline void require(int holds, const char *condition, const char *file, int line) {
   if (!holds) {
-    fprintf(stderr, "%s:%d: not so: %s; last error: %s\n", file, line, condition, bd_last_error());
+    fprintf(stderr, "%s:%d: condition is false: %s; last error: %s\n", file, line, condition, bd_last_error());
     exit(1);
   }
 }
 
 static inline void expect(bd_result_t expected, bd_result_t got, const char *call, const char *file, int line) {
   if (got != expected) {
-    fprintf(stderr, "%s:%d: %s is %d, not %d: %s\n", file, line, call, (int)got, (int)expected, bd_last_error());
+    fprintf(stderr, "%s:%d: %s returns %d, must be %d: %s\n", file, line, call, (int)got, (int)expected, bd_last_error());
     exit(1);
   }
 }
 
 static inline void complains(const char *text, const char *call, const char *file, int line) {
   if (strcmp(bd_last_error(), text) != 0) {
-    fprintf(stderr, "%s:%d: %s says \"%s\", not \"%s\"\n", file, line, call, bd_last_error(), text);
+    fprintf(stderr, "%s:%d: %s: error text is \"%s\", must be \"%s\"\n", file, line, call, bd_last_error(), text);
     exit(1);
   }
 }
@@ -47,7 +47,7 @@ static inline bd_dragon_t *join(const char *instance) {
   return dragon;
 }
 
-/* The next frame, however long it takes. */
+/* Returns the next frame. Waits without a limit. */
 static inline bd_frame_t *next_frame(const bd_dragon_t *dragon) {
   bd_frame_t *frame;
   bd_result_t result;
@@ -59,7 +59,7 @@ static inline bd_frame_t *next_frame(const bd_dragon_t *dragon) {
   return frame;
 }
 
-/* What the frames say at a tick, which the reader has not read yet. */
+/* Returns the header of the frame at a tick, which must be unread. */
 static inline bd_frame_header_t header_at(const bd_dragon_t *dragon, uint64_t tick) {
   bd_frame_header_t header;
   do {
@@ -71,7 +71,7 @@ static inline bd_frame_header_t header_at(const bd_dragon_t *dragon, uint64_t ti
   return header;
 }
 
-/* The bits of a number, so that it arrives as it is. */
+/* Returns the bits of a number, so that it is printed without rounding. */
 static inline uint64_t bits(double number) {
   uint64_t word;
   memcpy(&word, &number, sizeof word);

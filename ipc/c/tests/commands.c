@@ -1,4 +1,4 @@
-/* Every command, its reply, and the frame from which it holds: commands INSTANCE. Ends the server. */
+/* Checks every command, its reply and the frame from which it holds: commands INSTANCE. Ends the server. */
 
 #include "client.h"
 
@@ -14,7 +14,7 @@ static void refuse(const bd_dragon_t *dragon, bd_command_t command, double value
   REQUIRE(reply.refusal == (uint32_t)refusal);
 }
 
-/* What the frames say from the tick on that the last reply tells of. */
+/* Returns the header of the frame at the tick of the last reply. */
 static bd_frame_header_t header_then(const bd_dragon_t *dragon) {
   const bd_frame_header_t header = header_at(dragon, reply.tick);
   REQUIRE(header.run_id == reply.run_id);

@@ -1,4 +1,5 @@
-/* Writes every value of every frame up to the end of the show, a line each: frames INSTANCE FILE. Says when it has begun. */
+/* Writes every value of every frame to FILE until the run ends, one frame per line: frames INSTANCE FILE.
+ * Prints "reading" after the first frame. */
 
 #include "client.h"
 

@@ -1,4 +1,4 @@
-/* Stops reading for longer than the bus keeps frames, and counts what it lost: gaps INSTANCE TICKS. */
+/* Stops reading for longer than the bus keeps frames, and counts the lost ones: gaps INSTANCE TICKS. */
 
 #include "client.h"
 

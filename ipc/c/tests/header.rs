@@ -1,32 +1,32 @@
-//! The header that is checked in is the one that cbindgen makes of the sources.
+//! The checked-in header is the one that cbindgen generates from the sources.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::{env, fs};
 
-/// Set, it lets the test write the header instead of looking at it.
+/// Environment variable. If it is set, the test writes the header.
 const WRITE: &str = "BENCH_DRAGON_WRITE_HEADER";
-/// In the order in which the header has them. Each function stands beside its types.
+/// Source files in the order of the header. Each function is in the file of its types.
 const SOURCES: [&str; 10] =
     ["result", "dragon", "frames", "frame", "bench", "continuity", "description", "status", "alert", "command"];
 
 #[test]
 fn every_public_module_is_in_the_header() {
-    let root = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).expect("it is there");
+    let root = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).expect("src/lib.rs exists");
     let public: BTreeSet<&str> =
         root.lines().filter_map(|line| line.strip_prefix("pub mod ")?.strip_suffix(';')).collect();
     assert_eq!(BTreeSet::from(SOURCES), public);
 }
 
 #[test]
-fn the_header_is_that_of_the_sources() {
+fn the_checked_in_header_is_the_generated_one() {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(package.join("cbindgen.toml")).expect("cbindgen.toml is a configuration");
     let builder = SOURCES.iter().fold(cbindgen::Builder::new().with_config(config), |builder, source| {
         builder.with_src(package.join(format!("src/{source}.rs")))
     });
     let mut generated = Vec::new();
-    builder.generate().expect("cbindgen understands the sources").write(&mut generated);
+    builder.generate().expect("cbindgen reads the sources").write(&mut generated);
     let generated = String::from_utf8(generated).expect("a header is text");
 
     let path = package.join("include/bench_dragon.h");
@@ -36,7 +36,7 @@ fn the_header_is_that_of_the_sources() {
     let checked_in = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         checked_in == generated,
-        "{} is stale; this makes it anew: {WRITE}=1 cargo test --package bench-dragon-c --test header",
+        "{} is stale: regenerate it with `{WRITE}=1 cargo test --package bench-dragon-c --test header`",
         path.display()
     );
 }

@@ -1,4 +1,4 @@
-/* What is lent stays as it was for as long as it is held: lifetimes INSTANCE. Ends the server. */
+/* Lent frames do not change while they are held: lifetimes INSTANCE. Ends the server. */
 
 #include "client.h"
 
@@ -27,7 +27,7 @@ static void require_unchanged(const note_t *note) {
   REQUIRE(memcmp(bd_frame_handles(note->frame, NULL), &note->head, sizeof note->head) == 0);
 }
 
-static void four_frames_are_lent(const bd_dragon_t *dragon, note_t *notes) {
+static void at_most_four_frames_are_lent(const bd_dragon_t *dragon, note_t *notes) {
   bd_frame_t *frame;
   int index;
   for (index = 0; index < HELD; ++index) {
@@ -53,7 +53,7 @@ static void the_latest_frame_is_newer_than_any_other(const bd_dragon_t *dragon, 
   bd_frame_release(frame);
 }
 
-static void benches_end_where_handles_do(const bd_frame_t *frame) {
+static void there_is_one_bench_fewer_than_handles(const bd_frame_t *frame) {
   const uint32_t count = bd_frame_header(frame)->bench_count;
   bd_bench_state_t bench;
   char text[100];
@@ -64,7 +64,7 @@ static void benches_end_where_handles_do(const bd_frame_t *frame) {
   COMPLAINS(BD_INVALID_ARGUMENT, "bench is NULL, must not be", bd_frame_bench(frame, 0, NULL));
 }
 
-static void the_description_is_the_callers(const bd_dragon_t *dragon, uint64_t run_id) {
+static void the_caller_owns_the_description(const bd_dragon_t *dragon, uint64_t run_id) {
   bd_description_t *first, *second;
   bd_status_t status;
   EXPECT(BD_OK, bd_dragon_description(dragon, PATIENCE_NS, &first));
@@ -83,13 +83,13 @@ int main(int argc, char **argv) {
   bd_frame_t *frame;
   int index;
 
-  four_frames_are_lent(dragon, notes);
-  benches_end_where_handles_do(notes[0].frame);
+  at_most_four_frames_are_lent(dragon, notes);
+  there_is_one_bench_fewer_than_handles(notes[0].frame);
   for (index = 1; index < HELD - 1; ++index) {
     bd_frame_release(notes[index].frame);
   }
   the_latest_frame_is_newer_than_any_other(dragon, notes);
-  the_description_is_the_callers(dragon, bd_frame_header(notes[0].frame)->run_id);
+  the_caller_owns_the_description(dragon, bd_frame_header(notes[0].frame)->run_id);
 
   EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_STOP, 0.0, PATIENCE_NS, NULL));
   while (bd_dragon_latest(dragon, &frame) == BD_OK) {

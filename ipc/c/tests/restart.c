@@ -1,4 +1,4 @@
-/* Reads on from one server to the next, and tells the run of each: restart INSTANCE. */
+/* Reads the frames of one server and then of the next, and prints the run of each: restart INSTANCE. */
 
 #include "client.h"
 

@@ -1,4 +1,4 @@
-// One dragon in the hands of several threads: threads INSTANCE. Ends the server.
+// Several threads use one dragon: threads INSTANCE. Ends the server.
 
 #include "client.h"
 
@@ -17,8 +17,8 @@ struct Release {
 using Dragon = std::unique_ptr<bd_dragon_t, Release>;
 using Frame = std::unique_ptr<bd_frame_t, Release>;
 
-// Frames on their way from the thread that reads them to the one that looks at them. Holds at most one, so that with those in
-// the threads' hands at most three are held.
+// Queue of at most one frame, from the thread that reads frames to the thread that checks them. Each thread holds one more, so
+// at most three frames are held.
 class Passage {
  public:
   void put(Frame frame) {
@@ -47,7 +47,7 @@ void read(const bd_dragon_t *dragon, Passage &passage) {
   for (std::uint64_t count = 0; count < FRAMES; ++count) {
     passage.put(Frame(next_frame(dragon)));
   }
-  // Nothing has failed here, whatever has failed elsewhere.
+  // No call has failed in this thread; failures of other threads do not appear here.
   REQUIRE(strcmp(bd_last_error(), "") == 0);
 }
 

@@ -4,7 +4,7 @@ from stage import Stage
 
 @pytest.fixture
 def stage(tmp_path):
-    """An instance of the test's own, of which nothing may be left."""
+    """Provides an instance for one test. Nothing of it may remain after the test."""
     stage = Stage(tmp_path)
     yield stage
     assert stage.close() == []

@@ -1,4 +1,4 @@
-"""An instance of the test's own, and the program's processes on it."""
+"""An instance for one test, and the program's processes on it."""
 
 import itertools
 import json
@@ -11,15 +11,15 @@ import time
 from pathlib import Path
 
 PROGRAM = os.environ["BENCH_DRAGON"]
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 PATIENCE_S = 60.0
-"""How long a test waits for what must come. It fails where that does not."""
+"""Timeout of every wait of a test, in seconds. The test fails after it."""
 
 _NUMBERS = itertools.count()
 
 
 class Stage:
-    """An instance. What belongs to it on the machine is known from the program, not from the package under test."""
+    """An instance. The program reports which files belong to it, so the check does not use the package under test."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -28,12 +28,12 @@ class Stage:
         self._processes = []
 
     def printed_domain(self):
-        """Root path and prefix, as the program prints them."""
+        """Returns root path and prefix, as the program prints them."""
         [_, root, prefix] = self.run("iox2-config").stdout.splitlines()
         return Path(json.loads(root.partition(" = ")[2])), json.loads(prefix.partition(" = ")[2])
 
     def run(self, *args):
-        """Runs a command to its end."""
+        """Runs a command until it ends, and returns its output."""
         return subprocess.run(self._command(args), capture_output=True, text=True, check=False, timeout=PATIENCE_S)
 
     def start(self, *args):
@@ -41,7 +41,7 @@ class Stage:
         return self._start(self._command(args))
 
     def start_python(self, *args, **options):
-        """Starts a Python program, which Ctrl-C can end even where the tests run in the background."""
+        """Starts a Python program. Ctrl-C can end it even if the tests run in the background."""
 
         def restore_ctrl_c():
             signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -49,16 +49,16 @@ class Stage:
         return self._start([sys.executable, *args], preexec_fn=restore_ctrl_c, **options)
 
     def serve(self, *args):
-        """Starts a server and waits until its services are there."""
+        """Starts a server and waits until its services exist."""
         return Server(self.start("serve", "--format", "json", *args))
 
     def remains(self):
-        """Everything of this instance that is on the machine."""
+        """Returns all files of this instance on the machine."""
         shared = [path for path in Path("/dev/shm").iterdir() if path.name.startswith(self.prefix)]
         return shared + ([self.root, *self.root.iterdir()] if self.root.exists() else [])
 
     def close(self):
-        """Ends what a failing test has left running. Returns what is left on the machine, and removes it."""
+        """Kills processes that a failing test has left. Returns the remaining files, and removes them."""
         for process in self._processes:
             process.kill()
             process.communicate(timeout=PATIENCE_S)
@@ -88,37 +88,37 @@ class Server:
         self.run_id = started["run_id"]
 
     def stop(self):
-        """Ends it by a signal and returns its summary."""
+        """Ends the server by a signal and returns its summary."""
         self.process.terminate()
         return self.summary()
 
     def kill(self):
-        """Ends it as a crash does."""
+        """Kills the server, like a crash."""
         self.process.kill()
         self.process.wait(PATIENCE_S)
 
     def summary(self):
-        """Waits for its own end and returns its summary."""
+        """Waits until the server ends by itself and returns its summary."""
         last = self.process.stdout.read().splitlines()[-1]
         assert self.process.wait(PATIENCE_S) == 0
         return json.loads(last)
 
 
 def read_until(dragon, what, is_wanted):
-    """Frames' headers up to the first one that is wanted, which comes last. `what` completes "waited until"."""
+    """Returns the headers of all frames up to the first wanted one. `what` completes "waited until"."""
     headers = []
     deadline_s = time.monotonic() + PATIENCE_S
     for frame in dragon.frames(PATIENCE_S):
         headers.append(frame.header)
         if is_wanted(frame.header):
             return headers
-        assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until {what}; the last frame: tick {headers[-1].tick}"
-    raise AssertionError(f"no frame for {PATIENCE_S} s, waiting until {what}; {len(headers)} came before")
+        assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until {what}; the last frame has tick {headers[-1].tick}"
+    raise AssertionError(f"no frame for {PATIENCE_S} s while waiting until {what}; received {len(headers)} before")
 
 
 def wait_for_tick(dragon, tick):
     """Waits until the server has published a tick, without reading frames."""
     deadline_s = time.monotonic() + PATIENCE_S
     while (seen := dragon.status(PATIENCE_S).tick) < tick:
-        assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until tick {tick}; last seen: {seen}"
+        assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until tick {tick}; the last published tick is {seen}"
         time.sleep(0.02)

@@ -14,7 +14,7 @@ from stage import PATIENCE_S, read_until
 
 
 def headers_around(dragon, command):
-    """Gives a command; the headers just before the tick that it returns, and at it."""
+    """Sends a command. Returns the headers just before the tick that the command returns, and at it."""
     header = dragon.wait(PATIENCE_S).header
     tick = command()
     *_, before, after = [header, *read_until(dragon, f"tick {tick}", lambda header: header.tick >= tick)]
@@ -83,7 +83,7 @@ def printed_reason(stage, command):
     return json.loads(printed)["reason"]
 
 
-def test_a_guarded_server_is_asked_until_its_guard_has_proved_the_ground(stage, monkeypatch):
+def test_a_seek_is_repeated_until_the_guard_has_proved_the_travel(stage, monkeypatch):
     server = stage.serve("--rate", "100", "--guarded")
     call, left_s, refusals, guards = CommandClient.call, [], [], []
 
@@ -102,14 +102,14 @@ def test_a_guarded_server_is_asked_until_its_guard_has_proved_the_ground(stage, 
         _, after = headers_around(dragon, lambda: dragon.seek(100.0, PATIENCE_S))
         assert after.sim_time_s >= 100.0
     assert set(refusals) == {(Refusal.NOT_PROVED, "no guard has proved that the benches are apart there")}
-    # Each time it has what the times before have left of the timeout.
+    # Each attempt has the time that earlier attempts have left of the timeout.
     assert all(later <= earlier - 0.02 for earlier, later in itertools.pairwise(left_s))
     guards[0].terminate()
     guards[0].wait(PATIENCE_S)
     server.stop()
 
 
-def test_a_command_that_no_server_takes_says_so(stage):
+def test_a_command_without_a_server_raises_no_server(stage):
     server = stage.serve("--rate", "20")
     with Dragon(stage.instance) as dragon:
         server.stop()
@@ -117,22 +117,22 @@ def test_a_command_that_no_server_takes_says_so(stage):
             dragon.pause()
 
 
-def test_a_command_that_is_not_answered_in_time_may_have_been_taken(stage):
+def test_a_command_without_a_reply_in_time_raises_no_answer(stage):
     server = stage.serve("--rate", "20")
-    told = f"^the server on instance '{stage.instance}' has not answered within {{}} s: it may have taken the command$"
+    expected = f"^the server on instance '{stage.instance}' has not answered within {{}} s: it may have taken the command$"
     with Dragon(stage.instance) as dragon:
         dragon.resume(PATIENCE_S)
         server.process.send_signal(signal.SIGSTOP)
         os.waitid(os.P_PID, server.process.pid, os.WSTOPPED)
         for timeout_s, printed in ((0.5, "0.5"), (0, "0")):
-            with pytest.raises(NoAnswer, match=told.format(printed)):
+            with pytest.raises(NoAnswer, match=expected.format(printed)):
                 dragon.pause(timeout_s)
         server.process.send_signal(signal.SIGCONT)
         assert dragon.resume(PATIENCE_S) > 0
     server.stop()
 
 
-def test_the_reasons_are_those_of_the_rust_crate():
+def test_the_texts_of_refusals_are_those_of_the_rust_crate():
     source = (Path(__file__).parents[2] / "src" / "command.rs").read_text()
     assert [reason for reason in REASONS.values() if f'"{reason}"' not in source] == []
     assert all(refusal in REASONS for refusal in Refusal if refusal is not Refusal.OUT_OF_RANGE)

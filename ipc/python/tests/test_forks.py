@@ -1,4 +1,4 @@
-"""A forked child inherits a dragon, and whatever it does with it, its parent reads on."""
+"""A forked child inherits a dragon. Whatever the child does with it, the parent continues to read."""
 
 import os
 import subprocess
@@ -16,7 +16,7 @@ frame = dragon.wait(60)
 positions, before = frame.positions, frame.positions.tolist()
 dragon.description(60), dragon.status(60), dragon.alerts(), dragon.resume(60)
 if (child := os.fork()) == 0:
-    # A child that hangs ends all the same.
+    # Ends a child that hangs.
     signal.alarm(60)
     {child}
 {wait}
@@ -72,7 +72,7 @@ IS_KILLED = "os.kill(os.getpid(), signal.SIGKILL)"
 
 @pytest.mark.parametrize("child", CHILDREN)
 @pytest.mark.parametrize("end", [EXITS, CLOSES], ids=["exits", "closes"])
-def test_the_parent_of_a_child_reads_on(stage, child, end):
+def test_the_parent_of_a_forked_child_continues_to_read(stage, child, end):
     server = stage.serve("--rate", "50")
     script = PARENT.format(child=CHILDREN[child], wait=WAIT, end=end)
     parent = stage.start_python("-c", script, stage.instance, stderr=subprocess.PIPE)

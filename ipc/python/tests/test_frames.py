@@ -1,4 +1,4 @@
-"""Frames as they lie in shared memory: every value, every gap, and for as long as they are held."""
+"""Frames in shared memory: their values, gaps and lifetimes."""
 
 import gc
 import json
@@ -48,7 +48,7 @@ def test_a_reader_from_the_start_gets_every_frame_of_the_run(stage):
         assert dragon.lost == 0
 
 
-def test_the_first_positions_are_the_papers(stage):
+def test_the_first_positions_are_those_of_the_paper(stage):
     server = stage.serve("--readers", "1", "--start-at", "300", "--rate", "10")
     with Dragon(stage.instance) as dragon:
         positions = dragon.wait(PATIENCE_S).positions
@@ -83,7 +83,7 @@ def test_benches_lie_between_their_handles(stage):
     server.stop()
 
 
-def test_headings_turn_as_fast_as_they_say(stage):
+def test_turn_rates_are_the_derivatives_of_the_headings(stage):
     server = stage.serve("--readers", "1", "--rate", "100", "--start-at", "50", "--until", "50.5")
     with Dragon(stage.instance) as dragon:
         headings, turn_rates = [], []
@@ -99,7 +99,7 @@ def test_headings_turn_as_fast_as_they_say(stage):
     server.summary()
 
 
-def test_what_a_slow_reader_loses_is_counted(stage):
+def test_frames_that_a_slow_reader_loses_are_counted(stage):
     server = stage.serve("--rate", "1000")
     with Dragon(stage.instance) as dragon:
         first = dragon.wait(PATIENCE_S)
@@ -118,7 +118,7 @@ def test_what_a_slow_reader_loses_is_counted(stage):
 
 
 @pytest.mark.parametrize("end", ["stop", "kill"])
-def test_a_restart_is_told_from_a_gap_and_reading_goes_on(stage, end):
+def test_a_restart_differs_from_a_gap_and_reading_continues(stage, end):
     first = stage.serve("--rate", "50")
     with Dragon(stage.instance) as dragon:
         assert dragon.wait(PATIENCE_S).header.run_id == first.run_id
@@ -132,7 +132,7 @@ def test_a_restart_is_told_from_a_gap_and_reading_goes_on(stage, end):
         assert (frame.continuity, frame.lost, dragon.lost) == (Continuity.RESTARTED, 0, 0)
         assert next(iter(dragon)).continuity is Continuity.NEXT
         while dragon.description(PATIENCE_S).run_id != second.run_id:
-            # The server tells late joiners ten times a second.
+            # The server sends late joiners the description ten times a second.
             assert dragon.wait(PATIENCE_S).header.tick < 40 * PATIENCE_S
         assert dragon.description().config["serve"]["rate_hz"] == 40
         assert dragon.pause(PATIENCE_S) > 0
@@ -140,7 +140,7 @@ def test_a_restart_is_told_from_a_gap_and_reading_goes_on(stage, end):
     second.stop()
 
 
-def test_arrays_are_views_on_the_servers_shared_memory_that_nobody_can_write(stage):
+def test_arrays_are_read_only_views_on_the_servers_shared_memory(stage):
     server = stage.serve("--rate", "20")
     with Dragon(stage.instance) as dragon:
         frame = dragon.wait(PATIENCE_S)
@@ -155,14 +155,14 @@ def test_arrays_are_views_on_the_servers_shared_memory_that_nobody_can_write(sta
 
 
 def segments(prefix):
-    """The addresses at which an instance's shared memory is mapped into this process."""
+    """Returns the address ranges of an instance's shared memory in this process."""
     with open("/proc/self/maps") as maps:
         lines = [line.split() for line in maps if f"/dev/shm/{prefix}" in line]
     bounds = [[int(bound, 16) for bound in line[0].split("-")] for line in lines]
     return [range(start, end) for start, end in bounds]
 
 
-def test_an_array_stays_as_it_is_when_its_frame_the_dragon_and_the_server_are_gone(stage):
+def test_an_array_keeps_its_values_after_its_frame_the_dragon_and_the_server_are_gone(stage):
     server = stage.serve("--rate", "1000", "--start-at", "100")
     dragon = Dragon(stage.instance)
     frame = dragon.wait(PATIENCE_S)
@@ -171,7 +171,7 @@ def test_an_array_stays_as_it_is_when_its_frame_the_dragon_and_the_server_are_go
     assert math.hypot(*before) > 1
     del frame
     gc.collect()
-    # The server uses each place of its memory several times meanwhile.
+    # During this time the server reuses each slot of its memory several times.
     read_until(dragon, "a thousand ticks later", lambda header: header.tick > tick + 1000)
     assert head.tolist() == before
     server.stop()
@@ -179,7 +179,7 @@ def test_an_array_stays_as_it_is_when_its_frame_the_dragon_and_the_server_are_go
     del dragon
     gc.collect()
     assert head.tolist() == before
-    assert stage.remains() != [], "this process is still there"
+    assert stage.remains() != [], "this process is still a member"
     del head
     assert stage.remains() == []
 
@@ -191,14 +191,14 @@ def test_four_frames_may_be_held(stage):
         with pytest.raises(TooManyFramesHeld, match="4 frames are held, the most that a reader may hold"):
             dragon.wait(PATIENCE_S)
         del held[2:]
-        # A loop lets go of a frame when it has the next one.
+        # A loop releases a frame when it receives the next one.
         assert len(read_until(dragon, "tick 21", lambda header: header.tick > 20)) > 4
         assert dragon.lost == 0
         held.clear()
     server.stop()
 
 
-def test_the_latest_frame_is_the_newest_and_what_it_passes_over_is_not_lost(stage):
+def test_the_latest_frame_is_the_newest_and_skipped_frames_are_not_lost(stage):
     server = stage.serve("--rate", "20")
     with Dragon(stage.instance) as dragon:
         held = [dragon.wait(PATIENCE_S).positions for _ in range(3)]
@@ -233,6 +233,6 @@ def test_other_threads_run_while_one_waits(stage):
         thread.start()
         run_id = dragon.wait(PATIENCE_S).header.run_id
         thread.join(PATIENCE_S)
-        assert not thread.is_alive(), f"the other thread does not end within {PATIENCE_S} s"
+        assert not thread.is_alive(), f"the other thread still runs after {PATIENCE_S} s"
         assert run_id == servers[0].run_id
     servers[0].stop()

@@ -1,4 +1,4 @@
-"""Joining and leaving: where there is no server, where the directory is wrong, and whoever goes first."""
+"""Joining and leaving: without a server, with a wrong directory, and in any order."""
 
 import contextlib
 import os
@@ -31,7 +31,7 @@ for frame in dragon:
 """
 
 
-def test_an_instance_lives_where_the_program_says(stage):
+def test_the_domain_of_an_instance_is_the_one_that_the_program_prints(stage):
     domain = Domain(stage.instance)
     assert (domain.root, domain.prefix) == (stage.root, stage.prefix)
 
@@ -42,14 +42,14 @@ def test_a_bad_name_is_refused(name):
         Dragon(name)
 
 
-def test_without_a_server_it_says_so_and_leaves_nothing(stage):
+def test_without_a_server_a_dragon_raises_no_server_and_leaves_no_files(stage):
     for timeout_s in (0, 0.1):
         with pytest.raises(NoServer, match=f"no server runs on instance '{stage.instance}'"):
             Dragon(stage.instance, timeout_s=timeout_s)
     assert stage.remains() == []
 
 
-def test_it_waits_for_a_server_that_is_not_there_yet(stage):
+def test_a_dragon_waits_for_a_server_that_starts_later(stage):
     run_ids = []
 
     def read():
@@ -60,7 +60,7 @@ def test_it_waits_for_a_server_that_is_not_there_yet(stage):
     reader.start()
     server = stage.serve("--rate", "50")
     reader.join(PATIENCE_S)
-    assert not reader.is_alive(), f"the other thread does not end within {PATIENCE_S} s"
+    assert not reader.is_alive(), f"the other thread still runs after {PATIENCE_S} s"
     assert run_ids == [server.run_id]
     server.stop()
 
@@ -95,9 +95,9 @@ def test_the_directory_must_be_the_users_own(stage):
     server.stop()
 
 
-def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
+def test_the_runtime_directory_must_exist_and_be_short(stage, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/nowhere")
-    with pytest.raises(DomainError, match="XDG_RUNTIME_DIR is /nowhere, must be a directory that is there"):
+    with pytest.raises(DomainError, match="XDG_RUNTIME_DIR is /nowhere, must be an existing directory"):
         Dragon(stage.instance, timeout_s=0)
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/" + "a" * 60)
     with pytest.raises(DomainError, match="under 60 bytes"):
@@ -105,7 +105,7 @@ def test_the_runtime_directory_must_be_there_and_short(stage, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "shown"), [(b"\xff", "\ufffd"), ("\u00fc".encode(), "\u00fc"), (b'"', '"'), (b"*", "*"), (b"\x1b", "\ufffd")])
-def test_a_runtime_directory_of_other_characters_is_refused_as_the_program_does(stage, monkeypatch, name, shown):
+def test_a_runtime_directory_with_other_characters_is_refused_as_by_the_program(stage, monkeypatch, name, shown):
     monkeypatch.setenv("XDG_RUNTIME_DIR", os.fsdecode(b"/tmp/" + name))
     with pytest.raises(DomainError) as refused:
         Dragon(stage.instance)
@@ -113,7 +113,7 @@ def test_a_runtime_directory_of_other_characters_is_refused_as_the_program_does(
     assert str(refused.value) in stage.run("iox2-config").stderr
 
 
-def test_a_server_of_another_layout_is_told_of(stage, monkeypatch):
+def test_a_server_with_another_layout_is_a_version_mismatch(stage, monkeypatch):
     server = stage.serve("--rate", "50")
     monkeypatch.setattr("bench_dragon.frame.HandleState.TYPE_NAME", "bench_dragon.HandleState.v0")
     with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this package's"):
@@ -121,14 +121,14 @@ def test_a_server_of_another_layout_is_told_of(stage, monkeypatch):
     server.stop()
 
 
-def test_a_name_that_iceoryx2_does_not_take_is_refused(stage):
+def test_a_name_that_iceoryx2_does_not_allow_is_refused(stage):
     server = stage.serve("--rate", "50")
     with pytest.raises(BusError, match="the node's name is 'xxx.*', must be at most 128 bytes"):
         Dragon(stage.instance, name="x" * 200)
     server.stop()
 
 
-def test_too_few_open_files_are_told_of(stage):
+def test_too_few_open_files_are_out_of_resources(stage):
     server = stage.serve("--rate", "50")
     script = f"""
 import resource
@@ -139,12 +139,12 @@ try:
 except OutOfResources as error:
     print(error)
 """
-    told = stage.start_python("-c", script).stdout.read()
-    assert told.startswith("this process may not open the 32 more files that it needs: raise the limit")
+    printed = stage.start_python("-c", script).stdout.read()
+    assert printed.startswith("this process may not open the 32 more files that it needs: raise the limit")
     server.stop()
 
 
-def test_a_frame_that_is_shorter_than_its_header_says_is_not_read(stage):
+def test_a_frame_with_fewer_handles_than_its_header_has_is_refused(stage):
     server = stage.serve("--rate", "10")
     with Dragon(stage.instance) as dragon:
         publisher = publish_lie(Domain(stage.instance), bench_count=10**9, handle_count=3)
@@ -155,8 +155,8 @@ def test_a_frame_that_is_shorter_than_its_header_says_is_not_read(stage):
 
 
 def publish_lie(domain, bench_count, handle_count):
-    """Publishes a frame of so many handles, whose header says something else. Returns the port, without which readers do
-    not find it."""
+    """Publishes a frame of `handle_count` handles, whose header claims `bench_count` benches. Returns the port: readers
+    find the frame only while the port exists."""
     node = iox2.NodeBuilder.new().config(domain.iceoryx2_config()).create(iox2.ServiceType.Ipc)
     frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
     service = frames.publish_subscribe(iox2.Slice[HandleState]).user_header(FrameHeader).open()
@@ -167,7 +167,7 @@ def publish_lie(domain, bench_count, handle_count):
     return publisher
 
 
-def test_as_many_readers_as_there_are_places_for(stage):
+def test_one_reader_too_many_is_refused(stage):
     server = stage.serve("--rate", "10")
     with contextlib.ExitStack() as crowd:
         for _ in range(24):
@@ -194,15 +194,15 @@ def test_ctrl_c_ends_a_wait_for_a_server(stage):
     assert waiting.wait(PATIENCE_S) == -signal.SIGINT
 
 
-def test_whoever_leaves_last_leaves_nothing_even_with_a_frame_in_hand(stage):
+def test_the_last_process_to_leave_removes_everything_even_while_it_holds_a_frame(stage):
     server = stage.serve("--rate", "50")
     reader = stage.start_python("-c", LOOP, stage.instance, stderr=subprocess.PIPE)
     reader.stdout.readline()
     server.stop()
-    assert stage.remains() != [], "the reader is still there"
+    assert stage.remains() != [], "the reader is still a member"
     reader.send_signal(signal.SIGINT)
     assert reader.wait(PATIENCE_S) == -signal.SIGINT
-    assert reader.stderr.read().splitlines()[-1] == "KeyboardInterrupt", "it has nothing else to say"
+    assert reader.stderr.read().splitlines()[-1] == "KeyboardInterrupt", "the reader prints no other error"
     assert stage.remains() == []
 
 
@@ -217,7 +217,7 @@ def test_two_dragons_of_one_process_leave_one_by_one(stage):
     assert stage.remains() == []
 
 
-def test_a_killed_reader_is_swept_away_by_the_server(stage):
+def test_the_server_removes_the_files_of_a_killed_reader(stage):
     server = stage.serve("--rate", "50")
     reader = stage.start_python("-c", LOOP, stage.instance)
     reader.stdout.readline()
@@ -229,7 +229,7 @@ def test_a_killed_reader_is_swept_away_by_the_server(stage):
     assert stage.remains() == []
 
 
-def test_a_reader_that_is_killed_after_the_server_left_is_swept_away_by_the_next_one(stage):
+def test_the_next_process_removes_the_files_of_a_reader_killed_after_the_server_left(stage):
     server = stage.serve("--rate", "50")
     reader = stage.start_python("-c", LOOP, stage.instance)
     reader.stdout.readline()
@@ -241,7 +241,7 @@ def test_a_reader_that_is_killed_after_the_server_left_is_swept_away_by_the_next
     assert stage.remains() == []
 
 
-def test_what_a_killed_server_left_is_swept_away(stage):
+def test_the_next_process_removes_the_files_of_a_killed_server(stage):
     server = stage.serve("--rate", "50")
     server.kill()
     with pytest.raises(NoServer):
@@ -250,6 +250,6 @@ def test_what_a_killed_server_left_is_swept_away(stage):
 
 
 @pytest.mark.parametrize("timeout_s", [-1, float("nan")])
-def test_a_timeout_that_is_none_is_refused(timeout_s):
+def test_a_negative_timeout_or_nan_is_refused(timeout_s):
     with pytest.raises(ValueError, match="timeout_s is .*, must be at least 0"):
         Dragon("nobody-is-there", timeout_s=timeout_s)

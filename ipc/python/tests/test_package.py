@@ -1,4 +1,4 @@
-"""The package as it is installed: its types, its examples in the documentation, its files."""
+"""The installed package: its types, the examples in its documentation, its files."""
 
 import doctest
 import importlib.resources
@@ -10,13 +10,14 @@ from pathlib import Path
 import bench_dragon
 import pytest
 from bench_dragon import bench, continuity
+from stage import EXAMPLES
 
 PACKAGE = Path(__file__).parents[1]
 
 
-def test_its_types_are_whole():
+def test_mypy_finds_no_error_in_strict_mode():
     checked = subprocess.run(
-        [sys.executable, "-m", "mypy", "--cache-dir", os.devnull, "src", "examples"],
+        [sys.executable, "-m", "mypy", "--cache-dir", os.devnull, "src", str(EXAMPLES / "head.py")],
         cwd=PACKAGE,
         capture_output=True,
         text=True,
@@ -25,22 +26,22 @@ def test_its_types_are_whole():
     assert checked.returncode == 0, checked.stdout + checked.stderr
 
 
-def test_type_checkers_find_its_types():
+def test_type_checkers_find_the_marker_of_a_typed_package():
     assert importlib.resources.files(bench_dragon).joinpath("py.typed").is_file()
 
 
 @pytest.mark.parametrize("module", [bench, continuity])
-def test_the_examples_in_its_documentation_are_right(module):
+def test_the_examples_in_the_docstrings_are_correct(module):
     tested = doctest.testmod(module, report=True)
     assert (tested.failed, tested.attempted > 0) == (0, True)
 
 
-def test_a_status_shows_as_one_line_without_its_histograms():
+def test_the_text_of_a_status_is_short_and_leaves_out_histogram_counts():
     shown = repr(bench_dragon.Status(tick=7))
     assert "tick=7" in shown
     assert "counts=[1024 numbers]" in shown
     assert len(shown) < 1000
 
 
-def test_all_that_it_names_is_there():
+def test_every_public_name_exists_and_has_a_docstring():
     assert [name for name in bench_dragon.__all__ if not getattr(bench_dragon, name).__doc__] == []

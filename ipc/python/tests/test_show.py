@@ -1,4 +1,4 @@
-"""What the server and the monitor tell of the show."""
+"""The description, the status and the alerts of a show."""
 
 import json
 import math
@@ -44,7 +44,7 @@ def test_the_status_is_the_servers(stage):
     assert summary["frames"] > status.tick
 
 
-def test_the_latest_status_is_there_at_once_and_outlives_its_server(stage):
+def test_the_latest_status_is_returned_at_once_and_outlives_its_server(stage):
     first = stage.serve("--rate", "20")
     with Dragon(stage.instance) as dragon:
         dragon.status(PATIENCE_S)
@@ -62,29 +62,29 @@ def test_the_latest_status_is_there_at_once_and_outlives_its_server(stage):
     second.stop()
 
 
-@pytest.mark.parametrize("told", [Dragon.description, Dragon.status, Dragon.alerts])
-def test_what_is_not_there_yet_is_waited_for(stage, told):
+@pytest.mark.parametrize("read", [Dragon.description, Dragon.status, Dragon.alerts])
+def test_description_status_and_alerts_wait_for_a_server(stage, read):
     first = stage.serve("--rate", "20")
     servers = []
     with Dragon(stage.instance) as dragon:
         first.stop()
         for timeout_s in (0, 0.1):
             with pytest.raises(NoServer, match=f"no server runs on instance '{stage.instance}'"):
-                told(dragon, timeout_s)
+                read(dragon, timeout_s)
         thread = threading.Thread(target=lambda: servers.append(serve_with_alerts(stage)))
         thread.start()
-        news = told(dragon, PATIENCE_S)
+        news = read(dragon, PATIENCE_S)
         thread.join(PATIENCE_S)
-        assert not thread.is_alive(), f"the other thread does not end within {PATIENCE_S} s"
+        assert not thread.is_alive(), f"the other thread still runs after {PATIENCE_S} s"
         [(second, monitor)] = servers
-        assert {item.run_id for item in (news if told is Dragon.alerts else [news])} == {second.run_id}
+        assert {item.run_id for item in (news if read is Dragon.alerts else [news])} == {second.run_id}
         monitor.terminate()
         monitor.wait(PATIENCE_S)
     second.stop()
 
 
 def serve_with_alerts(stage):
-    """A server on whose benches a monitor has something to tell."""
+    """Starts a server whose benches come near each other, and a monitor that sends alerts."""
     server = stage.serve("--rate", "50", "--start-at", "411")
     return server, stage.start("monitor")
 
@@ -97,7 +97,7 @@ def test_the_alerts_are_those_that_the_monitor_prints(stage):
         heard = []
         while AlertKind.CONTACT not in [alert.alert_kind for alert in heard]:
             news = dragon.alerts(PATIENCE_S)
-            assert news != [], "there is a contact ahead"
+            assert news != [], "no alert in time, although a contact lies ahead"
             heard += news
         server.summary()
         monitor.terminate()
@@ -110,7 +110,7 @@ def test_the_alerts_are_those_that_the_monitor_prints(stage):
 
 
 def line_of(alert):
-    """An alert as the line that a monitor prints."""
+    """Returns an alert as the JSON line that a monitor prints."""
     return {
         "type": "alert",
         "kind": str(alert.alert_kind),

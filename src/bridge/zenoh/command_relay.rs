@@ -1,6 +1,6 @@
-//! Commands of this side's clients on their way to the other side, and the answers on theirs back.
+//! Sends commands of this host's clients to the other host, and returns the answers to the clients.
 //!
-//! Nothing waits: a command is asked for and put aside; its answer, or that there is none, comes by the inbox.
+//! The relay never waits. It sends a command and stores it. The answer, or the notice that it is missing, arrives in the inbox.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,11 +18,11 @@ use super::received_run::ReceivedRun;
 use super::wire::{COMMAND_ENCODING, REPLY_BYTES, Seen, decode_reply, encode_seen};
 use crate::source::AskedCommand;
 
-/// Commands that are on their way at a time.
+/// Most commands in flight at a time.
 pub(super) const MAX_ASKED: usize = 16;
-/// How long the other side may take: less than a client waits, so that it gets a reason.
-const PATIENCE: Duration = Duration::from_secs(3);
-/// What is waited beyond that for zenoh to say that the time is up.
+/// Longest wait for the other host's answer. It is shorter than a client's timeout, so the client receives a reason.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+/// Extra wait after that, for zenoh to report the timeout.
 const GRACE_NS: u64 = 500_000_000;
 
 #[derive(Clone, Copy, Debug)]
@@ -34,19 +34,19 @@ pub(super) struct CommandAnswer {
 #[derive(Clone, Copy, Debug)]
 enum Outcome {
     Reply(CommandReply),
-    /// There is nobody to ask.
+    /// The query ended without a reply: no bridge accepts commands.
     Nobody,
-    /// No answer came, or none that could be understood.
+    /// The reply was an error, such as a timeout, or was malformed.
     None,
 }
 
-/// The commands that are on their way.
+/// The commands in flight.
 #[derive(Debug)]
 pub(super) struct CommandRelay {
     key: String,
     asked: Vec<InFlight>,
     next_number: u64,
-    /// Commands passed on.
+    /// Commands sent to the other host.
     pub(super) sent: u64,
 }
 
@@ -62,8 +62,8 @@ impl CommandRelay {
         Self { key: prefix.commands(), asked: Vec::with_capacity(MAX_ASKED), next_number: 0, sent: 0 }
     }
 
-    /// Passes a command on, or answers it where that makes no sense. With it goes what has been seen of the show, so that it
-    /// is not carried out after it has been answered here as one that had no answer.
+    /// Sends a command to the other host, or refuses it here if it cannot be sent. An attachment contains the position in the
+    /// show that this host has seen. With it the other host rejects a command for which this host no longer waits.
     pub(super) fn pass_on(
         &mut self,
         command: AskedCommand,
@@ -74,7 +74,7 @@ impl CommandRelay {
     ) {
         let refusal = match command.request() {
             None => Refusal::Unknown,
-            // A guard stands where the server is: what it grants has to reach it, whatever happens to the link.
+            // A guard runs on the server's machine: its grants must reach the server even if the link is cut.
             Some(Request::Grant { .. }) => Refusal::NotGuarded,
             Some(_) if self.asked.len() == MAX_ASKED => Refusal::TooMany,
             Some(request) => {
@@ -82,7 +82,7 @@ impl CommandRelay {
                 self.next_number += 1;
                 if self.ask(session, inbox, number, request, run.seen(now_ns)).is_ok() {
                     self.sent += 1;
-                    let deadline_ns = now_ns + PATIENCE.as_nanos() as u64 + GRACE_NS;
+                    let deadline_ns = now_ns + ANSWER_TIMEOUT.as_nanos() as u64 + GRACE_NS;
                     self.asked.push(InFlight { number, deadline_ns, command });
                     return;
                 }
@@ -92,7 +92,8 @@ impl CommandRelay {
         command.answer(run.refused(refusal));
     }
 
-    /// Gives clients the answers that have come, in the words of the run here, and those up whose time is over.
+    /// Returns arrived answers to the clients, with the run id and the tick of the local run. Refuses commands whose deadline
+    /// has passed.
     pub(super) fn give_back(&mut self, inbox: &Inbox, run: &ReceivedRun, now_ns: u64) {
         while let Some(answer) = inbox.answers.pop() {
             let Some(index) = self.asked.iter().position(|asked| asked.number == answer.number) else { continue };
@@ -100,7 +101,7 @@ impl CommandRelay {
                 Outcome::Reply(reply) => {
                     CommandReply { run_id: run.run_id(), tick: run.remote.tick_here(reply.tick), ..reply }
                 }
-                // A source is there, and its bridge takes no commands.
+                // A source exists, but its bridge accepts no commands.
                 Outcome::Nobody if inbox.has_source() => run.refused(Refusal::NotTaken),
                 Outcome::Nobody | Outcome::None => run.refused(Refusal::Unreachable),
             };
@@ -111,7 +112,7 @@ impl CommandRelay {
         }
     }
 
-    /// Gives all of them up: their run is over.
+    /// Refuses all commands in flight, because their run is over.
     pub(super) fn give_up(&mut self, run: &ReceivedRun) {
         for asked in self.asked.drain(..) {
             asked.command.answer(run.refused(Refusal::Unreachable));
@@ -144,7 +145,7 @@ impl CommandRelay {
             .congestion_control(CongestionControl::Drop)
             .priority(Priority::RealTime)
             .express(true)
-            .timeout(PATIENCE)
+            .timeout(ANSWER_TIMEOUT)
             .with(CallbackDrop {
                 callback: move |reply: Reply| answer(read(&reply)),
                 drop: move || at_end(Outcome::Nobody),

@@ -1,6 +1,7 @@
-//! What has come from the other side: put there by zenoh's threads, taken by the one of the bus.
+//! Messages from the other host. zenoh's threads add them, and the thread of the bus takes them.
 //!
-//! A thread of zenoh's never waits: each way has its bound, and what does not find room is counted.
+//! zenoh's threads never wait. Every queue has a bound. The queues of frames, alerts and descriptions count the entries that
+//! they drop.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -21,14 +22,14 @@ use super::key_prefix::KeyPrefix;
 use super::wire::{ALERT_BYTES, DESCRIBED_BYTES, Described, MAX_FRAME_BYTES, decode_description};
 use crate::system::clock::monotonic_ns;
 
-/// Frames that wait at most: as many as the bus keeps for a reader.
+/// Most frames that wait: as many as the bus buffers for a reader.
 const MAX_FRAMES: usize = 256;
-/// And their bytes, for large dragons.
+/// Most bytes of these frames. This limit matters for large dragons.
 const MAX_FRAMES_BYTES: usize = 64 << 20;
 const MAX_ALERTS: usize = 256;
 const MAX_DESCRIPTIONS: usize = 4;
 
-/// A frame as it came.
+/// A frame as it arrived.
 #[derive(Debug)]
 pub(super) struct Arrival {
     pub(super) payload: ZBytes,
@@ -40,13 +41,13 @@ pub(super) struct Inbox {
     pub(super) frames: BoundedQueue<Arrival>,
     pub(super) alerts: BoundedQueue<ZBytes>,
     pub(super) descriptions: BoundedQueue<(Described, String)>,
-    /// As many as commands may be asked at a time, each answered once: there is room for all.
+    /// Has room for one answer to each command that can be in flight.
     pub(super) answers: ArrayQueue<CommandAnswer>,
     sources: AtomicUsize,
     has_new_source: AtomicBool,
-    /// Payloads whose length alone was wrong.
+    /// Payloads that were rejected before they entered a queue.
     pub(super) malformed: AtomicU64,
-    /// Whether the bus's thread has been woken since it last looked.
+    /// Whether the thread of the bus has been woken since its last wait.
     is_woken: AtomicBool,
     bus_thread: Thread,
 }
@@ -81,7 +82,7 @@ impl Inbox {
         self.put(&self.descriptions, described(sample).map(|description| (description.1.len(), description)));
     }
 
-    /// Adds an entry to its queue, with its bytes. One that is none is counted as malformed.
+    /// Adds an entry and its length in bytes to a queue. Counts `None` as malformed.
     fn put<Entry>(&self, queue: &BoundedQueue<Entry>, entry: Option<(usize, Entry)>) {
         match entry {
             Some((bytes, entry)) => {
@@ -103,22 +104,22 @@ impl Inbox {
     }
 
     pub(super) fn put_answer(&self, answer: CommandAnswer) {
-        // One that finds no room is to a command that is not waited for any more.
+        // An answer that finds no room belongs to a command whose deadline has passed.
         let _ = self.answers.push(answer);
         self.wake();
     }
 
-    /// Whether the other side says that a source is there.
+    /// Whether another host reports a source.
     pub(super) fn has_source(&self) -> bool {
         self.sources.load(Ordering::Relaxed) > 0
     }
 
-    /// Whether the other side has said so since the last call.
+    /// Whether another host has reported a source since the last call.
     pub(super) fn take_news_of_source(&self) -> bool {
         self.has_new_source.swap(false, Ordering::Relaxed)
     }
 
-    /// Waits until something has come, but not for long.
+    /// Waits until a message arrives, but no longer than the given time.
     pub(super) fn wait(&self, patience: Duration) {
         if !self.is_woken.swap(false, Ordering::Acquire) {
             thread::park_timeout(patience);
@@ -143,7 +144,7 @@ fn described(sample: &Sample) -> Option<(Described, String)> {
     decode_description(&payload.to_bytes(), &attached.to_bytes())
 }
 
-/// Has what comes under the keys put into the inbox, for as long as the subscribers are kept.
+/// Puts messages under the keys into the inbox, as long as the returned subscribers exist.
 pub(super) fn subscribe(
     session: &Session,
     prefix: &KeyPrefix,
@@ -162,7 +163,7 @@ pub(super) fn subscribe(
     ])
 }
 
-/// Has the description put there that the other side has.
+/// Requests the description from the other host. The reply goes into the inbox.
 pub(super) fn ask_for_description(session: &Session, prefix: &KeyPrefix, inbox: &Arc<Inbox>) -> zenoh::Result<()> {
     let inbox = Arc::clone(inbox);
     let take = move |reply: Reply| {
@@ -178,9 +179,9 @@ pub(super) fn ask_for_description(session: &Session, prefix: &KeyPrefix, inbox: 
         .wait()
 }
 
-/// A queue between a thread of zenoh's, which never waits, and the one of the bus.
+/// A queue from zenoh's threads, which never wait, to the thread of the bus.
 ///
-/// Full is: so many entries, or so many bytes. Then the oldest are dropped, and counted.
+/// It limits both the number of entries and their bytes. A full queue drops its oldest entries and counts them.
 #[derive(Debug)]
 pub(super) struct BoundedQueue<Entry> {
     entries: ArrayQueue<(usize, Entry)>,
@@ -199,7 +200,7 @@ impl<Entry> BoundedQueue<Entry> {
         }
     }
 
-    /// Adds an entry that holds so many bytes.
+    /// Adds an entry of the given length in bytes.
     pub(super) fn push(&self, bytes: usize, entry: Entry) {
         let mut held = self.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
         while held > self.max_bytes && self.pop().is_some() {
@@ -232,14 +233,14 @@ mod tests {
     }
 
     #[test]
-    fn too_many_entries_cost_the_oldest() {
+    fn too_many_entries_drop_the_oldest() {
         let queue = BoundedQueue::new(3, usize::MAX);
         (0..5).for_each(|entry| queue.push(10, entry));
         assert_eq!((rest(&queue), queue.dropped()), (vec![2, 3, 4], 2));
     }
 
     #[test]
-    fn too_many_bytes_cost_the_oldest() {
+    fn too_many_bytes_drop_the_oldest() {
         let queue = BoundedQueue::new(100, 25);
         (0..5).for_each(|entry| queue.push(10, entry));
         assert_eq!((rest(&queue), queue.dropped()), (vec![3, 4], 3));
@@ -247,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_two_threads_do_every_entry_is_taken_or_counted() {
+    fn every_entry_of_another_thread_is_taken_or_counted() {
         const ENTRIES: u64 = 20_000;
         let queue = BoundedQueue::new(8, 700);
         let taken = thread::scope(|scope| {
@@ -259,7 +260,7 @@ mod tests {
             taken.extend(std::iter::from_fn(|| queue.pop()));
             taken
         });
-        assert!(taken.is_sorted(), "in the order in which they came");
+        assert!(taken.is_sorted(), "entries stay in their order");
         assert_eq!(taken.len() as u64 + queue.dropped(), ENTRIES);
         assert_eq!(queue.bytes.load(Ordering::Relaxed), 0);
     }

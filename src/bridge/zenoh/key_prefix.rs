@@ -1,4 +1,4 @@
-//! The keys under which a source is found.
+//! The keys of a source.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,44 +6,44 @@ use std::str::FromStr;
 use bench_dragon_ipc::Instance;
 use zenoh::key_expr::KeyExpr;
 
-/// What all keys of one source begin with: a key expression without wildcards.
+/// Prefix of all keys of one source: a key expression without wildcards.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KeyPrefix(String);
 
-/// A text that is no prefix.
+/// Error for a text that is not a prefix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("must be words with / between them, as bench-dragon/stage-left, of any letters but * $ ? #, 200 bytes at most")]
+#[error("must be words separated by /, such as bench-dragon/stage-left, without * $ ? #, at most 200 bytes")]
 pub struct KeyPrefixError;
 
 impl KeyPrefix {
     const MAX_LEN: usize = 200;
 
-    /// The usual one of an instance's source.
+    /// Returns the default prefix of an instance's source.
     pub fn of(instance: &Instance) -> Self {
         Self(format!("bench-dragon/{instance}"))
     }
 
-    /// Every frame, or as many as are sent.
+    /// Returns the key of the frames.
     pub fn frames(&self) -> String {
         format!("{self}/frames")
     }
 
-    /// Every alert.
+    /// Returns the key of the alerts.
     pub fn alerts(&self) -> String {
         format!("{self}/alerts")
     }
 
-    /// The description: put where it changes, and answered to whoever asks.
+    /// Returns the key of the description. The sender publishes each new description, and replies to queries with it.
     pub fn description(&self) -> String {
         format!("{self}/description")
     }
 
-    /// Commands, which are asked for and answered.
+    /// Returns the key of the commands, which are queries.
     pub fn commands(&self) -> String {
         format!("{self}/commands")
     }
 
-    /// The liveliness token that is there while a source is.
+    /// Returns the key of the liveliness token, which exists while a source exists.
     pub fn source(&self) -> String {
         format!("{self}/source")
     }

@@ -1,19 +1,19 @@
-//! What is known of the runs of other hosts: which have been described, and which are over.
+//! The known runs of other hosts: described runs and ended runs.
 //!
-//! Pure: the time is handed to it. Whoever reaches the bridge may describe as many runs as he likes; what is kept of them, and how
-//! often one is heard of, is bounded.
+//! Pure: the time is an argument. Any host that reaches the bridge can describe any number of runs, so both the number and the
+//! rate of accepted descriptions are bounded.
 
 use super::rate_limit::RateLimit;
 use super::wire::Described;
 use crate::source::described_bench_count;
 
-/// Descriptions that are kept: of runs that may follow.
+/// Most descriptions that are stored, of runs that may follow.
 const MAX_DESCRIPTIONS: usize = 4;
-/// Descriptions a second, and at once.
+/// Limit of descriptions: per second, and burst.
 const DESCRIPTION_RATE: (u64, u64) = (5, 8);
-/// Runs that are remembered to be over, so that two sources under one key do not take turns.
+/// Most ended runs that are remembered. This prevents two sources under one key from alternating.
 const MAX_PAST_RUNS: usize = 64;
-/// New runs a second, and at once: each takes services of its own.
+/// Limit of new runs: per second, and burst. Each run needs its own services.
 const RUN_RATE: (u64, u64) = (1, 4);
 
 pub(super) type Description = (Described, String);
@@ -26,16 +26,16 @@ pub(super) struct KnownRuns {
     run_limit: RateLimit,
 }
 
-/// What is to be done about a frame of a run that is not received.
+/// Decision about a frame of a run that the bridge does not receive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum RunDecision {
-    /// The run is to be received, being described so.
+    /// Receive the run, which has this description.
     Next(Described, String),
-    /// Nobody has described it.
+    /// No description of the run has arrived.
     Unknown,
-    /// It is over, or comes too soon after another.
+    /// The run is over, or begins too soon after another run.
     Barred,
-    /// The frame has not as many benches as the run is described with.
+    /// The frame's number of benches differs from the run's description.
     OtherDragon,
 }
 
@@ -49,12 +49,12 @@ impl KnownRuns {
         }
     }
 
-    /// Whether one more description may be heard now.
+    /// Returns whether the rate limit allows one more description now. Counts an allowed one.
     pub(super) fn hears(&mut self, now_ns: u64) -> bool {
         self.description_limit.allows(now_ns)
     }
 
-    /// Keeps a description. Returns whether the run is a new one.
+    /// Stores a description. Returns whether the run is new.
     pub(super) fn describe(&mut self, described: Described, toml: String) -> bool {
         if self.past_runs.contains(&described.run_id) {
             return false;
@@ -70,7 +70,7 @@ impl KnownRuns {
         true
     }
 
-    /// What is to be done about a frame of this run. One that is to be received is known no longer.
+    /// Decides about a frame of this run. Removes the description of a run that is to be received.
     pub(super) fn decide(&mut self, run_id: u64, bench_count: u32, now_ns: u64) -> RunDecision {
         if self.past_runs.contains(&run_id) {
             return RunDecision::Barred;
@@ -88,7 +88,7 @@ impl KnownRuns {
         RunDecision::Next(described, toml)
     }
 
-    /// Takes note that a run is over: it does not come back.
+    /// Marks a run as over. It is not received again.
     pub(super) fn end(&mut self, run_id: u64) {
         if self.past_runs.len() == MAX_PAST_RUNS {
             self.past_runs.remove(0);
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_begins_with_a_frame_of_the_dragon_that_it_is_described_with() {
+    fn a_run_begins_with_a_frame_that_matches_its_description() {
         let mut known = knowing([7]);
         assert_eq!(known.decide(8, 5, SECOND_NS), RunDecision::Unknown);
         assert_eq!(known.decide(7, 100_000, SECOND_NS), RunDecision::OtherDragon);
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_over_does_not_come_back() {
+    fn a_run_that_is_over_is_not_received_again() {
         let mut known = knowing([7]);
         known.end(7);
         assert!(!known.describe(described(7), TOML.to_owned()));
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_and_descriptions_that_come_too_often_have_to_wait() {
+    fn the_rates_of_runs_and_descriptions_are_limited() {
         let now_ns = 10 * SECOND_NS;
         let mut known = knowing(0..4);
         let begun = (0..4).filter(|&run_id| known.decide(run_id, 5, now_ns) != RunDecision::Barred).count();
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_descriptions_the_last_ones_are_kept() {
+    fn the_last_descriptions_are_kept() {
         let mut known = knowing(0..1_000);
         assert_eq!((known.descriptions.len(), known.descriptions[0].0.run_id), (MAX_DESCRIPTIONS, 996));
         (0..1_000).for_each(|run_id| known.end(run_id));

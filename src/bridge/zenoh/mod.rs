@@ -1,4 +1,4 @@
-//! The way to other machines: a bus here, and over zenoh the same bus there.
+//! Copies of a bus on other machines, over zenoh.
 //!
 //! ```text
 //! serve ──▶ bridge zenoh ──────network──────▶ bridge zenoh --receive ──▶ every client, unchanged
@@ -6,21 +6,21 @@
 //!   └─commands───┘◀──────────(--allow-commands)─────────┘◀── ctl
 //! ```
 //!
-//! **What is sent.** Frames as they lie in shared memory ([`wire`]), all of them or a share ([`Share`]), alerts, and the
-//! description, under the keys of a [`KeyPrefix`]. A liveliness token is there for as long as a source is. A [`SendingBridge`] is
-//! a reader of the bus like any other: nothing that happens to it or beyond it reaches the server.
+//! **Sending.** A [`SendingBridge`] sends frames as they are in shared memory ([`wire`]), all of them or a share ([`Share`]).
+//! It also sends alerts and the description. The keys have a common [`KeyPrefix`]. A liveliness token exists while a source
+//! exists. The bridge is an ordinary reader of the bus: a failure of the bridge or of the network does not affect the server.
 //!
-//! **What is received.** A [`ReceivingBridge`] is a source like the server. Each run of the other host has a number of its own
-//! here, its ticks count from 0 without a hole, and its frames are due when they came (`remote_run`); all else is bit for
-//! bit what was sent. What was lost on the way is counted by the ticks there. A run whose frames stop and come again goes on
-//! as the same run: its services stay, so do its readers.
+//! **Receiving.** A [`ReceivingBridge`] is a source like the server. Each run of the other host gets a new run id here. Its
+//! ticks count from 0 without a gap, and each frame is due at its arrival (`remote_run`). All other values are identical bit
+//! for bit. Frames lost on the link are counted by the other host's ticks. If frames stop and resume, the same run continues:
+//! its services and their readers stay.
 //!
-//! **Who waits.** Nobody. What finds no room on the way is dropped; zenoh's threads put what comes into bounded queues, and
-//! one thread has the bus. A command is passed on, and answered when its answer comes.
+//! **Waiting.** No thread waits for the network. Messages without room on the link are dropped. zenoh's threads put received
+//! messages into bounded queues, and one thread uses the bus. A command is forwarded, and answered when the answer arrives.
 //!
-//! **Who is trusted.** Nobody: payloads are checked, rates limited, runs and queues bounded, and what is refused is counted.
-//! Commands are taken only where that was asked for. Who may join at all is for zenoh's own configuration to say: TLS with
-//! certificates of both sides, or passwords.
+//! **Trust.** Other hosts are not trusted. Payloads are checked, rates are limited, runs and queues are bounded, and rejected
+//! messages are counted. Commands are accepted only if a flag allows them. zenoh's own configuration controls access: TLS
+//! with certificates on both sides, or passwords.
 
 pub mod wire;
 

@@ -1,7 +1,7 @@
-//! Answers the other side's queries: for the description and, where that is allowed, commands.
+//! Answers queries from other hosts: requests for the description and, if allowed, commands.
 //!
-//! Each kind of query has a thread of its own, because a server takes up to a tick to answer a command, and a full link may
-//! delay an answer. zenoh's threads hand queries over and never wait.
+//! Each kind of query has its own thread, because a server takes up to a tick to answer a command, and a full link may
+//! delay an answer. zenoh's threads put queries into bounded queues and never wait.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,12 +18,12 @@ use super::rate_limit::RateLimit;
 use super::wire::{DESCRIPTION_ENCODING, Described, encode_described};
 use crate::system::clock::monotonic_ns;
 
-/// Questions of a kind that wait at most.
+/// Most queries of one kind that wait.
 const MAX_QUESTIONS: usize = 16;
-/// Questions of a kind a second, and at once.
+/// Limit of each kind of query: queries per second, and burst.
 const QUESTION_RATE: (u64, u64) = (100, 50);
 
-/// The threads that answer. They end with it.
+/// The threads that answer queries. They end when this value is dropped.
 #[derive(Debug)]
 pub(super) struct QueryServer {
     state: Arc<QueryState>,
@@ -31,7 +31,7 @@ pub(super) struct QueryServer {
 }
 
 impl QueryServer {
-    /// Begins to answer. Without `allows_commands` there is nobody to send one to.
+    /// Starts the threads. Without `allows_commands` there is no queryable for commands.
     pub(super) fn start(
         session: &Session,
         prefix: &KeyPrefix,
@@ -58,32 +58,33 @@ impl QueryServer {
 
 impl Drop for QueryServer {
     fn drop(&mut self) {
-        // Those that wait are refused instead of passed on, so that the end takes no longer than the one at hand.
+        // Waiting commands are refused instead of forwarded, so that only the current command delays the end.
         self.state.is_closed.store(true, Ordering::Relaxed);
         self.threads.clear();
     }
 }
 
-/// Something that the other side asks.
+/// A query from another host.
 #[derive(Debug)]
 pub(super) struct Question {
     pub(super) query: Query,
-    /// When it came.
+    /// Arrival time.
     pub(super) asked_ns: u64,
-    /// Whether it is one of more than are taken at a time.
+    /// Whether the query exceeds the rate limit.
     pub(super) is_too_many: bool,
 }
 
-/// Where questions of one kind come, and who answers them, one after the other.
+/// The receiver of one kind of query, and the thread that answers these queries in order.
 #[derive(Debug)]
 struct Queryable {
-    // With it goes the way to the thread, which then ends.
+    // Holds the sending end of the thread's queue: the thread ends after this is dropped.
     queryable: Option<zenoh::query::Queryable<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Queryable {
-    /// Has the questions under a key answered, as far as there is room for them, by what `begin` returns on their thread.
+    /// Answers the queries under a key on a new thread, with the function that `begin` returns there. Queries that find the
+    /// queue full are dropped and counted as refused.
     fn open<Answer: FnMut(&Question) -> zenoh::Result<()>>(
         session: &Session,
         key: String,
@@ -109,7 +110,7 @@ impl Queryable {
                     state.refused.fetch_add(1, Ordering::Relaxed);
                 }
                 if let Err(error) = answer(&Question { is_too_many, ..question }) {
-                    tracing::debug!("an answer is not sent: {error}");
+                    tracing::debug!("cannot send an answer: {error}");
                 }
             }
         })?;
@@ -121,7 +122,7 @@ impl Drop for Queryable {
     fn drop(&mut self) {
         self.queryable = None;
         if let Some(thread) = self.thread.take() {
-            // A panic has been reported already.
+            // A panic has already been reported.
             let _ = thread.join();
         }
     }
@@ -139,21 +140,21 @@ fn describe(state: &QueryState, key: &str, question: &Question) -> zenoh::Result
         .wait()
 }
 
-/// What is answered, and what has been.
+/// State shared with the answering threads: the description, and counts.
 #[derive(Debug, Default)]
 pub(super) struct QueryState {
     description: Mutex<Option<Arc<(Described, String)>>>,
-    /// Commands passed on to the server.
+    /// Commands forwarded to the server.
     pub(super) commands: AtomicU64,
-    /// Questions that were not taken.
+    /// Queries that were refused.
     pub(super) refused: AtomicU64,
-    /// Whether the bridge is ending: then nothing more is passed on.
+    /// Whether the bridge is ending. Then no more commands are forwarded.
     pub(super) is_closed: AtomicBool,
 }
 
 impl QueryState {
     pub(super) fn describe(&self, described: Described, toml: &str) {
-        // Held for as long as it takes to store a pointer.
+        // The lock is held only while a pointer is stored.
         let mut description = self.description.lock().unwrap_or_else(PoisonError::into_inner);
         *description = Some(Arc::new((described, toml.to_owned())));
     }

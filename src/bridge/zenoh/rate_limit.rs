@@ -1,26 +1,26 @@
-//! How much may come from another host: events at a rate, and ticks no later than the run can have reached. Pure: the time
+//! Limits for messages from another host: the rate of events, and the highest tick that a run can have reached. Pure: the time
 //! is an argument.
 
 use crate::source::replay::FASTEST_HZ;
 
-/// A limit. It reads no clock: the time is handed to it.
+/// A limit on the rate of events: a token bucket.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RateLimit {
-    /// Nanoseconds in which one more is allowed.
+    /// Nanoseconds per allowed event.
     period_ns: u64,
-    /// How many may come at once.
+    /// Most events at once.
     burst: u64,
-    /// When the bucket was last empty, as it were: what has passed since then is what is allowed.
+    /// Virtual instant at which the bucket was empty. The time since then, in periods, is the number of allowed events.
     empty_ns: u64,
 }
 
 impl RateLimit {
-    /// So many a second, and `burst` of them at once; both at least 1.
+    /// Allows `per_second` events per second, and `burst` events at once. Both are raised to at least 1.
     pub(super) fn new(per_second: u64, burst: u64) -> Self {
         Self { period_ns: 1_000_000_000 / per_second.clamp(1, 1_000_000_000), burst: burst.max(1), empty_ns: 0 }
     }
 
-    /// Whether one more is allowed now, and if so counts it.
+    /// Returns whether one more event is allowed now. Counts an allowed event.
     pub(super) fn allows(&mut self, now_ns: u64) -> bool {
         let full_ns = self.period_ns.saturating_mul(self.burst);
         self.empty_ns = self.empty_ns.max(now_ns.saturating_sub(full_ns));
@@ -33,27 +33,27 @@ impl RateLimit {
     }
 }
 
-/// How much later than it was sent the first frame may have come, in seconds: what a cut way holds back.
+/// Longest delay of a run's first frame that the bound accepts, in seconds. A cut link delays frames.
 const MAX_DELAY_S: u64 = 10;
-/// Clocks differ by less than this share of the time that has passed.
+/// Two clocks drift apart by less than one part in this number.
 const DRIFT: u64 = 1_000;
 
-/// What the first frame of a run says of those that follow. It reads no clock: the time is handed to it.
+/// Upper bound of a run's ticks, derived from its first frame and the elapsed time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TickBound {
-    /// The rate that is counted on.
+    /// Assumed rate of the run's ticks.
     pub(super) rate_hz: u64,
     first: Option<(u64, u64)>,
 }
 
 impl TickBound {
-    /// Of a run of this rate; of the greatest one where it is not known.
+    /// Returns the bound of a run of this rate. An unknown rate (0) counts as the highest rate.
     pub(super) fn new(rate_hz: u64) -> Self {
         let most_hz = u64::from(FASTEST_HZ);
         Self { rate_hz: if rate_hz == 0 { most_hz } else { rate_hz.min(most_hz) }, first: None }
     }
 
-    /// Whether the run can have come to this tick by now. The first one is believed.
+    /// Returns whether the run can have reached this tick by now. The first tick is always accepted.
     pub(super) fn allows(&mut self, tick: u64, now_ns: u64) -> bool {
         let &mut (first_tick, first_ns) = self.first.get_or_insert((tick, now_ns));
         let elapsed_ms = now_ns.saturating_sub(first_ns) / 1_000_000;
@@ -79,39 +79,42 @@ mod tests {
     }
 
     #[test]
-    fn waiting_saves_up_no_more_than_a_burst() {
+    fn idle_time_allows_no_more_than_a_burst() {
         let mut limit = RateLimit::new(10, 3);
         assert!(limit.allows(SECOND_NS));
         assert_eq!((0..9).filter(|_| limit.allows(900 * SECOND_NS)).count(), 3);
     }
 
     #[test]
-    fn a_clock_that_stands_or_goes_back_allows_nothing_more() {
+    fn a_clock_that_stops_or_goes_back_allows_no_more_events() {
         let mut limit = RateLimit::new(1, 1);
         assert!(limit.allows(5 * SECOND_NS));
         assert!(!limit.allows(5 * SECOND_NS) && !limit.allows(0));
     }
 
     #[test]
-    fn frames_that_were_held_up_and_those_of_now_behind_them_are_believed() {
+    fn delayed_frames_and_the_current_frames_after_them_are_accepted() {
         let mut tick_bound = TickBound::new(1_000);
         assert!(tick_bound.allows(40, SECOND_NS));
-        assert!(tick_bound.allows(2_040, 3 * SECOND_NS), "the last before a cut");
+        assert!(tick_bound.allows(2_040, 3 * SECOND_NS), "the last frame before a cut");
         for tick in [2_041, 2_100, 7_900, 8_040] {
-            assert!(tick_bound.allows(tick, 9 * SECOND_NS), "{tick}: what TCP has kept, and what is new, at once");
+            assert!(
+                tick_bound.allows(tick, 9 * SECOND_NS),
+                "{tick}: frames that TCP has buffered, and new ones, at once"
+            );
         }
         assert!(tick_bound.allows(3_600_040, 3_601 * SECOND_NS));
     }
 
     #[test]
-    fn a_first_frame_that_was_held_up_itself_makes_no_later_one_look_early() {
+    fn a_delayed_first_frame_does_not_make_later_frames_too_early() {
         let mut tick_bound = TickBound::new(1_000);
         assert!(tick_bound.allows(0, SECOND_NS));
-        assert!(tick_bound.allows(9_000, SECOND_NS + 1), "it had been on its way for nine seconds");
+        assert!(tick_bound.allows(9_000, SECOND_NS + 1), "the first frame was delayed by nine seconds");
     }
 
     #[test]
-    fn a_tick_that_the_run_cannot_have_come_to_is_not_believed_and_spoils_nothing() {
+    fn an_impossible_tick_is_rejected_and_changes_nothing() {
         let mut tick_bound = TickBound::new(1_000);
         assert!(tick_bound.allows(0, SECOND_NS));
         for tick in [u64::MAX, 1 << 40, 12_000] {
@@ -121,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_nobody_can_have_is_none() {
+    fn an_unknown_or_impossible_rate_counts_as_the_highest() {
         assert_eq!([0, 60, u64::MAX].map(|rate_hz| TickBound::new(rate_hz).rate_hz), [10_000_000, 60, 10_000_000]);
     }
 }

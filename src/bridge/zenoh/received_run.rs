@@ -1,4 +1,4 @@
-//! A run of another host on the bus of this one.
+//! A run of another host on the bus of this host.
 
 use bench_dragon_ipc::{Alert, BusError, CommandReply, Domain, FrameHeader, HandleState, Refusal, SourceKind};
 
@@ -12,17 +12,17 @@ use crate::source::SourcePorts;
 use crate::source::replay::FASTEST_HZ;
 use crate::system::clock::monotonic_ns;
 
-/// How much faster than described frames may come: what was held up on the way comes at once.
-const HASTE: u64 = 2;
-/// Frames that may come at once, however slow a source is.
+/// Frames may arrive this many times faster than described, because frames that were delayed on the link arrive together.
+const MAX_SPEEDUP: u64 = 2;
+/// Smallest limit of frames that arrive at once, for slow sources.
 const LEAST_BURST: u64 = 512;
-/// Alerts a second, and at once.
+/// Limit of alerts: per second, and burst.
 const ALERT_RATE: (u64, u64) = (1_000, 1_000);
 
-/// The run, and what it has on the bus.
+/// The run and its ports on the bus.
 #[derive(Debug)]
 pub(super) struct ReceivedRun {
-    // Dropped in this order: the alerts are opened as a client does, while a source is there.
+    // Dropped before the ports: the publisher opens its service as a client, which requires a source.
     alerts: AlertPublisher,
     pub(super) ports: SourcePorts,
     pub(super) remote: RemoteRun,
@@ -35,7 +35,7 @@ pub(super) struct ReceivedRun {
 }
 
 impl ReceivedRun {
-    /// Makes the services of a run and publishes its description.
+    /// Creates the services of a run and publishes its description.
     ///
     /// # Errors
     /// As [`SourcePorts::open`] and [`AlertPublisher::open`].
@@ -47,7 +47,7 @@ impl ReceivedRun {
     ) -> Result<Self, BusError> {
         let ports = SourcePorts::open(domain, SourceKind::Remote, &toml, bench_count, sent_hz(described))?;
         let tick_bound = TickBound::new(described.rate_hz);
-        let most_hz = tick_bound.rate_hz * HASTE;
+        let most_hz = tick_bound.rate_hz * MAX_SPEEDUP;
         Ok(Self {
             alerts: AlertPublisher::open(domain)?,
             ports,
@@ -69,18 +69,18 @@ impl ReceivedRun {
         self.remote.described.run_id
     }
 
-    /// How far apart frames are to come, in nanoseconds.
+    /// Expected time between two frames, in nanoseconds.
     pub(super) fn period_ns(&self) -> u64 {
         self.remote.described.every.saturating_mul(1_000_000_000) / self.tick_bound.rate_hz
     }
 
-    /// The reply to a command that is refused here.
+    /// Returns the reply to a command that is refused here.
     pub(super) fn refused(&self, refusal: Refusal) -> CommandReply {
         CommandReply::refused(self.run_id(), self.remote.next_tick, refusal)
     }
 
-    /// What has been seen of it there by now: its last frame, or as many ticks later as have passed since, but not the next
-    /// frame that is sent.
+    /// Returns the position that this host has seen of the run: the tick of the last frame, plus the ticks that have passed
+    /// since then, but less than the tick of the next frame that is sent.
     pub(super) fn seen(&self, now_ns: u64) -> Seen {
         let since_ns = u128::from(now_ns.saturating_sub(self.last_arrived_ns));
         let ticks = since_ns * u128::from(self.tick_bound.rate_hz) / 1_000_000_000;
@@ -94,7 +94,8 @@ impl ReceivedRun {
         self.remote.described = described;
     }
 
-    /// Puts a frame of the run on the bus: due when it came. False where it is refused: then `summary` counts why.
+    /// Publishes a frame of the run, which is due at its arrival. Returns false if the frame is rejected; `summary` counts the
+    /// reason.
     pub(super) fn take(
         &mut self,
         header: &FrameHeader,
@@ -119,7 +120,7 @@ impl ReceivedRun {
         Ok(false)
     }
 
-    /// Puts an alert of the run on the bus, in its words here; false where too many come.
+    /// Publishes an alert of the run with the local run id and tick. Returns false if the rate limit rejects the alert.
     pub(super) fn take_alert(&mut self, alert: Alert) -> Result<bool, BusError> {
         if !self.alert_limit.allows(monotonic_ns()) {
             return Ok(false);
@@ -129,7 +130,7 @@ impl ReceivedRun {
         Ok(true)
     }
 
-    /// Takes the services off the bus, and counts what has come. Returns how the run was described.
+    /// Removes the services from the bus and adds the run's counts to `summary`. Returns the description of the run.
     pub(super) fn finish(self, summary: &mut ReceiverSummary) -> Description {
         let Self { alerts, ports, remote, toml, .. } = self;
         drop(alerts);
@@ -140,7 +141,7 @@ impl ReceivedRun {
     }
 }
 
-/// Frames a second that are sent of a run, rounded up; 0 where that is not known.
+/// Returns the frames per second that the sender selects of a run, rounded up; 0 if the rate is unknown.
 fn sent_hz(described: Described) -> u32 {
     described.rate_hz.div_ceil(described.every).try_into().unwrap_or(FASTEST_HZ)
 }

@@ -1,4 +1,4 @@
-//! Frames from another host onto a bus of this one, as a source like the server.
+//! Publishes frames from another host on a bus of this host, as a source like the server.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,13 +20,13 @@ use crate::output::histogram::LatencyHistogram;
 use crate::source::take_instance;
 use crate::system::clock::monotonic_ns;
 
-/// How long nothing may happen before commands and signals are looked for.
+/// Longest wait for messages before the bridge checks for commands and signals.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
-/// How often the description of a run that is not known is asked for.
+/// Shortest time between two requests for the description of an unknown run.
 const ASK_PERIOD_NS: u64 = 200_000_000;
-/// How long frames may fail to come before it is said; where they are sent more seldom, three times their period.
+/// The bridge reports silence after this time without a frame, or after three periods of the frames if these are longer.
 const SILENCE_NS: u64 = 2_000_000_000;
-/// Frames, descriptions and alerts, of each kind, that are taken before commands and signals are looked for again.
+/// Most frames that the bridge takes before it checks for commands and signals again. Likewise for descriptions and alerts.
 const MAX_A_TURN: usize = 256;
 
 /// A receiving bridge.
@@ -36,10 +36,10 @@ pub struct ReceivingBridge {
     prefix: KeyPrefix,
     inbox: Arc<Inbox>,
     relay: CommandRelay,
-    // After the relay, whose commands are its services'.
+    // Dropped after the relay, whose commands belong to this run's services.
     run: Option<ReceivedRun>,
     others: KnownRuns,
-    /// Where the last frame was put.
+    /// Handles of the last frame. The memory is reused.
     handles: Vec<HandleState>,
     silent: Option<Silence>,
     last_frame_ns: u64,
@@ -47,19 +47,19 @@ pub struct ReceivingBridge {
     reports: Vec<ZenohReport>,
     summary: ReceiverSummary,
     handling: LatencyHistogram,
-    // Given up before the session that they are of.
+    // Dropped before their session.
     _subscribers: [Subscriber<()>; 4],
     session: BridgeSession,
-    // Given up last.
+    // Dropped last.
     _lock: SourceLock,
 }
 
 impl ReceivingBridge {
-    /// Takes the instance and begins to listen to the other side. It stays on the thread that it was opened on.
+    /// Takes the instance's source lock and subscribes to the other host's messages. The bridge stays on the thread that opened
+    /// it.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`] where a source runs on the instance,
-    /// [`BridgeError::Session`].
+    /// [`BusError::SourceRunning`] if a source runs on the instance, and [`BridgeError::Session`].
     pub fn open(domain: &Domain, session: BridgeSession, prefix: KeyPrefix) -> Result<Self, BridgeError> {
         let lock = take_instance(domain)?;
         let inbox = Arc::new(Inbox::of_this_thread(MAX_ASKED));
@@ -84,10 +84,10 @@ impl ReceivingBridge {
         })
     }
 
-    /// Puts on the bus what comes, until `stop` is set.
+    /// Publishes received frames and alerts on the bus until `stop` is set.
     ///
     /// # Errors
-    /// Where the bus takes no more, or `report` fails.
+    /// The bus cannot publish, or `report` fails.
     pub fn run<Failed: From<BridgeError>>(
         mut self,
         stop: &AtomicBool,
@@ -95,14 +95,14 @@ impl ReceivingBridge {
     ) -> Result<ReceiverSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
             self.inbox.wait(LOOK_PERIOD);
-            let taken = self.take_what_has_come();
+            let taken = self.take_messages();
             self.reports.drain(..).try_for_each(&mut report)?;
             taken?;
         }
         Ok(self.finish())
     }
 
-    fn take_what_has_come(&mut self) -> Result<(), BridgeError> {
+    fn take_messages(&mut self) -> Result<(), BridgeError> {
         if self.inbox.take_news_of_source() {
             self.ask_for_description(monotonic_ns());
         }
@@ -151,8 +151,8 @@ impl ReceivingBridge {
         Ok(())
     }
 
-    /// Begins to receive the run of a frame, where its description is there and it is not one that is over; else counts the frame as
-    /// refused. A run that the bus has no room for is reported, and counts as over.
+    /// Begins to receive the run of a frame, if the run is described and not over. Otherwise counts the frame as foreign or
+    /// malformed. A run that the bus has no room for is reported, and counts as over.
     fn begin(&mut self, remote_run_id: u64, bench_count: u32) {
         let now_ns = monotonic_ns();
         match self.others.decide(remote_run_id, bench_count, now_ns) {
@@ -171,8 +171,9 @@ impl ReceivingBridge {
         self.summary.foreign += 1;
     }
 
-    /// The services of a run go before those of the next one come, or are taken over from readers that keep them open. Where
-    /// the next one cannot begin, the one before begins again with its next frame, if it had to end at all.
+    /// Replaces the received run. The services of the old run are removed before those of the new run are created; if readers
+    /// keep them open, the new run takes them over. If the new run cannot begin after the old run has ended, the old run begins
+    /// again with its next frame.
     fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<(), BusError> {
         let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count));
         require_room(frame_memory(bench_count).saturating_sub(freed))?;
@@ -196,7 +197,7 @@ impl ReceivingBridge {
         Ok(())
     }
 
-    /// Ends the run that is received. Returns how it was described.
+    /// Ends the received run and returns its description.
     fn end_run(&mut self) -> Option<Description> {
         let run = self.run.take()?;
         self.relay.give_up(&run);
@@ -209,7 +210,7 @@ impl ReceivingBridge {
         }
         self.asked_ns = now_ns;
         if let Err(error) = ask_for_description(&self.session.zenoh, &self.prefix, &self.inbox) {
-            tracing::warn!("the description is not asked for: {error}");
+            tracing::warn!("cannot request the description: {error}");
         }
     }
 
@@ -238,7 +239,7 @@ impl ReceivingBridge {
     fn serve_clients(&mut self) {
         let Some(run) = &mut self.run else { return };
         let now_ns = monotonic_ns();
-        // The bridge lives, whether frames come or not.
+        // Reports that the bridge is alive, with or without frames.
         run.ports.report.beat();
         while let Some(command) = run.ports.take_command() {
             self.relay.pass_on(command, &self.session.zenoh, &self.inbox, run, now_ns);
@@ -246,7 +247,7 @@ impl ReceivingBridge {
         self.relay.give_back(&self.inbox, run, now_ns);
     }
 
-    /// Reports once that frames have stopped, and once more where more is known of why.
+    /// Reports once that frames have stopped, and again when the reason becomes more precise.
     fn look_for_silence(&mut self) {
         let quiet_ns = monotonic_ns().saturating_sub(self.last_frame_ns);
         let silence_ns = self.run.as_ref().map_or(0, |run| run.period_ns().saturating_mul(3)).max(SILENCE_NS);
@@ -276,11 +277,12 @@ impl ReceivingBridge {
     }
 }
 
-/// Fails where so much shared memory is not free. Nothing is written for it, as a source does before it begins: whoever
-/// reaches this bridge may have it asked, again and again, and memory that is taken even for a moment others miss.
+/// Returns an error unless `needed` bytes of shared memory are free. A source tests this by writing to memory; this function
+/// does not. Any host that reaches this bridge can trigger the check repeatedly. Even a short test allocation would take memory
+/// from other programs.
 fn require_room(needed: u64) -> Result<(), BusError> {
     let space = rustix::fs::statvfs("/dev/shm");
-    // Where there is no bound, it says that there are no blocks at all.
+    // A file system without a limit reports 0 blocks.
     let bounded = space.ok().filter(|space| space.f_blocks > 0);
     let free = bounded.map_or(u64::MAX, |space| space.f_bavail.saturating_mul(space.f_frsize));
     if needed <= free { Ok(()) } else { Err(BusError::SharedMemoryFull { needed }) }

@@ -1,24 +1,24 @@
-//! How the run of another host goes on here: with ticks of our own, without a hole.
+//! Local ticks for a run of another host, without gaps.
 //!
-//! Pure. To a reader a hole in the ticks means that it lost frames itself; what was lost on the way is counted here.
+//! Pure. A gap in the ticks means to a reader that the reader itself lost frames. Frames lost on the link are counted here.
 
 use std::collections::VecDeque;
 
 use super::wire::Described;
 
-/// Ticks of which it is remembered what they are here: at the usual rate some four seconds of them.
+/// Most remote ticks that are remembered with their local ticks: about four seconds at the usual rate.
 const REMEMBERED: usize = 4096;
 
 /// A run of another host.
 #[derive(Clone, Debug)]
 pub(super) struct RemoteRun {
-    /// What is known of it, which another sender may change.
+    /// The run's description, which another sender may change.
     pub(super) described: Described,
-    /// Where the last frames stand: their ticks there, the last one's last.
+    /// Remote ticks of the last frames, the newest last.
     there: VecDeque<u64>,
-    /// The number that the next frame will have here: how many have come.
+    /// Local tick of the next frame: the number of frames so far.
     pub(super) next_tick: u64,
-    /// Frames between the first and the last one that were to be sent and have not come.
+    /// Frames that the sender selected between the first and the last frame, but that did not arrive.
     pub(super) lost: u64,
 }
 
@@ -27,19 +27,20 @@ impl RemoteRun {
         Self { described, there: VecDeque::with_capacity(REMEMBERED), next_tick: 0, lost: 0 }
     }
 
-    /// The tick there of the last frame that has come.
+    /// Returns the remote tick of the last frame.
     pub(super) fn last_tick(&self) -> Option<u64> {
         self.there.back().copied()
     }
 
-    /// Counts a frame in. Returns its tick here; `None` where it has come already, or is older than one that has, which changes nothing.
+    /// Counts a frame and returns its local tick. Returns `None` and changes nothing if the frame has already arrived, or is
+    /// older than the last frame.
     pub(super) fn take(&mut self, tick: u64) -> Option<u64> {
         if let Some(&last) = self.there.back() {
             if tick <= last {
                 return None;
             }
             let every = self.described.every;
-            // Of the ticks since the last frame, those that were to be sent; a change of the state is sent in between them.
+            // Selected ticks since the last frame. A frame that changes the state is sent in addition to these.
             let due = tick / every - last / every;
             self.lost = self.lost.saturating_add(due - u64::from(tick.is_multiple_of(every)));
         }
@@ -51,7 +52,7 @@ impl RemoteRun {
         Some(self.next_tick - 1)
     }
 
-    /// The first tick here at which that tick there has been reached: of one that is still to come, if nothing is lost.
+    /// Returns the first local tick at or after a remote tick. For a future tick it assumes that no more frames are lost.
     pub(super) fn tick_here(&self, tick: u64) -> u64 {
         let index = self.there.partition_point(|&there| there < tick);
         let first = self.next_tick - self.there.len() as u64;
@@ -77,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_here_have_no_hole_and_what_is_missing_there_is_counted() {
+    fn local_ticks_have_no_gap_and_lost_frames_are_counted() {
         let mut run = run(1);
         let here: Vec<_> = [100, 101, 105, 106].into_iter().map(|tick| run.take(tick)).collect();
         assert_eq!(here, [Some(0), Some(1), Some(2), Some(3)]);
@@ -85,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_has_come_already_changes_nothing() {
+    fn a_repeated_or_late_frame_changes_nothing() {
         let mut run = run(1);
         assert_eq!(run.take(7), Some(0));
         assert_eq!((run.take(7), run.take(3)), (None, None));
@@ -93,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_to_be_sent_is_not_lost() {
+    fn frames_that_were_not_selected_are_not_lost() {
         let mut run = run(10);
         // 23 and 31 are changes of the state.
         for tick in [10, 20, 23, 30, 31, 40] {
@@ -102,12 +103,12 @@ mod tests {
         assert_eq!(run.lost, 0);
         assert!(run.take(70).is_some(), "50 and 60 are missing");
         assert_eq!(run.lost, 2);
-        assert!(run.take(85).is_some(), "and 80");
+        assert!(run.take(85).is_some(), "80 is missing");
         assert_eq!(run.lost, 3);
     }
 
     #[test]
-    fn a_tick_there_is_found_here() {
+    fn a_remote_tick_has_a_local_tick() {
         let mut run = run(10);
         assert_eq!(run.tick_here(55), 0, "before the first frame");
         for tick in [100, 110, 130, 140] {
@@ -120,19 +121,19 @@ mod tests {
     }
 
     #[test]
-    fn what_is_remembered_is_bounded() {
+    fn the_number_of_remembered_ticks_is_bounded() {
         let mut run = run(1);
         for tick in 0..3 * REMEMBERED as u64 {
             assert_eq!(run.take(tick), Some(tick));
         }
         assert_eq!(run.there.len(), REMEMBERED);
         assert_eq!(run.tick_here(3 * REMEMBERED as u64 - 1), 3 * REMEMBERED as u64 - 1);
-        assert_eq!(run.tick_here(0), 2 * REMEMBERED as u64, "the oldest one that is remembered");
+        assert_eq!(run.tick_here(0), 2 * REMEMBERED as u64, "the oldest remembered tick");
     }
 
     proptest! {
         #[test]
-        fn no_ticks_make_it_panic(ticks: Vec<u64>, every in 1_u64..=u64::MAX, asked: u64) {
+        fn no_sequence_of_ticks_panics(ticks: Vec<u64>, every in 1_u64..=u64::MAX, asked: u64) {
             let mut run = run(every);
             for tick in ticks {
                 let next = run.next_tick;

@@ -1,31 +1,32 @@
-//! What a bridge reports: the JSON lines of `bridge zenoh`.
+//! Reports of a bridge: the JSON lines of `bridge zenoh`.
 
 use serde::{Deserialize, Serialize};
 
 use crate::output::histogram::Percentiles;
 
-/// A line of `bridge zenoh`. `run_id` is a run's number here, and `remote_run_id` the one on the other side.
+/// A line of `bridge zenoh`. `run_id` is a run's id on this host, and `remote_run_id` its id on the other host.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
-#[expect(missing_docs, reason = "the type and the variants say what the fields are")]
+#[expect(missing_docs, reason = "the docs of the type and of the variants explain the fields")]
 pub enum ZenohReport {
-    /// The session is open: what all its keys begin with, where others reach it, and whom it tries to reach.
+    /// The session is open: the prefix of its keys, its own endpoints, and the endpoints that it connects to.
     Started { key: String, listens: Vec<String>, connects: Vec<String> },
-    /// A run is there to be sent. Of its frames, those are sent whose tick is a multiple of `every`, and those that change the state.
+    /// The bridge begins to send a run: the frames whose tick is a multiple of `every`, and those that change the state.
     Sending { run_id: u64, every: u64 },
-    /// The other side has described a run, which is received from its next frame on.
+    /// The other host has described a run. The bridge receives this run from its next frame on.
     Found { remote_run_id: u64, every: u64 },
-    /// A run begins to be received.
+    /// The bridge begins to receive a run.
     Receiving { run_id: u64, remote_run_id: u64 },
-    /// A run that the other side has described cannot be published here: what is received goes on.
+    /// The bridge cannot publish a run that the other host has described. The current run continues.
     Refused { remote_run_id: u64, reason: String },
-    /// Nobody is connected: whatever is sent reaches nobody. It goes on trying to reach these.
+    /// No peer is connected, so messages reach no host. The bridge still tries to connect to these endpoints.
     Alone { connects: Vec<String> },
-    /// Somebody is connected again, or at last; so many frames so far have reached nobody.
+    /// A peer is connected, for the first time or again. So far `unheard` frames have reached no peer.
     Connected { unheard: u64 },
-    /// Frames have stopped coming, for this reason as far as it can be known here. The run is null before the first one.
+    /// Frames have stopped, for the reason that is visible from this host. `run_id` is null before the first run.
     Silent { run_id: Option<u64>, reason: Silence },
-    /// Frames come again; so many of the run have been lost between the hosts so far.
+    /// Frames arrive again. `lost` counts the frames of the run that were lost between the hosts so far; in a sending bridge,
+    /// all frames that it lost on the bus.
     Resumed { run_id: u64, lost: u64 },
     /// A sending bridge has ended.
     Sent(SenderSummary),
@@ -33,58 +34,58 @@ pub enum ZenohReport {
     Received(ReceiverSummary),
 }
 
-/// Why no frames come.
+/// Reason why no frames arrive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Silence {
-    /// The other side says that there is a source: so the way is cut, or the source stands.
+    /// A source exists according to its liveliness token, so the link is cut or the source has stopped.
     LinkOrSource,
-    /// Nobody says that there is a source, or not any more.
+    /// No source has a liveliness token.
     NoSource,
-    /// Nobody is connected.
+    /// No peer is connected.
     NoConnection,
 }
 
-/// What a sending bridge came to.
+/// Totals of a sending bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SenderSummary {
-    /// Frames handed to zenoh while somebody was connected.
+    /// Frames passed to zenoh while a peer was connected.
     pub frames: u64,
-    /// Frames that were to be sent while nobody was.
+    /// Frames passed to zenoh while no peer was connected.
     pub unheard: u64,
-    /// Frames of the bus that the bridge was too late for: overwritten, or of a run that another one had followed already.
+    /// Frames of the bus that the bridge read too late: overwritten, or of a run that another run had already followed.
     pub lost: u64,
-    /// Alerts handed to zenoh.
+    /// Alerts passed to zenoh.
     pub alerts: u64,
-    /// Commands passed on to the server.
+    /// Commands forwarded to the server.
     pub commands: u64,
-    /// Commands and other questions that were not: malformed, too late, or more than are taken at a time.
+    /// Commands and other queries that were refused: malformed, too late, or above the rate limit.
     pub refused: u64,
 }
 
-/// What a receiving bridge came to.
+/// Totals of a receiving bridge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReceiverSummary {
     /// Runs received.
     pub runs: u64,
     /// Frames published.
     pub frames: u64,
-    /// Frames between the first and the last one of each run that were to come and did not.
+    /// Frames that the sender selected between the first and the last frame of each run, but that were not published.
     pub lost: u64,
-    /// Of these, frames that came and were given up here, the bus being behind.
+    /// Those of the lost frames that arrived, but were dropped here because the thread of the bus was behind.
     pub dropped: u64,
-    /// Payloads that were not what they should be, or not what their run is described as.
+    /// Payloads that were malformed, or that contradicted the description of their run.
     pub malformed: u64,
-    /// Frames and alerts of runs that are not the one that is received, or whose description had not come.
+    /// Frames and alerts of runs that the bridge does not receive, or whose description had not arrived.
     pub foreign: u64,
-    /// Frames that had come already, or that came after later ones.
+    /// Frames that arrived twice, or after later frames.
     pub not_new: u64,
-    /// Frames, descriptions and alerts that came faster than any source sends them.
+    /// Frames, descriptions and alerts that arrived faster than any source sends them.
     pub too_fast: u64,
     /// Alerts published.
     pub alerts: u64,
-    /// Commands passed on to the other side.
+    /// Commands sent to the other host.
     pub commands: u64,
-    /// From the coming of each frame to its place on the bus, in microseconds.
+    /// Time from the arrival of each frame to its publication on the bus, in microseconds.
     pub handling_us: Percentiles,
 }

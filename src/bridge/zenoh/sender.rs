@@ -1,4 +1,4 @@
-//! Frames, alerts and the description of this host's bus to others.
+//! Sends the frames, alerts and description of this host's bus to other hosts.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,30 +24,32 @@ use crate::source::described_rate_hz;
 use crate::source::replay::FASTEST_HZ;
 use crate::system::clock::monotonic_ns;
 
-/// How long to wait for a frame before the rest is looked after.
+/// Longest wait for a frame before the bridge handles alerts, the description and the status.
 const WAIT_PERIOD: Duration = Duration::from_millis(50);
-/// How long the description of a run may come after its first frame; the bus keeps the frames meanwhile.
-const DESCRIPTION_PATIENCE: Duration = Duration::from_millis(200);
+/// Longest wait for a run's description after its first frame, and for its status after its description. The bus buffers the
+/// frames during this wait.
+const DESCRIPTION_TIMEOUT: Duration = Duration::from_millis(200);
 const LOOK_PERIOD: Duration = Duration::from_millis(1);
-/// A source that has said nothing for so long is gone: it publishes its status ten times a second, whatever it does.
-const SOURCE_PATIENCE: Duration = Duration::from_secs(2);
-/// Statuses that are read at a time: one a source.
+/// A source counts as gone after this time without a frame or a status. A live source always publishes its status ten times a
+/// second.
+const SOURCE_TIMEOUT: Duration = Duration::from_secs(2);
+/// Most statuses that are read at a time: one for each source.
 const MAX_STATUSES: usize = 4;
-/// Alerts that are passed on between two frames.
+/// Most alerts that are sent between two frames.
 const MAX_ALERTS_A_FRAME: usize = 16;
 
-/// What is sent.
+/// Settings of a sending bridge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SenderSettings {
-    /// What all keys begin with.
+    /// Prefix of all keys.
     pub prefix: KeyPrefix,
-    /// How many of the frames.
+    /// Share of the frames that the bridge sends.
     pub share: Share,
-    /// Whether the other side may command the server.
+    /// Whether the bridge passes commands from other hosts to the server.
     pub allows_commands: bool,
 }
 
-/// Everything of the bus that a sending bridge reads.
+/// Ports through which a sending bridge reads the bus.
 #[derive(Debug)]
 pub struct SenderPorts {
     frames: FrameSubscriber,
@@ -57,7 +59,7 @@ pub struct SenderPorts {
 }
 
 impl SenderPorts {
-    /// Opens the frames last, so that from their first one on everything else is there.
+    /// Opens the ports. The port for frames comes last, so that the other ports are open at the first frame.
     ///
     /// # Errors
     /// As [`FrameSubscriber::open`].
@@ -73,28 +75,27 @@ impl SenderPorts {
 
 /// A sending bridge.
 ///
-/// Everything is sent so that it is dropped where there is no room: a way that is cut or too narrow makes the bridge lose
-/// frames, never wait, and a frame that is a second late is of no use to anyone. Alerts, descriptions and commands have
-/// queues of their own before that of the frames. Nothing is gathered into batches (`express`): a frame that waits for the
-/// next one is late.
+/// zenoh drops a message if there is no room for it. So a cut or slow link makes the bridge lose frames, but never wait: a
+/// frame that is a second late has no use. Alerts, descriptions and commands have their own queues, with a higher priority
+/// than frames. Messages are not batched (`express`), because a frame that waits for the next one is late.
 #[derive(Debug)]
 pub struct SendingBridge {
     ports: SenderPorts,
     settings: SenderSettings,
     runs: SentRuns,
-    /// A description that has come, and since when it waits for the status, which has the run's rate.
+    /// A new description and its arrival time. It waits for the status, which contains the run's rate.
     news: Option<(Description, Instant)>,
-    /// A run and its rate, as the last status has them.
+    /// The run and the rate of the last status.
     rate: Option<(u64, u32)>,
     presence: PeerPresence,
     source: Option<LivelinessToken>,
     last_sign: Instant,
-    /// Whether it has reported that no source is there.
+    /// Whether the bridge has reported a missing source.
     was_silent: bool,
     reports: Vec<ZenohReport>,
     summary: SenderSummary,
     state: Arc<QueryState>,
-    // Ends before the session does.
+    // Dropped before the session.
     query_server: QueryServer,
     publishers: Publishers,
     session: BridgeSession,
@@ -108,7 +109,7 @@ struct Publishers {
 }
 
 impl SendingBridge {
-    /// Begins to answer the other side's questions.
+    /// Opens a sending bridge. The bridge begins to answer queries from other hosts.
     ///
     /// # Errors
     /// [`BridgeError::Session`].
@@ -140,24 +141,24 @@ impl SendingBridge {
         })
     }
 
-    /// Sends what the bus has, until `stop` is set.
+    /// Sends frames, alerts and descriptions until `stop` is set.
     ///
     /// # Errors
-    /// Where the bus cannot be read, the session is closed, or `report` fails.
+    /// The bus cannot be read, the session is closed, or `report` fails.
     pub fn run<Failed: From<BridgeError>>(
         mut self,
         stop: &AtomicBool,
         mut report: impl FnMut(ZenohReport) -> Result<(), Failed>,
     ) -> Result<SenderSummary, Failed> {
         while !stop.load(Ordering::Relaxed) {
-            let sent = self.send_what_has_come();
+            let sent = self.send_messages();
             self.reports.drain(..).try_for_each(&mut report)?;
             sent?;
         }
         Ok(self.finish())
     }
 
-    fn send_what_has_come(&mut self) -> Result<(), BridgeError> {
+    fn send_messages(&mut self) -> Result<(), BridgeError> {
         let frame = self.ports.frames.wait(WAIT_PERIOD)?;
         self.look_for_peers();
         if let Some(frame) = &frame {
@@ -170,7 +171,7 @@ impl SendingBridge {
 
     fn finish(self) -> SenderSummary {
         let Self { ports, query_server, state, summary, .. } = self;
-        // What it has at hand counts as well.
+        // The server finishes its current query, which is then included in the counts.
         drop(query_server);
         let lost = summary.lost + ports.frames.lost();
         let [commands, refused] = [&state.commands, &state.refused].map(|count| count.load(Ordering::Relaxed));
@@ -181,7 +182,10 @@ impl SendingBridge {
         let header = frame.header();
         self.wait_for_run(header.run_id)?;
         if !self.runs.knows(header.run_id) && self.runs.do_without_description(header.run_id) {
-            tracing::warn!("the source of run {} publishes no description: nobody can follow it", header.run_id);
+            tracing::warn!(
+                "the source of run {} publishes no description, so no other host can receive it",
+                header.run_id
+            );
         }
         match self.runs.disposition(header) {
             FrameDisposition::Sent => {
@@ -196,9 +200,9 @@ impl SendingBridge {
         Ok(())
     }
 
-    /// Waits for the description of a run, but not for long.
+    /// Waits until a run is known, or until the timeout has passed.
     fn wait_for_run(&mut self, run_id: u64) -> Result<(), BridgeError> {
-        let deadline = Instant::now() + DESCRIPTION_PATIENCE;
+        let deadline = Instant::now() + DESCRIPTION_TIMEOUT;
         while !self.runs.knows(run_id) && !self.take_description()? {
             let is_described = self.news.as_ref().is_some_and(|(description, _)| description.run_id == run_id);
             if !is_described && Instant::now() >= deadline {
@@ -209,8 +213,8 @@ impl SendingBridge {
         Ok(())
     }
 
-    /// Describes to the other side what the frames that follow are of, where there is a new run and its rate is known. Returns
-    /// whether it has.
+    /// Sends the description of a new run once the run's rate is known. After a timeout it uses the rate of the description.
+    /// Returns whether it has sent one.
     fn take_description(&mut self) -> Result<bool, BridgeError> {
         if let Some(description) = self.ports.descriptions.poll()? {
             self.news = Some((description, Instant::now()));
@@ -220,7 +224,7 @@ impl SendingBridge {
         let run_id = *run_id;
         let rate_hz = match self.rate {
             Some((of_run, rate_hz)) if of_run == run_id => rate_hz.min(FASTEST_HZ),
-            _ if since.elapsed() < DESCRIPTION_PATIENCE => return Ok(false),
+            _ if since.elapsed() < DESCRIPTION_TIMEOUT => return Ok(false),
             _ => described_rate_hz(toml).min(FASTEST_HZ),
         };
         let thinning = Thinning::of(self.settings.share, rate_hz);
@@ -234,10 +238,10 @@ impl SendingBridge {
         Ok(true)
     }
 
-    /// The status is a sign of life, and has the rate of what comes, which for a recording that is played faster is not the one
-    /// that it is described with.
+    /// Reads the statuses. A status shows that the source is alive, and contains the actual rate of its frames. A recording
+    /// that is replayed faster has a higher rate than its description.
     fn look_at_status(&mut self) -> Result<(), BridgeError> {
-        // One of the source there is, and one that the last one has left.
+        // The port may hold a status of the current source and one of the previous source.
         for _ in 0..MAX_STATUSES {
             let Some(status) = self.ports.status.poll()? else { break };
             self.rate = Some((status.run_id, status.rate_hz));
@@ -246,7 +250,7 @@ impl SendingBridge {
         Ok(())
     }
 
-    /// Reports that nobody is connected, and that somebody is again.
+    /// Reports when no peer is connected, and when a peer is connected again.
     fn look_for_peers(&mut self) {
         let Self { presence, session, summary, .. } = self;
         self.reports.extend(presence.note(monotonic_ns(), || session.is_connected()).map(|change| match change {
@@ -264,15 +268,15 @@ impl SendingBridge {
         Ok(())
     }
 
-    /// Keeps the liveliness token for as long as a source is there.
+    /// Holds the liveliness token while a source exists.
     fn look_for_source(&mut self, has_frame: bool) -> Result<(), BridgeError> {
         self.look_at_status()?;
         let now = Instant::now();
         if has_frame {
             self.last_sign = now;
         }
-        let is_there = now - self.last_sign < SOURCE_PATIENCE;
-        // Whoever sees it asks for the description, which is to be there.
+        let is_there = now - self.last_sign < SOURCE_TIMEOUT;
+        // A receiver requests the description when it sees the token, so a run must have been described.
         let run_id = self.runs.run_id();
         if let (true, None, Some(run_id)) = (is_there, &self.source, run_id) {
             let token = self.session.zenoh.liveliness().declare_token(self.settings.prefix.source()).wait();

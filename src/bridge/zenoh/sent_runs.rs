@@ -1,20 +1,20 @@
-//! Of which runs frames are sent, and how many. Pure.
+//! Selection of the runs and frames that are sent. Pure.
 //!
-//! The bus keeps frames for a reader that lags, but of the descriptions only the last one: so after a restart, frames of a run
-//! may come when the next one has been described already. They are of no use to anyone any more.
+//! The bus buffers frames for a slow reader, but keeps only the last description. So after a restart the bridge may read frames
+//! of a run after the description of the next run. These frames are outdated and are not sent.
 
 use std::collections::VecDeque;
 
 use bench_dragon_ipc::FrameHeader;
 
-/// Runs that are remembered to be over: more than a reader's buffer ever holds frames of.
+/// Most ended runs that are remembered. A reader's buffer never holds frames of so many runs.
 const MAX_PAST_RUNS: usize = 64;
 
-/// The runs of a bus, in their order.
+/// The runs of a bus, in order.
 #[derive(Debug, Default)]
 pub(super) struct SentRuns {
     described: Option<SentRun>,
-    /// One that has no description, and frames of which come nevertheless.
+    /// A run that sends frames, but has no description.
     nameless: Option<SentRun>,
     past: VecDeque<u64>,
 }
@@ -26,19 +26,19 @@ struct SentRun {
     has_begun: bool,
 }
 
-/// Whether a frame is sent.
+/// Decision about a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FrameDisposition {
-    /// It is one of those that are sent.
+    /// The frame is sent.
     Sent,
-    /// It is one of those between them.
+    /// The frame is skipped, because only a share of the frames is sent.
     LeftOut,
-    /// It comes too late: another run has followed its own.
+    /// The frame is too late: another run has followed its run.
     Past,
 }
 
 impl SentRuns {
-    /// Begins another run, which has been described.
+    /// Begins a run that has been described. The other runs end.
     pub(super) fn describe(&mut self, run_id: u64, thinning: Thinning) {
         let mut has_begun = false;
         for run in [self.described.take(), self.nameless.take()].into_iter().flatten() {
@@ -51,19 +51,19 @@ impl SentRuns {
         self.described = Some(SentRun { run_id, thinning, has_begun });
     }
 
-    /// The run that has been described last.
+    /// Returns the run that was described last.
     pub(super) fn run_id(&self) -> Option<u64> {
         self.described.as_ref().map(|run| run.run_id)
     }
 
-    /// Whether a run is one of those that are known, be it as one that is over.
+    /// Whether a run is current, or is remembered as ended.
     pub(super) fn knows(&self, run_id: u64) -> bool {
         let mut going_on = self.described.iter().chain(&self.nameless);
         going_on.any(|run| run.run_id == run_id) || self.past.contains(&run_id)
     }
 
-    /// Takes note of a run that is not described, though there has been time for it. Where the one that is has had no frame yet,
-    /// this one came before it, and is over. Returns whether its frames are sent nevertheless, all of them.
+    /// Handles a run whose description has not arrived in time. If the described run has had no frame yet, this run preceded
+    /// it, and ends. Otherwise all frames of this run are sent. Returns whether they are sent.
     pub(super) fn do_without_description(&mut self, run_id: u64) -> bool {
         if self.described.as_ref().is_some_and(|described| !described.has_begun) {
             self.end(run_id);
@@ -77,7 +77,7 @@ impl SentRuns {
         true
     }
 
-    /// What becomes of a frame of a run that is known.
+    /// Decides about a frame of a known run.
     pub(super) fn disposition(&mut self, header: &FrameHeader) -> FrameDisposition {
         let mut going_on = self.described.iter_mut().chain(&mut self.nameless);
         let Some(run) = going_on.find(|run| run.run_id == header.run_id) else { return FrameDisposition::Past };
@@ -93,26 +93,26 @@ impl SentRuns {
     }
 }
 
-/// How many of the frames are sent.
+/// Share of the frames that is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
-    /// One of so many, at least 1.
+    /// One frame of every N, at least 1.
     OneOf(u64),
-    /// As many a second as come nearest to this from below, at least 1.
+    /// At most this many frames per second, at least 1. The bridge reduces the rate by a whole factor.
     RateHz(u32),
 }
 
-/// The choice for one run.
+/// Selection of frames for one run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thinning {
-    /// Of the frames, those are sent whose tick is a multiple of this, and those that change the state.
+    /// The frames whose tick is a multiple of this are sent, and those that change the state.
     pub(super) every: u64,
     state: Option<u32>,
 }
 
 impl Thinning {
-    /// The choice for a run whose frames come at a rate, or at one that is not known where it is 0: then all are sent,
-    /// unless it was said how many.
+    /// Returns the selection for a run of `rate_hz` frames per second. If the rate is unknown (0), [`Share::RateHz`] selects
+    /// all frames.
     pub(super) fn of(share: Share, rate_hz: u32) -> Self {
         let every = match share {
             Share::OneOf(every) => every.max(1),
@@ -121,7 +121,7 @@ impl Thinning {
         Self { every, state: None }
     }
 
-    /// Whether to send this frame. A change of the state is never left out: it may be the last thing that is said.
+    /// Returns whether to send this frame. A change of the state is always sent, because it may be the last frame.
     pub(super) fn takes(&mut self, header: &FrameHeader) -> bool {
         let is_change = self.state.is_some_and(|state| state != header.state);
         self.state = Some(header.state);
@@ -145,18 +145,18 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_a_run_that_another_one_has_followed_come_too_late_and_change_nothing() {
+    fn late_frames_of_an_earlier_run_are_not_sent() {
         let mut runs = SentRuns::default();
         runs.describe(1, one_of(50));
         assert_eq!(dispositions(&mut runs, 1, 50..52), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
         runs.describe(2, one_of(50));
-        assert!(runs.knows(1), "so that nobody waits for its description");
+        assert!(runs.knows(1), "the bridge does not wait for its description");
         assert_eq!(dispositions(&mut runs, 1, 52..54), [FrameDisposition::Past, FrameDisposition::Past]);
         assert_eq!(dispositions(&mut runs, 2, 0..2), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
     }
 
     #[test]
-    fn a_run_between_two_that_are_described_is_over_when_the_later_one_is_known() {
+    fn an_undescribed_run_ends_when_the_run_after_it_is_described() {
         let mut runs = SentRuns::default();
         runs.describe(1, one_of(50));
         assert_eq!(dispositions(&mut runs, 1, 0..1), [FrameDisposition::Sent]);
@@ -175,12 +175,12 @@ mod tests {
         assert_eq!(dispositions(&mut runs, 1, 0..2), [FrameDisposition::Sent, FrameDisposition::Sent]);
         runs.describe(1, one_of(2));
         assert_eq!(dispositions(&mut runs, 1, 2..4), [FrameDisposition::Sent, FrameDisposition::LeftOut]);
-        assert!(runs.do_without_description(2), "the one that is described has had frames, so this one follows it");
+        assert!(runs.do_without_description(2), "the described run has had frames, so this run follows it");
         assert_eq!(dispositions(&mut runs, 2, 1..2), [FrameDisposition::Sent]);
     }
 
     #[test]
-    fn what_is_remembered_is_bounded() {
+    fn the_number_of_remembered_runs_is_bounded() {
         let mut runs = SentRuns::default();
         (0..1_000).for_each(|run_id| runs.describe(run_id, one_of(1)));
         assert_eq!(
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn one_of_so_many_is_sent_and_every_change_of_the_state() {
+    fn one_frame_of_every_n_is_sent_and_every_change_of_the_state() {
         let frames: Vec<_> = (0..12).map(|tick| (tick, u32::from(tick == 7))).collect();
         assert_eq!(sent(Share::OneOf(5), &frames), [0, 5, 7, 8, 10]);
         assert_eq!(sent(Share::OneOf(1), &frames).len(), frames.len());
@@ -207,12 +207,12 @@ mod tests {
         assert_eq!(Thinning::of(Share::RateHz(60), 1000).every, 17);
         assert_eq!(Thinning::of(Share::RateHz(1000), 1000).every, 1);
         assert_eq!(Thinning::of(Share::RateHz(2000), 1000).every, 1);
-        assert_eq!(Thinning::of(Share::RateHz(60), 0).every, 1, "a run of another version");
+        assert_eq!(Thinning::of(Share::RateHz(60), 0).every, 1, "unknown rate: a run of another version");
     }
 
     proptest! {
         #[test]
-        fn what_is_sent_is_as_near_to_the_rate_as_a_whole_step_comes(wanted_hz in 1..=FASTEST_HZ, rate_hz in 1..=FASTEST_HZ) {
+        fn the_smallest_whole_factor_that_keeps_the_rate_is_chosen(wanted_hz in 1..=FASTEST_HZ, rate_hz in 1..=FASTEST_HZ) {
             let every = Thinning::of(Share::RateHz(wanted_hz), rate_hz).every;
             prop_assert!(u64::from(rate_hz) <= every * u64::from(wanted_hz));
             prop_assert!(every == 1 || u64::from(rate_hz) > (every - 1) * u64::from(wanted_hz));

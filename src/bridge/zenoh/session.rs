@@ -1,4 +1,4 @@
-//! The zenoh session of a bridge: how it is opened, whether a peer is connected, and why it fails.
+//! The zenoh session of a bridge: opening it, checking for peers, and its errors.
 
 use std::fmt;
 use std::io;
@@ -14,27 +14,27 @@ use zenoh::{Config, Session, Wait as _};
 
 use super::session_settings::{SessionSettings, Side, endpoints};
 
-/// How often a session that is being opened is looked for.
+/// Period of checks while a session opens.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
-/// How long one is waited for before it is said.
+/// The bridge reports that it waits for a session after this time.
 const SILENT_WAIT: Duration = Duration::from_secs(1);
 
-/// Threads that zenoh starts for a session, with some room. It panics where it cannot.
+/// Number of threads that zenoh starts for a session, with a reserve. zenoh panics if it cannot start a thread.
 const THREADS: usize = 16;
 
-/// An open way to other machines.
+/// An open session with other machines.
 #[derive(Debug)]
 pub struct BridgeSession {
     pub(super) zenoh: Session,
-    /// Where others reach it.
+    /// Endpoints at which others reach this session.
     pub listens: Vec<String>,
-    /// Whom it tries to reach.
+    /// Endpoints that this session connects to.
     pub connects: Vec<String>,
 }
 
 impl BridgeSession {
-    /// Opens the session; `None` where `stop` was set first. Who cannot be reached yet is tried again and again: by a client
-    /// here, which is nothing without anybody, and which reports it by `on_waiting`; else in the background.
+    /// Opens the session; returns `None` if `stop` is set first. Failed connections are retried. A client needs a connection,
+    /// so for a client this function waits, and calls `on_waiting` once after a second. Other modes retry in the background.
     ///
     /// # Errors
     /// [`BridgeError`].
@@ -47,10 +47,11 @@ impl BridgeSession {
         let document = settings.document(side)?;
         let config = Config::from_json5(&document.to_string()).map_err(|error| match &settings.config {
             Some(path) => BridgeError::file(path, one_line(error)),
-            None => BridgeError::Settings(format!("these settings are none for zenoh: {}", one_line(error))),
+            None => BridgeError::Settings(format!("zenoh rejects these settings: {}", one_line(error))),
         })?;
         let (sender, opened) = channel::bounded(1);
-        // zenoh cannot be told to give up: where `stop` comes first, this one thread is not joined, and ends with the process.
+        // The opening of a zenoh session cannot be cancelled. If `stop` is set first, this thread is not joined, and ends with
+        // the process.
         require_threads().map_err(|error| BridgeError::Open(format!("cannot start {THREADS} threads: {error}")))?;
         let open = move || sender.send(zenoh::open(config).wait());
         let opening = thread::Builder::new().name("zenoh-open".to_owned()).spawn(open);
@@ -67,11 +68,11 @@ impl BridgeSession {
                     }
                 }
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(BridgeError::Open("its thread has ended".to_owned()));
+                    return Err(BridgeError::Open("its thread ended without a result".to_owned()));
                 }
             }
         };
-        // It has sent, and ends.
+        // The thread has sent its result, and ends.
         let _ = opening.join();
         let zenoh = opened.map_err(|error| BridgeError::Open(one_line(error)))?;
         let listens = zenoh.info().locators().wait().iter().map(ToString::to_string).collect();
@@ -84,7 +85,7 @@ impl BridgeSession {
     }
 }
 
-/// Starts as many threads as zenoh needs, all at once, and ends them again.
+/// Checks that the system allows the threads that zenoh needs: starts all of them at once, then ends them.
 fn require_threads() -> io::Result<()> {
     let gate = Mutex::new(());
     thread::scope(|scope| {
@@ -96,14 +97,14 @@ fn require_threads() -> io::Result<()> {
     })
 }
 
-/// How often it is looked for where somebody was there.
+/// Period of checks for peers while a peer is connected.
 const LOOK_PERIOD_NS: u64 = 1_000_000_000;
-/// How often where nobody was, so that hardly a frame is counted wrongly when somebody comes.
+/// Period of checks while no peer is connected. It is short, so that few frames are miscounted when a peer connects.
 const ALONE_LOOK_PERIOD_NS: u64 = 1_000_000;
-/// How long nobody may be there before it is said: connecting takes a moment.
+/// The bridge reports a missing peer after this time, because connecting takes a moment.
 const SILENT_NS: u64 = 1_000_000_000;
 
-/// Who was there, and since when nobody is.
+/// Tracks whether a peer is connected, and since when none is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PeerPresence {
     looked_ns: Option<u64>,
@@ -111,27 +112,27 @@ pub(super) struct PeerPresence {
     is_reported: bool,
 }
 
-/// What is to be reported.
+/// A change that the bridge reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Change {
-    /// Nobody is there, and has not been for a while.
+    /// No peer has been connected for a second.
     Alone,
-    /// Somebody is there again.
+    /// A peer is connected again.
     Connected,
 }
 
 impl PeerPresence {
-    /// Nobody, from this instant on.
+    /// Returns the state without a peer from this instant on.
     pub(super) fn none(now_ns: u64) -> Self {
         Self { looked_ns: None, alone_since_ns: Some(now_ns), is_reported: false }
     }
 
-    /// Whether somebody was there when it was last looked.
+    /// Whether a peer was connected at the last check.
     pub(super) fn is_there(&self) -> bool {
         self.alone_since_ns.is_none()
     }
 
-    /// Takes note of the present, having `look` find out whether anybody is there, if it is time for that.
+    /// Advances to `now_ns`, and calls `look` to check for a peer if a check is due. Returns a change to report.
     pub(super) fn note(&mut self, now_ns: u64, look: impl FnOnce() -> bool) -> Option<Change> {
         let period_ns = if self.is_there() { LOOK_PERIOD_NS } else { ALONE_LOOK_PERIOD_NS };
         if self.looked_ns.is_none_or(|looked_ns| now_ns.saturating_sub(looked_ns) >= period_ns) {
@@ -145,20 +146,20 @@ impl PeerPresence {
     }
 }
 
-/// Why a bridge has no session, or cannot go on.
+/// Error of a bridge that cannot open a session, or cannot continue.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BridgeError {
-    /// The arguments or the configuration file are to blame.
+    /// The arguments or the configuration file are invalid.
     #[error("{0}")]
     Settings(String),
-    /// Listening, or what that takes, did not work.
-    #[error("zenoh cannot be opened: {0}")]
+    /// zenoh cannot listen, or cannot start a thread.
+    #[error("cannot open the zenoh session: {0}")]
     Open(String),
-    /// The session has been closed, or takes no more.
-    #[error("zenoh: {0}")]
+    /// The session is closed, or rejects a request.
+    #[error("the zenoh session failed: {0}")]
     Session(String),
-    /// The bus.
+    /// The bus reports an error.
     #[error(transparent)]
     Bus(#[from] BusError),
 }
@@ -168,13 +169,13 @@ impl BridgeError {
         Self::Session(one_line(error))
     }
 
-    /// A file that is no configuration.
+    /// Returns the error for a file that is not a configuration.
     pub(super) fn file(path: &Path, reason: impl fmt::Display) -> Self {
-        Self::Settings(format!("{} is no configuration of zenoh's: {reason}", path.display()))
+        Self::Settings(format!("{} is not a zenoh configuration: {reason}", path.display()))
     }
 }
 
-/// zenoh's errors name the place in its sources, and go over several lines.
+/// Shortens an error to one line. zenoh's errors have several lines and contain the location in zenoh's sources.
 pub(super) fn one_line(error: impl fmt::Display) -> String {
     let text = error.to_string();
     let text = text.split(" at /").next().unwrap_or_default();
@@ -190,27 +191,27 @@ mod tests {
     const SECOND_NS: u64 = 1_000_000_000;
 
     #[test]
-    fn nobody_is_reported_of_after_a_second_and_once_and_so_is_whoever_comes() {
+    fn a_missing_peer_is_reported_once_after_a_second_and_a_new_peer_at_once() {
         let mut presence = PeerPresence::none(SECOND_NS);
         assert_eq!(presence.note(SECOND_NS, || false), None);
         assert_eq!(presence.note(2 * SECOND_NS, || false), Some(Change::Alone));
         assert_eq!(presence.note(9 * SECOND_NS, || false), None);
         assert_eq!(presence.note(9 * SECOND_NS + ALONE_LOOK_PERIOD_NS, || true), Some(Change::Connected));
         assert!(presence.is_there());
-        assert_eq!(presence.note(20 * SECOND_NS, || false), None, "it may be back in a moment");
+        assert_eq!(presence.note(20 * SECOND_NS, || false), None, "the peer may return within a second");
         assert!(!presence.is_there());
         assert_eq!(presence.note(21 * SECOND_NS, || false), Some(Change::Alone));
     }
 
     #[test]
-    fn whoever_is_there_at_once_is_not_reported() {
+    fn a_peer_that_is_connected_from_the_start_is_not_reported() {
         let mut presence = PeerPresence::none(SECOND_NS);
         assert_eq!(presence.note(SECOND_NS, || true), None);
         assert_eq!(presence.note(9 * SECOND_NS, || true), None);
     }
 
     #[test]
-    fn it_is_looked_no_more_often_than_once_a_second_where_somebody_is() {
+    fn a_connected_peer_is_checked_at_most_once_a_second() {
         let mut presence = PeerPresence::none(0);
         let mut looks = 0;
         for now_ms in 0..10_000 {

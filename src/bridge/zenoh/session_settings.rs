@@ -1,8 +1,8 @@
-//! What a session of zenoh's is opened with: quiet unless it was asked to be heard.
+//! Settings of a zenoh session. Listening and discovery are off unless the user enables them.
 //!
-//! By default zenoh listens on every interface and looks for others by multicast. Here a session does neither: what is not in
-//! the configuration file or in the flags is off. With no endpoint at all, a sending bridge listens on loopback, where a
-//! receiving one looks for it.
+//! By default zenoh listens on every interface and searches for peers by multicast. Here a session does neither, unless the
+//! configuration file or the flags specify it. Without any endpoint, a sending bridge listens on loopback, and a receiving
+//! bridge connects there.
 
 use std::fs;
 use std::io::Read as _;
@@ -14,52 +14,52 @@ use zenoh::config::EndPoint;
 
 use super::session::{BridgeError, one_line};
 
-/// Where a sending bridge listens, and a receiving one looks for it, unless the flags say otherwise.
+/// Endpoint of a sending bridge if no file and no flag specifies one. A receiving bridge connects to it.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
-const NOWHERE: &str =
-    "a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration";
+const NO_ENDPOINT: &str =
+    "a client needs an endpoint to connect to: set --connect ENDPOINT, or connect.endpoints in the configuration file";
 /// Longest configuration file in bytes.
 const MAX_CONFIG_BYTES: u64 = 1 << 20;
 
-/// The part that a session plays among zenoh's.
+/// Role of a session in the zenoh network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SessionMode {
-    /// Talks to others directly.
+    /// Connects to other sessions directly.
     Peer,
-    /// Has one router, or one peer, do so for it.
+    /// Connects to one router or one peer, and reaches all others through it.
     Client,
-    /// Hands on what others say as well.
+    /// Connects to others, and also forwards messages between them.
     Router,
 }
 
-/// On which side of the way a bridge stands.
+/// Direction of a bridge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Where the source is.
+    /// On the host of the source.
     Sending,
-    /// Where it is to be.
+    /// On the host that receives the source's frames.
     Receiving,
 }
 
-/// What a session is opened with.
+/// Settings of a session.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SessionSettings {
     /// zenoh's own configuration file, JSON5.
     pub config: Option<PathBuf>,
-    /// Over what the file says of it.
+    /// Overrides the mode in the file.
     pub mode: Option<SessionMode>,
-    /// Endpoints to connect to, instead of the file's where there are any.
+    /// Endpoints to connect to. If there are any, they replace the file's.
     pub connect: Vec<String>,
-    /// Endpoints to listen on, instead of the file's where there are any.
+    /// Endpoints to listen on. If there are any, they replace the file's.
     pub listen: Vec<String>,
 }
 
 impl SessionSettings {
-    /// The whole configuration: what is quiet, over it the file, over that the flags.
+    /// Returns the whole configuration: the defaults, overlaid by the file, overlaid by the flags.
     pub(super) fn document(&self, side: Side) -> Result<Value, BridgeError> {
-        let mut document = quiet();
+        let mut document = defaults();
         if let Some(path) = &self.config {
             overlay(&mut document, read(path)?);
         }
@@ -71,17 +71,18 @@ impl SessionSettings {
                 overlay(&mut document, json!({ kind: { "endpoints": endpoints } }));
             }
         }
-        self.settle(&mut document, side)?;
+        self.add_default_endpoint(&mut document, side)?;
         Ok(document)
     }
 
-    /// Says where to go where nobody has.
-    fn settle(&self, document: &mut Value, side: Side) -> Result<(), BridgeError> {
+    /// Adds the default endpoint if neither a file nor an endpoint is given. A client without an endpoint to connect to is an
+    /// error.
+    fn add_default_endpoint(&self, document: &mut Value, side: Side) -> Result<(), BridgeError> {
         let is_given = self.config.is_some() || !self.connect.is_empty() || !self.listen.is_empty();
         let is_client = document["mode"] == "client";
         let scouts = document["scouting"]["multicast"]["enabled"] == true;
         if is_client && !scouts && endpoints(document, "connect").is_empty() && (is_given || side == Side::Sending) {
-            return Err(BridgeError::Settings(NOWHERE.to_owned()));
+            return Err(BridgeError::Settings(NO_ENDPOINT.to_owned()));
         }
         if !is_given {
             let kind = if side == Side::Sending { "listen" } else { "connect" };
@@ -91,20 +92,24 @@ impl SessionSettings {
     }
 }
 
-/// Whether zenoh could make something of an endpoint.
+/// Returns an endpoint unchanged if it is a TCP or TLS endpoint with a port.
 ///
 /// # Errors
-/// What an endpoint looks like.
+/// A text that shows the form of an endpoint.
 pub fn check_endpoint(text: &str) -> Result<String, String> {
     let address = ["tcp/", "tls/"].iter().find_map(|link| text.strip_prefix(link));
     let has_port = |address: &str| address.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok());
     let is_link = text.parse::<EndPoint>().is_ok() && address.is_some_and(has_port);
-    if is_link { Ok(text.to_owned()) } else { Err("must be as tcp/10.0.0.5:7447 or tls/stage.example:7447".to_owned()) }
+    if is_link {
+        Ok(text.to_owned())
+    } else {
+        Err("must be an endpoint such as tcp/10.0.0.5:7447 or tls/stage.example:7447".to_owned())
+    }
 }
 
-/// Nothing listens, nobody is looked for, and whoever is away is tried again for as long as it takes. Shared memory is
-/// what our own bus is for.
-fn quiet() -> Value {
+/// Returns the defaults: no listening and no discovery. Connections are retried without a limit. zenoh's shared memory is off,
+/// because our own bus provides shared memory.
+fn defaults() -> Value {
     json!({
         "mode": "peer",
         "connect": { "endpoints": [], "timeout_ms": -1, "exit_on_failure": false },
@@ -112,8 +117,8 @@ fn quiet() -> Value {
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
         "transport": {
             "shared_memory": { "enabled": false },
-            // Of 64 KiB each, so some hundred frames of the paper's dragon: zenoh's two are full as soon as a processor that
-            // has much else to do leaves it waiting for a dozen milliseconds.
+            // Batches of 64 KiB each, about a hundred frames of the paper's dragon. zenoh's default of two batches is full as
+            // soon as a busy processor delays zenoh by a dozen milliseconds.
             "link": { "tx": { "queue": { "size": { "data": 16 } } } },
         },
     })
@@ -126,12 +131,12 @@ fn read(path: &Path) -> Result<Value, BridgeError> {
     let document: Result<Value, String> = json5::from_str(&text).map_err(one_line);
     match document {
         Ok(document) if document.is_object() => Ok(document),
-        Ok(_) => Err(BridgeError::file(path, "it has no keys")),
+        Ok(_) => Err(BridgeError::file(path, "must be an object with keys")),
         Err(reason) => Err(BridgeError::file(path, reason)),
     }
 }
 
-/// Puts what one document says over another, key by key; nothing is said by null.
+/// Overlays one document with another, key by key. A null changes nothing.
 fn overlay(under: &mut Value, over: Value) {
     match (under, over) {
         (_, Value::Null) => {}
@@ -144,7 +149,7 @@ fn overlay(under: &mut Value, over: Value) {
     }
 }
 
-/// All endpoints of one kind, of whichever of the forms that zenoh takes.
+/// Returns all endpoints of one kind, in any of the forms that zenoh accepts.
 pub(super) fn endpoints(document: &Value, kind: &str) -> Vec<String> {
     fn collect(value: &Value, into: &mut Vec<String>) {
         match value {
@@ -173,9 +178,9 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_asked_for_is_off() {
+    fn listening_and_discovery_are_off_by_default() {
         for side in [Side::Sending, Side::Receiving] {
-            let document = SessionSettings::default().document(side).expect("no settings are settings");
+            let document = SessionSettings::default().document(side).expect("empty settings are valid");
             assert_eq!(document["scouting"]["multicast"]["enabled"], false);
             assert_eq!(document["scouting"]["gossip"]["enabled"], false);
             let (listens, connects) = (endpoints(&document, "listen"), endpoints(&document, "connect"));
@@ -184,17 +189,17 @@ mod tests {
         }
         let (_file, settings) = with("{ transport: { link: { tx: { lease: 5000 } } } }");
         let document = settings.document(Side::Sending).expect("a configuration");
-        assert_eq!(endpoints(&document, "listen"), Vec::<String>::new(), "a file without endpoints asks for none");
+        assert_eq!(endpoints(&document, "listen"), Vec::<String>::new(), "a file without endpoints adds none");
         assert_eq!(document["scouting"]["multicast"]["enabled"], false);
         let (_file, settings) = with("{ scouting: null, listen: { endpoints: null } }");
         let document = settings.document(Side::Sending).expect("a configuration");
-        assert_eq!(document["scouting"]["multicast"]["enabled"], false, "nothing is asked for by null");
+        assert_eq!(document["scouting"]["multicast"]["enabled"], false, "null enables nothing");
         assert_eq!(endpoints(&document, "listen"), Vec::<String>::new());
         assert!(document["listen"]["endpoints"].is_array());
     }
 
     #[test]
-    fn a_file_is_obeyed_and_flags_stand_over_it() {
+    fn a_file_overrides_the_defaults_and_flags_override_the_file() {
         let (_file, settings) = with(
             "{ mode: 'router', listen: { endpoints: { router: ['tcp/10.0.0.1:1'] } }, // a comment\n
                scouting: { multicast: { enabled: true } } }",
@@ -215,11 +220,11 @@ mod tests {
     #[test]
     fn a_client_needs_an_endpoint() {
         let client = SessionSettings { mode: Some(SessionMode::Client), ..SessionSettings::default() };
-        let is_nowhere =
-            |document: Result<Value, BridgeError>| document.is_err_and(|error| error.to_string() == NOWHERE);
-        assert!(is_nowhere(client.document(Side::Sending)));
-        assert!(client.document(Side::Receiving).is_ok(), "it looks on loopback");
+        let lacks_endpoint =
+            |document: Result<Value, BridgeError>| document.is_err_and(|error| error.to_string() == NO_ENDPOINT);
+        assert!(lacks_endpoint(client.document(Side::Sending)));
+        assert!(client.document(Side::Receiving).is_ok(), "a receiving client connects to loopback");
         let (_file, settings) = with("{ mode: 'client' }");
-        assert!(is_nowhere(settings.document(Side::Receiving)));
+        assert!(lacks_endpoint(settings.document(Side::Receiving)));
     }
 }

@@ -1,9 +1,9 @@
-//! What goes over the wire: the bus's own layouts, which are little-endian, checked before anything is made of them. Their
-//! bytes are those that `IntoBytes::as_bytes` returns, for a whole frame [`frame_bytes`](bench_dragon_ipc::frame_bytes).
+//! The wire format: the bus's own layouts, little-endian. Their bytes are those of `IntoBytes::as_bytes`; the bytes of a whole
+//! frame are those of [`frame_bytes`](bench_dragon_ipc::frame_bytes).
 //!
-//! Pure: bytes in, values out. Whoever sends may be another program, another version, or an enemy; so a length is compared
-//! before anything is read, nothing in a payload decides how much memory is taken, and a number that no source would send
-//! is refused.
+//! The functions are pure. The sender may be another program, another version or an attacker, so every payload is checked.
+//! Lengths are compared before anything is read. No field of a payload makes the bridge allocate more than the payload's own
+//! length. Values that no source sends are rejected.
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
@@ -13,9 +13,9 @@ use bench_dragon_ipc::{
 
 use crate::source::replay::FASTEST_HZ;
 
-const _: () = assert!(cfg!(target_endian = "little"), "the bus and the wire have the same bytes");
+const _: () = assert!(cfg!(target_endian = "little"), "the bus and the wire share one layout, which is little-endian");
 
-/// Encodings of the payloads. What run a description is of stands in its attachment, see [`Described`].
+/// Encodings of the payloads. The attachment of a description names its run, see [`Described`].
 pub(super) const FRAME_ENCODING: &str = "application/octet-stream;bench_dragon.Frame.v1";
 pub(super) const ALERT_ENCODING: &str = "application/octet-stream;bench_dragon.Alert.v1";
 pub(super) const COMMAND_ENCODING: &str = "application/octet-stream;bench_dragon.Command.v3";
@@ -24,19 +24,19 @@ pub(super) const DESCRIPTION_ENCODING: &str = "text/toml";
 
 const HEADER_BYTES: usize = size_of::<FrameHeader>();
 const HANDLE_BYTES: usize = size_of::<HandleState>();
-/// Bytes of the longest frame that is taken.
+/// Bytes of the longest frame that is accepted.
 pub(super) const MAX_FRAME_BYTES: usize = HEADER_BYTES + (MAX_BENCHES + 1) * HANDLE_BYTES;
 pub(super) const ALERT_BYTES: usize = size_of::<Alert>();
 pub(super) const COMMAND_BYTES: usize = size_of::<Command>();
 pub(super) const REPLY_BYTES: usize = size_of::<CommandReply>();
-/// Bytes of what is attached to a command, and to a description.
+/// Bytes of the attachment of a command, and of a description.
 pub(super) const SEEN_BYTES: usize = size_of::<[u64; 2]>();
 pub(super) const DESCRIBED_BYTES: usize = size_of::<[u64; 3]>();
 
-/// The most that may be left out between two frames that are sent: all but one a second of the fastest run.
+/// Largest allowed value of [`Described::every`]: one frame per second of the fastest run.
 pub const MAX_EVERY: u64 = FASTEST_HZ as u64;
 
-/// Reads a frame as a source publishes it. The handles are written over what `handles` holds, so that its memory is used again.
+/// Decodes a frame as a source publishes it. The handles replace the contents of `handles`, so its memory is reused.
 pub(super) fn decode_frame(bytes: &[u8], handles: &mut Vec<HandleState>) -> Option<FrameHeader> {
     let (head, body) = bytes.split_at_checked(HEADER_BYTES)?;
     let header = decode_header(head)?;
@@ -60,7 +60,7 @@ fn decode_header(bytes: &[u8]) -> Option<FrameHeader> {
     (is_run(header.run_id) && is_finite && is_known && is_dragon).then_some(header)
 }
 
-/// Reads an alert as a monitor publishes it: of two benches, the lower one first, or of none.
+/// Decodes an alert as a monitor publishes it. It names two benches, the lower one first, or none.
 pub(super) fn decode_alert(bytes: &[u8]) -> Option<Alert> {
     let alert: Alert = read(bytes)?;
     let is_finite = are_finite(&[alert.clearance_m]) && are_finite(&alert.point_m);
@@ -71,17 +71,17 @@ pub(super) fn decode_alert(bytes: &[u8]) -> Option<Alert> {
     (is_run(alert.run_id) && is_finite && is_known && (is_none || is_pair)).then_some(alert)
 }
 
-/// Reads a reply. A reason that this version does not know is one all the same.
+/// Decodes a reply. Unknown refusal codes, which another version may send, are accepted.
 pub(super) fn decode_reply(bytes: &[u8]) -> Option<CommandReply> {
     read(bytes).filter(|reply: &CommandReply| is_run(reply.run_id))
 }
 
-/// What whoever commands has seen of the show: attached to a command, as two little-endian `u64`. By it the other side rejects
-/// a command that was held up between the hosts, and which must not be carried out any more.
+/// Position in the show at which a command was sent: its attachment, two little-endian `u64`. With it the other host rejects a
+/// command that was delayed between the hosts and must no longer be executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Seen {
     pub(super) run_id: u64,
-    /// The tick that it has come to.
+    /// The tick that the run had reached.
     pub(super) tick: u64,
 }
 
@@ -94,24 +94,24 @@ pub(super) fn decode_seen(bytes: &[u8]) -> Option<Seen> {
     is_run(run_id).then_some(Seen { run_id, tick })
 }
 
-/// What a description is of: attached to it, as three little-endian `u64`.
+/// The run of a description, and the rate of its frames: the attachment of a description, three little-endian `u64`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Described {
-    /// The run.
+    /// The run's id.
     pub run_id: u64,
-    /// Of the run's frames, those are sent whose tick is a multiple of this, and those that change the state.
+    /// The sender selects the frames whose tick is a multiple of this, and those that change the state.
     pub every: u64,
-    /// Frames of the run a second before that choice; 0 where it is not known. A recording that is played faster than it was
-    /// made has more than its configuration says.
+    /// Frames per second of the run before this selection; 0 if unknown. A recording that is replayed faster than it was made
+    /// has a higher rate than its configuration.
     pub rate_hz: u64,
 }
 
-/// What is attached to a description, as bytes.
+/// Encodes the attachment of a description.
 pub fn encode_described(described: Described) -> Vec<u8> {
     [described.run_id, described.every, described.rate_hz].as_bytes().to_vec()
 }
 
-/// Reads a description, and what it is of. The text is not read as a configuration: that is its readers' affair.
+/// Decodes a description and its attachment. It does not parse the text as a configuration: readers of the text do so.
 pub(super) fn decode_description(bytes: &[u8], attached: &[u8]) -> Option<(Described, String)> {
     let [run_id, every, rate_hz] = read(attached)?;
     let is_rate = (1..=MAX_EVERY).contains(&every) && rate_hz <= u64::from(FASTEST_HZ);
@@ -121,7 +121,7 @@ pub(super) fn decode_description(bytes: &[u8], attached: &[u8]) -> Option<(Descr
     Some((Described { run_id, every, rate_hz }, str::from_utf8(bytes).ok()?.to_owned()))
 }
 
-/// Numbers of runs are smaller, so that every double holds them.
+/// Run ids are below this bound, so every f64 can represent them exactly.
 const RUN_ID_END: u64 = 1 << 53;
 
 fn is_run(run_id: u64) -> bool {
@@ -132,7 +132,7 @@ fn are_finite(values: &[f64]) -> bool {
     values.iter().all(|value| value.is_finite())
 }
 
-/// What lies in a payload that is exactly as long as its kind. Of a command no more is asked: its values are the server's to judge.
+/// Decodes a payload that has exactly the length of its type. A command needs no other check: the server checks its values.
 pub(super) fn read<Kind: FromBytes>(bytes: &[u8]) -> Option<Kind> {
     Kind::read_from_bytes(bytes).ok()
 }
@@ -147,7 +147,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_taken_of_hostile_bytes_is_what_they_say(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+        fn accepted_bytes_encode_back_to_the_same_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
             let mut handles = Vec::new();
             if let Some(header) = decode_frame(&bytes, &mut handles) {
                 prop_assert_eq!(frame_bytes(&header, &handles), bytes.clone());
@@ -200,16 +200,16 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_frame_reads_back_to_the_last_bit((header, handles) in any_frame()) {
+        fn a_frame_is_decoded_bit_for_bit((header, handles) in any_frame()) {
             let bytes = frame_bytes(&header, &handles);
             prop_assert_eq!(bytes.len(), HEADER_BYTES + handles.len() * HANDLE_BYTES);
             let mut read = vec![HandleState::default(); 3];
-            let read_header = decode_frame(&bytes, &mut read).expect("it was encoded here");
+            let read_header = decode_frame(&bytes, &mut read).expect("the frame has just been encoded");
             prop_assert_eq!(frame_bytes(&read_header, &read), bytes);
         }
 
         #[test]
-        fn a_frame_that_is_cut_or_longer_is_refused((header, handles) in any_frame(), cut in 1_usize..200, extra in 1_usize..99) {
+        fn a_frame_of_wrong_length_is_rejected((header, handles) in any_frame(), cut in 1_usize..200, extra in 1_usize..99) {
             let bytes = frame_bytes(&header, &handles);
             let mut read = Vec::new();
             prop_assert!(decode_frame(&bytes[..bytes.len().saturating_sub(cut)], &mut read).is_none());
@@ -217,7 +217,7 @@ mod tests {
         }
 
         #[test]
-        fn a_frame_with_any_byte_changed_is_refused_or_is_what_it_says(
+        fn a_frame_with_a_changed_byte_is_rejected_or_encodes_back_to_its_bytes(
             (header, handles) in any_frame(), at: prop::sample::Index, byte: u8,
         ) {
             let mut bytes = frame_bytes(&header, &handles);
@@ -230,7 +230,7 @@ mod tests {
         }
 
         #[test]
-        fn a_frame_with_one_value_that_is_no_number_is_refused((header, handles) in any_frame(), at: prop::sample::Index) {
+        fn a_frame_with_one_nan_is_rejected((header, handles) in any_frame(), at: prop::sample::Index) {
             let mut bytes = frame_bytes(&header, &handles);
             let at = HEADER_BYTES + at.index(handles.len() * 6) * 8;
             bytes[at..at + 8].copy_from_slice(&f64::NAN.to_le_bytes());
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_header_stands_where_the_bus_has_it() {
+    fn header_fields_have_the_offsets_of_the_bus() {
         let header =
             FrameHeader { run_id: 1, tick: 2, sim_time_ns: -3, bench_count: 4, state: 1, ..FrameHeader::default() };
         let bytes = frame_bytes(&header, &[]);
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_no_source_has_are_refused() {
+    fn header_values_that_no_source_sends_are_rejected() {
         let handles = [HandleState::default(); 2];
         let sound = FrameHeader { bench_count: 1, ..FrameHeader::default() };
         let read = |header: FrameHeader| decode_frame(&frame_bytes(&header, &handles), &mut Vec::new());
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alert_is_about_two_benches_or_none() {
+    fn an_alert_names_two_benches_or_none() {
         let alert = Alert {
             run_id: 7,
             tick: 1,
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_description_is_text_of_a_run_and_says_how_many_frames_there_are_and_are_sent() {
+    fn a_description_is_utf8_text_with_a_run_and_two_rates() {
         let described = Described { run_id: 5, every: 10, rate_hz: 10_000 };
         let read = |text: &[u8], described| decode_description(text, &encode_described(described));
         assert_eq!(read(b"[dragon]", described), Some((described, "[dragon]".to_owned())));
@@ -304,7 +304,10 @@ mod tests {
         ] {
             assert_eq!(read(b"", odd), None, "{odd:?}");
         }
-        assert!(read(b"", Described { rate_hz: 0, ..described }).is_some(), "a description of another version");
+        assert!(
+            read(b"", Described { rate_hz: 0, ..described }).is_some(),
+            "unknown rate: a description of another version"
+        );
         assert!(read(&vec![b' '; MAX_DESCRIPTION_LEN + 1], described).is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! The newest frame of the bus, at each release of a rate that is the bridge's own.
+//! The feed of a bridge: the newest frame of the bus at each release of the bridge's own rate.
 
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
@@ -8,19 +8,19 @@ use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
 use crate::system::stop::StopFlag;
 
-/// Statuses that are read at a time: one of the source there is, and one that the last one has left.
+/// Statuses that are read per release: the present source's, and one that the last source may have left.
 const MAX_STATUSES: usize = 4;
 
-/// Polls the bus at a fixed rate, so that the server wakes nobody. A server that is gone leaves its last frame to be told
-/// again, as stale; that of the next one follows by itself.
+/// Polls the bus at a fixed rate, so that the server need not wake the bridge. After a server has ended, the feed repeats its
+/// last frame as stale. It goes on with the next server's frames.
 pub(super) struct Feed<'a> {
     stop: &'a StopFlag,
     frames: FrameSubscriber,
     status: StatusReader,
-    /// A run and its rate, as the last status has them.
+    /// Run id and rate of the last status.
     rate: Option<(u64, u32)>,
     schedule: Schedule,
-    /// When the bridge started, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// Start of the bridge, in nanoseconds of `CLOCK_MONOTONIC`.
     pub(super) epoch_ns: u64,
     latest: Option<LatestFrame>,
 }
@@ -32,7 +32,7 @@ pub(super) struct Release<'a> {
 }
 
 impl<'a> Feed<'a> {
-    /// Waits for a server, and counts releases from the moment at which there is one. `None` where a signal came first.
+    /// Waits for a server, and counts releases from the instant at which it is found. `None` if a signal arrives first.
     pub(super) fn open(
         domain: &Domain,
         name: &str,
@@ -53,7 +53,7 @@ impl<'a> Feed<'a> {
         }))
     }
 
-    /// Waits for the next release at which there is something to send. `None` after a signal.
+    /// Waits for the next release with a frame to send. `None` after a signal.
     pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
         loop {
             if !self.sleep_until(self.schedule.due_ns()) {
@@ -79,12 +79,12 @@ impl<'a> Feed<'a> {
         Ok(self.latest.as_ref().map(|latest| Release { now_ns: monotonic_ns(), latest }))
     }
 
-    /// Releases that have passed while the bridge was busy.
+    /// Releases that the bridge missed because it was busy.
     pub(super) fn missed(&self) -> u64 {
         self.schedule.overruns()
     }
 
-    /// Sleeps until an instant, in pieces. Returns false after a signal.
+    /// Sleeps until an instant, in short pieces. Returns false after a signal.
     fn sleep_until(&self, deadline_ns: u64) -> bool {
         let piece_ns = WAIT_PERIOD.as_nanos() as u64;
         while !self.stop.is_set() {

@@ -1,4 +1,4 @@
-//! `bridge`: the poses in the words of show control.
+//! `bridge`: passes the poses on in the protocols of show control.
 
 use std::net::{Ipv4Addr, SocketAddrV4};
 use std::process::ExitCode;
@@ -23,15 +23,15 @@ mod zenoh;
 use feed::Feed;
 use session::PacketSession;
 
-/// Hand the poses on to desks, media servers and other machines.
+/// Pass the poses on to lighting desks, media servers and other machines.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon bridge psn --interface 10.0.0.5
   bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
 
-A bridge is a reader like any other: it polls, and the server never waits for it.")]
+A bridge polls the frames; the server never waits for it.")]
 pub(crate) struct BridgeArgs {
-    /// To whom.
+    /// The protocol.
     #[command(subcommand)]
     pub(crate) bridge: Bridge,
     #[command(flatten)]
@@ -52,13 +52,13 @@ pub(crate) enum Bridge {
 }
 
 impl Bridge {
-    /// Its name among the commands beside a show, or why it cannot be one.
+    /// Name of the bridge among the commands beside a show, or the reason why it cannot be one.
     pub(crate) fn name_beside_show(&self) -> Result<&'static str, &'static str> {
         match self {
             Self::Psn(_) => Ok("bridge psn"),
             Self::Osc(_) => Ok("bridge osc"),
             #[cfg(feature = "zenoh")]
-            Self::Zenoh(zenoh) if zenoh.receive => Err("must be without --receive, for a show has a source of its own"),
+            Self::Zenoh(zenoh) if zenoh.receive => Err("must be without --receive, because a show has its own source"),
             #[cfg(feature = "zenoh")]
             Self::Zenoh(_) => Ok("bridge zenoh"),
             #[cfg(not(feature = "zenoh"))]
@@ -67,99 +67,100 @@ impl Bridge {
     }
 }
 
-/// PosiStageNet 2.03: each bench as a tracker, for lighting desks and media servers.
+/// Send PosiStageNet 2.03 to lighting desks and media servers, each bench as a tracker.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon bridge psn --interface 10.0.0.5
   bench-dragon bridge psn --to 10.0.0.20:56565 --rate 30
 
-A tracker is a bench's centre, its id the bench's number, the head's 0. Its x is our x, its y (up) our z, its z (depth) our y. \
-Its status is 1, and 0 once the server has been silent for 1.5 seconds, or for three periods of one that is slower.")]
+A tracker is the centre of a bench. Its id is the bench's number; the head is 0. Its x is our x, its y (up) our z, its z \
+(depth) our y. Its status is 1, and 0 once the server has been silent for 1.5 seconds, or for three periods of a slower \
+server.")]
 pub(crate) struct PsnArgs {
-    /// The receiver: a multicast group, or one machine.
+    /// IPv4 address and port of the receiver, a multicast group or one machine.
     #[arg(long, value_name = "ADDRESS:PORT", default_value_t = psn::DEFAULT_TARGET, value_parser = target)]
     pub(crate) to: SocketAddrV4,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
-    /// DATA frames a second, 1 to 250.
+    /// DATA frames per second, 1 to 250.
     #[arg(long, value_name = "HZ", default_value_t = 60, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
     pub(crate) rate: u32,
-    /// The name under which desks list this sender [default: bench-dragon and the instance].
+    /// Name under which lighting desks list this sender [default: bench-dragon and the instance].
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<SystemName>,
 }
 
-/// Open Sound Control: a message a bench, for whatever speaks OSC.
+/// Send Open Sound Control (OSC) messages, one per bench and frame.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon bridge osc --to 10.0.0.30:7000
   bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
   bench-dragon bridge osc --address /stage/{index}/pose --angle radians
 
-A frame is one message /dragon/show (show time in s, state, time scale, tick, fresh: 1, or 0 once the server has been silent \
-for 1.5 seconds, or three periods of a slower one) and one a bench (x, y, z in metres, heading counter-clockwise from +x, \
-speed in m/s of wall time).")]
+A frame is one message /dragon/show and one message per bench. /dragon/show has show time in s, state, time scale, tick, and \
+fresh: 1, or 0 once the server has been silent for 1.5 seconds, or for three periods of a slower server. A bench's message has \
+x, y, z in metres, heading counter-clockwise from +x, and speed in m/s of wall time.")]
 pub(crate) struct OscArgs {
-    /// The receiver.
+    /// IPv4 address and port of the receiver.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9000", value_parser = target)]
     pub(crate) to: SocketAddrV4,
-    /// Connect to the receiver by TCP, and frame packets by SLIP.
+    /// Send by TCP, with SLIP framing, instead of UDP.
     #[arg(long, conflicts_with_all = ["interface", "ttl"])]
     pub(crate) tcp: bool,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
-    /// Frames a second, 1 to 250.
+    /// Frames per second, 1 to 250.
     #[arg(long, value_name = "HZ", default_value_t = 30, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
     pub(crate) rate: u32,
-    /// The address of a bench's message; {index} is the bench's number.
+    /// OSC address of a bench's message; {index} is the bench's number.
     #[arg(long, value_name = "PATTERN", default_value = "/dragon/bench/{index}")]
     pub(crate) address: AddressPattern,
-    /// The address of the show's message.
+    /// OSC address of the show's message.
     #[arg(long, value_name = "ADDRESS", default_value = "/dragon/show")]
     pub(crate) show_address: ShowAddress,
-    /// How headings are told.
+    /// Unit of headings.
     #[arg(long, value_enum, value_name = "UNIT", default_value_t)]
     pub(crate) angle: AngleUnit,
-    /// Put the messages of a frame into bundles, each as large as a datagram holds.
+    /// Send the messages of a frame in bundles, each up to the size of a datagram.
     #[arg(long)]
     pub(crate) bundle: bool,
 }
 
-/// zenoh: another machine's bus. This program was built without it.
+/// Pass the bus on to another machine by zenoh. This program was built without this bridge.
 #[cfg(not(feature = "zenoh"))]
 #[derive(Clone, Debug, Args)]
-#[command(after_help = "Example, once it was built with cargo build --release --features zenoh:
+#[command(after_help = "Example, for a program that was built with cargo build --release --features zenoh:
   bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447")]
 pub(crate) struct AnyArgs {
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _any: Vec<String>,
 }
 
-/// How datagrams leave this machine.
+/// Flags for outgoing datagrams.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct NetworkArgs {
-    /// The address of the interface to send by [default: as the routing table says].
+    /// IPv4 address of the network interface to send from [default: by the routing table].
     #[arg(long, value_name = "ADDRESS", value_parser = interface)]
     pub(crate) interface: Option<Ipv4Addr>,
-    /// Networks that a multicast datagram may pass through, 1 to 255.
+    /// Most networks that a multicast datagram passes through (TTL), 1 to 255.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = within(1..=255_u32))]
     pub(crate) ttl: u32,
 }
 
 fn target(text: &str) -> Result<SocketAddrV4, String> {
     let target = text.parse().ok().filter(|target: &SocketAddrV4| target.port() > 0 && !target.ip().is_unspecified());
-    target.ok_or_else(|| "must be an IPv4 address and a port, as 10.0.0.20:56565".to_owned())
+    target.ok_or_else(|| "must be an IPv4 address and a port, such as 10.0.0.20:56565".to_owned())
 }
 
 fn interface(text: &str) -> Result<Ipv4Addr, String> {
     let address = text.parse().ok().filter(|address: &Ipv4Addr| !address.is_multicast() && !address.is_broadcast());
-    address.ok_or_else(|| "must be an IPv4 address of this machine, as 10.0.0.5".to_owned())
+    address.ok_or_else(|| "must be an IPv4 address of this machine, such as 10.0.0.5".to_owned())
 }
 
-/// What a program that was built without zenoh says.
+/// The error of a program that was built without zenoh.
 #[cfg(not(feature = "zenoh"))]
 pub(in crate::command) const WITHOUT_ZENOH: &str =
-    "this program was built without the bridge to other machines: cargo build --release --features zenoh builds it in";
+    "this program was built without the zenoh bridge: build it with cargo build --release --features zenoh";
 
 pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
     match &args.bridge {
@@ -172,11 +173,11 @@ pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
     }
 }
 
-/// Makes a sender of datagrams. An error says which interface there is none of.
+/// Opens a sender of datagrams. Its error names a missing interface.
 fn open_udp(to: SocketAddrV4, network: NetworkArgs) -> anyhow::Result<Box<dyn Outlet>> {
     let target = UdpTarget { to, interface: network.interface, multicast_ttl: network.ttl };
     let sender = UdpSender::open(target).with_context(|| match network.interface {
-        Some(interface) => format!("no interface can send from {interface}, `ip address` lists those that there are"),
+        Some(interface) => format!("no interface can send from {interface}, `ip address` lists all interfaces"),
         None => format!("cannot send to {to}"),
     })?;
     Ok(Box::new(sender))
@@ -195,7 +196,7 @@ fn send_psn(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> {
     session.finish(feed.missed())
 }
 
-/// Sends frame after frame, until a signal comes.
+/// Sends frame after frame until a signal.
 fn hand_on(feed: &mut Feed<'_>, name: SystemName, session: &mut PacketSession) -> anyhow::Result<()> {
     let mut encoder = PsnEncoder::new(name, feed.epoch_ns);
     let mut packets = Packets::default();
@@ -236,10 +237,12 @@ fn send_osc(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
 
 fn check(OscArgs { to, tcp, address, show_address, .. }: &OscArgs) -> Result<(), BadInput> {
     if *tcp && (to.ip().is_multicast() || to.ip().is_broadcast()) {
-        return Err(BadInput(format!("--to is {to}, must be one machine's with --tcp")));
+        return Err(BadInput(format!("--to is {to}, must be the address of one machine with --tcp")));
     }
     if address.is_bench(show_address) {
-        return Err(BadInput(format!("--show-address is {show_address}, must be no bench's by --address {address}")));
+        return Err(BadInput(format!(
+            "--show-address is {show_address}, must differ from each bench's by --address {address}"
+        )));
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! What every bridge does with its packets: send, count, and tell where they no longer get through.
+//! The session of a packet bridge: sends and counts packets, and reports when sending fails and works again.
 
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -11,11 +11,11 @@ use crate::command::flags::Format;
 use crate::command::print::{print_notice, print_report};
 use crate::output::Counted;
 
-/// A line of `bridge psn` and `bridge osc`.
+/// A line that `bridge psn` and `bridge osc` print.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum BridgeLine {
-    /// There is a server, and the first frame is about to be sent.
+    /// A server is running, and the first frame is sent next.
     Started {
         to: String,
         /// The instant of `CLOCK_MONOTONIC` from which the bridge's own timestamps count.
@@ -25,38 +25,39 @@ enum BridgeLine {
     Notice {
         message: String,
     },
-    /// No frame has come for too long: the last one is sent as stale.
+    /// No frame has arrived for too long: the last one is sent as stale.
     Silent {
-        /// How long ago it was sent by the server.
+        /// Seconds since the server sent that frame.
         age_s: f64,
     },
     Resumed,
     Summary(BridgeSummary),
 }
 
-/// What a bridge sent.
+/// Totals of a bridge.
 #[derive(Clone, Copy, Default, Serialize)]
 struct BridgeSummary {
+    /// Frames sent.
     frames: u64,
-    /// Those of them that told a frame of the bus again which was too old to be believed.
+    /// Frames among these that were stale.
     stale: u64,
-    /// Packets handed over to the network.
+    /// Packets passed to the network.
     packets: u64,
     bytes: u64,
     errors: u64,
-    /// Frames left out because the receiver had not taken the one before.
+    /// Frames dropped because the receiver had not accepted the frame before.
     dropped: u64,
-    /// Releases that passed while the bridge was busy.
+    /// Releases that the bridge missed because it was busy.
     missed: u64,
 }
 
 pub(super) struct PacketSession {
     format: Format,
-    /// The receiver, as it is told.
+    /// The receiver, in words.
     to: String,
     outlet: Box<dyn Outlet>,
     outage: Outage,
-    /// Whether the frame that was sent last was too old to be believed.
+    /// Whether the last frame that was sent was stale.
     is_stale: bool,
     summary: BridgeSummary,
 }
@@ -81,7 +82,7 @@ impl PacketSession {
         Ok(())
     }
 
-    /// Sends packets. Returns whether any of them has left.
+    /// Sends packets. Returns whether at least one was sent.
     pub(super) fn send(&mut self, packets: &Packets, now_ns: u64) -> anyhow::Result<bool> {
         let delivery = self.outlet.send(packets, now_ns);
         self.summary.packets += delivery.packets;
@@ -104,22 +105,21 @@ impl PacketSession {
         Ok(delivery.packets > 0)
     }
 
-    /// Tells when the server falls silent, and when it is back.
+    /// Reports the beginning and the end of the server's silence.
     fn note_freshness(&mut self, freshness: Freshness) -> anyhow::Result<()> {
         let was_stale = std::mem::replace(&mut self.is_stale, !freshness.is_fresh());
         match freshness {
             Freshness::Stale { age_ns } if !was_stale => {
                 let age_s = age_ns as f64 * 1e-9;
-                let text =
-                    format!("no frame has come for {age_s:.1} s: the last one is sent as stale, with speeds of 0");
+                let text = format!("no frame for {age_s:.1} s: the last one is sent as stale, with all speeds 0");
                 print_notice(self.format, &BridgeLine::Silent { age_s }, &text)
             }
-            Freshness::Fresh if was_stale => print_notice(self.format, &BridgeLine::Resumed, "frames come again"),
+            Freshness::Fresh if was_stale => print_notice(self.format, &BridgeLine::Resumed, "frames arrive again"),
             _ => Ok(()),
         }
     }
 
-    /// Tells what was sent. `missed` are the releases that passed meanwhile.
+    /// Reports the totals. `missed` is the number of missed releases.
     pub(super) fn finish(mut self, missed: u64) -> anyhow::Result<ExitCode> {
         self.summary.missed = missed;
         let BridgeSummary { frames, stale, packets, bytes, errors, dropped, missed } = self.summary;

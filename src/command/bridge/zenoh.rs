@@ -1,4 +1,4 @@
-//! `bridge zenoh`: the bus here over the network, and onto a bus there.
+//! `bridge zenoh`: sends this machine's bus over the network, or receives another machine's bus.
 
 use std::process::ExitCode;
 
@@ -19,41 +19,41 @@ use crate::output::Counted;
 use crate::system::stop::StopFlag;
 
 #[cfg(feature = "zenoh")]
-/// zenoh: the same bus on another machine, where every client works unchanged.
+/// Copy the bus to another machine by zenoh; every client works there unchanged.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon bridge zenoh --listen tcp/10.0.0.5:7447             on the server's machine
   bench-dragon bridge zenoh --receive --connect tcp/10.0.0.5:7447  on the other one
   bench-dragon bridge zenoh --config tls.json5 --rate 60 --allow-commands
 
-Nothing is listened on and nobody is looked for but as the flags and the configuration say. Without any endpoint a sending \
-bridge listens on tcp/127.0.0.1:7447, and a receiving one looks for it there.")]
+The bridge listens and connects only as the flags and the configuration specify. Without any endpoint a sending bridge listens \
+on tcp/127.0.0.1:7447, and a receiving bridge connects there.")]
 pub(crate) struct ZenohArgs {
-    /// Put what comes from another host onto this instance's bus, instead of sending what is there.
+    /// Receive another machine's frames and publish them on this instance's bus, instead of sending this bus.
     #[arg(long)]
     pub(crate) receive: bool,
-    /// zenoh's own configuration, JSON5: TLS, passwords, timeouts. What it does not name stays off.
+    /// zenoh's own configuration file, JSON5, with TLS, passwords or timeouts; everything that it does not mention stays off.
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     pub(crate) config: Option<std::path::PathBuf>,
-    /// Connect to this endpoint; again for more.
+    /// Connect to this endpoint; may be repeated.
     #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]
     pub(crate) connect: Vec<String>,
-    /// Listen on this endpoint; again for more. Loopback is heard on this machine alone.
+    /// Listen on this endpoint; may be repeated. Only this machine can reach a loopback endpoint.
     #[arg(long, value_name = "ENDPOINT", value_parser = check_endpoint)]
     pub(crate) listen: Vec<String>,
-    /// What to be among zenoh's: a peer unless the configuration says otherwise.
+    /// Role of this bridge in the zenoh network [default: configured, else peer].
     #[arg(long, value_enum)]
     pub(crate) mode: Option<SessionMode>,
-    /// What all keys begin with [default: bench-dragon/ and the instance].
+    /// Prefix of all keys [default: bench-dragon/ and the instance].
     #[arg(long, value_name = "PREFIX")]
     pub(crate) key: Option<KeyPrefix>,
-    /// Send one frame of so many.
+    /// Send one frame of every N frames [default: 1].
     #[arg(long, value_name = "N", conflicts_with_all = ["rate", "receive"], allow_negative_numbers = true, value_parser = within(1..=MAX_EVERY))]
     pub(crate) every: Option<u64>,
-    /// Send at most so many frames a second.
+    /// Most frames to send per second, 1 to 100000 [default: all].
     #[arg(long, value_name = "HZ", conflicts_with = "receive", allow_negative_numbers = true, value_parser = within(RATE_HZ))]
     pub(crate) rate: Option<u32>,
-    /// Let whoever reaches this bridge command the server: pause, seek, stop and all else.
+    /// Accept commands to the server (pause, seek, stop and all others) from anyone who can reach this bridge.
     #[arg(long, conflicts_with = "receive")]
     pub(crate) allow_commands: bool,
 }
@@ -66,7 +66,7 @@ pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCo
     let format = args.format.format;
     if let Some(session) = open(zenoh, side, &stop)? {
         let key = prefix.to_string();
-        tell(
+        report(
             format,
             &ZenohReport::Started { key, listens: session.listens.clone(), connects: session.connects.clone() },
         )?;
@@ -85,12 +85,12 @@ fn open(zenoh: &ZenohArgs, side: Side, stop: &StopFlag) -> anyhow::Result<Option
         connect: zenoh.connect.clone(),
         listen: zenoh.listen.clone(),
     };
-    BridgeSession::open(&settings, side, stop.as_atomic(), tell_waiting)
+    BridgeSession::open(&settings, side, stop.as_atomic(), report_waiting)
         .map_err(|error| if let BridgeError::Settings(why) = error { BadInput(why).into() } else { error.into() })
 }
 
-fn tell_waiting(connects: &[String]) {
-    complain(&format!("waiting for somebody at {}", listed(connects)));
+fn report_waiting(connects: &[String]) {
+    complain(&format!("waiting for a peer at {}", listed(connects)));
 }
 
 fn send(
@@ -107,9 +107,9 @@ fn send(
     let mut summary = SenderSummary::default();
     if let Some(ports) = ports {
         let sender = SendingBridge::open(domain, session, ports, settings)?;
-        summary = sender.run(stop.as_atomic(), |line| tell(format, &line))?;
+        summary = sender.run(stop.as_atomic(), |line| report(format, &line))?;
     }
-    tell(format, &ZenohReport::Sent(summary))
+    report(format, &ZenohReport::Sent(summary))
 }
 
 fn receive(
@@ -120,18 +120,18 @@ fn receive(
     stop: &StopFlag,
 ) -> anyhow::Result<()> {
     let receiver = ReceivingBridge::open(domain, session, prefix)?;
-    let summary = receiver.run(stop.as_atomic(), |line| tell(format, &line))?;
-    tell(format, &ZenohReport::Received(summary))
+    let summary = receiver.run(stop.as_atomic(), |line| report(format, &line))?;
+    report(format, &ZenohReport::Received(summary))
 }
 
-fn tell(format: Format, line: &ZenohReport) -> anyhow::Result<()> {
+fn report(format: Format, line: &ZenohReport) -> anyhow::Result<()> {
     match line {
         ZenohReport::Sent(_) | ZenohReport::Received(_) => print_report(format, line, text(line)),
         _ => print_notice(format, line, &text(line)),
     }
 }
 
-/// What people read of a line.
+/// A line in words.
 fn text(line: &ZenohReport) -> String {
     match line {
         ZenohReport::Started { key, listens, connects } => {
@@ -144,27 +144,27 @@ fn text(line: &ZenohReport) -> String {
         ZenohReport::Found { remote_run_id, .. } => format!("found run {remote_run_id}"),
         ZenohReport::Receiving { run_id, remote_run_id } => format!("receiving run {remote_run_id}, here run {run_id}"),
         ZenohReport::Refused { remote_run_id, reason } => format!("run {remote_run_id} is not received: {reason}"),
-        ZenohReport::Alone { connects } if connects.is_empty() => "nobody is connected".to_owned(),
+        ZenohReport::Alone { connects } if connects.is_empty() => "no peer is connected".to_owned(),
         ZenohReport::Alone { connects } => {
             let tried = listed(connects);
-            format!("nobody is connected, still trying {tried}; RUST_LOG=zenoh=debug tells why")
+            format!("no peer is connected, still trying {tried}; RUST_LOG=zenoh=debug logs the reason")
         }
         ZenohReport::Connected { unheard } => {
-            format!("somebody is connected; {} reached nobody", Counted(*unheard, "frame"))
+            format!("a peer is connected; {} reached no peer", Counted(*unheard, "frame"))
         }
         ZenohReport::Silent { reason: Silence::LinkOrSource, .. } => {
-            "no frames come, though a source is there: the link is cut, or the source stands".to_owned()
+            "no frames arrive, although a source exists: the link is cut, or the source has stopped".to_owned()
         }
         ZenohReport::Silent { reason: Silence::NoSource, run_id: None } => {
-            "no frames come: no source is there; both sides need the same --instance or --key".to_owned()
+            "no frames arrive: there is no source; both sides need the same --instance or --key".to_owned()
         }
         ZenohReport::Silent { reason: Silence::NoSource, run_id: Some(_) } => {
-            "no frames come: no source is there".to_owned()
+            "no frames arrive: there is no source".to_owned()
         }
         ZenohReport::Silent { reason: Silence::NoConnection, .. } => {
-            "no frames come: nobody is connected, still trying; RUST_LOG=zenoh=debug tells why".to_owned()
+            "no frames arrive: no peer is connected, still trying; RUST_LOG=zenoh=debug logs the reason".to_owned()
         }
-        ZenohReport::Resumed { lost, .. } => format!("frames come again, {lost} have been lost on the way"),
+        ZenohReport::Resumed { lost, .. } => format!("frames arrive again, {lost} were lost in transit"),
         ZenohReport::Sent(summary) => sent(summary),
         ZenohReport::Received(summary) => received(summary),
     }
@@ -177,7 +177,7 @@ fn listed(endpoints: &[String]) -> String {
 fn sent(summary: &SenderSummary) -> String {
     let SenderSummary { frames, unheard, lost, alerts, commands, refused } = summary;
     format!(
-        "{} sent, {unheard} with nobody connected, {lost} of the bus lost, {}, {} passed on, {refused} refused",
+        "{} sent, {unheard} without a connected peer, {lost} lost on the bus, {}, {} passed on, {refused} refused",
         Counted(*frames, "frame"),
         Counted(*alerts, "alert"),
         Counted(*commands, "command")
@@ -189,8 +189,8 @@ fn received(summary: &ReceiverSummary) -> String {
     let ReceiverSummary { alerts, commands, handling_us, .. } = summary;
     let refused = malformed + foreign + not_new + too_fast;
     format!(
-        "{} of {}, {lost} lost on the way ({dropped} of them here), {}, {} passed on; refused {refused}: \
-         {malformed} malformed, {foreign} of other runs, {not_new} come already, {too_fast} too many at a time; handled in \
+        "{} of {}, {lost} lost in transit ({dropped} of them dropped here), {}, {} passed on; refused {refused}: \
+         {malformed} malformed, {foreign} of other runs, {not_new} not new, {too_fast} too fast; handled in \
          {} \u{b5}s",
         Counted(*frames, "frame"),
         Counted(*runs, "run"),

@@ -1,4 +1,4 @@
-//! Checks of the bus: its directory, its services, and what killed processes or other users have left there.
+//! Checks of the bus: its directory, its services, and leftovers of killed processes or other users.
 
 use std::io;
 use std::path::Path;
@@ -9,13 +9,13 @@ use rustix::fs::{Access, access};
 use super::{Finding, Target};
 use crate::output::Counted;
 
-/// The directory of the bus: the user's own, or refused.
+/// Whether the directory of the bus belongs to this user alone.
 pub(super) fn directory(target: &Target) -> Finding {
     let usable = target.census.as_ref().map(|_| target.root.as_deref().map_or(Ok(()), may_write));
     judge_directory(target.root.as_deref().unwrap_or(Path::new("")), usable)
 }
 
-/// Whether this user may make something in a directory, or make the directory.
+/// Checks that this user may create files in a directory, or may create the directory.
 fn may_write(directory: &Path) -> io::Result<()> {
     let there = directory.ancestors().find(|path| path.exists()).unwrap_or(Path::new("/"));
     Ok(access(there, Access::WRITE_OK | Access::EXEC_OK)?)
@@ -24,13 +24,13 @@ fn may_write(directory: &Path) -> io::Result<()> {
 fn judge_directory(root: &Path, usable: Result<io::Result<()>, &DomainError>) -> Finding {
     let value = root.display().to_string();
     match usable {
-        Ok(Ok(())) => Finding::ok(value, format!("{} is this user's alone", root.display())),
+        Ok(Ok(())) => Finding::ok(value, format!("{} belongs to this user alone", root.display())),
         Ok(Err(error)) => Finding::problem(
             value,
             format!("{} cannot be written: {error}", root.display()),
-            "set XDG_RUNTIME_DIR to a directory of this user's that can be written",
+            "set XDG_RUNTIME_DIR to a directory that this user owns and can write",
         ),
-        // The error names the path, what is wrong, and after a colon what to do.
+        // The error has the path, the problem, and after a colon the remedy.
         Err(error) => {
             let text = error.to_string();
             let (message, remedy) = text.rsplit_once(": ").unwrap_or((&text, "see the message"));
@@ -47,12 +47,12 @@ pub(super) fn services(target: &Target) -> Finding {
 fn judge_services(services: &[ServiceLayout]) -> Finding {
     let value = services.len().to_string();
     if services.is_empty() {
-        return Finding::ok(value, "none are there");
+        return Finding::ok(value, "no services");
     }
     let differing =
         services.iter().filter(|service| !service.agrees()).map(|ServiceLayout { service, found, expected }| {
             let found = found.as_ref().unwrap_or_else(|reason| reason);
-            format!("{service} is {found}, this program's is {expected}")
+            format!("{service} is {found}, this program needs {expected}")
         });
     match differing.collect::<Vec<_>>().join("; ") {
         none if none.is_empty() => Finding::ok(value, "all have this program's layouts"),
@@ -64,7 +64,7 @@ fn judge_services(services: &[ServiceLayout]) -> Finding {
     }
 }
 
-/// Services that a server began to make when it was killed.
+/// Services that a killed server had not created completely.
 pub(super) fn half_made(target: &Target) -> Finding {
     target.judge_census(|census| judge_half_made(census, &target.fix()))
 }
@@ -74,10 +74,10 @@ fn judge_half_made(census: &Census, fix: &str) -> Finding {
     let value = half_made.len().to_string();
     match (half_made.as_slice(), source) {
         ([], _) => Finding::ok(value, "none"),
-        (_, Some(pid)) => Finding::ok(value, format!("the server, pid {pid}, is making its services")),
+        (_, Some(pid)) => Finding::ok(value, format!("the server, pid {pid}, is creating its services")),
         ([first, ..], None) => Finding::problem(
             value,
-            format!("a server was killed while it made {}: clients fail at it", first.display()),
+            format!("a server was killed while it created {}: clients cannot open it", first.display()),
             format!("{fix}, or start a server, which removes it"),
         ),
     }
@@ -93,7 +93,7 @@ fn judge_leftovers(census: &Census, fix: &str) -> Finding {
     if census.is_deserted() && !entries.is_empty() {
         return Finding::warning(
             entries.len().to_string(),
-            format!("{} of processes that were killed", Counted(entries.len() as u64, "file")),
+            format!("{} of killed processes", Counted(entries.len() as u64, "file")),
             format!("{fix}, or start a server, which removes them"),
         );
     }
@@ -103,12 +103,12 @@ fn judge_leftovers(census: &Census, fix: &str) -> Finding {
         (dead, _) => Finding::warning(
             dead.to_string(),
             format!("{} of killed processes", Counted(dead as u64, "leftover")),
-            format!("{fix}; the next process to join the bus removes them, too"),
+            format!("{fix}; the next process that joins the bus removes them, too"),
         ),
     }
 }
 
-/// Files of other users that have names like ours.
+/// Files of other users whose names begin with this instance's prefix.
 pub(super) fn foreign_files(target: &Target) -> Finding {
     target.judge_census(judge_foreign_files)
 }
@@ -120,8 +120,8 @@ fn judge_foreign_files(census: &Census) -> Finding {
     Finding::ok(
         &value,
         format!(
-            "{value} {noun} of other users with this instance's prefix, in nobody's way: {:?} of user {owner} is one; its \
-             owner or root can remove it",
+            "{value} {noun} of other users with this instance's prefix, harmless; one is {:?} of user {owner}, its owner or \
+             root can remove it",
             path.to_string_lossy()
         ),
     )
@@ -133,7 +133,7 @@ mod tests {
     use crate::command::doctor::Verdict;
 
     #[test]
-    fn a_directory_that_others_may_write_is_to_be_closed_to_them() {
+    fn a_directory_that_others_may_write_is_a_problem() {
         let finding = judge_directory(
             Path::new("/run/bus"),
             Err(&DomainError::WritableByOthers { path: "/run/bus".into(), mode: 0o777 }),
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn another_layout_is_named_beside_ours() {
+    fn a_different_layout_is_reported_with_ours() {
         let service = ServiceLayout {
             service: "bench-dragon/status",
             found: Ok("Status.v9 of 8 bytes".to_owned()),
@@ -159,12 +159,12 @@ mod tests {
         assert_eq!(finding.status, Verdict::Problem);
         assert_eq!(
             finding.message,
-            "bench-dragon/status is Status.v9 of 8 bytes, this program's is Status.v1 of 80 bytes"
+            "bench-dragon/status is Status.v9 of 8 bytes, this program needs Status.v1 of 80 bytes"
         );
     }
 
     #[test]
-    fn a_half_made_service_is_a_problem_unless_its_maker_lives() {
+    fn a_half_made_service_is_a_problem_unless_its_server_lives() {
         let mut census = Census { half_made: vec!["/run/a.service".into()], ..Census::default() };
         let finding = judge_half_made(&census, "fix it");
         assert_eq!(finding.status, Verdict::Problem);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_there_while_nobody_is_was_left_behind() {
+    fn files_without_a_living_process_are_leftovers() {
         let mut census = Census { entries: vec!["/dev/shm/bd_0_dragon_a".into()], ..Census::default() };
         assert_eq!(judge_leftovers(&census, "fix it").status, Verdict::Warning);
         census.source = Some(5);
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foreign_file_is_named_with_its_owner_and_needs_no_remedy() {
+    fn a_foreign_file_is_reported_with_its_owner_and_needs_no_remedy() {
         let foreign = vec![ForeignFile { path: "/dev/shm/bd_0_dragon_junk".into(), owner: 4711 }];
         let finding = judge_foreign_files(&Census { foreign, ..Census::default() });
         assert_eq!((finding.status, finding.remedy), (Verdict::Ok, None));

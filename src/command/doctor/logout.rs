@@ -1,7 +1,7 @@
-//! Whether systemd removes this user's shared memory when the user logs out.
+//! Checks whether systemd removes this user's shared memory when the user logs out.
 //!
-//! logind does so by default (`RemoveIPC=` in logind.conf(5)): for users that are no system users, once their last session
-//! has ended, also where a unit of the system runs a server under that user. A user that lingers stays logged in.
+//! By default (`RemoveIPC=` in logind.conf(5)) logind removes it for users that are not system users, after their last session
+//! has ended. It does so even if a system unit still runs a server as that user. A user that lingers stays logged in.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,17 +9,17 @@ use std::path::Path;
 
 use super::{Finding, Target};
 
-/// Folders with logind's configuration. A file in an earlier one takes the place of those of its name in later ones.
+/// Folders with logind's configuration. A file in an earlier folder replaces files of the same name in later folders.
 const FOLDERS: [&str; 4] = ["etc/systemd", "run/systemd", "usr/local/lib/systemd", "usr/lib/systemd"];
-/// The first user id that is not a system user's.
+/// The first user id that does not belong to a system user.
 const FIRST_USER: u32 = 1000;
 
-/// Whether this user's shared memory stays at a logout.
+/// Whether this user's shared memory stays after a logout.
 pub(super) fn shared_memory_at_logout(_: &Target) -> Finding {
     examine_root(Path::new("/"), rustix::process::getuid().as_raw())
 }
 
-/// The same on the system below a folder, for a user.
+/// Does the check for a user of the system whose files are under `root`.
 fn examine_root(root: &Path, uid: u32) -> Finding {
     let has_logind = FOLDERS.iter().any(|folder| root.join(folder).join("systemd-logind").exists());
     let passwd = fs::read_to_string(root.join("etc/passwd")).unwrap_or_default();
@@ -35,14 +35,14 @@ fn configuration(root: &Path) -> Vec<String> {
     for folder in FOLDERS.iter().rev() {
         let entries = fs::read_dir(root.join(folder).join("logind.conf.d")).into_iter().flatten().flatten();
         for path in entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "conf")) {
-            // A link to /dev/null takes a file of that name away.
+            // A link to /dev/null replaces a file of that name by an empty one.
             drop_ins.insert(path.file_name().map(ToOwned::to_owned), read(&path).unwrap_or_default());
         }
     }
     main.into_iter().chain(drop_ins.into_values()).collect()
 }
 
-/// What these texts, in the order in which they apply, say of `RemoveIPC`: yes where they say nothing.
+/// The value of `RemoveIPC` in these texts, which are in the order in which they apply. The default is yes.
 fn removes_ipc(texts: &[String]) -> bool {
     let mut removes = true;
     for text in texts {
@@ -58,7 +58,7 @@ fn removes_ipc(texts: &[String]) -> bool {
             removes = match value.trim().to_ascii_lowercase().as_str() {
                 "1" | "yes" | "y" | "true" | "t" | "on" => true,
                 "0" | "no" | "n" | "false" | "f" | "off" => false,
-                // systemd passes over what is no truth value.
+                // systemd ignores other values.
                 _ => removes,
             };
         }
@@ -75,20 +75,20 @@ fn user_name(passwd: &str, uid: u32) -> Option<&str> {
     })
 }
 
-/// `removes` is none where there is no logind.
+/// Judges the facts. `removes` is `None` if there is no logind.
 fn judge(removes: Option<bool>, uid: u32, lingers: bool) -> Finding {
     match removes {
         None => Finding::ok("no logind", "no systemd-logind: shared memory stays when a user logs out"),
         Some(false) => Finding::ok("RemoveIPC=no", "shared memory stays when a user logs out"),
         Some(true) if uid < FIRST_USER => {
-            Finding::ok("RemoveIPC=yes", format!("shared memory of a system user, such as {uid}, stays"))
+            Finding::ok("RemoveIPC=yes", format!("shared memory of a system user, such as {uid}, stays at logout"))
         }
         Some(true) if lingers => Finding::ok("RemoveIPC=yes", "this user lingers, so its shared memory stays"),
         Some(true) => Finding::warning(
             "RemoveIPC=yes",
             "systemd removes this user's shared memory when the user logs out: a show that still runs loses its bus",
-            "RemoveIPC=no in /etc/systemd/logind.conf, then restart systemd-logind; or `loginctl enable-linger`; or run the \
-             show as a system user",
+            "set RemoveIPC=no in /etc/systemd/logind.conf and restart systemd-logind, or `loginctl enable-linger`, or run \
+             the show as a system user",
         ),
     }
 }
@@ -103,18 +103,18 @@ mod tests {
     }
 
     #[test]
-    fn the_last_word_in_the_login_section_counts() {
+    fn the_last_value_in_the_login_section_applies() {
         assert!(removes(&[]), "systemd's default");
         assert!(removes(&["[Login]\n#RemoveIPC=no\n;RemoveIPC=no\n"]), "comments");
         assert!(!removes(&["[Login]\nRemoveIPC = no\n"]));
         assert!(!removes(&["[Login]\nRemoveIPC=yes\n", "[Login]\nKillUserProcesses=yes\nRemoveIPC=off\n"]));
         assert!(removes(&["[Login]\nRemoveIPC=no\n", "[Login]\nRemoveIPC=1\n"]));
         assert!(removes(&["[Other]\nRemoveIPC=no\n", "RemoveIPC=no\n"]), "another section");
-        assert!(!removes(&["[Login]\nRemoveIPC=no\nRemoveIPC=maybe\n"]), "no truth value");
+        assert!(!removes(&["[Login]\nRemoveIPC=no\nRemoveIPC=maybe\n"]), "an ignored value");
     }
 
     #[test]
-    fn users_that_are_logged_out_and_have_not_been_spared_are_warned() {
+    fn only_an_ordinary_user_who_does_not_linger_is_warned() {
         for (removes, uid, lingers, expected) in [
             (Some(true), 1000, false, Verdict::Warning),
             (Some(true), 1000, true, Verdict::Ok),
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn the_system_is_read_as_systemd_reads_it() {
+    fn the_configuration_is_read_as_systemd_reads_it() {
         let root = tempfile::tempdir().expect("a folder");
         let write = |path: &str, text: &str| {
             let path = root.path().join(path);
@@ -144,7 +144,7 @@ mod tests {
         write("etc/systemd/logind.conf", "[Login]\nRemoveIPC=yes\n");
         assert_eq!(status(), Verdict::Ok, "drop-ins come after the main file");
         write("etc/systemd/logind.conf.d/50-ipc.conf", "");
-        assert_eq!(status(), Verdict::Warning, "a file of that name in /etc takes the other one's place");
+        assert_eq!(status(), Verdict::Warning, "a file of the same name in /etc replaces the other one");
         write("run/systemd/logind.conf.d/40-early.conf", "[Login]\nRemoveIPC=no\n");
         assert_eq!(status(), Verdict::Ok);
         write("run/systemd/logind.conf.d/60-late.conf", "[Login]\nRemoveIPC=yes\n");

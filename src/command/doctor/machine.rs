@@ -9,9 +9,9 @@ use super::{Finding, Target};
 
 const PROCESSORS: &str = "/sys/devices/system/cpu";
 const CLOCKS: &str = "/sys/devices/system/clocksource/clocksource0";
-/// Sources behind which there is a device.
+/// Slow clock sources: devices, or counters of kernel ticks.
 const SLOW_CLOCKS: [&str; 4] = ["hpet", "acpi_pm", "jiffies", "refined-jiffies"];
-/// A timer that is coarser than this makes ticks late.
+/// Coarsest resolution of a timer, in nanoseconds, that does not make ticks late.
 const COARSEST_NS: i64 = 1_000;
 
 /// The versions of this program and of the kernel.
@@ -22,7 +22,7 @@ pub(super) fn version(_: &Target) -> Finding {
     Finding::ok(version, format!("bench-dragon {version}, iceoryx2 {bus}, Linux {}", kernel.trim()))
 }
 
-/// Whether the processors keep their speed: one that has slowed down makes the next tick late.
+/// Whether the processors keep their speed. A processor that has slowed down makes the next tick late.
 pub(super) fn governor(_: &Target) -> Finding {
     judge_governors(&governors())
 }
@@ -39,7 +39,7 @@ fn governors() -> BTreeSet<String> {
 
 fn judge_governors(governors: &BTreeSet<String>) -> Finding {
     if governors.is_empty() {
-        return Finding::not_known("this system does not tell: in a virtual machine it is the host's affair");
+        return Finding::not_known("this system does not report it; in a virtual machine the host controls it");
     }
     let value = governors.iter().cloned().collect::<Vec<_>>().join(", ");
     if governors.iter().all(|governor| governor == "performance") {
@@ -47,12 +47,12 @@ fn judge_governors(governors: &BTreeSet<String>) -> Finding {
     }
     Finding::warning(
         value.clone(),
-        format!("{value}: a processor that was idle is slow at first"),
+        format!("{value}: after idling, a processor is slow at first"),
         "`cpupower frequency-set --governor performance`",
     )
 }
 
-/// The clock source of the kernel: every tick reads it, and some sources are a slow access to a device.
+/// The clock source of the kernel. Every tick reads it, and some sources are slow to read.
 pub(super) fn clock_source(_: &Target) -> Finding {
     let read = |name: &str| fs::read_to_string(format!("{CLOCKS}/{name}")).unwrap_or_default();
     judge_clock_source(read("current_clocksource").trim(), read("available_clocksource").trim())
@@ -60,15 +60,15 @@ pub(super) fn clock_source(_: &Target) -> Finding {
 
 fn judge_clock_source(current: &str, available: &str) -> Finding {
     if current.is_empty() {
-        return Finding::not_known("this system does not tell");
+        return Finding::not_known("this system does not report it");
     }
     if !SLOW_CLOCKS.contains(&current) {
-        return Finding::ok(current, format!("{current} is quick to read"));
+        return Finding::ok(current, format!("{current} is fast to read"));
     }
     let message = format!("{current} is slow to read; available are {available}");
     let remedy = match available.split_whitespace().find(|source| !SLOW_CLOCKS.contains(source)) {
         Some(better) => format!("`echo {better} > {CLOCKS}/current_clocksource`, or boot with clocksource={better}"),
-        None => "boot with tsc=reliable, where the processor's counter can be relied upon".to_owned(),
+        None => "boot with tsc=reliable, if the processor's counter is reliable".to_owned(),
     };
     Finding::warning(current, message, remedy)
 }
@@ -85,10 +85,10 @@ fn judge_timers(resolution_ns: i64) -> Finding {
         return Finding::problem(
             value,
             format!("sleeps end at multiples of {resolution_ns} ns"),
-            "boot without highres=off, or a kernel that is built with CONFIG_HIGH_RES_TIMERS",
+            "boot without highres=off, or use a kernel that is built with CONFIG_HIGH_RES_TIMERS",
         );
     }
-    Finding::ok(value, "sleeps end when they are due")
+    Finding::ok(value, "sleeps end on time")
 }
 
 #[cfg(test)]
@@ -97,7 +97,7 @@ mod tests {
     use crate::command::doctor::Verdict;
 
     #[test]
-    fn one_that_saves_power_is_enough_for_a_warning() {
+    fn one_processor_that_saves_power_is_a_warning() {
         let judged = |names: &[&str]| judge_governors(&names.iter().map(ToString::to_string).collect()).status;
         assert_eq!(judged(&["performance"]), Verdict::Ok);
         assert_eq!(judged(&["performance", "powersave"]), Verdict::Warning);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_source_is_to_be_changed_for_one_that_is_there() {
+    fn the_remedy_for_a_slow_clock_source_is_an_available_one() {
         let finding = judge_clock_source("hpet", "tsc hpet acpi_pm");
         assert_eq!(finding.status, Verdict::Warning);
         assert!(finding.remedy.is_some_and(|remedy| remedy.contains("clocksource=tsc")));
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn timers_of_a_kernel_tick_are_a_problem() {
+    fn timers_as_coarse_as_a_kernel_tick_are_a_problem() {
         assert_eq!(judge_timers(4_000_000).status, Verdict::Problem);
         assert_eq!(judge_timers(1).status, Verdict::Ok);
     }

@@ -1,4 +1,4 @@
-//! `doctor`: checks of the machine and the installation, what can prevent or disturb a show, and how to mend it.
+//! `doctor`: finds problems of the machine and the installation that can prevent or disturb a show, and their remedies.
 //!
 //! | file | checks |
 //! |---|---|
@@ -9,9 +9,9 @@
 //! | `real_time` | real-time priority and throttling |
 //! | `machine` | versions, processor governor, clock source, timers |
 //!
-//! Each check reads its facts, and has a pure function to judge them. An examination changes nothing, and a running show does
-//! not notice it: it takes no lock, and joins no bus. The one exception is a server without a guard: it is asked for its
-//! status, as by any client. The real-time priority is tried in a thread of its own, which ends at once.
+//! Each check reads its facts and judges them in a pure function. The checks change nothing and do not disturb a running show:
+//! they take no lock and join no bus. There is one exception: if a server runs without a guard, a check reads the server's
+//! status, like any client. The check of the real-time priority requests it in a separate thread, which ends at once.
 
 use std::io;
 use std::path::PathBuf;
@@ -36,7 +36,7 @@ mod real_time;
 mod resources;
 mod server;
 
-/// Check the machine and the installation, and say how to mend what is wrong.
+/// Check the machine and the installation, and print a remedy for each problem.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon doctor
@@ -44,9 +44,9 @@ mod server;
   bench-dragon doctor --fix
   bench-dragon doctor --format json | jq .healthy
 
-Status 1 where something is a problem; a warning is none. A running show does not notice an examination.")]
+The exit status is 1 if a check finds a problem; a warning is not a problem. The checks do not disturb a running show.")]
 pub(crate) struct DoctorArgs {
-    /// First clean up what no living process of the instance owns.
+    /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
     #[command(flatten)]
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
     };
     let (fixed, failed) = match fixed {
         Ok(cleared) => (lines(&cleared), None),
-        // What is wrong with the directory is among the findings.
+        // The check of the directory reports this error.
         Err(BusError::Domain(_)) => (Vec::new(), None),
         Err(error) => (Vec::new(), Some(error)),
     };
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
     }
 }
 
-/// What was cleaned up, a line each.
+/// The removed nodes and files, one line each.
 fn lines(cleared: &Cleared) -> Vec<String> {
     let node = |node: &NodeEntry| match node.pid {
         Some(pid) => format!("removed the entry of {}, pid {pid}, which was killed", node.name),
@@ -96,7 +96,7 @@ fn lines(cleared: &Cleared) -> Vec<String> {
     cleared.nodes.iter().map(node).chain(paths).collect()
 }
 
-/// A line for each check, and a second one where there is something to mend.
+/// Prints one line per check, and a second line with the remedy if there is one.
 fn print_text(examination: &Examination) -> anyhow::Result<()> {
     for line in &examination.fixed {
         print_line(line)?;
@@ -106,7 +106,7 @@ fn print_text(examination: &Examination) -> anyhow::Result<()> {
         let status = Painted::on(&io::stdout(), style, format!("{status:<9}"));
         print_line(format_args!("{status}  {name:<20}  {}", finding.message))?;
         if let Some(remedy) = &finding.remedy {
-            print_line(format_args!("{:<9}  {:<20}  mend: {remedy}", "", ""))?;
+            print_line(format_args!("{:<9}  {:<20}  remedy: {remedy}", "", ""))?;
         }
     }
     Ok(())
@@ -115,7 +115,7 @@ fn print_text(examination: &Examination) -> anyhow::Result<()> {
 /// Reads the facts of one check and judges them.
 type Check = fn(&Target) -> Finding;
 
-/// Every check with its name, in the order of the report. The names are stable: JSON has them as they are.
+/// All checks with their names, in the order of the report. The names are stable, because the JSON contains them.
 const CHECKS: &[(&str, Check)] = &[
     ("version", machine::version),
     ("directory", bus::directory),
@@ -142,9 +142,9 @@ const CHECKS: &[(&str, Check)] = &[
 #[derive(Serialize)]
 struct Examination {
     checks: Vec<Examined>,
-    /// What was cleaned up before, a line each.
+    /// The removed nodes and files, one line each.
     fixed: Vec<String>,
-    /// Whether nothing is a problem.
+    /// Whether no check found a problem.
     healthy: bool,
 }
 
@@ -156,21 +156,21 @@ struct Examined {
     finding: Finding,
 }
 
-/// How things stand.
+/// The judgement of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Verdict {
     Ok,
-    /// A show runs, and may run worse than it could.
+    /// A show runs, but may be disturbed.
     Warning,
     /// A show does not run.
     Problem,
-    /// This machine, or this user's rights, do not let it be told.
+    /// The machine does not report the fact, or this user has no right to read it.
     NotKnown,
 }
 
 impl Verdict {
-    /// What people read of it, and how it looks.
+    /// The verdict's word and its style in the report.
     fn shown(self) -> (&'static str, Style) {
         match self {
             Self::Ok => ("ok", AnsiColor::Green.on_default()),
@@ -181,15 +181,15 @@ impl Verdict {
     }
 }
 
-/// What was found, what it means, and how to mend it.
+/// The result of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 struct Finding {
     status: Verdict,
-    /// What was found, as the system has it.
+    /// The fact, as the system reports it.
     value: String,
-    /// What it means.
+    /// The meaning of the fact.
     message: String,
-    /// How to mend it, where there is something to mend.
+    /// The remedy for a warning or a problem.
     remedy: Option<String>,
 }
 
@@ -212,18 +212,18 @@ impl Finding {
     }
 }
 
-/// An instance on this machine, and the dragon that it is to play.
+/// An instance on this machine, and the configuration of its dragon.
 struct Target {
     instance: Instance,
-    /// The directory of the bus, where the instance can have one.
+    /// The directory of the bus, if the instance can have one.
     root: Option<PathBuf>,
-    /// The processes and services on the bus, or the reason why they cannot be listed.
+    /// The processes and services on the bus, or the reason for which they cannot be listed.
     census: Result<Census, DomainError>,
     config: Config,
 }
 
 impl Target {
-    /// Looks at the instance; the rest is read by the checks.
+    /// Takes a census of the instance. The checks read all other facts.
     fn new(instance: Instance, config: Config) -> Self {
         let domain = Domain::new(instance.clone());
         let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
@@ -233,16 +233,16 @@ impl Target {
 
     /// The finding of a check that judges the census.
     fn judge_census(&self, judge: impl FnOnce(&Census) -> Finding) -> Finding {
-        self.census.as_ref().map_or_else(|_| Finding::not_known("the directory cannot be looked at"), judge)
+        self.census.as_ref().map_or_else(|_| Finding::not_known("the directory cannot be read"), judge)
     }
 
-    /// Shared memory that a server of this dragon takes, with all its readers, in bytes.
+    /// Shared memory, in bytes, of a server of this dragon with the greatest number of readers.
     fn shared_memory(&self) -> u64 {
         let benches = self.config.dragon().dimensions().benches();
         service::frame_memory(benches) + service::SOURCE_MEMORY + service::ALERT_MEMORY
     }
 
-    /// The command that cleans up.
+    /// The command that removes leftovers.
     fn fix(&self) -> String {
         match &self.instance {
             default if *default == Instance::default() => "`bench-dragon doctor --fix`".to_owned(),

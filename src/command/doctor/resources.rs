@@ -1,4 +1,4 @@
-//! Checks of what a show needs: shared memory, memory, disk, open files, locked memory.
+//! Checks of the resources of a show: shared memory, memory, disk, open files, locked memory.
 
 use std::fs::{self, File};
 use std::io;
@@ -15,18 +15,19 @@ use crate::recording::{DiskSpace, Size};
 
 /// `f_type` of a tmpfs (`statfs(2)`).
 const TMPFS: i64 = 0x0102_1994;
-/// Memory of the program beside shared memory, in bytes: the recorder keeps up to 64 MiB of frames.
+/// Memory of the program besides shared memory, in bytes. The recorder buffers up to 64 MiB of frames.
 const OWN_MEMORY: u64 = 128 << 20;
-/// A disk that would be full sooner is a warning.
+/// Shortest recording time, in seconds, for which the disk must have room; less is a warning.
 const LEAST_DISK_S: f64 = 3600.0;
 /// Size of a recording ÷ size of its frames.
 const COMPRESSED: f64 = 0.6;
-/// Open files of a server, and as many again for standard streams, the recording and the system's own.
+/// Files that a process must be able to open: those of a server, and as many again for standard streams, the recording and the
+/// system.
 const NEEDED_FILES: u64 = 2 * SOURCE_FILES as u64;
-/// Memory that a server has mapped beside shared memory, in bytes.
+/// Memory that a server maps besides shared memory, in bytes.
 const MAPPED_MEMORY: u64 = 64 << 20;
 
-/// Whether the frames of all readers fit into shared memory: too little of it is a SIGBUS in the middle of a show.
+/// Whether the frames of all readers fit into shared memory. Too little shared memory causes a SIGBUS during a show.
 pub(super) fn shared_memory(target: &Target) -> Finding {
     let has_server = target.census.as_ref().is_ok_and(|census| census.source.is_some());
     let needed = if has_server { ALERT_MEMORY } else { target.shared_memory() };
@@ -55,30 +56,31 @@ fn judge_shared_memory(mount: io::Result<Mount>, needed: u64) -> Finding {
         let size_mib = ((total_bytes + needed - free_bytes) >> 20) + 1;
         return Finding::problem(
             value,
-            format!("{} of {} are free, this needs {}", Size(free_bytes), Size(total_bytes), Size(needed)),
+            format!("{} of {} are free, {} are needed", Size(free_bytes), Size(total_bytes), Size(needed)),
             format!(
-                "free some, or `mount -o remount,size={size_mib}M /dev/shm`; in a container, `--shm-size {size_mib}m`"
+                "free some space, or `mount -o remount,size={size_mib}M /dev/shm`; in a container, `--shm-size {size_mib}m`"
             ),
         );
     }
     if !is_memory {
-        return Finding::warning(value, "/dev/shm is on a disk: frames are written to it", MOUNT);
+        return Finding::warning(value, "/dev/shm is on a disk, so frames are written to the disk", MOUNT);
     }
-    Finding::ok(value, format!("{} are free, this needs {}", Size(free_bytes), Size(needed)))
+    Finding::ok(value, format!("{} are free, {} are needed", Size(free_bytes), Size(needed)))
 }
 
-/// The memory that the control group leaves: shared memory counts there, and too little of it ends a process by SIGKILL.
+/// The memory that the control group leaves. Shared memory counts there. If memory runs out, the kernel kills a process.
 pub(super) fn memory_limit(target: &Target) -> Finding {
     judge_memory_limit(tightest().as_ref(), target.shared_memory() + OWN_MEMORY)
 }
 
-/// A control group's memory in bytes.
+/// The memory of a control group, in bytes.
 struct Group {
     limit: Option<u64>,
     used: u64,
 }
 
-/// The group with the least left, of this process's and those that it lies in; `None` without version 2 of control groups.
+/// The control group with the least memory left, among this process's group and its parents. `None` without control groups of
+/// version 2.
 fn tightest() -> Option<Group> {
     let groups = fs::read_to_string("/proc/self/cgroup").ok()?;
     let own = groups.lines().find_map(|line| line.strip_prefix("0::/"))?;
@@ -101,14 +103,14 @@ fn judge_memory_limit(group: Option<&Group>, needed: u64) -> Finding {
     if left < needed {
         return Finding::warning(
             format!("{} left", Size(left)),
-            format!("the control group leaves {} of {}, a show takes up to {}", Size(left), Size(*limit), Size(needed)),
+            format!("the control group leaves {} of {}, a show needs up to {}", Size(left), Size(*limit), Size(needed)),
             "raise memory.max of the control group (MemoryMax= of the unit, --memory of the container)",
         );
     }
     Finding::ok(format!("{} left", Size(left)), format!("the control group leaves {} of {}", Size(left), Size(*limit)))
 }
 
-/// How long the disk of the current folder would last for a recording.
+/// The recording time for which the disk of the current folder has room.
 pub(super) fn disk(target: &Target) -> Finding {
     let benches = target.config.dragon().dimensions().benches();
     let frame_bytes = size_of::<FrameHeader>() + (benches + 1) * size_of::<HandleState>();
@@ -132,25 +134,25 @@ fn judge_disk(space: io::Result<DiskSpace>, bytes_per_s: f64) -> Finding {
         return Finding::warning(
             value,
             message,
-            "free some, record elsewhere, or bound it: `record FILE --max-total-mb MB`",
+            "free some space, record elsewhere, or limit the recording: `record FILE --max-total-mb MB`",
         );
     }
     Finding::ok(value, message)
 }
 
-/// How many files a process may open: a server takes three for each reader.
+/// The number of files that a process may open. A server opens three per reader.
 pub(super) fn open_files(_: &Target) -> Finding {
-    // The program raises its own limit as far as it may.
+    // The program raises its soft limit to the hard limit, so the hard limit counts.
     judge_open_files(getrlimit(Resource::Nofile).maximum)
 }
 
 fn judge_open_files(limit: Option<u64>) -> Finding {
-    let Some(limit) = limit else { return Finding::ok("unlimited", "as many as it takes") };
+    let Some(limit) = limit else { return Finding::ok("unlimited", "no limit") };
     if limit < NEEDED_FILES {
         return Finding::problem(
             limit.to_string(),
             format!("a process may open {limit} files, a server with all its readers needs {NEEDED_FILES}"),
-            "`ulimit -n 1024`, or nofile 1024 in /etc/security/limits.conf, or LimitNOFILE=1024 in the unit",
+            "`ulimit -n 1024`, or set nofile 1024 in /etc/security/limits.conf, or LimitNOFILE=1024 in the unit",
         );
     }
     Finding::ok(limit.to_string(), format!("{limit} are allowed, {NEEDED_FILES} are needed"))
@@ -168,11 +170,11 @@ fn judge_locked_memory(limit: Option<u64>, needed: u64) -> Finding {
     if limit < needed {
         return Finding::warning(
             Size(limit).to_string(),
-            format!("a server may lock {}, with a real-time priority it wants up to {}", Size(limit), Size(needed)),
-            "memlock unlimited in /etc/security/limits.d/ for this user, or LimitMEMLOCK=infinity in the unit",
+            format!("a server may lock {}, with a real-time priority it locks up to {}", Size(limit), Size(needed)),
+            "set memlock unlimited in /etc/security/limits.d/ for this user, or LimitMEMLOCK=infinity in the unit",
         );
     }
-    Finding::ok(Size(limit).to_string(), format!("{} may be locked, a server wants {}", Size(limit), Size(needed)))
+    Finding::ok(Size(limit).to_string(), format!("a server may lock {} and locks up to {}", Size(limit), Size(needed)))
 }
 
 #[cfg(test)]
@@ -185,21 +187,21 @@ mod tests {
     }
 
     #[test]
-    fn too_little_is_a_problem_with_the_size_that_would_do() {
+    fn too_little_shared_memory_is_a_problem_with_the_needed_size() {
         let finding = judged_mount(60 << 20, true);
         assert_eq!(finding.status, Verdict::Problem);
         assert!(finding.remedy.is_some_and(|remedy| remedy.contains("remount,size=68M")));
     }
 
     #[test]
-    fn enough_is_well_unless_it_is_on_a_disk() {
+    fn enough_shared_memory_is_ok_unless_it_is_on_a_disk() {
         assert_eq!(judged_mount(63 << 20, true).status, Verdict::Ok);
         assert_eq!(judged_mount(63 << 20, false).status, Verdict::Warning);
         assert_eq!(judge_shared_memory(Err(io::ErrorKind::NotFound.into()), 1).status, Verdict::Problem);
     }
 
     #[test]
-    fn what_is_used_already_counts() {
+    fn used_memory_reduces_what_the_control_group_leaves() {
         let judged = |limit, used| judge_memory_limit(Some(&Group { limit, used }), 100).status;
         assert_eq!(judged(Some(150), 50), Verdict::Ok);
         assert_eq!(judged(Some(150), 51), Verdict::Warning);
@@ -208,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn less_than_an_hour_is_warned_of() {
+    fn room_for_less_than_an_hour_is_a_warning() {
         let judged = |free_bytes| judge_disk(Ok(DiskSpace { free_bytes, total_bytes: 1 << 40 }), 1e6).status;
         assert_eq!(judged(3_600_000_000), Verdict::Ok);
         assert_eq!(judged(3_599_000_000), Verdict::Warning);
@@ -222,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn too_little_is_warned_of_with_what_to_grant() {
+    fn too_little_locked_memory_is_a_warning_with_the_needed_limit() {
         let finding = judge_locked_memory(Some(8 << 20), 100 << 20);
         assert_eq!(finding.status, Verdict::Warning);
         assert!(finding.remedy.is_some_and(|remedy| remedy.contains("LimitMEMLOCK=infinity")));

@@ -8,8 +8,9 @@ use bench_dragon_ipc::{Census, Domain, GuardLock, NodeEntry, Status, StatusReade
 
 use super::{Finding, Target};
 
-/// How long the status of a server is waited for: the server sends it ten times a second.
+/// Number of looks for the status of a server. The server sends its status ten times a second.
 const LOOKS: u32 = 50;
+/// Time between two looks.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
 /// The server and its clients.
@@ -17,7 +18,7 @@ pub(super) fn server(target: &Target) -> Finding {
     target.judge_census(|census| judge_server(census, census.source.is_some_and(was_replaced)))
 }
 
-/// Whether the file that a process was started from is no longer there.
+/// Whether the program file of a process has been deleted or replaced.
 fn was_replaced(pid: u32) -> bool {
     fs::read_link(format!("/proc/{pid}/exe")).is_ok_and(|program| program.to_string_lossy().ends_with(" (deleted)"))
 }
@@ -26,15 +27,15 @@ fn judge_server(census: &Census, was_replaced: bool) -> Finding {
     let clients = clients(census);
     let Some(pid) = census.source else {
         let message =
-            if clients.is_empty() { "nobody is on the bus".to_owned() } else { format!("no server; {clients}") };
+            if clients.is_empty() { "no process is on the bus".to_owned() } else { format!("no server; {clients}") };
         return Finding::ok("none", message);
     };
     let value = format!("pid {pid}");
     let message =
         if clients.is_empty() { format!("pid {pid}, and no clients") } else { format!("pid {pid}; {clients}") };
     if was_replaced {
-        let message = format!("{message}; its program has been replaced since it was started");
-        return Finding::warning(value, message, "start it again, so that both sides are of the same version");
+        let message = format!("{message}; its program file was replaced after the start");
+        return Finding::warning(value, message, "restart the server, so that all programs have the same version");
     }
     Finding::ok(value, message)
 }
@@ -52,19 +53,19 @@ fn clients(census: &Census) -> String {
 /// Whether a guarded server has a guard.
 pub(super) fn guard(target: &Target) -> Finding {
     let Ok(domain) = Domain::new(target.instance.clone()) else {
-        return Finding::not_known("the directory cannot be looked at");
+        return Finding::not_known("the directory cannot be read");
     };
     let census = target.census.as_ref();
     let has_server = census.is_ok_and(|census| census.source.is_some());
     let guard = GuardLock::holder(&domain);
-    // Only the server knows whether it is guarded. It is asked only where the answer matters, and where a process that
-    // joins the bus removes nothing: an examination changes nothing.
+    // Only the server's status shows whether it is guarded. Reading it joins the bus, which removes leftovers. The doctor must
+    // change nothing, so it reads the status only if it matters and there are no leftovers.
     let is_clean = census.is_ok_and(|census| census.dead.is_empty() && census.half_made.is_empty());
     let status = if has_server && guard.is_none() && is_clean { status(&domain) } else { None };
     judge_guard(has_server, guard, status.map(|status| !status.granted_to_m.is_nan()))
 }
 
-/// The status of the server of a domain, where it sends one.
+/// Waits for the status of a domain's server, up to a second. `None` if it sends none.
 fn status(domain: &Domain) -> Option<Status> {
     let reader = StatusReader::open(domain, "doctor").ok()?;
     (0..LOOKS).find_map(|look| {
@@ -77,16 +78,16 @@ fn status(domain: &Domain) -> Option<Status> {
 
 fn judge_guard(has_server: bool, guard: Option<u32>, is_guarded: Option<bool>) -> Finding {
     match (has_server, guard, is_guarded) {
-        (_, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the way ahead")),
+        (_, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the travel ahead")),
         (false, None, _) => Finding::ok("none", "no server, and no guard"),
-        (true, None, Some(false)) => Finding::ok("none", "the server is not guarded, and needs none"),
+        (true, None, Some(false)) => Finding::ok("none", "the server is not guarded and needs no guard"),
         (true, None, Some(true)) => Finding::problem(
             "none",
-            "the server is guarded and no guard runs: the head stands where its last grant ends",
+            "the server is guarded, but no guard runs: the head stops at the end of its last grant",
             "start `bench-dragon monitor --guard`, or the server without --guarded",
         ),
         (true, None, None) => Finding::not_known(
-            "no guard runs; the server is asked whether it needs one once no leftovers are in the way",
+            "no guard runs; whether the server needs one is unknown: it sends no status, or leftovers prevent the check",
         ),
     }
 }
@@ -101,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn the_server_and_its_clients_are_told_apart() {
+    fn the_server_is_not_listed_among_its_clients() {
         let living = vec![node("serve", 7), node("monitor", 8)];
         let census = Census { source: Some(7), living, ..Census::default() };
         assert_eq!(judge_server(&census, false), Finding::ok("pid 7", "pid 7; monitor (8)"));

@@ -1,4 +1,4 @@
-//! The guard's thread: looks at the newest frame, proves the travel ahead and sends grants.
+//! The guard's thread: reads the newest frame, proves the travel ahead and sends grants.
 
 use std::io;
 use std::sync::Arc;
@@ -18,12 +18,12 @@ use crate::config::Config;
 use crate::safety::guard::{ClearanceCheck, FinalRest, Guard, STEPS_AT_A_TIME};
 use crate::safety::monitor::fault_alert;
 
-/// How often the thread looks at the status where no frame comes.
+/// Period at which the thread reads the status if no frame arrives.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
-/// How long a server may take to answer before the guard looks at the present again.
+/// Longest wait for the server's reply, before the guard reads the newest frame again.
 const REPLY_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The guard of one run. Its thread ends with it, and with that its grants.
+/// The guard of one run. Dropping it ends its thread, so no more grants are sent.
 pub(super) struct GuardThread {
     newest: Arc<ArrayQueue<FrameHeader>>,
     check: ClearanceCheck,
@@ -34,19 +34,19 @@ pub(super) struct GuardThread {
 }
 
 pub(super) enum GuardNews {
-    /// The head rests where no further travel can ever be granted.
+    /// The head rests at a travel from which no further travel can ever be granted.
     FinalRest(FinalRest),
-    /// The bus has failed; the guard has ended.
+    /// The bus has failed, and the guard has ended.
     Failed(BusError),
-    /// The guard has ended after a fault, and has held the show unless that failed.
+    /// The guard has ended after a fault. It has held the show, or failed to do so with this error.
     GaveUp(Option<BusError>),
 }
 
-/// News that wait for the owner, which takes them with every frame.
+/// Most news that wait for the owner, which takes them after every frame.
 const MOST_NEWS: usize = 8;
 
 impl GuardThread {
-    /// Starts to guard a run.
+    /// Starts the guard of a run.
     pub(super) fn start(domain: &Domain, config: Config, run_id: u64) -> io::Result<Self> {
         let check = ClearanceCheck::new(Arc::clone(config.dragon()));
         let newest = Arc::new(ArrayQueue::new(1));
@@ -59,21 +59,21 @@ impl GuardThread {
             let guard = Guard::new(&dragon, &config, run_id);
             let ended = match GuardWorker::open(&domain, frames, stop, woken) {
                 Ok(worker) => worker.keep(guard, &sender),
-                // The server has just ended: there is nothing to guard.
+                // The server has just ended, so there is nothing to guard.
                 Err(error) if error.is_absent() => Ok(()),
                 Err(error) => Err(GuardNews::Failed(error)),
             };
-            // Nobody listens where the owner has gone meanwhile.
+            // The send fails if the owner has dropped the guard; then no report is needed.
             let _ = ended.map_err(|news| sender.send(news));
         };
         let thread = thread::Builder::new().name("guard".to_owned()).spawn(guard)?;
         Ok(Self { newest, check, has_fault, news, wake: Some(wake), thread: Some(thread) })
     }
 
-    /// Shows the guard a frame, and what was measured in it. It looks at the newest one when it comes to it.
+    /// Passes a frame, and the nearest pair that was measured in it, to the guard. The thread reads only the newest frame.
     ///
-    /// Returns the alert of a fault that begins with this frame: it is not what was proved. The guard then grants no more, and
-    /// holds the show.
+    /// Returns an alert if a fault begins with this frame: the frame differs from the guard's proof. The guard then grants no
+    /// more, and holds the show.
     pub(super) fn show(&mut self, header: &FrameHeader, nearest: Option<PairClearance>) -> Option<Alert> {
         self.newest.force_push(*header);
         self.wake();
@@ -89,7 +89,7 @@ impl GuardThread {
     }
 
     fn wake(&self) {
-        // Where it is already woken, or has ended, nothing is to be done.
+        // The send fails if the thread is already woken or has ended. Both are fine.
         let _ = self.wake.as_ref().map(|wake| wake.try_send(()));
     }
 }
@@ -97,22 +97,23 @@ impl GuardThread {
 impl Drop for GuardThread {
     fn drop(&mut self) {
         self.wake = None;
-        // The thread does not wait for news to be taken any more.
+        // Dropping the receiver keeps the thread from waiting until its news are taken.
         self.news = channel::never();
-        // Its ports are taken off the bus by then. It does not panic, and here nobody could be told.
+        // After the join, the thread's ports are closed. The thread does not panic, and a panic could not be reported here.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
-/// What the thread works with.
+/// The ports and channels of the thread.
 struct GuardWorker {
     commands: CommandClient,
     status: StatusReader,
     frames: Arc<ArrayQueue<FrameHeader>>,
     has_fault: Arc<AtomicBool>,
     woken: Receiver<()>,
+    /// Travel in metres for which a refused seek needs a grant, by the last status.
     asked_m: Option<f64>,
-    /// Whether the source has said that it takes no grants at all, as a replay does.
+    /// Whether the source has refused grants altogether, as a replay does.
     takes_no_grants: bool,
 }
 
@@ -128,7 +129,7 @@ impl GuardWorker {
         Ok(Self { commands, status, frames, has_fault, woken, asked_m: None, takes_no_grants: false })
     }
 
-    /// Guards until the owner is gone, or the guard has to give up, for the reason that is returned.
+    /// Guards until the owner drops the guard, or until an error or a fault, which is returned.
     fn keep(mut self, mut guard: Guard<'_>, sender: &Sender<GuardNews>) -> Result<(), GuardNews> {
         let mut newest = None;
         let mut reported_m = None;
@@ -138,7 +139,7 @@ impl GuardWorker {
             self.grant(&mut guard, header)?;
             let rest_m = guard.is_final(&header).then_some(header.head_travel_m);
             if rest_m.is_some() && rest_m != reported_m {
-                // Nobody listens where the owner has gone meanwhile.
+                // The send fails if the owner has dropped the guard; then no report is needed.
                 let _ = sender.send(GuardNews::FinalRest(guard.final_rest(&header)));
             }
             reported_m = rest_m;
@@ -146,7 +147,7 @@ impl GuardWorker {
         Ok(())
     }
 
-    /// Sends grants until the server has enough, or is gone.
+    /// Sends grants until the server has enough travel or has ended.
     fn grant(&mut self, guard: &mut Guard<'_>, mut header: FrameHeader) -> Result<(), GuardNews> {
         while !self.has_fault.load(Ordering::Relaxed) {
             if self.takes_no_grants || self.woken.try_recv() == Err(TryRecvError::Disconnected) {
@@ -162,7 +163,7 @@ impl GuardWorker {
             match self.commands.call(grant, REPLY_TIMEOUT).map(|reply| reply.outcome()) {
                 Ok(Ok(_)) => guard.note_granted(from_m, to_m, is_final),
                 Ok(Err(Refusal::Replayed | Refusal::NotGuarded)) => self.takes_no_grants = true,
-                // It has just been started again, or is gone: the next frame tells.
+                // The server has restarted or ended. The next frame shows which.
                 Ok(Err(_)) | Err(BusError::NoServer { .. } | BusError::NoAnswer { .. }) => return Ok(()),
                 Err(error) => return Err(GuardNews::Failed(error)),
             }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::output::command_words::CommandLine;
 use crate::output::histogram::Percentiles;
 
-/// A line of `monitor`.
+/// A line that `monitor` prints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(crate) enum MonitorLine {
@@ -14,7 +14,7 @@ pub(crate) enum MonitorLine {
     /// A command to the source, or another event of the record of commands.
     Command(CommandLine),
     Progress(MonitorProgress),
-    /// The guard holds the head where no further ground can ever be granted.
+    /// The guard holds the head permanently: no further travel can ever be granted.
     Guard(GuardReport),
     Summary(MonitorSummary),
 }
@@ -22,13 +22,13 @@ pub(crate) enum MonitorLine {
 /// An alert.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AlertLine {
-    /// What happened, in lower case.
+    /// Kind of the alert, in lower case.
     pub(crate) kind: String,
     pub(crate) time_s: f64,
-    /// First tick at which it was so.
+    /// First tick at which the alert applies.
     pub(crate) tick: u64,
     pub(crate) run_id: u64,
-    /// The two benches, or null where it is about no pair.
+    /// The two benches, or null if the alert is not about a pair.
     pub(crate) benches: Option<[u32; 2]>,
     pub(crate) clearance_m: Option<f64>,
     /// Point midway between the two boards, or null.
@@ -54,60 +54,62 @@ impl From<&Alert> for AlertLine {
 }
 
 impl AlertLine {
-    /// What people read of it beside the live line.
+    /// The alert in words, for printing above the live line.
     pub(crate) fn words(&self) -> String {
         let benches = self.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
         format!("{:.6} s: {}{benches}", self.time_s, self.kind)
     }
 }
 
-/// How a monitor stands.
+/// Progress of a monitor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MonitorProgress {
     pub(crate) frames: u64,
-    /// Frames lost between the first and the last one read.
+    /// Frames lost between the first and the last frame that was read.
     pub(crate) lost: u64,
-    /// Least clearance in the last frame; null before the first one.
+    /// Least clearance in the last frame, in metres; null before the first frame.
     pub(crate) clearance_m: Option<f64>,
-    /// Show time of the forecast contact; null where none is known.
+    /// Show time of the forecast contact, in seconds; null if none is known.
     pub(crate) forecast_s: Option<f64>,
-    /// From the instant each frame was due to the instant it was read.
+    /// Times from the instant at which a frame was due to the instant at which it was read.
     pub(crate) latency: TimesReport,
 }
 
-/// What a monitor saw.
+/// Totals of a monitor.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MonitorSummary {
     pub(crate) frames: u64,
-    /// Frames lost between the first and the last one read.
+    /// Frames lost between the first and the last frame that was read.
     pub(crate) lost: u64,
+    /// The first contact.
     pub(crate) contact: Option<ContactReport>,
-    /// Least clearance of all frames; null where there was no frame.
+    /// Least clearance of all frames; null without a frame.
     pub(crate) least_clearance: Option<ClearanceReport>,
-    /// Where its guard held the head for good; null where it did not.
+    /// The permanent stop of the head by the guard; null if there was none.
     pub(crate) guard: Option<GuardReport>,
-    /// Times at which a guard found that a frame did not agree with the published description.
+    /// Faults: a guard found that a frame disagreed with the published description.
     pub(crate) faults: u64,
-    /// Alerts of pairs that were counted and not sent, for they were too many.
+    /// Alerts of pairs that were counted but not sent, because they were too many.
     pub(crate) suppressed_alerts: u64,
-    /// Frames up to which the way was not swept whole, for that took too much work.
+    /// Frames for which the travel since the frame before was not swept completely, because that took too much work.
     pub(crate) unswept_frames: u64,
     pub(crate) commands: CommandCounts,
-    /// From the instant a frame was due to the instant it was read, in microseconds.
+    /// Percentiles of [`Self::latency`], in microseconds.
     pub(crate) latency_us: Percentiles,
-    /// The same, whole.
+    /// Times from the instant at which a frame was due to the instant at which it was read.
     pub(crate) latency: TimesReport,
 }
 
-/// Commands to a source, counted.
+/// Counts of the commands to a source.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct CommandCounts {
-    /// Accepted ones, grants excepted.
+    /// Accepted commands, without grants.
     pub(crate) accepted: u64,
-    /// Refused ones, refused grants included.
+    /// Refused commands, including refused grants.
     pub(crate) refused: u64,
+    /// Accepted grants.
     pub(crate) grants: u64,
-    /// Events of commands that were lost on the way.
+    /// Events of commands that were lost on the bus.
     pub(crate) lost: u64,
 }
 
@@ -122,18 +124,19 @@ impl CommandCounts {
     }
 }
 
-/// Where a guard held the head for good.
+/// A permanent stop of the head by a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct GuardReport {
     pub(crate) held_at_s: f64,
-    /// Least clearance there; null with fewer than three benches.
+    /// Least clearance at this stop, in metres; null with fewer than three benches.
     pub(crate) clearance_m: Option<f64>,
-    /// Show time at which two benches would have touched at the planned speed; null where they would not.
+    /// Show time at which two benches would have touched at the planned speed, in seconds; null if they would not, or if this
+    /// took too much work to compute.
     pub(crate) forecast_contact_s: Option<f64>,
 }
 
 impl GuardReport {
-    /// The clearance and the forecast, as far as they are known, behind what else is said of it.
+    /// The known ones of clearance and forecast, in words that follow other words about this stop.
     pub(crate) fn details(&self) -> String {
         let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {clearance_m:.6} m"));
         let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {time_s:.6} s"));
@@ -148,7 +151,7 @@ pub(crate) struct ContactReport {
     pub(crate) benches: [u32; 2],
 }
 
-/// A clearance.
+/// The clearance of a pair of benches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ClearanceReport {
     pub(crate) time_s: f64,
@@ -159,9 +162,9 @@ pub(crate) struct ClearanceReport {
 /// A [`TimeHistogram`] without its empty buckets.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct TimesReport {
-    /// The longest time, exactly, in nanoseconds.
+    /// The longest time in nanoseconds, exactly.
     pub(crate) max_ns: u64,
-    /// Of each bucket that is not empty, its least time in nanoseconds, and how many times lie in it.
+    /// The least time of each non-empty bucket in nanoseconds, and the number of times in the bucket.
     pub(crate) counts: Vec<(u64, u64)>,
 }
 
@@ -191,7 +194,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_distribution_is_carried_whole() {
+    fn a_distribution_survives_its_line_of_json() {
         let mut histogram = TimeHistogram::default();
         for time_ns in [0, 63, 64, 5000, 5001, 123_456_789, TimeHistogram::LIMIT_NS * 3] {
             histogram.record(time_ns);

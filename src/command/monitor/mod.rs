@@ -1,4 +1,4 @@
-//! `monitor`: the collision monitor's process.
+//! `monitor`: the process of the collision monitor.
 
 use std::process::ExitCode;
 
@@ -25,7 +25,7 @@ mod report;
 use guard_thread::{GuardNews, GuardThread};
 use report::MonitorReport;
 
-/// Watch for benches that come near, touch and part.
+/// Measure the clearance of all benches, and send an alert when benches come near, touch or part.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon monitor
@@ -34,13 +34,13 @@ use report::MonitorReport;
 pub(crate) struct MonitorArgs {
     #[command(flatten)]
     pub(crate) bus: BusArgs,
-    /// Keep the benches of a guarded server from touching: let the head walk only where the way is proved free.
+    /// Be the guard of a guarded server: grant its head only travel that is proved free of contact.
     #[arg(long)]
     pub(crate) guard: bool,
-    /// End with status 3 at the first contact.
+    /// End with exit status 3 at the first contact.
     #[arg(long)]
     pub(crate) fail_on_contact: bool,
-    /// With --format json, print a line of progress this often.
+    /// With --format json, seconds between two lines of progress, 0.01 to 3600 [default: no lines].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(0.01..=3600.0))]
     pub(crate) progress: Option<f64>,
     #[command(flatten)]
@@ -66,7 +66,7 @@ pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
 struct MonitorPorts {
     run: RunPorts,
     alerts: AlertPublisher,
-    // Given up last.
+    // Dropped last, so that a second guard starts only after the ports are closed.
     _lock: Option<GuardLock>,
 }
 
@@ -89,7 +89,7 @@ struct WatchedRun {
     guard: Option<GuardThread>,
 }
 
-/// A monitor at work, over any number of runs.
+/// A running monitor, over any number of runs.
 struct MonitorSession<'a> {
     args: &'a MonitorArgs,
     domain: &'a Domain,
@@ -99,7 +99,7 @@ struct MonitorSession<'a> {
 }
 
 impl MonitorSession<'_> {
-    /// Watches frame after frame; after a signal, those that are there already.
+    /// Watches frame after frame; after a signal, only frames that were published before it.
     fn follow(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
         let mut following = Following::until(self.stop);
         loop {
@@ -140,7 +140,9 @@ impl MonitorSession<'_> {
         watched.forecaster.follow(&forecast, header.head_travel_m, watched.monitor.is_touching());
         let fault = watched.guard.as_mut().and_then(|guard| guard.show(header, nearest));
         if !had_suppressed && watched.monitor.suppressed() > 0 {
-            tracing::warn!("over {ALERTS_PER_S} alerts a second: only the most important are sent, the others counted");
+            tracing::warn!(
+                "over {ALERTS_PER_S} alerts a second: only the most important are sent, the rest are counted"
+            );
         }
         self.report.summary.faults += u64::from(fault.is_some());
         let alerts = [fault.as_slice(), watched.state_alert(header).as_slice(), watched.monitor.alerts()].concat();
@@ -155,13 +157,13 @@ impl MonitorSession<'_> {
         };
         let config = Config::from_toml(&description.toml).context("the description on the bus")?;
         let (described, sent) = (config.dragon().dimensions().benches(), header.bench_count as usize);
-        ensure!(described == sent, "the description on the bus is of {described} benches, the frames are of {sent}");
+        ensure!(described == sent, "the description on the bus has {described} benches, the frames have {sent}");
         let monitor = Monitor::new(&config);
         let run_id = header.run_id;
         let forecaster = Forecaster::start(&monitor.dragon, 0.0, header.head_travel_m);
         let forecaster = forecaster.context("cannot start the forecast's thread")?;
         if self.args.guard && !config.tables().monitor.guard {
-            tracing::warn!("the server is not guarded: it walks on without grants; start it with --guarded");
+            tracing::warn!("the server is not guarded: the head walks without grants; start the server with --guarded");
         }
         let is_guarded = self.args.guard && config.tables().monitor.guard;
         let guard = is_guarded.then(|| GuardThread::start(self.domain, config, run_id)).transpose();
@@ -169,7 +171,7 @@ impl MonitorSession<'_> {
         Ok(Some(WatchedRun { run_id, monitor, forecaster, state: None, guard }))
     }
 
-    /// Ends the watch of a run, and counts what it has left out.
+    /// Ends the watch of a run, and adds its suppressed alerts and unswept frames to the summary.
     fn end_run(&mut self) {
         if let Some(watched) = self.watched.take() {
             self.report.summary.suppressed_alerts += watched.monitor.suppressed();
@@ -177,12 +179,12 @@ impl MonitorSession<'_> {
         }
     }
 
-    /// Reports what has become of commands: first of up to the last 128 from before it was there.
+    /// Reports commands and their outcomes, beginning with up to 128 from before the monitor started.
     fn take_commands(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
         let Some(commands) = &mut ports.run.commands else { return Ok(()) };
         while let Some(event) = commands.receive()? {
             self.report.summary.commands.count(&event);
-            // Its own grants are no news.
+            // This guard's own grants are not reported.
             if event.sent_by() != Some(Sender::Guard) || event.pid != std::process::id() {
                 self.report.print_command(&event)?;
             }
@@ -197,13 +199,14 @@ impl MonitorSession<'_> {
             None => Ok(()),
             Some(GuardNews::FinalRest(rest)) => {
                 if !rest.is_free {
-                    tracing::warn!("the benches are nearer than margin_m where the head is: seek to free ground");
+                    tracing::warn!("the clearance is under margin_m where the head stands: seek to another show time");
                 }
                 self.report.print_rest(&rest)
             }
             Some(GuardNews::GaveUp(held)) => {
-                let held = held.map_or("it has held the show".to_owned(), |error| error.to_string());
-                tracing::warn!("the frames are not what the guard has proved: it grants no more, and {held}");
+                let held =
+                    held.map_or("it has held the show".to_owned(), |error| format!("it cannot hold the show: {error}"));
+                tracing::warn!("the frames differ from the guard's proof: it grants no more, and {held}");
                 Ok(())
             }
             Some(GuardNews::Failed(error)) => Err(error).context("the guard"),
@@ -217,7 +220,8 @@ impl MonitorSession<'_> {
 }
 
 impl WatchedRun {
-    /// The alert of a hold that begins with this frame. A guarded show begins held, until its guard has looked at it.
+    /// The alert of a hold that begins with this frame. The first frame of a guarded show raises none: the show begins held,
+    /// until its first grant.
     fn state_alert(&mut self, header: &FrameHeader) -> Option<Alert> {
         let state = header.show_state();
         let last = std::mem::replace(&mut self.state, state);

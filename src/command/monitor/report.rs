@@ -1,4 +1,4 @@
-//! What a monitor prints: alerts, commands and progress as they come, and its summary.
+//! The reports of a monitor: alerts, commands and progress during the run, and the summary at its end.
 
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ pub(super) struct MonitorReport {
     latency: TimeHistogram,
     nearest: Option<PairClearance>,
     forecast_s: Option<f64>,
-    /// How often progress is printed, if it is.
+    /// Period at which progress is printed; `None` if it is not printed.
     progress_period: Option<Duration>,
     progress_due: Instant,
 }
@@ -49,7 +49,7 @@ impl MonitorReport {
         self.summary.frames += 1;
     }
 
-    /// Takes note of what was measured in a frame.
+    /// Stores the measurements of a frame.
     pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
         let time_s = header.sim_time_s();
         self.nearest = nearest;
@@ -67,7 +67,7 @@ impl MonitorReport {
     pub(super) fn print_alert(&mut self, alert: &Alert) -> anyhow::Result<()> {
         let line = AlertLine::from(alert);
         if alert.alert_kind() == Some(AlertKind::Contact) && self.summary.contact.is_none() {
-            let benches = alert.pair().expect("a contact is of two benches");
+            let benches = alert.pair().expect("a contact has two benches");
             self.summary.contact = Some(ContactReport { time_s: line.time_s, benches });
         }
         let text = alert_text(&line);
@@ -76,7 +76,7 @@ impl MonitorReport {
 
     pub(super) fn print_command(&self, event: &CommandEvent) -> anyhow::Result<()> {
         let line = CommandLine::from(event);
-        // Grants come some ten times a second.
+        // The guard sends some ten grants per second.
         if self.format == Format::Text && event.event_kind() == Some(EventKind::Grant) && line.accepted {
             tracing::debug!("{}", line.text);
             return Ok(());
@@ -85,7 +85,7 @@ impl MonitorReport {
         print_report(self.format, &MonitorLine::Command(line), text)
     }
 
-    /// Reports where the guard holds the head for good.
+    /// Reports a permanent stop of the head by the guard.
     pub(super) fn print_rest(&mut self, rest: &FinalRest) -> anyhow::Result<()> {
         let report = GuardReport {
             held_at_s: rest.sim_time_s,
@@ -93,7 +93,7 @@ impl MonitorReport {
             forecast_contact_s: rest.forecast_s,
         };
         self.summary.guard = Some(report);
-        let text = format!("{:>12.6} s  held by the guard for good{}", report.held_at_s, report.details());
+        let text = format!("{:>12.6} s  held by the guard permanently{}", report.held_at_s, report.details());
         print_report(self.format, &MonitorLine::Guard(report), text)
     }
 
@@ -134,9 +134,9 @@ impl MonitorReport {
         }
         let MonitorSummary { faults, suppressed_alerts, unswept_frames, .. } = &self.summary;
         let left_out = [
-            (faults, "fault", ": frames were not as published".to_owned()),
+            (faults, "fault", ": frames disagreed with the description".to_owned()),
             (suppressed_alerts, "alert", format!(" not sent: over {ALERTS_PER_S} a second")),
-            (unswept_frames, "frame", " not swept whole: the way there takes too much work".to_owned()),
+            (unswept_frames, "frame", " not swept completely: too much work".to_owned()),
         ];
         for (count, noun, what) in left_out.into_iter().filter(|(count, ..)| **count > 0) {
             print_line(format_args!("{}{what}", Counted(*count, noun)))?;

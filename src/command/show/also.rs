@@ -1,4 +1,4 @@
-//! The commands that a show runs beside its own children, as `[[show.also]]` in the configuration has them.
+//! The commands of `[[show.also]]` in the configuration, which a show runs beside its own children.
 
 use bench_dragon_ipc::Instance;
 use clap::Parser as _;
@@ -8,12 +8,12 @@ use crate::command::{Cli, Command, without_usage};
 
 const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 
-/// A configured command that has been checked.
+/// A checked command of the configuration.
 #[derive(Debug)]
 pub(super) struct AlsoCommand {
-    /// For people: the command, and its number where there are several of it.
+    /// Name in messages: the command, and a number if several commands have this name.
     pub(super) name: String,
-    /// With the command itself and the show's instance.
+    /// Arguments, including the command itself and the show's instance.
     pub(super) args: Vec<String>,
 }
 
@@ -34,10 +34,10 @@ impl AlsoCommand {
     }
 
     fn read(line: &str, instance: &Instance) -> Result<Self, String> {
-        let mut args = shlex::split(line).ok_or(": a quotation mark is missing, or there is nothing behind a \\")?;
+        let mut args = shlex::split(line).ok_or(": a quotation mark is missing, or nothing follows a \\")?;
         for flag in ["--instance", "--parent"] {
             if args.iter().any(|arg| arg == flag || arg.starts_with(&format!("{flag}="))) {
-                return Err(format!(": must be without {flag}, which is the show's"));
+                return Err(format!(": must be without {flag}, which the show sets"));
             }
         }
         let has_no_command = args.first().is_none_or(|first| first.starts_with('-'));
@@ -51,7 +51,7 @@ impl AlsoCommand {
     }
 }
 
-/// How many commands have a name, with or without a number.
+/// Number of commands that have a name, with or without a number.
 fn lines_of(commands: &[AlsoCommand], name: &str) -> usize {
     let is_of = |command: &&AlsoCommand| {
         command.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
@@ -59,12 +59,12 @@ fn lines_of(commands: &[AlsoCommand], name: &str) -> usize {
     commands.iter().filter(is_of).count()
 }
 
-/// The name of a command that reads until it is stopped; for any other, what is wrong with it.
+/// The name of a command that reads until it is stopped. The error of any other command is the reason for which it is refused.
 fn name(command: &Command) -> Result<&'static str, String> {
-    let ends_with = |flag: &str| Err(format!(": must be without {flag}, for it must run until it is stopped"));
+    let ends_with = |flag: &str| Err(format!(": must be without {flag}, because it must run until it is stopped"));
     match command {
         Command::Bridge(bridge) => bridge.bridge.name_beside_show().map_err(|reason| format!(": {reason}")),
-        Command::Monitor(monitor) if monitor.guard => Err(": must be without --guard, which is the show's".to_owned()),
+        Command::Monitor(monitor) if monitor.guard => Err(": must be without --guard, which the show sets".to_owned()),
         Command::Monitor(monitor) if monitor.fail_on_contact => ends_with("--fail-on-contact"),
         Command::Echo(echo) if echo.count.is_some() => ends_with("--count"),
         Command::Hz(hz) if hz.seconds.is_some() => ends_with("--seconds"),
@@ -77,7 +77,7 @@ fn name(command: &Command) -> Result<&'static str, String> {
     }
 }
 
-/// What clap reports of a command line. The help of a command is no command, either.
+/// An error of clap in one line. A request for help is also refused.
 fn in_one_line(error: &clap::Error) -> String {
     use clap::error::ErrorKind::{DisplayHelp, DisplayHelpOnMissingArgumentOrSubcommand, DisplayVersion};
     if matches!(error.kind(), DisplayHelp | DisplayHelpOnMissingArgumentOrSubcommand | DisplayVersion) {
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_are_split_as_a_shell_does_and_numbered_where_they_are_alike() {
+    fn commands_are_split_like_shell_lines_and_equal_names_are_numbered() {
         let lines = ["bridge psn --name 'two words'", "hz", "bridge psn --to 10.0.0.20:56565", "bridge osc --bundle"];
         let commands = read(&lines).expect("all are commands that read");
         let names: Vec<&str> = commands.iter().map(|command| command.name.as_str()).collect();
@@ -117,10 +117,10 @@ mod tests {
             ("serve", ", must be one of bridge"),
             ("record x.mcap", ", must be one of bridge"),
             ("pose", ": unrecognized subcommand 'pose'"),
-            ("hz --instance other", ": must be without --instance, which is the show's"),
-            ("hz --instance=other", ": must be without --instance, which is the show's"),
-            ("hz --parent 1", ": must be without --parent, which is the show's"),
-            ("hz --seconds 3", ": must be without --seconds, for it must run until it is stopped"),
+            ("hz --instance other", ": must be without --instance, which the show sets"),
+            ("hz --instance=other", ": must be without --instance, which the show sets"),
+            ("hz --parent 1", ": must be without --parent, which the show sets"),
+            ("hz --seconds 3", ": must be without --seconds, because it must run until it is stopped"),
             ("echo --count 3", ": must be without --count"),
             ("monitor --guard", ": must be without --guard"),
             ("bridge psn --rate 0", ": invalid value '0' for '--rate <HZ>': must be from 1 to 250"),

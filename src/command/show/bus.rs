@@ -1,4 +1,4 @@
-//! What a show reads of the bus, and where it last saw the dragon.
+//! The ports of a show on the bus, and the last known state of the dragon.
 
 use bench_dragon_ipc::{
     BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops,
@@ -11,29 +11,29 @@ pub(super) struct ShowPorts {
 }
 
 impl ShowPorts {
-    /// Opens the ports. They outlive a server: what the next one publishes comes through them, too.
+    /// Opens the ports. They stay valid after a restart of the server.
     pub(super) fn open(domain: &Domain) -> Result<Self, BusError> {
         let status = StatusReader::open(domain, "show-status")?;
         let readers = ReaderReports::open(domain, "show-readers")?;
-        // Last, so that everything else is there from the first frame on.
+        // The frames last, so that the other ports are open at the first frame.
         Ok(Self { frames: FrameSubscriber::open(domain, "show")?, status, readers })
     }
 
-    /// The process ids of the readers that have reported since the last call, and that have not ended.
+    /// Process ids of the readers that have reported since the last call and have not ended.
     pub(super) fn living_readers(&self) -> Vec<u32> {
-        // A report that cannot be read is that of a killed reader.
+        // An unreadable report comes from a killed reader, and is skipped.
         let reports = std::iter::from_fn(|| self.readers.receive().ok().flatten());
         reports.filter(|report| report.ended == 0).map(|report| report.pid).collect()
     }
 }
 
-/// What frames and statuses have last shown.
+/// The last known state, from frames and statuses.
 #[derive(Debug, Default)]
 pub(super) struct LastSeen {
     pub(super) header: Option<FrameHeader>,
     pub(super) status: Option<Status>,
     pub(super) walking_speed_mps: Option<f64>,
-    /// Whether the show was paused when it was last not held.
+    /// Whether the show was paused when it was last not held. A hold hides a pause.
     pub(super) is_paused: bool,
 }
 
@@ -50,12 +50,12 @@ impl LastSeen {
         self.header = Some(*header);
     }
 
-    /// What keeps the head from walking, by the newest status.
+    /// The reasons that keep the head from walking, by the newest status.
     fn stops(&self) -> Stops {
         self.status.as_ref().map(Status::stops).unwrap_or_default()
     }
 
-    /// Whether an operator holds the show. A guard's stop is no hold: the next grant lifts it.
+    /// Whether an operator holds the show. A guard's stop is not a hold, because the next grant lifts it.
     pub(super) fn is_held(&self) -> bool {
         self.header.is_some_and(|header| match header.show_state() {
             Some(ShowState::Held) => {
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guards_stop_at_the_end_of_its_grant_is_no_hold() {
+    fn a_guards_stop_at_the_end_of_its_grant_is_not_a_hold() {
         let mut seen = LastSeen::default();
         seen.see_frame(&frame(ShowState::Held, 7.0));
         assert!(seen.is_held());
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_outlives_a_hold_and_ends_with_a_step() {
+    fn a_pause_stays_through_a_hold_and_ends_with_a_running_frame() {
         let mut seen = LastSeen::default();
         seen.see_frame(&frame(ShowState::Running, 1.0));
         assert_eq!((seen.is_paused, seen.walking_speed_mps), (false, Some(0.8)));

@@ -1,4 +1,4 @@
-//! The show's children: registered once, started, heard, and started again.
+//! The show's children: registers and starts them, notes their signs of life, and plans their restarts.
 
 use std::time::{Duration, Instant};
 
@@ -8,13 +8,13 @@ use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, Pha
 use super::process::{End, Launch, Process, ProcessEvent};
 use crate::command::print::complain;
 
-/// Lines that wait for the show. A child that prints more waits, which a show does not let last.
+/// Most lines that wait for the show. If the buffer is full, a child that prints waits until the show takes a line.
 const MOST_EVENTS: usize = 256;
-/// How often the end of a child is looked for.
+/// Period at which the show checks whether a child has ended.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// The longest time between two looks that counts. A show that was itself suspended blames nobody.
+/// Longest time that counts between two looks. So a suspension of the show itself does not count as silence of the children.
 const LONGEST_LOOK: Duration = Duration::from_millis(200);
-/// The longest time between two frames: the lowest rate is 1 Hz.
+/// Longest time between two frames. The lowest rate is 1 Hz.
 const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 
 pub(super) enum ChildNews {
@@ -22,7 +22,7 @@ pub(super) enum ChildNews {
     Ended(ChildRole, End),
 }
 
-/// The registry of the children, one of each role.
+/// The registry of the children, one per role.
 pub(super) struct Children {
     entries: Vec<Entry>,
     events: Receiver<ProcessEvent>,
@@ -30,7 +30,7 @@ pub(super) struct Children {
     looked: Instant,
 }
 
-/// A child, whether it runs or not.
+/// A registered child, running or not.
 struct Entry {
     role: ChildRole,
     name: String,
@@ -44,7 +44,7 @@ impl Children {
         Self { entries: Vec::new(), events, sender, looked: Instant::now() }
     }
 
-    /// Registers a child by the name that people read.
+    /// Registers a child. Messages use `name`.
     pub(super) fn register(&mut self, role: ChildRole, name: impl Into<String>) {
         let liveness = Liveness::new(if role == ChildRole::Record { LONGEST_DISK_SILENCE } else { LONGEST_SILENCE });
         self.entries.push(Entry { role, name: name.into(), liveness, process: None });
@@ -62,7 +62,7 @@ impl Children {
         &self.entry(role).name
     }
 
-    /// What happens next, if before `timeout`.
+    /// Waits for the next line or end of a child, up to `timeout`.
     pub(super) fn next(&mut self, timeout: Duration) -> anyhow::Result<Option<ChildNews>> {
         match self.events.recv_timeout(timeout) {
             Ok((role, Some(line))) => return Ok(Some(ChildNews::Line(role, line))),
@@ -76,7 +76,7 @@ impl Children {
         self.entry_mut(role).liveness.hear();
     }
 
-    /// Takes note of a sign of life of whichever child has this process id, if any.
+    /// Notes a sign of life of the child with this process id, if there is one.
     pub(super) fn hear_process(&mut self, pid: u32) {
         let is_meant = |entry: &&mut Entry| entry.process.as_ref().is_some_and(|process| process.pid() == pid);
         if let Some(entry) = self.entries.iter_mut().find(is_meant) {
@@ -84,7 +84,7 @@ impl Children {
         }
     }
 
-    /// Kills the children that have given no sign of life for too long by now. Returns what there is to say of them.
+    /// Kills the children that have given no sign of life for too long. Returns a message for each.
     pub(super) fn kill_silent(&mut self, now: Instant) -> Vec<String> {
         let elapsed = now.duration_since(self.looked).min(LONGEST_LOOK);
         self.looked = now;
@@ -93,7 +93,7 @@ impl Children {
         self.entries.iter_mut().filter_map(|entry| entry.kill_if_silent(elapsed, has_frames)).collect()
     }
 
-    /// Plans when a child that has ended is started again. Returns whether it is.
+    /// Plans the restart of a child that has ended. Returns whether it will be restarted.
     pub(super) fn plan_restart(&mut self, role: ChildRole, now: Instant) -> bool {
         self.entry_mut(role).liveness.end(now)
     }
@@ -102,31 +102,31 @@ impl Children {
         &mut self.entry_mut(role).liveness
     }
 
-    /// The children that are to be started again by now.
+    /// Returns the children whose restart is due.
     pub(super) fn due(&self, now: Instant) -> Vec<ChildRole> {
         self.entries.iter().filter(|entry| entry.liveness.is_due(now)).map(|entry| entry.role).collect()
     }
 
-    /// How many readers a server that is started now finds: those that the show always has and has not done without yet, and
-    /// those others that run.
+    /// Number of readers that a server finds if it starts now: monitor and recorder, unless the show goes on without them, and
+    /// the other readers that run.
     pub(super) fn readers(&self) -> usize {
         let is_reader = |entry: &&Entry| match entry.role {
             ChildRole::Serve => false,
             ChildRole::View => entry.process.is_some(),
             // The server waits for them before it begins.
             ChildRole::Monitor | ChildRole::Record => !matches!(entry.liveness.phase, Phase::Over | Phase::Waiting),
-            // Others need a while to join. One that has given a sign of life has joined.
+            // A configured command needs some time to join the bus. One that has given a sign of life has joined.
             ChildRole::Also(_) => entry.liveness.has_lived,
         };
         self.entries.iter().filter(is_reader).count()
     }
 
-    /// Asks children to end, and hands over what they still print until they have. Those that take longer than `patience` are
-    /// killed.
+    /// Requests the end of children, and passes their lines to `take_line` until they have ended. Kills those that take longer
+    /// than `timeout`.
     pub(super) fn end(
         &mut self,
         is_meant: impl Fn(ChildRole) -> bool,
-        patience: Duration,
+        timeout: Duration,
         mut take_line: impl FnMut(ChildRole, &str) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
         let of_meant = |entry: &Entry| entry.process.is_some() && is_meant(entry.role);
@@ -135,7 +135,7 @@ impl Children {
             .filter(|entry| of_meant(entry))
             .flat_map(|entry| &entry.process)
             .for_each(Process::terminate);
-        let deadline = Instant::now() + patience;
+        let deadline = Instant::now() + timeout;
         while self.entries.iter().any(of_meant) && Instant::now() < deadline {
             match self.next(LOOK_PERIOD)? {
                 Some(ChildNews::Line(role, line)) => take_line(role, &line)?,
@@ -146,7 +146,7 @@ impl Children {
             }
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
-            complain(&format!("{} does not end within {} s: killing it", entry.name, patience.as_secs()));
+            complain(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
             entry.process = None;
         }
         Ok(())
@@ -179,11 +179,11 @@ impl Entry {
     }
 }
 
-/// What a child does in the show, by which it is found.
+/// The role of a child in the show, which identifies the child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ChildRole {
     Serve,
-    /// Looks for contacts, and guards.
+    /// Measures clearances and, in a guarded show, is the guard.
     Monitor,
     Record,
     View,

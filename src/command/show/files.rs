@@ -1,4 +1,4 @@
-//! The files of a show: its folder, and recordings that killed recorders left.
+//! The files of a show: its folder, and unfinished recordings of killed recorders.
 
 use std::collections::VecDeque;
 use std::fs::{self, File, TryLockError};
@@ -16,28 +16,28 @@ use crate::config::Config;
 use crate::output::Counted;
 use crate::recording::{BackgroundRepair, DiskSpace, Repair, RepairError};
 
-/// How the name of a show's folder begins that was not given one.
+/// Prefix of the default folder's name.
 const FOLDER_PREFIX: &str = "show-";
 /// The configuration, which the server reads.
 const CONFIG: &str = "config.toml";
-/// What a show leaves last.
+/// The summary, which a show writes last.
 const SUMMARY: &str = "summary.json";
-/// Who may read what a configured command prints, such as a page's token: its user.
+/// Mode of files with the output of configured commands. Only the user may read it, because it may contain a page's token.
 const OUTPUT_MODE: u32 = 0o600;
 
 pub(super) struct Folder {
     pub(super) path: PathBuf,
-    /// Whether it was made for this show.
+    /// Whether the folder was created for this show.
     is_new: bool,
-    /// Locked, so that a second show can tell that this one goes on.
+    /// The configuration's file. Its lock shows other shows that this show is running.
     config_file: File,
 }
 
 impl Folder {
-    /// Makes the folder where it is missing, and writes the configuration into it.
+    /// Creates the folder if it is missing, and writes the configuration into it.
     ///
     /// # Errors
-    /// A folder that cannot be made, that another show is using, or that has the files of an earlier one.
+    /// The folder cannot be created, another show is using it, or it contains files of an earlier show.
     pub(super) fn claim(out: Option<&Path>, config: &Config) -> anyhow::Result<Self> {
         let path = out.map_or_else(
             || PathBuf::from(format!("{FOLDER_PREFIX}{}", jiff::Zoned::now().strftime("%Y%m%d-%H%M%S"))),
@@ -45,13 +45,13 @@ impl Folder {
         );
         let is_new = !path.exists();
         fs::create_dir_all(&path).map_err(|error| {
-            BadInput(format!("--out is {}, must be a folder that can be made: {error}", path.display()))
+            BadInput(format!("--out is {}, must be a folder that can be created: {error}", path.display()))
         })?;
         let config = write_config(&path, config)?;
         Ok(Self { path, is_new, config_file: config })
     }
 
-    /// Bytes that can still be written to its disk; `None` where the system does not tell.
+    /// Free bytes on the folder's disk; `None` if the system does not report them.
     pub(super) fn free_bytes(&self) -> Option<u64> {
         DiskSpace::around(&self.config_file).ok().map(|space| space.free_bytes)
     }
@@ -60,7 +60,7 @@ impl Folder {
         self.path.join(CONFIG)
     }
 
-    /// A name for a recording that is not taken: `recording.mcap`, `recording-2.mcap` and so on.
+    /// An unused name for a recording: `recording.mcap`, `recording-2.mcap` and so on.
     pub(super) fn free_recording(&self) -> PathBuf {
         let name = |number: u32| match number {
             1 => self.path.join("recording.mcap"),
@@ -69,7 +69,7 @@ impl Folder {
         (1..=u32::MAX).map(name).find(|path| !path.exists()).expect("a folder holds fewer files than that")
     }
 
-    /// The file that a configured command's output goes on in.
+    /// Opens the file for a configured command's output, to append to it.
     pub(super) fn open_output(&self, name: &str) -> anyhow::Result<File> {
         let path = self.path.join(format!("{}.log", name.replace(' ', "-")));
         let options = File::options().append(true).create(true).mode(OUTPUT_MODE).open(&path);
@@ -92,9 +92,9 @@ impl Folder {
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Removes what a show that never began has left: its configuration, and a folder that was made for nothing else.
+    /// Removes the files of a show that never began: its configuration, and the folder if it was created for this show.
     pub(super) fn remove_unused(&self) {
-        // What keeps it there is no fault of the show's, whose own is reported.
+        // A failure to remove them is ignored, because the error of the show itself is reported.
         let _ = fs::remove_file(self.config());
         if self.is_new {
             let _ = fs::remove_dir(&self.path);
@@ -102,7 +102,7 @@ impl Folder {
     }
 }
 
-/// Writes the configuration that the server reads, also after a restart, and locks it for as long as the result is held.
+/// Writes the configuration, which the server reads at every start. Locks the file for the lifetime of the result.
 fn write_config(folder: &Path, config: &Config) -> anyhow::Result<File> {
     let path = folder.join(CONFIG);
     let cannot_write = || format!("cannot write {}", path.display());
@@ -120,7 +120,7 @@ fn write_config(folder: &Path, config: &Config) -> anyhow::Result<File> {
     }
 }
 
-/// Why a folder that has a configuration is refused.
+/// The reason for which a folder with a configuration is refused.
 fn refusal(folder: &Path, config: &Path) -> BadInput {
     let is_locked = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
     if File::open(config).is_ok_and(is_locked) {
@@ -136,44 +136,45 @@ fn used_before(folder: &Path, file: &str) -> BadInput {
     ))
 }
 
-/// How long the end of a show waits for its files to be finished.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Longest wait at the end of a show until its files are finished.
+const REPAIR_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// Files of the show that are remembered until they are finished: later ones are finished too, but their frames are not counted.
+/// Most files of the show that are remembered until they are finished. Further files are finished, but their frames are not
+/// counted.
 const MOST_OWN: usize = 1000;
-/// Folders of earlier shows that are looked through.
+/// Most folders of earlier shows that are searched.
 const MOST_EARLIER: usize = 10_000;
-/// Results that wait to be taken.
+/// Most results that wait to be taken.
 const MOST_RESULTS: usize = 64;
 
-/// The files that are being finished, by a thread that is started with the first of them.
+/// The recordings to finish. A thread finishes them; it starts with the first recording.
 pub(super) struct Repairs {
-    /// One result a file. Dropped before the thread, which then waits for nobody.
+    /// One result per file. Dropped before the thread, so that the thread does not wait for room.
     results: Receiver<Result<Repair, RepairError>>,
     sender: SyncSender<Result<Repair, RepairError>>,
     background: Option<BackgroundRepair>,
-    /// The show's own files that are not finished yet, at most [`MOST_OWN`].
+    /// The show's own unfinished files, at most [`MOST_OWN`].
     own: Vec<PathBuf>,
-    /// Folders of earlier shows that have not been asked for yet, at most [`MOST_EARLIER`].
+    /// Folders of earlier shows that have not been passed to the thread yet, at most [`MOST_EARLIER`].
     earlier: VecDeque<PathBuf>,
 }
 
-/// What has become of a file.
+/// The result for one file.
 pub(super) struct Repaired {
-    /// Frames in it, where it is the show's own.
+    /// Frames in the file, if it belongs to this show.
     pub(super) frames: Option<u64>,
-    /// What there is to say.
+    /// The message for people.
     pub(super) line: String,
 }
 
 impl Repairs {
-    /// Nothing is to be done yet.
+    /// Returns an empty list of recordings.
     pub(super) fn new() -> Self {
         let (sender, results) = mpsc::sync_channel(MOST_RESULTS);
         Self { background: None, sender, results, own: Vec::new(), earlier: VecDeque::new() }
     }
 
-    /// Has a file of the show's finished.
+    /// Requests to finish a file of this show.
     pub(super) fn finish_own(&mut self, recording: PathBuf) {
         if self.own.len() < MOST_OWN {
             self.own.push(recording.clone());
@@ -181,12 +182,12 @@ impl Repairs {
         self.ask(|background| background.repair(recording));
     }
 
-    /// Has all unfinished recordings in the folders of earlier shows finished.
+    /// Requests to finish all unfinished recordings in the folders of earlier shows.
     pub(super) fn finish_earlier(&mut self, folders: impl IntoIterator<Item = PathBuf>) {
         self.earlier.extend(folders.into_iter().take(MOST_EARLIER));
     }
 
-    /// What has been done since the last call. Never waits.
+    /// Returns the results since the last call. Never waits.
     pub(super) fn poll(&mut self) -> Vec<Repaired> {
         while let Some(folder) = self.earlier.pop_front() {
             if !self.ask(|background| background.repair(folder.clone())) {
@@ -198,31 +199,32 @@ impl Repairs {
         results.into_iter().map(|result| self.take(result)).collect()
     }
 
-    /// Waits, not without end, until the show's own files are finished. Returns what has been done since the last call.
+    /// Waits up to [`REPAIR_TIMEOUT`] until the show's own files are finished. Returns the results since the last call.
     pub(super) fn finish(&mut self) -> Vec<Repaired> {
         self.earlier.clear();
         let mut repaired = self.poll();
-        // Of another process that was at work on a file there may be an end by now.
+        // A second request: another process that was repairing a file may have ended by now.
         for recording in self.own.clone() {
             self.ask(|background| background.repair(recording));
         }
-        let is_done = self.background.take().is_none_or(|background| background.finish(PATIENCE));
+        let is_done = self.background.take().is_none_or(|background| background.finish(REPAIR_TIMEOUT));
         repaired.extend(self.poll());
         if !is_done {
             let line = format!(
-                "warning: not all recordings are finished after {} s: the next `record` or `show` in their folder does it",
-                PATIENCE.as_secs()
+                "warning: not all recordings are finished after {} s: the next `record` or `show` in their folder finishes \
+                 them",
+                REPAIR_TIMEOUT.as_secs()
             );
             repaired.push(Repaired { frames: None, line });
         }
         repaired
     }
 
-    /// Asks the thread, which is started where it is missing. `false` where it can take no more now.
+    /// Sends a request to the thread, and starts the thread if it is missing. Returns false if its queue is full.
     fn ask(&mut self, request: impl FnOnce(&BackgroundRepair) -> bool) -> bool {
         if self.background.is_none() {
             let sender = self.sender.clone();
-            // Where the show has ended meanwhile, nobody counts any more.
+            // The send fails if the show has ended. Then no result is needed.
             let report = move |result| drop(sender.send(result));
             self.background = BackgroundRepair::start(report).inspect_err(|error| tracing::warn!("{error}")).ok();
         }

@@ -1,4 +1,4 @@
-//! What a show says while it plays: the live line, and near alerts put together.
+//! The output of a running show: the live line, and combined near alerts.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -9,15 +9,15 @@ use crate::command::monitor::lines::{AlertLine, MonitorProgress};
 use crate::output::Counted;
 use crate::output::{bar, set_live_line};
 
-/// How often the rate is measured anew.
+/// Period over which the rate is measured.
 const RATE_PERIOD: Duration = Duration::from_secs(1);
 
-/// The line. Where stderr is no terminal it is not drawn. A terminal that takes nothing shows the newest one when it does again.
+/// The live line. It is drawn only if stderr is a terminal. A blocked terminal shows the newest line once it accepts output.
 #[derive(Default)]
 pub(super) struct LiveLine {
-    /// Show time from the start of the show to its end.
+    /// Show time from the start of the show to its end, in seconds.
     show_s: Range<f64>,
-    /// When and at which tick the rate was last measured.
+    /// Instant and tick of the last measurement of the rate.
     measured: Option<(Instant, u64)>,
     rate_hz: f64,
 }
@@ -55,21 +55,21 @@ impl LiveLine {
     }
 }
 
-/// Least time from one line about near alerts to the next.
+/// Shortest time between two lines about near alerts.
 const PERIOD: Duration = Duration::from_secs(10);
 
-/// The near alerts since the last line. The first one of a while has a line of its own, at once.
+/// The near alerts since the last line. The first alert after a quiet period has its own line at once.
 #[derive(Debug, Default)]
 pub(super) struct NearAlerts {
     last_line: Option<Instant>,
     count: u64,
-    /// Show times of the first and the last one.
+    /// Show times of the first and the last counted alert, in seconds.
     times_s: [f64; 2],
     nearest: Option<(f64, [u32; 2])>,
 }
 
 impl NearAlerts {
-    /// Takes a near alert. Returns a line about it, if it has one of its own.
+    /// Takes a near alert. Returns its line if it has its own line, else counts it.
     pub(super) fn take(&mut self, alert: &AlertLine, now: Instant) -> Option<String> {
         if self.count == 0 && self.last_line.is_none_or(|line| now - line >= PERIOD) {
             self.last_line = Some(now);
@@ -88,13 +88,13 @@ impl NearAlerts {
         None
     }
 
-    /// The line about all that have come since the last one, where it is due.
+    /// Returns the line about all counted alerts, if it is due.
     pub(super) fn due(&mut self, now: Instant) -> Option<String> {
         let is_due = self.last_line.is_none_or(|line| now - line >= PERIOD);
         if is_due { self.rest(now) } else { None }
     }
 
-    /// The same, due or not.
+    /// Returns the line about all counted alerts, due or not.
     pub(super) fn rest(&mut self, now: Instant) -> Option<String> {
         let Self { count, times_s: [from_s, to_s], nearest, .. } = std::mem::take(self);
         self.last_line = Some(now);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn hundreds_of_near_alerts_have_two_lines() {
+    fn hundreds_of_near_alerts_make_two_lines() {
         let (mut near, begin) = (NearAlerts::default(), Instant::now());
         let lines: Vec<String> = (0..300)
             .filter_map(|step| {
@@ -130,13 +130,13 @@ mod tests {
             .collect();
         assert_eq!(lines, ["100.000000 s: near, benches 0 and 9"]);
         assert_eq!(near.due(begin + PERIOD.saturating_sub(Duration::from_millis(1))), None);
-        let told = "100.010000 to 102.990000 s: 299 more near alerts, the nearest 18.0 mm, benches 200 and 209";
-        assert_eq!(near.due(begin + PERIOD).as_deref(), Some(told));
-        assert_eq!(near.rest(begin + PERIOD), None, "each is told once");
+        let line = "100.010000 to 102.990000 s: 299 more near alerts, the nearest 18.0 mm, benches 200 and 209";
+        assert_eq!(near.due(begin + PERIOD).as_deref(), Some(line));
+        assert_eq!(near.rest(begin + PERIOD), None, "each alert is reported once");
     }
 
     #[test]
-    fn an_alert_after_a_quiet_while_is_told_at_once() {
+    fn an_alert_after_a_quiet_period_is_reported_at_once() {
         let (mut near, begin) = (NearAlerts::default(), Instant::now());
         for period in [0, 1, 2] {
             let line = near.take(&alert(1.0, [0, 8], 0.01), begin + PERIOD * period);

@@ -1,13 +1,14 @@
-//! The liveness of a child: whether it gives signs of life, and when it is started again. Knows no process and no clock.
+//! The liveness of a child: whether it gives signs of life, and when it is restarted. Pure: without processes and clocks.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// How long a child may be stopped, or a server without a frame, or another child without a sign of life while frames come.
+/// Longest time for which a child may be stopped, a server may send no frame, or, while frames arrive, another child may give
+/// no sign of life.
 pub(super) const LONGEST_SILENCE: Duration = Duration::from_secs(5);
-/// The same of a recorder that is not stopped: its disk may stand still for a while.
+/// Longest silence of a recorder that is not stopped. Its disk may block for some time.
 pub(super) const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
-/// How long a child may take to its first sign of life: a server waits ten seconds for its readers.
+/// Longest time from a child's start to its first sign of life. A server waits ten seconds for its readers.
 const LONGEST_START: Duration = Duration::from_secs(30);
 
 /// The liveness of a child, over its restarts.
@@ -15,42 +16,42 @@ pub(super) struct Liveness {
     pub(super) phase: Phase,
     backoff: RestartBackoff,
     longest_silence: Duration,
-    /// How long it has been stopped.
+    /// Time for which the child has been stopped.
     stopped: Duration,
-    /// Whether it has given a sign of life since it was started.
+    /// Whether the child has given a sign of life since its start.
     pub(super) has_lived: bool,
 }
 
-/// Where a child stands.
+/// The phase of a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
-    /// It has not been started yet, or it is to be killed.
+    /// The child has not been started yet, or the show is killing it.
     Idle,
-    /// It has been started, or its frames have been interrupted, so long ago, without a sign of life since.
+    /// Time since the child's start, or since an interruption of the frames, without a sign of life.
     Starting(Duration),
-    /// It gave its last sign of life so long ago.
+    /// Time since the child's last sign of life.
     Living(Duration),
-    /// It has ended, and is to be started again.
+    /// The child has ended; instant of its restart.
     Due(Instant),
-    /// It has ended, and waits for something that is missing, such as room on the disk. Its owner makes it due.
+    /// The child has ended, and waits for a resource such as room on the disk. Its owner makes it due.
     Waiting,
-    /// It has ended too often.
+    /// The child has ended too often.
     Over,
 }
 
-/// What was seen of a child between two looks.
+/// The observation of a child between two looks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     /// The time between the looks.
     pub(super) elapsed: Duration,
-    /// Whether the kernel has stopped it.
+    /// Whether the child is stopped, as the kernel reports.
     pub(super) is_stopped: bool,
-    /// Whether there was something of which it could give a sign of life.
+    /// Whether the child had an occasion for a sign of life, such as frames.
     pub(super) has_occasion: bool,
 }
 
 impl Liveness {
-    /// A child that has not been started. `longest_silence` is what a child that is not stopped is allowed.
+    /// A child that has not been started. `longest_silence` is the limit for a child that is not stopped.
     pub(super) fn new(longest_silence: Duration) -> Self {
         Self {
             phase: Phase::Idle,
@@ -71,7 +72,7 @@ impl Liveness {
         }
     }
 
-    /// The child has ended. Returns whether it is to be started again, and plans that.
+    /// Notes the end of the child, and plans its restart. Returns whether it will be restarted.
     pub(super) fn end(&mut self, now: Instant) -> bool {
         let wait = self.backoff.after_end(now);
         self.phase = wait.map_or(Phase::Over, |wait| Phase::Due(now + wait));
@@ -82,7 +83,7 @@ impl Liveness {
         matches!(self.phase, Phase::Due(at) if at <= now)
     }
 
-    /// How long the child has been silent; `None` without a sign of life.
+    /// Time since the last sign of life; `None` unless the child is in [`Phase::Living`].
     pub(super) fn silence(&self) -> Option<Duration> {
         match self.phase {
             Phase::Living(silence) => Some(silence),
@@ -90,7 +91,7 @@ impl Liveness {
         }
     }
 
-    /// Takes note of a look at a running child. Returns the limit that it has overrun, once.
+    /// Notes a look at a running child. Returns the limit that the child has exceeded, once.
     pub(super) fn look(&mut self, look: Look) -> Option<Duration> {
         let Look { elapsed, is_stopped, has_occasion } = look;
         self.stopped = if is_stopped { self.stopped + elapsed } else { Duration::ZERO };
@@ -118,23 +119,22 @@ impl Liveness {
     }
 }
 
-/// How often one child is started again within a window before the show goes on without it, or without a server ends.
+/// Most restarts of one child within [`WINDOW`]. After more ends the show goes on without the child, or fails if it is vital.
 pub(super) const MAX_RESTARTS: usize = 5;
-/// The window: what was longer ago is forgotten, so that a show of many hours outlives now and then a crash.
+/// The window in which restarts count. So a long show survives occasional crashes.
 pub(super) const WINDOW: Duration = Duration::from_mins(5);
-/// How long the show waits before it starts a child again for the first time; twice as long each further time.
+/// Delay before the first restart of a child. Each further restart in the window doubles it.
 const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 
-/// When one child is started again.
+/// The delays before the restarts of one child.
 #[derive(Debug, Default)]
 pub(super) struct RestartBackoff {
-    /// When it was started again within the window, oldest first.
+    /// Ends of the child that led to a restart within the window, oldest first.
     restarts: VecDeque<Instant>,
 }
 
 impl RestartBackoff {
-    /// Takes note of an end at `now`, and says how long to wait before the child is started again; `None` where it has ended
-    /// too often.
+    /// Notes an end at `now`. Returns the delay before the restart; `None` if the child has ended too often.
     pub(super) fn after_end(&mut self, now: Instant) -> Option<Duration> {
         while self.restarts.front().is_some_and(|&at| now.duration_since(at) > WINDOW) {
             self.restarts.pop_front();
@@ -155,7 +155,7 @@ mod tests {
     const LOOK: Duration = Duration::from_millis(100);
     const NEVER: [Duration; 0] = [];
 
-    /// Looks ten times a second, for so long. Returns what limits were overrun.
+    /// Looks ten times a second for this number of seconds. Returns the exceeded limits.
     fn look(life: &mut Liveness, seconds: u32, is_heard: bool, look: Look) -> Vec<Duration> {
         (0..seconds * 10)
             .filter_map(|_| {
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_child_overruns_its_limit_once() {
+    fn a_silent_child_exceeds_its_limit_once() {
         let mut life = started(LONGEST_SILENCE);
         assert_eq!(look(&mut life, 20, true, running()), NEVER);
         assert_eq!(look(&mut life, 40, false, running()), [LONGEST_SILENCE]);
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_child_without_an_occasion_is_not_silent_and_has_time_to_find_the_next_one() {
+    fn a_child_without_frames_is_not_silent_and_has_the_start_limit_afterwards() {
         let mut life = started(LONGEST_SILENCE);
         assert_eq!(look(&mut life, 1, true, running()), NEVER);
         assert_eq!(look(&mut life, 100, false, Look { has_occasion: false, ..running() }), NEVER);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stopped_child_overruns_the_shorter_limit_at_any_time() {
+    fn a_stopped_child_exceeds_the_shorter_limit_at_any_time() {
         for longest_silence in [LONGEST_SILENCE, LONGEST_DISK_SILENCE] {
             for (is_heard, has_occasion) in [(false, false), (false, true), (true, true)] {
                 let mut life = started(longest_silence);
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_child_that_was_stopped_for_a_moment_lives() {
+    fn a_child_that_was_stopped_briefly_is_alive() {
         let mut life = started(LONGEST_SILENCE);
         for _ in 0..5 {
             assert_eq!(look(&mut life, 4, false, Look { is_stopped: true, ..running() }), NEVER);
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_child_that_has_ended_is_due_after_its_backoff_and_in_the_end_over() {
+    fn an_ended_child_is_due_after_its_backoff_and_after_too_many_ends_over() {
         let mut life = Liveness::new(LONGEST_SILENCE);
         let mut now = Instant::now();
         life.start();
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_child_that_keeps_ending_is_started_again_ever_later_and_then_no_more() {
+    fn a_child_that_keeps_ending_restarts_after_doubling_delays_and_then_never() {
         let (mut backoff, now) = (RestartBackoff::default(), Instant::now());
         let waits_ms: Vec<u128> =
             (0..MAX_RESTARTS).map(|_| backoff.after_end(now).expect("its first ends").as_millis()).collect();
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_happened_long_ago_is_forgotten() {
+    fn an_end_before_the_window_does_not_count() {
         let (mut backoff, mut now) = (RestartBackoff::default(), Instant::now());
         for _ in 0..100 {
             assert_eq!(backoff.after_end(now), Some(FIRST_BACKOFF));
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_falls_out_of_the_window_by_itself() {
+    fn each_end_leaves_the_window_separately() {
         let (mut backoff, now) = (RestartBackoff::default(), Instant::now());
         let ends = [0, 100, 200, 299, 300].map(|second| now + Duration::from_secs(second));
         for end in ends {

@@ -1,11 +1,10 @@
-//! `show`: serve, monitor, record, perhaps a page and configured commands as child processes, supervised until the end, then a
-//! report.
+//! `show`: runs serve, monitor and record, and optionally a page and configured commands, as child processes. Supervises them
+//! until the end, then prints a report.
 //!
-//! The order matters at both ends. At the start the server waits for its three readers (monitor, recorder and the show
-//! itself), so that tick 0 reaches all; the page is there before it, to be opened meanwhile, and the configured commands come
-//! with the first frame. At the end the server stops first, and only then do its readers finish what is still in their
-//! buffers; the page ends last. Unfinished recordings are finished meanwhile, by a thread that nothing here waits for but the
-//! summary.
+//! The order matters at the start and at the end. At the start the page comes first, so that people can open it early. The
+//! server waits for its three readers (monitor, recorder and the show itself), so that tick 0 reaches all of them. The
+//! configured commands start with the first frame. At the end the server stops first; then its readers process the frames in
+//! their buffers; the page ends last. A thread finishes unfinished recordings meanwhile; only the summary waits for it.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -39,39 +38,46 @@ use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
-use process::PATIENCE;
+use process::END_TIMEOUT;
 use reports::ChildReports;
 use start::Page;
 use summary::{ShowSummary, print_summary};
 
-/// Play a show: serve, monitor and record until contact, the end or Ctrl-C, then report.
+/// Run a show: serve, monitor and record until the first contact, the end or Ctrl-C, then print a report.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon show --time-scale 20
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
+  bench-dragon show --held --view             waits at the start for `ctl release`
   bench-dragon show --guard --start-at 405
-  bench-dragon show --view --time-scale 20    with a page for the browser, whose address is printed
+  bench-dragon show --view --time-scale 20    with a page for the browser; prints its address
 
-With --timecode it goes on until Ctrl-C or `ctl stop`: the timecode may come back from wherever it has gone.
+With --timecode the show continues until Ctrl-C or `ctl stop`, because the timecode may move back from the end.
 
-The configuration may name up to eight commands that run beside the show and are started again as its own children are: \
-[[show.also]] command = \"bridge psn --interface 10.0.0.5\". They may be bridge, view, metrics, monitor, hz and echo.")]
+The configuration may list up to eight commands that run beside the show and restart like its own processes: [[show.also]] \
+command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics, monitor, hz and echo.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Folder for the recording and summary.json, without those of an earlier show [default: show-DATE-TIME in the current folder].
+    /// Folder for the recording and summary.json; it must not contain an earlier show [default: show-DATE-TIME in the current
+    /// folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// Let a restarted server walk on at once, instead of standing held until `ctl release`.
+    /// Start held: the dragon stands still until `ctl release`.
+    #[arg(long)]
+    pub(crate) held: bool,
+    /// After a restart of the server, let the dragon walk on at once, instead of holding it until `ctl release`.
     #[arg(long)]
     pub(crate) auto_resume: bool,
-    /// Keep benches from touching: the head rests before they would, and the show ends there.
+    /// Keep benches from touching: a guard stops the head before a contact, and the show ends there.
     #[arg(long)]
     pub(crate) guard: bool,
-    /// Exit with status 3 where benches touched.
+    /// Exit with status 3 if benches touched.
     #[arg(long)]
     pub(crate) fail_on_contact: bool,
-    /// Serve the page on which the show is seen and steered, and print its address; port 0 takes a free one.
+    /// Serve a page that shows and steers the show, and print its address; port 0 takes a free one [without a value:
+    /// 127.0.0.1:8223].
     #[arg(
         long,
         value_name = "ADDRESS:PORT",
@@ -85,7 +91,7 @@ pub(crate) struct ShowArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// How often the show looks at the bus.
+/// Period at which the show reads the bus.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
@@ -109,30 +115,30 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     })
 }
 
-/// A show in progress.
+/// A running show.
 struct Show<'a> {
     args: &'a ShowArgs,
     domain: Domain,
     folder: Folder,
     /// Whether a guard keeps the benches from touching.
     is_guarded: bool,
-    /// How long a server that is asked to end may brake.
+    /// Longest time for which the head may brake before the server ends.
     braking: Duration,
     children: Children,
-    /// The page, where one was asked for.
+    /// The page; `None` without `--view`.
     page: Option<Page>,
     /// The configured commands.
     also: Vec<AlsoCommand>,
-    /// The bus, once there is a server.
+    /// The bus, after the first server has started.
     bus: Option<ShowPorts>,
     seen: LastSeen,
     reports: ChildReports,
     repairs: Repairs,
-    /// When room on a full disk is looked for next.
+    /// Instant of the next check for room on a full disk.
     room_due: Instant,
-    /// Whether frames have come.
+    /// Whether frames have arrived.
     has_begun: bool,
-    /// Whether the server has ended as it was asked to.
+    /// Whether the server has ended as requested.
     is_stopped: bool,
 }
 
@@ -178,7 +184,7 @@ impl<'a> Show<'a> {
         }
     }
 
-    /// Plays the show until it is over, or a signal.
+    /// Plays the show until it is over, or until a signal.
     fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
         self.start(if self.page.is_some() { ChildRole::View } else { ChildRole::Serve })?;
         while !stop.is_set() && !self.is_over() {
@@ -192,26 +198,26 @@ impl<'a> Show<'a> {
         Ok(())
     }
 
-    /// Whether there was a contact, the guard's last word, or the end. A show that follows timecode is over when its server is:
-    /// the timecode may come back from wherever it has gone.
+    /// Whether the show is over: after a contact, a permanent stop by the guard, or the end of the run. A show that follows
+    /// timecode is over only when its server ends, because the timecode may move back.
     fn is_over(&self) -> bool {
         let known = &self.reports.totals.summary;
         let is_at_its_end = known.contact.is_some() || known.guard.is_some() || self.seen.is_finished();
         self.is_stopped || is_at_its_end && self.args.run.timecode.source.is_none()
     }
 
-    /// Ends the children in order and writes the summary, also where `outcome` says that the show went wrong.
+    /// Ends the children in order and writes the summary, also if `outcome` is an error.
     fn finish(&mut self, outcome: anyhow::Result<()>) -> anyhow::Result<ShowSummary> {
-        self.end_children(|role| role == ChildRole::Serve, PATIENCE + self.braking)?;
-        // Late news of the last tick may still be in the buffers.
+        self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking)?;
+        // The last frame and status may still be in the buffers.
         self.look_at_bus()?;
         self.bus = None;
-        self.end_children(|role| role != ChildRole::View, PATIENCE)?;
-        // Of a child that was killed at the very end, what is known.
+        self.end_children(|role| role != ChildRole::View, END_TIMEOUT)?;
+        // A child that was killed during its end has printed no summary.
         self.reports.close_monitor();
         self.finish_recording();
         set_live_line(None);
-        self.end_children(|_| true, PATIENCE)?;
+        self.end_children(|_| true, END_TIMEOUT)?;
         self.repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
         if outcome.is_err() && self.seen.header.is_none() {
             self.folder.remove_unused();
@@ -222,16 +228,16 @@ impl<'a> Show<'a> {
         Ok(summary)
     }
 
-    fn end_children(&mut self, is_meant: impl Fn(ChildRole) -> bool, patience: Duration) -> anyhow::Result<()> {
+    fn end_children(&mut self, is_meant: impl Fn(ChildRole) -> bool, timeout: Duration) -> anyhow::Result<()> {
         let Self { children, reports, .. } = self;
-        children.end(is_meant, patience, |role, line| reports.take_line(role, line))
+        children.end(is_meant, timeout, |role, line| reports.take_line(role, line))
     }
 }
 
-/// A head that brakes for longer is stopped hard.
+/// Longest braking of the head. After this time the show kills the server.
 const LONGEST_BRAKING: Duration = Duration::from_hours(1);
 
-/// Wall time in which the head comes to rest from the greatest speed that may be asked for.
+/// Wall time in which the head brakes from the greatest allowed speed to rest.
 fn longest_braking(config: &Config) -> Duration {
     let braking_s = config.tables().head.accel_mps2.map_or(0.0, |accel_mps2| Request::MAX_SPEED_MPS / accel_mps2);
     Duration::try_from_secs_f64(braking_s / config.tables().serve.time_scale)

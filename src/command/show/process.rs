@@ -1,4 +1,4 @@
-//! A child's process: started, read line by line, asked to end, waited for.
+//! The process of a child: starts it, reads its lines, requests its end and waits for it.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
@@ -14,58 +14,58 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 use super::children::ChildRole;
 use crate::command::parent::kill_with_parent;
 
-/// How long a process that has closed its stdout may take to end, and one that was asked to.
-pub(super) const PATIENCE: Duration = Duration::from_secs(30);
-/// How long a process that was killed is waited for: the kernel may still be busy for it.
-const REAP_PATIENCE: Duration = Duration::from_secs(1);
-/// How often a killed process is looked at.
+/// Longest time from the close of a child's stdout, or from the request to end, to the child's end.
+pub(super) const END_TIMEOUT: Duration = Duration::from_secs(30);
+/// Longest wait for a killed process, for which the kernel may still be busy.
+const REAP_TIMEOUT: Duration = Duration::from_secs(1);
+/// Period at which a killed process is checked.
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
 
-/// A line of a child's stdout; none once it has closed that, for it is ending.
+/// A line of a child's stdout; `None` once the child has closed its stdout, because it is ending.
 pub(super) type ProcessEvent = (ChildRole, Option<String>);
 
-/// How a child has ended.
+/// The end of a child.
 pub(super) struct End {
     pub(super) status: ExitStatus,
-    /// Why: the status, or why the show has killed it.
+    /// The reason: the exit status, or the reason for which the show killed the child.
     pub(super) reason: String,
 }
 
-/// How a child is started.
+/// The command line, environment and output of a child.
 pub(super) struct Launch {
     /// The command and its arguments.
     pub(super) args: Vec<String>,
-    /// What its environment has beside the show's own: what others may not read in its arguments.
+    /// Environment variables besides the show's own. They hold secrets, because other users can read arguments.
     pub(super) environment: Vec<(&'static str, String)>,
-    /// The file that takes its output; without one, its lines are events.
+    /// File for the child's output. Without a file, the child's lines are events.
     pub(super) output: Option<File>,
 }
 
-/// A running process. One that is dropped without having been waited for is killed.
+/// A running process. It is killed if it is dropped before its end.
 pub(super) struct Process {
     child: Child,
     stdout: Stdout,
-    /// Why it was killed.
+    /// The reason for which the show killed it.
     killed: Option<String>,
 }
 
-/// What has become of a child's stdout.
+/// The state of a child's stdout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stdout {
-    /// It is a file.
+    /// The output goes to a file.
     File,
-    /// Lines may come.
+    /// Lines may arrive.
     Open,
-    /// All lines have come.
+    /// All lines have arrived.
     Closed(Instant),
 }
 
 impl Process {
-    /// Starts this program again, in a process group of its own, so that the terminal's Ctrl-C reaches it only through the
-    /// show. Every line that it prints comes as an event.
+    /// Starts this program as a child, in a separate process group, so that the terminal's Ctrl-C reaches it only through the
+    /// show. Every line that the child prints is an event.
     ///
-    /// The kernel signals the child when the *thread* ends that has started it. Only the main thread calls this, and it ends
-    /// with the show.
+    /// The kernel signals the child when the *thread* that has started it ends. So only the main thread may call this, which
+    /// ends with the show.
     pub(super) fn start(role: ChildRole, launch: Launch, events: Sender<ProcessEvent>) -> anyhow::Result<Self> {
         let Launch { args, environment, output } = launch;
         let program = std::env::current_exe().context("cannot find this program")?;
@@ -79,7 +79,7 @@ impl Process {
         let stdout = child.stdout.take();
         let process = Self { child, stdout: if is_read { Stdout::Open } else { Stdout::File }, killed: None };
         if let Some(stdout) = stdout {
-            // It ends with the child's stdout.
+            // This thread ends when the child's stdout closes.
             let reader = thread::Builder::new().name(name.clone());
             reader.spawn(move || read(role, stdout, &events)).with_context(|| format!("cannot read from {name}"))?;
         }
@@ -94,7 +94,7 @@ impl Process {
         self.stdout = Stdout::Closed(Instant::now());
     }
 
-    /// Asks it to end, also where it is stopped.
+    /// Requests the end of the process, and continues it if it is stopped.
     pub(super) fn terminate(&self) {
         self.send(Signal::TERM);
         self.send(Signal::CONT);
@@ -110,12 +110,13 @@ impl Process {
         matches!(waitid(WaitId::Pid(Pid::from_child(&self.child)), options), Ok(Some(status)) if status.stopped())
     }
 
-    /// How it has ended, once all its lines have come: never waits. Kills it where it has closed its stdout and does not end.
+    /// Returns the end of the process, once all its lines have arrived. Never waits. Kills a process that has closed its stdout
+    /// but does not end within [`END_TIMEOUT`].
     pub(super) fn poll_end(&mut self) -> anyhow::Result<Option<End>> {
         match self.stdout {
             Stdout::Open => return Ok(None),
-            Stdout::Closed(at) if at.elapsed() > PATIENCE && self.killed.is_none() => {
-                self.kill(format!("no end within {} s", PATIENCE.as_secs()));
+            Stdout::Closed(at) if at.elapsed() > END_TIMEOUT && self.killed.is_none() => {
+                self.kill(format!("no end within {} s", END_TIMEOUT.as_secs()));
             }
             Stdout::File | Stdout::Closed(_) => {}
         }
@@ -124,29 +125,29 @@ impl Process {
     }
 
     fn send(&self, signal: Signal) {
-        // It may have ended by itself; the process id stays its own until it is waited for.
+        // A failure is ignored: the process may have ended. Its process id is not reused before it is waited for.
         let _ = kill_process(Pid::from_child(&self.child), signal);
     }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        let deadline = Instant::now() + REAP_PATIENCE;
+        let deadline = Instant::now() + REAP_TIMEOUT;
         while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
-            // Init reaps it where that takes longer.
+            // If this takes longer, init reaps the process.
             let _ = self.child.kill();
             thread::sleep(LOOK_PERIOD);
         }
     }
 }
 
-/// Reads lines until the child closes its stdout, or the show has ended.
+/// Reads lines until the child closes its stdout, or until the show has ended.
 fn read(role: ChildRole, stdout: ChildStdout, events: &Sender<ProcessEvent>) {
     for line in BufReader::new(stdout).lines().map_while(Result::ok) {
         if events.send((role, Some(line))).is_err() {
             return;
         }
     }
-    // The show may have ended meanwhile.
+    // The send fails if the show has ended.
     let _ = events.send((role, None));
 }

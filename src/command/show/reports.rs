@@ -1,4 +1,4 @@
-//! What the children report by the lines that they print.
+//! The reports of the children, read from the lines that they print.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -18,18 +18,18 @@ use crate::command::serve::ServeLine;
 use crate::command::timecode::{news_text, print_listening};
 use crate::source::timecode::FollowerEvent;
 
-/// The reports of the children: added up, and what of them the show needs by itself.
+/// The reports of the children: their totals, and the values that the show itself needs.
 #[derive(Default)]
 pub(super) struct ChildReports {
     pub(super) totals: ShowTotals,
     pub(super) line: LiveLine,
-    /// What the running monitor has last said.
+    /// The last progress of the running monitor.
     pub(super) progress: MonitorProgress,
     /// Whether a child ended so often that the show went on without it.
     pub(super) has_given_up: bool,
-    /// Whether the timecode runs, or ran when it was lost. Where none has come yet or it stands, the show stands with it.
+    /// Whether the timecode runs, or ran when it was lost. Otherwise the show stands still with it.
     pub(super) has_timecode_run: bool,
-    /// Where the server listens for timecode, once it does. The next server listens there too.
+    /// The address at which the server listens for timecode, once it does. The next server listens there, too.
     pub(super) timecode_listen: Option<SocketAddr>,
     near: NearAlerts,
     format: Format,
@@ -42,20 +42,20 @@ impl ChildReports {
         Self { line: LiveLine::new(start_s..end_s), format, ..Self::default() }
     }
 
-    /// Takes a line of a child.
+    /// Handles a line of a child.
     pub(super) fn take_line(&mut self, role: ChildRole, line: &str) -> anyhow::Result<()> {
-        let unreadable = || format!("a child printed {line:?}");
+        let unreadable = || format!("a child printed an unreadable line: {line:?}");
         match role {
             ChildRole::Serve => self.take_serve_line(&serde_json::from_str(line).with_context(unreadable)?)?,
             ChildRole::Monitor => self.take_monitor_line(serde_json::from_str(line).with_context(unreadable)?),
             ChildRole::Record => self.take_record_line(&serde_json::from_str(line).with_context(unreadable)?),
-            // Of a page only where it listens, which is where it did before. The others' lines are in their files.
+            // A restarted page has the same address. The output of configured commands is in files.
             ChildRole::View | ChildRole::Also(_) => {}
         }
         Ok(())
     }
 
-    /// Counts the frames of a monitor that has ended, by its last report; what it read after that counts as missed.
+    /// Counts the frames of a monitor that has ended, by its last report. Frames that it read later count as missed.
     pub(super) fn close_monitor(&mut self) {
         let MonitorProgress { frames, .. } = std::mem::take(&mut self.progress);
         self.totals.close_monitor(frames);
@@ -69,7 +69,7 @@ impl ChildReports {
                 match news.event {
                     FollowerEvent::Follows { .. } => self.has_timecode_run = true,
                     FollowerEvent::Stands { .. } => self.has_timecode_run = false,
-                    // As before: one that stood goes on standing.
+                    // No change: a show that stood still stays so.
                     FollowerEvent::Lost { .. } => {}
                 }
                 complain(&news_text(news));
@@ -79,7 +79,7 @@ impl ChildReports {
         Ok(())
     }
 
-    /// Reports where timecode has to be sent, once: the port may be one that the server chose.
+    /// Reports the address for timecode once, because the server may have chosen the port.
     fn take_timecode_address(&mut self, listen: SocketAddr) -> anyhow::Result<()> {
         if self.timecode_listen.replace(listen) == Some(listen) {
             return Ok(());
@@ -94,10 +94,10 @@ impl ChildReports {
                 self.totals.see_latency(&progress.latency);
                 self.progress = progress;
             }
-            // The recording has them, and whoever sent one has had its answer.
+            // The recording has the commands, and their senders have the replies.
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
-                complain(&format!("{:.6} s: held by the guard for good", report.held_at_s));
+                complain(&format!("{:.6} s: held by the guard permanently", report.held_at_s));
                 self.totals.summary.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {

@@ -1,4 +1,4 @@
-//! How a show starts its children, for the first time and after they have ended.
+//! Starts the children of a show, for the first time and after they have ended.
 
 use std::net::{SocketAddr, TcpListener};
 
@@ -15,10 +15,10 @@ use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
 use crate::source::timecode::FrameRate;
 
-/// How often the monitor reports its progress, in seconds.
+/// Period of the monitor's progress reports, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";
-/// What people read when a restarted server stands held.
-const HELD: &str = "the dragon stands where it was, held: `bench-dragon ctl release` lets it walk";
+/// The message when a restarted server starts held.
+const HELD: &str = "the dragon is held at its last position: `bench-dragon ctl release` lets it walk on";
 
 impl Show<'_> {
     pub(super) fn start(&mut self, role: ChildRole) -> anyhow::Result<()> {
@@ -31,7 +31,7 @@ impl Show<'_> {
             }
             ChildRole::Record => {
                 let recording = self.folder.free_recording().display().to_string();
-                // The show finishes what is left, and counts it.
+                // The show finishes the recordings of killed recorders itself, and counts their frames.
                 self.launch("record", vec![recording, "--no-repair".to_owned()])
             }
             ChildRole::View => self.page(),
@@ -47,23 +47,25 @@ impl Show<'_> {
     fn server(&self) -> Launch {
         let mut args = self.timecode_args();
         args.extend(["--config".to_owned(), self.folder.config().display().to_string()]);
-        // The show reads, too.
+        // The show itself is one more reader.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
-        match self.seen.header {
-            Some(header) => args.extend(self.resumption(&header)),
-            None => args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}"))),
+        if let Some(header) = self.seen.header {
+            args.extend(self.resumption(&header));
+        } else {
+            args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
+            args.extend(self.args.held.then(|| "--held".to_owned()));
         }
         self.launch("serve", args)
     }
 
-    /// Where a server that is started again goes on.
+    /// Arguments with which a restarted server continues.
     fn resumption(&self, header: &FrameHeader) -> Vec<String> {
         let mut args =
             vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
         args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
         let follows = self.args.run.timecode.source.is_some();
-        // A show that has stood with its timecode follows on; whoever paused one that ran is asked once more.
+        // A show that stood still with its timecode follows again. One that an operator paused while the timecode ran is held.
         let was_paused = self.seen.is_paused && follows && self.reports.has_timecode_run;
         if self.seen.is_paused && !follows {
             args.push("--paused".to_owned());
@@ -86,7 +88,7 @@ impl Show<'_> {
     fn timecode_args(&self) -> Vec<String> {
         let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.run.timecode;
         let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
-        // The desk goes on sending to where the first server listened.
+        // The sender of timecode still sends to the address of the first server.
         let source = source.clone().map(|source| match self.reports.timecode_listen {
             Some(listen) => source.at(listen),
             None => source,
@@ -103,22 +105,23 @@ impl Show<'_> {
     }
 }
 
-/// Where the page is, and what it takes to steer.
+/// The page: its address and its token.
 pub(super) struct Page {
-    /// Where it was asked to listen; once it does, where that is.
+    /// The requested address; after the page has announced itself, its actual address.
     listen: SocketAddr,
     token: Token,
     pub(super) is_announced: bool,
 }
 
 impl Page {
-    /// A page at a free address.
+    /// Returns a page at a free address.
     ///
     /// # Errors
-    /// An address that cannot be had: here it takes one line, where the child would report it, and the show the child's end.
+    /// The address cannot be bound. The check here gives one line of error; without it the child and the show would each
+    /// report one.
     pub(super) fn new(listen: SocketAddr) -> anyhow::Result<Self> {
         drop(TcpListener::bind(listen).map_err(|error| cannot_listen(listen, &error))?);
-        let token = Token::random().context("the kernel has no random numbers")?;
+        let token = Token::random().context("cannot read random numbers from the kernel")?;
         Ok(Self { listen, token, is_announced: false })
     }
 }
@@ -136,7 +139,7 @@ impl Show<'_> {
         Launch { environment: vec![(TOKEN_VARIABLE, token.secret().to_owned())], ..launch }
     }
 
-    /// Takes a page's line, and announces where it is once.
+    /// Takes a line of the page, and announces the page's address once.
     pub(super) fn announce_page(&mut self, line: &str) -> anyhow::Result<()> {
         let Some(page) = self.page.as_mut().filter(|page| !page.is_announced) else { return Ok(()) };
         let listening: ListeningLine = serde_json::from_str(line).with_context(|| format!("view printed {line:?}"))?;

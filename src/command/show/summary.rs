@@ -1,4 +1,4 @@
-//! The summary of a show: what the children have reported, added up over their restarts, and its text.
+//! The summary of a show: the reports of the children, added up over their restarts, and its text.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,31 +15,33 @@ use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
 use crate::source::server::ServerSummary;
 
-/// `summary.json`.
+/// The contents of `summary.json`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct ShowSummary {
-    /// Number of the last run.
+    /// Run id of the last run.
     pub(super) run_id: u64,
-    /// Who got how many.
+    /// Frames that were published, monitored, recorded and missed.
     pub(super) frames: ShowFrames,
+    /// The first contact.
     pub(super) contact: Option<ContactReport>,
-    /// Where the guard held the head for good; null where it did not.
+    /// The permanent stop of the head by the guard; null if there was none.
     pub(super) guard: Option<GuardReport>,
-    /// From each release to the start of its tick, in microseconds, over all servers of the show.
+    /// Times from each release to the start of its tick, in microseconds, over all servers of the show.
     pub(super) lateness_us: Percentiles,
-    /// From the instant a frame was due to the instant the monitor had read it, in microseconds, over all monitors of the show.
+    /// Times from the instant at which a frame was due to the instant at which the monitor had read it, in microseconds, over
+    /// all monitors of the show.
     pub(super) latency_us: Percentiles,
     /// Releases that the server skipped.
     pub(super) overruns: u64,
-    /// How far the show was behind the clock at the end, in seconds of wall time.
+    /// Lag of the show behind the clock at the end, in seconds of wall time.
     pub(super) behind_s: f64,
-    /// The furthest that it was behind.
+    /// Greatest lag of the show behind the clock, in seconds of wall time.
     pub(super) most_behind_s: f64,
-    /// Processes that were started again.
+    /// Number of restarts of each process.
     pub(super) restarts: Restarts,
     /// Each process that ended before the show did, oldest first.
     pub(super) restart_log: Vec<RestartReport>,
-    /// The recording; where the recorder was started again, the first one.
+    /// The recording; if the recorder was restarted, the first recording.
     pub(super) recording: PathBuf,
     /// All recordings, oldest first.
     pub(super) recordings: Vec<PathBuf>,
@@ -58,45 +60,45 @@ pub(super) struct ShowFrames {
 /// A process that ended before the show did.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct RestartReport {
-    /// Its name in [`Restarts`].
+    /// Name of the process in [`Restarts`].
     pub(super) role: String,
-    /// Why it ended: its exit status, the signal, or that it gave no sign of life.
+    /// Reason of the end: the exit status, the signal, or a missing sign of life.
     pub(super) reason: String,
-    /// Show time of the last frame before that was noticed; null before the first frame.
+    /// Show time of the last frame before the show noticed the end; null before the first frame.
     pub(super) show_time_s: Option<f64>,
-    /// Wall time at which that was noticed, as RFC 3339 has it, in UTC.
+    /// Wall time at which the show noticed the end, in UTC, RFC 3339.
     pub(super) at: String,
-    /// Whether it was started again; false where it had ended too often.
+    /// Whether the process was restarted; false if it had ended too often.
     pub(super) restarted: bool,
 }
 
-/// How often each process was started again.
+/// Number of restarts of each process.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Restarts {
     pub(super) serve: u32,
     pub(super) monitor: u32,
     pub(super) record: u32,
     pub(super) view: u32,
-    /// The commands of `[[show.also]]`, each under its own name.
+    /// The commands of `[[show.also]]`, each under its name.
     #[serde(flatten)]
     pub(super) also: BTreeMap<String, u32>,
 }
 
-/// The sums. They grow with the restarts alone, of which there is one a minute for each child at most.
+/// The totals of a show. They grow only with restarts, at most one per minute and child on average.
 #[derive(Debug, Default)]
 pub(super) struct ShowTotals {
-    /// Frames published in each run: by the server's own report, or as far as the show has seen them.
+    /// Frames published in each run, by the server's summary or by the newest frame that the show has read.
     published: BTreeMap<u64, u64>,
     overruns: BTreeMap<u64, u64>,
     lateness: MergedTimes,
     latency: MergedTimes,
     monitors: u64,
-    /// What is known without adding up.
+    /// The values that need no adding up.
     pub(super) summary: ShowSummary,
 }
 
 impl ShowTotals {
-    /// Takes note of a frame that the show itself has seen.
+    /// Notes a frame that the show itself has read.
     pub(super) fn see_frame(&mut self, header: &FrameHeader) {
         self.summary.run_id = header.run_id;
         let published = self.published.entry(header.run_id).or_default();
@@ -117,12 +119,12 @@ impl ShowTotals {
         self.see_behind(summary.behind_s, summary.most_behind_s);
     }
 
-    /// Takes note of the latency that the present monitor has measured so far.
+    /// Notes the latency that the present monitor has measured so far.
     pub(super) fn see_latency(&mut self, latency: &TimesReport) {
         self.latency.report(self.monitors, &latency.into());
     }
 
-    /// Takes note of how far a server is behind the clock, and the furthest that it has been.
+    /// Notes the lag of a server behind the clock, and its greatest lag so far, in seconds.
     fn see_behind(&mut self, behind_s: f64, most_behind_s: f64) {
         self.summary.behind_s = behind_s;
         self.summary.most_behind_s = self.summary.most_behind_s.max(most_behind_s);
@@ -133,13 +135,13 @@ impl ShowTotals {
         self.summary.frames.monitored += summary.frames;
     }
 
-    /// Adds frames that a monitor has read which has ended.
+    /// Adds the frames of a monitor that has ended.
     pub(super) fn close_monitor(&mut self, frames: u64) {
         self.summary.frames.monitored += frames;
         self.monitors += 1;
     }
 
-    /// Adds a child that ended before the show.
+    /// Adds the end of a child that ended before the show.
     pub(super) fn add_end(
         &mut self,
         role: ChildRole,
@@ -180,16 +182,16 @@ impl ShowTotals {
     }
 }
 
-/// Times that several sources have reported one after the other, each of them all of its own so far.
+/// Times of several sources that report one after the other. Each report has all times of its source so far.
 #[derive(Debug, Default)]
 pub(super) struct MergedTimes {
     ended: TimeHistogram,
-    /// The source that reports now, and what it has last reported.
+    /// The present source and its last report.
     current: Option<(u64, TimeHistogram)>,
 }
 
 impl MergedTimes {
-    /// Takes the newest report of a source, which replaces its earlier ones. Another source has ended.
+    /// Takes the newest report of a source, which replaces its earlier reports. A report of a new source ends the last source.
     pub(super) fn report(&mut self, source: u64, times: &TimeHistogram) {
         if let Some((_, last)) = self.current.take_if(|(current, _)| *current != source) {
             self.ended.add(&last);
@@ -223,15 +225,15 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path
         frames.published, frames.monitored, frames.missed_by_monitor, frames.recorded, frames.missed_by_recorder
     ))?;
     print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
-    print_line(format_args!("latency         {}, frame due to frame monitored", percentiles(&summary.latency_us)))?;
+    print_line(format_args!("latency         {}, from due to read by the monitor", percentiles(&summary.latency_us)))?;
     let behind = behind(summary.behind_s, summary.most_behind_s);
     print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;
-    print_line(format_args!("in              {}", Printable(folder)))?;
+    print_line(format_args!("folder          {}", Printable(folder)))?;
     Ok(())
 }
 
-/// How often each child was started again, and a line for each that ended before the show.
+/// Prints the number of restarts of each child, and one line per child that ended before the show.
 fn print_restarts(summary: &ShowSummary) -> anyhow::Result<()> {
     if summary.restart_log.is_empty() {
         return Ok(());
@@ -260,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_lateness_of_a_show_is_that_of_all_its_servers() {
+    fn the_lateness_of_a_show_covers_all_its_servers() {
         let mut totals = ShowTotals::default();
         let mut status = Status { run_id: 1, overruns: 2, ..Status::default() };
         status.lateness.record(900_000_000);
@@ -274,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_latency_of_a_show_is_that_of_all_its_monitors() {
+    fn the_latency_of_a_show_covers_all_its_monitors() {
         let mut totals = ShowTotals::default();
         let times = |time_ns: u64| TimesReport::from(&times(&[time_ns]));
         totals.see_latency(&times(70_000));
@@ -295,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_report_of_each_source_counts_and_no_other() {
+    fn only_the_newest_report_of_each_source_counts() {
         let mut merged = MergedTimes::default();
         assert_eq!(merged.all(), TimeHistogram::default());
         merged.report(7, &times(&[1]));

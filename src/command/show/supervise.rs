@@ -1,4 +1,4 @@
-//! What a show does while it plays: it takes news of its children, looks at the bus, and starts again what has ended.
+//! The supervision of a running show: handles the lines and the ends of its children, reads the bus, and restarts children.
 
 use std::time::{Duration, Instant};
 
@@ -13,16 +13,16 @@ use crate::command::exit_status::DISK_FULL;
 use crate::command::print::complain;
 use crate::recording::Size;
 
-/// Room from which a show is recorded again, in bytes: some seconds of a large dragon at least.
+/// Free bytes on the disk from which on the show is recorded again. They suffice for some seconds of a large dragon.
 const LEAST_ROOM_BYTES: u64 = 256 << 20;
-/// How often a show whose disk is full looks for room.
+/// Period at which a show with a full disk checks for room.
 const ROOM_PERIOD: Duration = Duration::from_secs(1);
 
 impl Show<'_> {
     pub(super) fn take_line(&mut self, role: ChildRole, line: &str) -> anyhow::Result<()> {
         match role {
             ChildRole::Serve if self.bus.is_none() => self.join_bus()?,
-            // A server's signs of life are its frames.
+            // The frames of a server are its signs of life, not its lines.
             ChildRole::Serve => {}
             ChildRole::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
                 self.announce_page(line)?;
@@ -33,19 +33,19 @@ impl Show<'_> {
         self.reports.take_line(role, line)
     }
 
-    /// Takes the end of a child before that of the show.
+    /// Handles the end of a child that ends before the show does.
     pub(super) fn take_end(&mut self, role: ChildRole, end: &End) -> anyhow::Result<()> {
         self.look_at_bus()?;
         let status = end.status;
         match role {
-            // Somebody asked the server to stop, or it has reached the time asked for.
+            // An operator stopped the server, or the server has reached its end.
             ChildRole::Serve if status.success() => return self.end_with_server(),
-            // It has given its reason on stderr. One that was killed has none.
+            // The server has printed its reason on stderr. A killed server has no exit code, and is restarted.
             ChildRole::Serve if self.bus.is_none() && status.code().is_some() => {
-                bail!("the server does not start: it ended with {status}");
+                bail!("the server did not start: it ended with {status}");
             }
             ChildRole::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
-                bail!("the page does not start: it ended with {status}");
+                bail!("the page did not start: it ended with {status}");
             }
             ChildRole::Monitor => self.reports.close_monitor(),
             ChildRole::Record => {
@@ -60,7 +60,7 @@ impl Show<'_> {
         self.plan_restart(role, &format!("ended with {status}"), &end.reason)
     }
 
-    /// Has the file finished of a recorder that did not do so itself.
+    /// Requests to finish the recording of a recorder that did not finish it itself.
     pub(super) fn finish_recording(&mut self) {
         if let Some(recording) = self.reports.open_recording.take() {
             self.repairs.finish_own(recording);
@@ -111,7 +111,7 @@ impl Show<'_> {
     /// Joins the bus of the first server, for which its readers are started.
     fn join_bus(&mut self) -> anyhow::Result<()> {
         match ShowPorts::open(&self.domain) {
-            // It was killed as soon as it was there: its end comes next.
+            // The server was killed directly after its start. Its end is handled next.
             Err(error) if error.is_absent() => Ok(()),
             Err(error) => Err(error.into()),
             Ok(bus) => {
@@ -122,7 +122,7 @@ impl Show<'_> {
         }
     }
 
-    /// Starts, once frames come, what the first of them does not wait for.
+    /// Starts the configured commands and the repair of earlier recordings, once frames arrive.
     fn begin_others(&mut self) -> anyhow::Result<()> {
         if self.has_begun || self.seen.header.is_none() {
             return Ok(());
@@ -132,20 +132,21 @@ impl Show<'_> {
         (0..self.also.len()).try_for_each(|number| self.start_again(ChildRole::Also(number)))
     }
 
-    /// Starts a child whose failure does not end the show at once.
+    /// Starts a child. A failure leads to another try later, and does not end the show at once.
     fn start_again(&mut self, role: ChildRole) -> anyhow::Result<()> {
         match self.start(role) {
             Ok(()) => Ok(()),
-            Err(error) => self.plan_restart(role, &format!("is not started: {error:#}"), &format!("{error:#}")),
+            Err(error) => self.plan_restart(role, &format!("cannot be started: {error:#}"), &format!("{error:#}")),
         }
     }
 
-    /// Plans when a child is started again that has ended, or could not be started, or that the show goes on without it.
+    /// Plans the restart of a child that has ended or could not be started. After too many restarts, the show goes on without
+    /// the child, or fails if the child is vital.
     fn plan_restart(&mut self, role: ChildRole, what: &str, reason: &str) -> anyhow::Result<()> {
         let name = self.children.name(role).to_owned();
         let restarts = self.children.plan_restart(role, Instant::now());
         self.count_end(role, reason, restarts);
-        // Without its guard the dragon stands for good.
+        // Without its guard the head would never move again.
         let is_vital = role == ChildRole::Serve || role == ChildRole::Monitor && self.is_guarded;
         if !restarts && is_vital {
             let minutes = WINDOW.as_secs() / 60;
@@ -162,8 +163,9 @@ impl Show<'_> {
         self.reports.totals.add_end(role, self.children.name(role), reason, show_time_s, restarts);
     }
 
-    /// Does without a recorder until its disk has room again, and says so once. A disk that is full again and again, such as
-    /// one with a quota, which its free space does not show, is given up as any other child.
+    /// Continues without a recorder until its disk has room again, and reports this once. If the disk is full too often, the
+    /// show goes on without a recorder, as after too many restarts of any other child. A quota, for example, can cause this:
+    /// the disk's free space does not show it.
     fn wait_for_room(&mut self, end: &End) {
         let restarts = self.children.plan_restart(ChildRole::Record, Instant::now());
         self.count_end(ChildRole::Record, &end.reason, false);
@@ -171,13 +173,13 @@ impl Show<'_> {
         if restarts {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
-            complain(&format!("the show is not recorded from here on, until {room} of its disk are free"));
+            complain(&format!("the show is not recorded from here on, until its disk has {room} free"));
         } else {
             complain("the disk is full again and again: the show goes on without a recording");
         }
     }
 
-    /// Has a recorder that waits for room started again where there is some.
+    /// Plans the start of a recorder that waits for room, once the disk has room.
     fn look_for_room(&mut self, now: Instant) {
         if self.children.liveness(ChildRole::Record).phase != Phase::Waiting || now < self.room_due {
             return;

@@ -1,4 +1,4 @@
-//! `solve contact`: when do two benches first touch, or come within a clearance, and where?
+//! `solve contact`: finds the first time at which two benches touch, or come within a clearance.
 
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
@@ -18,7 +18,7 @@ use crate::config::{Config, NEAR_M};
 use crate::output::Counted;
 use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
 
-/// When do two benches first touch, and where?
+/// Find the first contact: its time, the two benches and the point.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve contact --config stage.toml --format json
@@ -27,17 +27,17 @@ use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMis
   bench-dragon solve contact --figure poster.png --title \"Dragon of the North Gate\" --paper a2
   bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
 pub(crate) struct ContactArgs {
-    /// Also tell the clearance over time and its near misses, up to the contact or the run's end; with --figure, draw
-    /// them instead of the boards at the contact.
+    /// Also print the clearance over time and its near misses, up to the contact or the run's end; with --figure, draw them
+    /// instead of the boards at the contact.
     #[arg(long)]
     pub(crate) profile: bool,
-    /// When some pair first comes within this clearance, in metres, instead of touching.
+    /// Find the first time at which a pair comes within this clearance in metres, 0 to 10, instead of a contact [default: 0].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
-    /// Seconds from one time of the profile to the next.
+    /// Seconds between two times of the profile, above 0.
     #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
     pub(crate) step: i64,
-    /// Clearance in metres under which a local minimum is a near miss [default: the configured one].
+    /// Clearance in metres under which a local minimum is a near miss, 0 to 10 [default: configured near_m, else 0.02].
     #[arg(long, value_name = "METRES", requires = "profile", allow_negative_numbers = true, value_parser = within(NEAR_M))]
     pub(crate) near: Option<f64>,
     #[command(flatten)]
@@ -55,10 +55,10 @@ struct ContactAnswer {
     time_s: Option<f64>,
     benches: Option<[usize; 2]>,
     point_m: Option<[f64; 2]>,
-    /// The clearance that was asked for, if one was.
+    /// The requested clearance, in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
-    /// Where the search ended, if the work for it was too much.
+    /// Show time at which the search ended early, because it took too much work.
     #[serde(skip_serializing_if = "Option::is_none")]
     searched_to_s: Option<f64>,
     #[serde(flatten)]
@@ -94,7 +94,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())
 }
 
-/// Draws the clearance over time where a profile was asked for, else the boards at the contact.
+/// Draws the clearance over time if a profile is requested, else the boards at the contact.
 fn draw(
     args: &ContactArgs,
     config: &Config,
@@ -106,7 +106,7 @@ fn draw(
         return Ok(());
     }
     if let Some(profile) = profile {
-        ensure!(profile.has_points(), "--figure has nothing to show: the dragon has no two benches but neighbours");
+        ensure!(profile.has_points(), "--figure has nothing to show: all benches of the dragon are neighbours");
         ensure!(
             to_m > config.dragon().start_travel_m(),
             "--figure has nothing to show: benches touch at the start already"
@@ -160,7 +160,7 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
     }
     if let Some(spent) = spent {
         let reached_s = config.timetable().time_s(spent.reached_m);
-        return format!("no {what} up to {reached_s:.6} s; further on it is not known: {spent}, --work allows more");
+        return format!("no {what} up to {reached_s:.6} s; later times are unknown: {spent}; --work allows more");
     }
     let end_s = config.end_s();
     match config.dragon().run_end() {
@@ -169,7 +169,7 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
     }
 }
 
-/// Most times of a profile: each is a chain and a search through all pairs.
+/// Most times of a profile. Each needs a solved chain and a search through all pairs.
 const MAX_TIMES: usize = 1_000_000;
 
 const NANOSECONDS: f64 = 1e9;
@@ -179,10 +179,10 @@ struct Profile {
     #[serde(rename = "profile")]
     points: Vec<Point>,
     near_misses: Vec<NearMiss>,
-    /// Where the profile ends, if the work for it was too much.
+    /// Show time at which the profile ends early, because it took too much work.
     #[serde(rename = "profile_to_s", skip_serializing_if = "Option::is_none")]
     points_to_s: Option<f64>,
-    /// Where the near misses end, if the work for them was too much.
+    /// Show time at which the near misses end early, because they took too much work.
     #[serde(skip_serializing_if = "Option::is_none")]
     near_misses_to_s: Option<f64>,
 }
@@ -202,8 +202,7 @@ struct NearMiss {
 }
 
 impl Profile {
-    /// The profile up to a travel, which is its last time: the contact, the run's end, or where the search for the contact
-    /// ended.
+    /// The profile up to a travel: the contact, the run's end, or the early end of the search. This travel is its last time.
     fn of(config: &Config, to_m: f64, args: &ContactArgs) -> Result<Self, BadInput> {
         let (dragon, timetable) = (config.dragon(), config.timetable());
         let from_m = dragon.start_travel_m();
@@ -241,25 +240,25 @@ impl Profile {
         })
     }
 
-    /// Whether there is a clearance at all: a dragon with fewer than three benches has none.
+    /// Whether the profile has a clearance. A dragon with fewer than three benches has none.
     fn has_points(&self) -> bool {
         !self.points.is_empty()
     }
 
-    /// The near misses, which are few, and below them the profile.
+    /// The near misses, followed by the profile.
     fn text(&self) -> String {
         let row = |&Point { time_s, clearance_m, benches: [first, second] }: &Point| {
             format!("{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}")
         };
         let near_miss = |NearMiss { at, point_m: [x, y] }: &NearMiss| format!("{}  at ({x:.6}, {y:.6}) m", row(at));
         let ends = |what: &str, to_s: Option<f64>| {
-            to_s.map(|to_s| format!("{what} given up to {to_s:.6} s: more takes too much work, --work allows more"))
+            to_s.map(|to_s| format!("{what} complete up to {to_s:.6} s: more takes too much work; --work allows more"))
         };
         let mut lines = vec![Counted(self.near_misses.len() as u64, "near miss").to_string()];
         lines.extend(self.near_misses.iter().map(near_miss));
         lines.extend(ends("near misses are", self.near_misses_to_s));
         lines.extend([String::new(), format!("{:>12} {:>14} {:>14}", "s", "clearance m", "benches")]);
-        // The last one, at a contact, may be 0 from either side.
+        // At a contact, rounding may make the last clearance slightly negative.
         let shown_m = |clearance_m: f64| if clearance_m.abs() < 5e-10 { 0.0 } else { clearance_m };
         lines.extend(self.points.iter().map(|at| row(&Point { clearance_m: shown_m(at.clearance_m), ..*at })));
         lines.extend(ends("the profile is", self.points_to_s));

@@ -1,4 +1,4 @@
-//! What the figures of several questions have in common: where they are drawn, their caption, and the dragon in plan.
+//! Shared parts of the figures of several questions: flags, captions, and the dragon in plan view.
 
 use std::path::PathBuf;
 
@@ -19,35 +19,35 @@ use crate::output::figure::{
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
-/// Where to draw.
+/// The flags of a figure.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct FigureArgs {
-    /// Draw a figure into this file, .svg or .png; a file of that name is replaced.
+    /// Draw a figure into this file, .svg or .png; an existing file is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = figure)]
     pub(crate) figure: Option<FigureFile>,
-    /// Words in large letters over the figure, such as the name of the show.
+    /// Heading in large letters above the figure, such as the name of the show, 1 to 80 letters [default: none].
     #[arg(long, value_name = "TEXT", requires = "figure", value_parser = title)]
     pub(crate) title: Option<String>,
-    /// Fill a sheet of this size, upright or across, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
-    /// wide, to go into a document].
+    /// Fill a sheet of this size, in portrait or landscape, whichever shows more: a0 to a4, letter, tabloid [default: 160 mm
+    /// wide, for a document].
     #[arg(long, value_name = "SIZE", requires = "figure")]
     pub(crate) paper: Option<Paper>,
 }
 
 impl FigureArgs {
-    /// Whether there is something to draw.
+    /// Whether a figure is requested.
     pub(super) fn is_asked(&self) -> bool {
         self.figure.is_some()
     }
 
-    /// Draws into the file that was asked for, on the paper that was asked for.
+    /// Writes a drawing to the requested file, on the requested paper.
     pub(super) fn save(&self, drawing: Drawing) -> anyhow::Result<()> {
         let Some(file) = &self.figure else { return Ok(()) };
         let drawing = if let Some(paper) = self.paper { drawing.on_paper(paper) } else { drawing };
         whole_file::write(&file.path, &drawing.encode(file.format))
     }
 
-    /// The same, and tells people where the figure went.
+    /// Writes a drawing, and prints the file's path if the format is text.
     pub(super) fn save_and_tell(&self, drawing: Drawing, format: Format) -> anyhow::Result<()> {
         self.save(drawing)?;
         match &self.figure {
@@ -56,7 +56,7 @@ impl FigureArgs {
         }
     }
 
-    /// Fails where a figure was asked for and there is nothing to draw.
+    /// Fails with `reason` if a figure is requested, because there is nothing to draw.
     pub(super) fn refuse(&self, reason: &str) -> anyhow::Result<()> {
         ensure!(!self.is_asked(), "--figure has nothing to show: {reason}");
         Ok(())
@@ -67,7 +67,7 @@ impl FigureArgs {
         self.caption_at_speed(config, config.tables().head.speed_mps, title)
     }
 
-    /// The same for a head of another speed, in m/s.
+    /// The caption of a figure with this title, for the configured dragon with another speed of the head, in m/s.
     pub(super) fn caption_at_speed(&self, config: &Config, speed_mps: f64, title: impl Into<String>) -> Caption {
         let mut facts = dragon_facts(config.dragon().dimensions());
         facts.push(route_fact(config.route()));
@@ -89,7 +89,7 @@ fn figure(text: &str) -> Result<FigureFile, String> {
     Ok(FigureFile { path, format })
 }
 
-/// Most letters of a title: more would be too small to read.
+/// Most letters of a title. More would be too small to read.
 const MOST_LETTERS: usize = 80;
 
 fn title(text: &str) -> Result<String, String> {
@@ -127,16 +127,16 @@ fn speed_fact(speed_mps: f64, accel_mps2: Option<f64>) -> String {
     }
 }
 
-/// A number to six decimals, without zeros at its end.
+/// A number with up to six decimals, without trailing zeros.
 fn rounded(value: f64) -> String {
     let text = format!("{value:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// How far a drawn route may lie off the true one: a fortieth of a millimetre where the surroundings of a contact are
-/// shown 50 mm to the metre.
+/// Greatest distance of a drawn route from the true one, in metres. It is a fortieth of a millimetre on paper where the
+/// surroundings of a contact are drawn at 50 mm to the metre.
 const SAGITTA_M: f64 = 0.0005;
-/// Most points of a drawn route. One that needs more is drawn coarser.
+/// Most points of a drawn route. A route that needs more points is drawn coarser.
 const MAX_POINTS: f64 = 20_000.0;
 
 pub(super) fn plan_of(dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
@@ -157,7 +157,7 @@ pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
     PlanView { circle: Some(circle), turn: Some(turn_marks(turnaround)), ..plan }
 }
 
-/// These benches or else the nearest pair, if there are more than two benches.
+/// The pair of these benches, or else the nearest pair. `None` if there are no two benches that are not neighbours.
 pub(super) fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<NearestPair> {
     let boards = boards(dragon, &handles(dragon, travel_m));
     let benches = benches.or_else(|| Some(ClearanceSearch::default().nearest(&boards)?.benches))?;
@@ -170,12 +170,12 @@ pub(super) fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) 
     })
 }
 
-/// Points of a line over time: a few for each dot of a printed page.
+/// Points of a line over time: a few per dot of a printed page.
 const SAMPLES: u32 = 4_000;
-/// Handles that are placed for such a line, at most: of a long dragon it has fewer points.
+/// Most handles that are placed for such a line. So the line of a long dragon has fewer points.
 const MAX_PLACED: usize = 10_000_000;
 
-/// Travels at which a line over time has its points.
+/// The travels at which a line over time has its points, in metres.
 pub(super) fn even_travels(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
     let samples = SAMPLES.min((MAX_PLACED / dragon.dimensions().handles()) as u32);
     (0..=samples).map(|i| from_m + (to_m - from_m) * f64::from(i) / f64::from(samples)).collect()
@@ -196,16 +196,16 @@ fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
     boards.iter().map(Board::corners).collect()
 }
 
-/// The route from where it can be seen behind the tail to its end.
+/// The visible route: from behind the tail to the route's end.
 fn route_around(dragon: &Dragon, handles: &[Handle]) -> Vec<DVec2> {
     let route = dragon.route();
     let tail = handles.last().expect("a dragon has handles");
-    // From here on a whole turn of a spiral lies behind the tail.
+    // The length of at least one turn of a spiral behind the tail.
     let behind_m = std::f64::consts::TAU * (tail.position.length() + route.pitch_m());
     polyline(route, route.travel(tail.parameter) - behind_m, route.end_travel_m())
 }
 
-/// Points of a route, as near to each other as its curvature asks for.
+/// Points of a route. Their distance follows from the curvature and [`SAGITTA_M`].
 fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
     route.polyline(from_m, to_m, SAGITTA_M, (to_m - from_m) / MAX_POINTS..=f64::INFINITY)
 }
@@ -224,12 +224,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_no_more_digits_than_they_need() {
+    fn rounded_numbers_have_no_trailing_zeros() {
         assert_eq!([0.450_337_37, 1.0, 300.0, 0.275].map(rounded), ["0.450337", "1", "300", "0.275"]);
     }
 
     #[test]
-    fn facts_are_those_of_the_configuration() {
+    fn captions_have_the_facts_of_the_configuration() {
         let text = "[dragon]\nbenches = 1\nwidth_m = 0.25\n[head]\nspeed_mps = 1.5\naccel_mps2 = 0.5\n";
         let config = Config::from_toml(text).expect("valid");
         let facts = dragon_facts(config.dragon().dimensions());

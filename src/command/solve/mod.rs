@@ -1,4 +1,4 @@
-//! `solve`: the planner's questions, one file each.
+//! `solve`: the questions to the planner, one file per question.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ mod sensitivity;
 mod speed_limit;
 mod turn;
 
-/// Answer a choreographer's question, without a server.
+/// Answer a question about planning a show. Needs no server.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
@@ -31,12 +31,12 @@ mod turn;
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
   bench-dragon solve sensitivity --figure sensitivity.svg")]
 pub(crate) struct SolveArgs {
-    /// The question.
+    /// The question to answer.
     #[command(subcommand)]
     pub(crate) question: Question,
 }
 
-/// Questions to the planner.
+/// The questions to the planner.
 #[derive(Clone, Debug, Subcommand)]
 pub(crate) enum Question {
     Poses(poses::PosesArgs),
@@ -59,10 +59,10 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What becomes of an answer that may be a configuration, and how much work it may take.
+/// The flags of a question whose answer may be a configuration.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct AnswerArgs {
-    /// Write the answer as a whole configuration, which `show --config` plays; a file of that name is replaced.
+    /// Write the answer as a complete configuration, which `show --config` plays; an existing file is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) save_config: Option<PathBuf>,
     #[command(flatten)]
@@ -73,37 +73,37 @@ pub(crate) struct AnswerArgs {
     pub(crate) format: FormatArgs,
 }
 
-/// How much work an answer may take.
+/// The flag for the work of an answer.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkArgs {
-    /// Most work for the answer, in millions of steps of some 50 ns; where it is not enough, the answer says how far it
-    /// came [default: 100, for sensitivity and --shortest 300].
+    /// Most work for the answer, in millions of steps of about 50 ns, 1 to 1000000000; if it is not enough, the answer states
+    /// how far it reached [default: 100; 300 for sensitivity and --shortest].
     #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) work: Option<u64>,
 }
 
 impl WorkArgs {
-    /// A meter for a part of an answer.
+    /// A meter for one part of an answer.
     pub(crate) fn meter(self) -> Meter {
         Meter::of(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
     }
 
-    /// A meter for an answer that is put together of many.
+    /// A meter for an answer that consists of many answers.
     pub(crate) fn long_meter(self) -> Meter {
         Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
     }
 }
 
-/// Work that is allowed where nothing else was asked for, in millions of steps: a few seconds on one core.
+/// Default work, in millions of steps: a few seconds on one core.
 const DEFAULT_WORK: u64 = 100;
 
-/// The same for what is asked of many dragons.
+/// Default work for a question about many dragons, in millions of steps.
 const DEFAULT_LONG_WORK: u64 = 300;
 
-/// Steps to the million.
+/// Steps in a million.
 const STEPS: u64 = 1_000_000;
 
-/// Clearances that may be asked for, in metres.
+/// Allowed values of `--clearance`, in metres.
 const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {
@@ -112,7 +112,7 @@ fn xlsx(text: &str) -> Result<PathBuf, String> {
     if is_xlsx { Ok(path) } else { Err("must end in .xlsx".to_owned()) }
 }
 
-/// Writes the configuration that is the answer, if the arguments ask for it; fails with the reason where there is none.
+/// Writes the answer as a configuration, if the arguments request it. Fails with the reason if there is no such answer.
 pub(super) fn save_config(args: &AnswerArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {
     let Some(path) = &args.save_config else { return Ok(()) };
     match answer {

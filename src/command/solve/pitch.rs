@@ -1,4 +1,4 @@
-//! `solve pitch`: how tight may the spiral be if the head is to come to a circle with no contact on the way?
+//! `solve pitch`: finds the smallest pitch of a spiral on which the head reaches a circle without a contact.
 
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 use bench_dragon_geometry::route::{RouteSpec, SpiralSpec};
@@ -13,17 +13,17 @@ use crate::command::print::print_report;
 use crate::config::Config;
 use crate::output::figure::{Circle, PlanView};
 
-/// How tight may the spiral be if the head is to come to a circle with no contact on the way?
+/// Find the smallest pitch of a spiral on which the head reaches a circle without a contact.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve pitch --turn-diameter 9 --figure pitch.svg
   bench-dragon solve pitch --turn-diameter 9 --clearance 0.05
   bench-dragon solve pitch --turn-diameter 9 --config stage.toml --save-config tightest.toml")]
 pub(crate) struct PitchArgs {
-    /// Diameter in metres of the circle that the head is to come to [default: the configured turnaround's, else 9].
+    /// Diameter in metres of the circle that the head must reach [default: the configured turnaround's, else 9].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) turn_diameter: Option<f64>,
-    /// Metres that are to remain between any two boards [default: 0, they may all but touch].
+    /// Clearance in metres that any two boards must keep, 0 to 10 [default: 0].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
     #[command(flatten)]
@@ -35,9 +35,9 @@ pub(crate) struct PitchArgs {
 #[derive(Serialize)]
 struct PitchAnswer {
     pitch_m: Option<f64>,
-    /// What goes wrong at a pitch just under it.
+    /// The obstacle at a slightly smaller pitch.
     limit: Option<Limit>,
-    /// The clearance that was asked for, if one was.
+    /// The requested clearance, in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
     infeasible: Option<String>,
@@ -82,7 +82,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Draws the dragon where the pair that binds is nearest, or with its head on the circle, at the end of its way.
+/// Draws the dragon where the limiting pair is nearest, or else with its head on the circle, at the end of the run.
 fn draw(
     args: &PitchArgs,
     tightest: &Config,
@@ -106,7 +106,7 @@ fn draw(
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
 
-/// The answer for machines and for people.
+/// The answer, for JSON and as text.
 fn answer(
     found: &Result<SmallestPitch, String>,
     turn_diameter_m: f64,
@@ -130,20 +130,22 @@ fn answer(
             let words = format!("benches {first} and {second} would {how}, at ({:.6}, {:.6}) m", point.x, point.y);
             ("contact", Some(contact), words)
         }
-        PitchLimit::Stop => ("stop", None, "handle 1 would stop before the head is there".to_owned()),
+        PitchLimit::Stop => ("stop", None, "handle 1 would stop before the head reaches the circle".to_owned()),
         PitchLimit::Start => {
             ("start", None, "the spiral would start inside the circle, or too near to its centre".to_owned())
         }
         PitchLimit::Width => {
             let width_m = config.dragon().dimensions().width_m();
-            let words = format!("it would not be above width_m, {width_m}: that rule binds, not a pair of benches");
+            let words =
+                format!("it would not exceed width_m, {width_m}: this rule is the limit, not a pair of benches");
             ("width", None, words)
         }
     };
     let (benches, point_m) = (contact.map(|contact| contact.benches), contact.map(|contact| contact.point.to_array()));
     let limit = Some(Limit { kind, benches, point_m });
     let answer = PitchAnswer { pitch_m: Some(pitch_m), limit, clearance_m, infeasible: None };
-    let text =
-        format!("smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nany tighter, {words}");
+    let text = format!(
+        "smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nwith a smaller pitch, {words}"
+    );
     (answer, text)
 }

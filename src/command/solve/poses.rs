@@ -1,4 +1,4 @@
-//! `solve poses`: where is every handle, and how fast?
+//! `solve poses`: prints the position and the speed of every handle at given times.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ use crate::output::table::{self, Cell, Column, Table};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
-/// Where is every handle, and how fast?
+/// Print the position and the speed of every handle at given show times.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
@@ -28,49 +28,49 @@ use crate::system::whole_file;
 pub(crate) struct PosesArgs {
     #[command(flatten)]
     pub(crate) times: TimesArgs,
-    /// Write a workbook with a sheet of positions and one of speeds; a file of that name is replaced.
+    /// Write a workbook with a sheet of positions and a sheet of speeds; an existing file is replaced.
     #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
-    /// How to print.
+    /// Format of the output.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
     pub(crate) format: TableFormat,
 }
 
-/// Which times: a list, or even steps.
+/// The flags for the times: a list, or even steps.
 #[derive(Clone, Debug, Args)]
 #[command(group(ArgGroup::new("times").required(true).args(["at", "from"])))]
 pub(crate) struct TimesArgs {
-    /// Show times in seconds, with commas between them.
+    /// Show times in seconds, separated by commas.
     #[arg(long, value_name = "SECONDS", value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     pub(crate) at: Vec<f64>,
     /// First show time in seconds, with at most nine decimals.
     #[arg(long, value_name = "SECONDS", requires = "to", allow_negative_numbers = true, value_parser = nanoseconds)]
     pub(crate) from: Option<i64>,
-    /// Last show time in seconds.
+    /// Last show time in seconds, with at most nine decimals.
     #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", allow_negative_numbers = true, value_parser = nanoseconds)]
     pub(crate) to: Option<i64>,
-    /// Seconds from one time to the next.
+    /// Seconds between two times, above 0, with at most nine decimals.
     #[arg(long, value_name = "SECONDS", requires = "from", conflicts_with = "at", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
     pub(crate) step: i64,
 }
 
-/// How to print what has rows and columns.
+/// Format of an output with rows and columns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TableFormat {
-    /// For people.
+    /// Text for people.
     #[default]
     Text,
-    /// For machines; stable.
+    /// JSON for programs, with stable keys.
     Json,
-    /// Comma-separated values; stable.
+    /// Comma-separated values, with stable columns.
     Csv,
 }
 
-/// Decimals that people see, of metres and of metres per second.
+/// Shown decimals of metres and of metres per second.
 const DECIMALS: usize = 6;
 
 #[derive(Serialize)]
@@ -96,7 +96,7 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
     let mut most = MAX_POSITIONS / config.dragon().dimensions().handles();
     if args.xlsx.is_some() {
-        // One column tells what the row is.
+        // The first column has the row's name.
         most = most.min(table::MAX_COLUMNS - 1);
     }
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
@@ -125,7 +125,7 @@ fn plan_view(args: &FigureArgs, config: &Config, time_s: f64) -> anyhow::Result<
     Ok(on_turn(plan, &spec.turnaround(config.tables().head.speed_mps)?))
 }
 
-/// The time of a figure, which shows one.
+/// The time of a figure, which shows exactly one.
 fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
     match times_s {
         [time_s] => Ok(*time_s),
@@ -133,7 +133,7 @@ fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
     }
 }
 
-/// Travel at a time of the run, which rounding must not put outside it.
+/// Travel at a time of the run, in metres, clamped to the run because rounding may exceed it.
 fn travel_m(time_s: f64, config: &Config) -> f64 {
     let dragon = config.dragon();
     config.timetable().travel_m(time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
@@ -145,7 +145,7 @@ impl PosesAnswer {
         Self { poses: times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect() }
     }
 
-    /// A row for every handle at every time.
+    /// A table with a row for every handle at every time.
     fn by_time(&self) -> Table {
         let numbers = ["x_m", "y_m", "speed_mps"].map(|title| Column::number(title, DECIMALS));
         let columns = [Column::number("time_s", DECIMALS), Column::whole("handle")].into_iter().chain(numbers);
@@ -158,7 +158,7 @@ impl PosesAnswer {
         table
     }
 
-    /// Positions and speeds with a column for every time, as the paper saved them.
+    /// Sheets of positions and speeds with a column for every time, as in the paper's workbook.
     fn sheets(&self) -> [Table; 2] {
         let mut positions = Table::new("positions", self.columns());
         let mut speeds = Table::new("speeds", self.columns());
@@ -182,7 +182,7 @@ impl PosesAnswer {
         std::iter::once(Cell::from(label)).chain(values).collect()
     }
 
-    /// Tells which files were written; a workbook is printed in no other way.
+    /// Prints the names of the written files. With a workbook, nothing else is printed.
     fn print_files(&self, args: &PosesArgs) -> anyhow::Result<()> {
         if let Some(path) = &args.xlsx {
             let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
@@ -222,7 +222,7 @@ impl Pose {
     }
 }
 
-/// What people call a handle: the bench whose front hinge it is, or the tail's rear hinge.
+/// Name of a handle for people: the bench whose front hinge it is, or "tail rear".
 fn name(index: usize, count: usize) -> String {
     match index {
         0 => "head".to_owned(),
@@ -231,12 +231,12 @@ fn name(index: usize, count: usize) -> String {
     }
 }
 
-/// Most positions of handles in one answer: a workbook of them takes some 600 MB while it is made, and 20 MB on the disk.
+/// Most positions of handles in one answer. A workbook of this size needs some 600 MB of memory, and 20 MB on the disk.
 pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
-/// The times asked for, in seconds. They must lie in `run_s` and be `most` at most.
+/// The requested times, in seconds. They must lie within `run_s`; there may be at most `most`.
 ///
-/// Steps are counted in whole nanoseconds, so each time is the `f64` nearest to the decimal that it stands for.
+/// Steps are counted in whole nanoseconds, so each time is the `f64` nearest to its decimal.
 pub(super) fn times_s(args: &TimesArgs, run_s: &RangeInclusive<f64>, most: usize) -> Result<Vec<f64>, BadInput> {
     let (Some(from_ns), Some(to_ns)) = (args.from, args.to) else {
         args.at.iter().try_for_each(|&at_s| require_within("--at", at_s, run_s))?;
@@ -263,16 +263,16 @@ pub(super) fn times_s(args: &TimesArgs, run_s: &RangeInclusive<f64>, most: usize
     Ok((0..=steps).map(|step| seconds(from_ns + step * args.step)).collect())
 }
 
-/// A step that makes at most so many times of a span: 1, 2 or 5 times a power of ten, in seconds.
+/// A step, in seconds, that divides a span into at most `most` times: 1, 2 or 5 times a power of ten.
 pub(super) fn coarser_step_s(span_s: f64, most: usize) -> f64 {
-    // One time fewer, as the span's end may be one more.
+    // One time fewer, because the span's end may be an additional time.
     let least_s = span_s / most.saturating_sub(1).max(1) as f64;
     let exponent = least_s.log10().floor() as i32;
     let nice = (exponent..=exponent + 1).flat_map(|exponent| {
-        // Written out, so that it is the nearest number to the decimal.
+        // Parsed from text, so that it is the number nearest to the decimal.
         [1, 2, 5].map(|digit| format!("{digit}e{exponent}").parse::<f64>().expect("a decimal is a number"))
     });
-    nice.into_iter().find(|step_s| *step_s > least_s).expect("ten times the power is more")
+    nice.into_iter().find(|step_s| *step_s > least_s).expect("ten times the power exceeds the least step")
 }
 
 fn require_within(flag: &str, time_s: f64, run_s: &RangeInclusive<f64>) -> Result<(), BadInput> {
@@ -283,7 +283,7 @@ fn require_within(flag: &str, time_s: f64, run_s: &RangeInclusive<f64>) -> Resul
     Err(BadInput(format!("{flag} is {}, must be from {start_s} to {end_s}, where the run ends", Number(time_s))))
 }
 
-/// The `f64` nearest to a number of nanoseconds in seconds: both operands are exact, and a quotient is rounded once.
+/// Converts nanoseconds to the nearest `f64` of seconds: both operands are exact, and the quotient is rounded once.
 fn seconds(time_ns: i64) -> f64 {
     time_ns as f64 / 1e9
 }
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_that_is_proposed_is_round_and_coarse_enough_and_not_ten_times_too_coarse() {
+    fn a_proposed_step_is_round_and_coarse_enough_but_less_than_ten_times_too_coarse() {
         for span_s in [1e-3, 0.9, 1.0, 412.473_838, 9.99e5, 3e8] {
             for most in [2, 17, 1000, 1_000_000] {
                 let step_s = coarser_step_s(span_s, most);
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_each_makes_301_times_of_300_seconds() {
+    fn steps_of_a_second_make_301_times_of_300_seconds() {
         let times = steps(0, 300_000_000_000, 1_000_000_000, 301).expect("all lie in the run");
         assert_eq!(times, (0..=300).map(f64::from).collect::<Vec<_>>());
     }
@@ -327,13 +327,13 @@ mod tests {
     }
 
     #[test]
-    fn steps_that_do_not_meet_the_end_stop_before_it() {
+    fn steps_that_miss_the_end_stop_before_it() {
         assert_eq!(steps(0, 1_000_000_000, 400_000_000, 9).expect("all lie in the run"), [0.0, 0.4, 0.8]);
         assert_eq!(steps(5_000_000_000, 5_000_000_000, 1, 1).expect("one time"), [5.0]);
     }
 
     #[test]
-    fn what_does_not_go_together_is_told_in_one_line() {
+    fn contradictory_times_are_refused_in_one_line() {
         for (result, message) in [
             (steps(2_000_000_000, 1_000_000_000, 1, 9), "--to is 1, must be at least --from, which is 2"),
             (steps(-1, 1, 1, 9), "--from is -1e-9, must be from 0 to 432.5, where the run ends"),

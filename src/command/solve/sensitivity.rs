@@ -1,4 +1,4 @@
-//! `solve sensitivity`: how do the answers change with each measure?
+//! `solve sensitivity`: computes how the answers change with each parameter.
 
 use std::path::PathBuf;
 
@@ -16,25 +16,25 @@ use crate::output::figure;
 use crate::output::table::{self, Cell, Column, Table};
 use crate::system::whole_file;
 
-/// How do first contact, least clearance, largest speed and smallest pitch change with each measure?
+/// Compute how first contact, least clearance, largest speed and smallest pitch change with each parameter.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve sensitivity
   bench-dragon solve sensitivity --range 10 --parameter pitch,width --xlsx sensitivity.xlsx --figure sensitivity.svg")]
 pub(crate) struct SensitivityArgs {
-    /// By how much each value is varied to either side, in percent.
+    /// Largest change of each parameter, up and down, in percent, above 0 and under 100.
     #[arg(long, value_name = "PERCENT", default_value = "5", allow_negative_numbers = true, value_parser = range_percent)]
     pub(crate) range: f64,
-    /// Values to either side of the planned one.
+    /// Number of values on each side of the planned value, 1 to 100.
     #[arg(long, value_name = "COUNT", default_value_t = 2, allow_negative_numbers = true, value_parser = within(1..=100_u32))]
     pub(crate) steps: u32,
-    /// What to vary, with commas in between: pitch, head-length, body-length, width, hole-offset, speed [default: all].
+    /// Parameters to vary, separated by commas: pitch, head-length, body-length, width, hole-offset, speed [default: all].
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parameter)]
     pub(crate) parameter: Vec<Parameter>,
-    /// Diameter in metres of the circle that a spiral is walked to [default: the configured turning circle, else 9].
+    /// Diameter in metres of the circle that the head must reach on a spiral [default: the configured turnaround's, else 9].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = diameter)]
     pub(crate) turn_diameter: Option<f64>,
-    /// Write a workbook with a sheet of what is printed and one of all values; a file of that name is replaced.
+    /// Write a workbook with a sheet of the printed tables and a sheet of all values; an existing file is replaced.
     #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
     #[command(flatten)]
@@ -165,7 +165,7 @@ fn number_or_reason<E: ToString>(result: &Result<f64, E>) -> (Option<f64>, Optio
 
 const DECIMALS: usize = 6;
 
-/// For a terminal: a table for each quantity that there is.
+/// The tables for a terminal: one per quantity that has a value.
 fn texts(sensitivity: &Sensitivity, responses: &[Response]) -> Vec<Table> {
     let table = |response: &Response| {
         let mut table = Table::new(titled(response), columns(sensitivity, Vec::new()));
@@ -175,7 +175,7 @@ fn texts(sensitivity: &Sensitivity, responses: &[Response]) -> Vec<Table> {
     responses.iter().filter(|response| response.value.is_ok()).map(table).collect()
 }
 
-/// For a workbook: what the terminal shows in one sheet, every sample in another.
+/// The sheets of a workbook: the terminal's tables in one sheet, all samples in the other.
 fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Table; 2] {
     let quantity = || vec![Column::text("quantity")];
     let mut summary = Table::new("summary", columns(sensitivity, quantity()));
@@ -194,7 +194,7 @@ fn sheets(sensitivity: &Sensitivity, responses: &[Response]) -> [Table; 2] {
     [summary, samples]
 }
 
-/// Why there are blanks, a line each.
+/// The reasons for blank cells, one line each.
 fn notes(responses: &[Response]) -> Vec<String> {
     let mut notes = Vec::new();
     for response in responses {
@@ -268,7 +268,7 @@ fn titled(response: &Response) -> String {
     }
 }
 
-/// A plot for each quantity that there is.
+/// The figure, with one plot per quantity that has a value.
 fn chart(caption: figure::Caption, sensitivity: &Sensitivity, responses: &[Response]) -> figure::SensitivityChart {
     let answered = responses.iter().filter(|response| response.value.is_ok());
     let plot = |response: &Response| figure::ChartQuantity {

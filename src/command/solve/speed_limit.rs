@@ -1,4 +1,4 @@
-//! `solve speed-limit`: how fast may the head walk if no handle is ever to be faster than a limit?
+//! `solve speed-limit`: finds the greatest speed of the head at which no handle exceeds a limit.
 
 use std::sync::Arc;
 
@@ -17,16 +17,16 @@ use crate::command::print::print_report;
 use crate::config::Config;
 use crate::output::figure::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 
-/// How fast may the head walk if no handle is ever to be faster than a limit?
+/// Find the greatest speed of the head at which no handle exceeds a limit.
 ///
-/// On a turnaround the whole passage of all benches counts. On a spiral (--config with kind = "spiral", and none of
-/// --pitch, --turn-diameter and --radius-ratio) all of its run counts, to where the head comes to the centre.
+/// On a turnaround the whole passage of all benches counts. On a spiral (--config with kind = "spiral", without --pitch,
+/// --turn-diameter and --radius-ratio) the whole run counts, until the head reaches the centre.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve speed-limit --limit 2
   bench-dragon solve speed-limit --limit 2 --config stage.toml --save-config fast.toml")]
 pub(crate) struct SpeedLimitArgs {
-    /// Speed in m/s that no handle may exceed.
+    /// Speed in m/s that no handle may exceed, 0.001 to 1000.
     #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.001..=1000.0))]
     pub(crate) limit: f64,
     #[command(flatten)]
@@ -39,11 +39,11 @@ pub(crate) struct SpeedLimitArgs {
 struct SpeedLimitAnswer {
     head_speed_mps: Option<f64>,
     largest_ratio: Option<f64>,
-    /// At the configured head speed.
+    /// Show time of the largest ratio at the configured speed of the head, in seconds.
     time_s: Option<f64>,
     handle: Option<usize>,
     infeasible: Option<String>,
-    /// Why it is not known, if the work for it was too much.
+    /// The reason for which the answer is unknown: it took too much work.
     #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<String>,
 }
@@ -69,7 +69,7 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     }
 }
 
-/// The configuration and its dragon: on the whole passage through a turn, or on a spiral that the configuration names.
+/// Returns the configuration, and its dragon on the whole passage through a turn, or on the configured spiral.
 fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
     if plan.config.is_some() && !asks_for_turn(plan) {
@@ -85,7 +85,7 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
     Ok((config, passage.map(Arc::new)))
 }
 
-/// The answer for machines and for people.
+/// The answer, for JSON and as text.
 fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &Config) -> (SpeedLimitAnswer, String) {
     match largest {
         &Ok(LargestRatio { ratio, travel_m, handle }) => {
@@ -99,21 +99,21 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
                 ..SpeedLimitAnswer::default()
             };
             let text = format!(
-                "the head may walk at {head_speed_mps:.6} m/s: no handle is faster than {limit_mps} m/s then\n\
-                 handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s of the \
+                "the head may walk at {head_speed_mps:.6} m/s: then no handle is faster than {limit_mps} m/s\n\
+                 handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s with the \
                  configured speed"
             );
             (answer, text)
         }
         Err(reason @ Infeasible::TooMuchWork(_)) => {
             let answer = SpeedLimitAnswer { undecided: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
-            (answer, format!("{reason}, --work allows more"))
+            (answer, format!("{reason}; --work allows more"))
         }
         Err(reason) => {
             let of_what = if config.route().as_turnaround().is_some() {
                 "on the passage through the turn"
             } else {
-                "on all of the spiral's run (--turn-diameter asks for a passage through a turn instead)"
+                "on all of the spiral's run (--turn-diameter computes a passage through a turn instead)"
             };
             let answer = SpeedLimitAnswer { infeasible: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
             (answer, format!("infeasible {of_what}: {reason}"))
@@ -121,13 +121,13 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
     }
 }
 
-/// Handles whose speeds are drawn, where the dragon has them: those that a turn sets apart, and one far back.
+/// Handles whose speeds are drawn, if the dragon has them: the first ones, whose speeds differ in a turn, and one far back.
 const DRAWN_HANDLES: [usize; 5] = [0, 1, 2, 5, 51];
 
-/// Seconds around the largest speed that are drawn larger, at a head speed of 1 m/s: the head's way through a turn.
+/// Seconds around the largest speed that are drawn enlarged, at a head speed of 1 m/s: about the head's passage of a turn.
 const DETAIL_S: f64 = 16.0;
 
-/// Speeds of some handles around the time of the largest, with the head as fast as a limit allows.
+/// Speeds of some handles over time, with the head as fast as the limit allows, and enlarged around the largest speed.
 fn speeds_over_time(args: &SpeedLimitArgs, config: &Config, dragon: &Dragon, largest: &LargestRatio) -> SpeedsOverTime {
     let limit_mps = args.limit;
     let (head_speed_mps, planned_speed_mps) = (limit_mps / largest.ratio, config.tables().head.speed_mps);
@@ -167,7 +167,7 @@ fn speeds_over_time(args: &SpeedLimitArgs, config: &Config, dragon: &Dragon, lar
     }
 }
 
-/// The handles that are drawn, the fastest among them.
+/// The drawn handles, including the fastest.
 fn drawn_handles(dragon: &Dragon, fastest: usize) -> impl Iterator<Item = usize> {
     let count = dragon.dimensions().handles();
     let mut drawn: Vec<usize> = DRAWN_HANDLES.into_iter().chain([fastest]).filter(|&handle| handle < count).collect();

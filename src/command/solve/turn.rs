@@ -1,4 +1,4 @@
-//! `solve turn`: does the dragon get through a turn, and how near do its benches come to each other?
+//! `solve turn`: checks whether the dragon passes a turnaround, and finds its least clearance and largest speed.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ use crate::command::print::{Progress, complain, print_report};
 use crate::config::Config;
 use crate::output::figure::PlanView;
 
-/// Does the dragon get through a turn, and how near do its benches come to each other?
+/// Check whether the dragon passes a turnaround, and find its least clearance and its largest speed.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve turn
@@ -31,14 +31,14 @@ use crate::output::figure::PlanView;
   bench-dragon solve turn --config spiral.toml --pitch 1.7 --turn-diameter 9
   bench-dragon solve turn --shortest --clearance 0.05 --max-ratio 2 --save-config short.toml")]
 pub(crate) struct TurnArgs {
-    /// Look for the shortest S inside the turning circle, over where it begins and the ratio of its radii.
+    /// Find the shortest S inside the turning circle, by varying the radius at which it begins and the ratio of its radii.
     #[arg(long, conflicts_with = "radius_ratio")]
     pub(crate) shortest: bool,
-    /// Metres that are to remain between any two boards [default: 0; with --shortest 0.05, or the configured margin if
-    /// that is more].
+    /// Clearance in metres that any two boards must keep, 0 to 10 [default: 0; with --shortest 0.05 or the configured
+    /// margin_m, whichever is larger].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
-    /// Largest speed of any handle ÷ the head's that is allowed, from 1 to 1000 [default: any; with --shortest 2].
+    /// Largest allowed speed of any handle ÷ the speed of the head, 1 to 1000 [default: any; with --shortest 2].
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = within(SPEED_RATIO))]
     pub(crate) max_ratio: Option<f64>,
     #[command(flatten)]
@@ -47,26 +47,26 @@ pub(crate) struct TurnArgs {
     pub(crate) answer: AnswerArgs,
 }
 
-/// Which turn.
+/// The flags that plan a turnaround.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TurnPlanArgs {
-    /// Metres between neighbouring turns of the spiral, over the configuration's.
+    /// Pitch of the spiral in metres: the distance of neighbouring turns [default: configured, else 1.7].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) pitch: Option<f64>,
-    /// Diameter in metres of the circle that the S lies in, over the configuration's.
+    /// Diameter in metres of the turning circle, which contains the S [default: configured, else 9].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) turn_diameter: Option<f64>,
-    /// Radius of the entry arc ÷ that of the exit arc, over the configuration's.
+    /// Radius of the entry arc ÷ radius of the exit arc [default: configured, else 2].
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) radius_ratio: Option<f64>,
-    /// The configuration, TOML; the paper's turnaround without one. Where its route is a spiral, any of the flags
-    /// --pitch, --turn-diameter and --radius-ratio makes it a turnaround on that spiral.
+    /// Configuration file, in TOML; if its route is a spiral, --pitch, --turn-diameter or --radius-ratio makes it a turnaround
+    /// on that spiral [default: the paper's turnaround].
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
 
-/// Limits that may be set to a handle's speed, in speeds of the head: none is slower than the head, and a handle that is
-/// faster than the greatest jumps.
+/// Allowed limits for a handle's speed ÷ the head's speed. Under 1 every turn would fail, because the head itself has 1. A
+/// handle with a greater ratio than the upper limit jumps.
 const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
 
 #[derive(Default, Serialize)]
@@ -76,20 +76,20 @@ struct TurnAnswer {
     centres_m: [[f64; 2]; 2],
     entry_m: [f64; 2],
     exit_m: [f64; 2],
-    /// By how much either arc turns, in radians.
+    /// Angle of each arc, in radians.
     angles: [f64; 2],
     least_clearance: Option<Nearness>,
-    /// Where two benches touch, or come within the clearance that is to remain.
+    /// The first contact of two benches, or the first pair within the required clearance.
     contact: Option<Touch>,
     #[serde(skip_serializing_if = "Option::is_none")]
     too_fast: Option<TooFast>,
     infeasible: Option<String>,
-    /// Why it is not known, if the work for it was too much.
+    /// The reason for which the answer is unknown: it took too much work.
     #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<String>,
-    /// Largest speed of any handle ÷ the head's on the whole passage.
+    /// Largest speed of any handle ÷ the head's speed, on the whole passage.
     largest_ratio: Option<f64>,
-    /// The limits that the turn is held to, where there are any.
+    /// The required limits of the turn: this clearance in metres, and the ratio of speeds below.
     #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -103,9 +103,9 @@ struct Shortest {
     /// Radius at which the S begins and ends.
     entry_radius_m: f64,
     radius_ratio: f64,
-    /// How much shorter it is than the configured one.
+    /// Length of the configured S minus length of this S.
     saving_m: f64,
-    /// What is in the way of a shorter one with a lower and with a higher ratio.
+    /// The obstacles to a shorter S with a lower and with a higher ratio.
     limits: [Option<String>; 2],
 }
 
@@ -130,9 +130,9 @@ struct TooFast {
     handle: usize,
 }
 
-/// Clearance that the shortest turn keeps where nothing else is asked for, in metres: what people need.
+/// Default clearance of the shortest turn, in metres: enough for people.
 const SHORTEST_CLEARANCE_M: f64 = 0.05;
-/// Largest speed of a handle ÷ the head's that it has.
+/// Default limit for the speed of a handle ÷ the head's speed on the shortest turn.
 const SHORTEST_MAX_RATIO: f64 = 2.0;
 
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
@@ -142,7 +142,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let planned = plan.turnaround(speed_mps)?;
     let margin_m = config.tables().monitor.margin_m;
     let default = |limit: f64| args.shortest.then_some(limit);
-    // The guard stops the head where less than its margin remains: the shortest turn keeps that at least.
+    // The guard stops the head where the clearance falls under its margin. So the shortest turn keeps at least the margin.
     let clearance_m = args.clearance.or(default(SHORTEST_CLEARANCE_M.max(margin_m)));
     let max_ratio = args.max_ratio.or(default(SHORTEST_MAX_RATIO));
     if let Some(clearance_m) = clearance_m.filter(|clearance_m| *clearance_m < margin_m) {
@@ -180,7 +180,7 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     save_config(&args.answer, reason.as_deref().map_or(Ok(&config), Err))
 }
 
-/// The shortest S inside the planned circle, as a plan of its own.
+/// Finds the shortest S inside the planned circle. Returns its plan, its passage and its part of the answer.
 fn find_shortest(
     args: &TurnArgs,
     planned: &Turnaround,
@@ -191,11 +191,11 @@ fn find_shortest(
     let progress = Progress::new("shortest turn", 1.0);
     let found =
         shortest_turn(*planned, dimensions, staging, &args.answer.work.long_meter(), |share| progress.add(share));
-    let Some(found) = found.context("the shortest S is not known, --work allows more")? else {
+    let Some(found) = found.context("the shortest S is unknown; --work allows more")? else {
         let Staging { clearance_m, speed_ratio } = staging;
         bail!(
-            "the dragon gets through no S inside a circle of diameter {} m with {} m between boards and no handle over {} \
-             times as fast as the head",
+            "no S inside a circle of diameter {} m keeps {} m between boards and every handle at most {} times as fast as \
+             the head",
             Number(plan.turn_diameter_m),
             Number(clearance_m),
             Number(speed_ratio)
@@ -212,7 +212,7 @@ fn find_shortest(
     Ok((plan, TurnPassage::Clear { closest }, shortest))
 }
 
-/// Draws the dragon where its benches come nearest, or where they touch.
+/// Draws the dragon at its least clearance, or at its contact.
 fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &TurnPassage) -> anyhow::Result<()> {
     if !args.answer.figure.is_asked() {
         return Ok(());
@@ -273,13 +273,14 @@ impl TurnAnswer {
             TurnPassage::Infeasible(infeasible) => answer.infeasible = Some(infeasible.to_string()),
             TurnPassage::TooMuchWork(spent) => {
                 let reached_s = time_s(config, spent.reached_m);
-                answer.undecided = Some(format!("no benches touch up to {reached_s:.6} s; more is not known: {spent}"));
+                let reason = format!("no benches touch up to {reached_s:.6} s; later times are unknown: {spent}");
+                answer.undecided = Some(reason);
             }
         }
         answer
     }
 
-    /// Which limit that was asked for the turn does not keep.
+    /// The required limit that the turn does not keep, in words.
     fn broken_limit(&self) -> Option<String> {
         if let (Some(TooFast { ratio, handle, .. }), Some(max_ratio)) = (&self.too_fast, self.max_ratio) {
             return Some(format!(
@@ -309,40 +310,41 @@ impl TurnAnswer {
         }
         if let Some(contact) = &self.contact {
             let is_near = self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0);
-            line(if is_near { "first too near" } else { "first contact" }, place(contact));
+            line(if is_near { "too near" } else { "first contact" }, place(contact));
         }
         if let Some(TooFast { time_s, handle, .. }) = self.too_fast {
             line("too fast", format!("handle {handle} at {time_s:.6} s"));
         }
         if let Some(ratio) = self.largest_ratio {
-            line("speed", format!("{ratio:.6} times as fast as the head, the fastest handle"));
+            line("speed", format!("the fastest handle is {ratio:.6} times as fast as the head"));
         }
-        for (limit, unit) in [(self.clearance_m, "m between boards"), (self.max_ratio, "times the head's speed")] {
-            if let Some(limit) = limit {
-                line("held to", format!("{limit} {unit}"));
-            }
+        if let Some(clearance_m) = self.clearance_m {
+            line("required", format!("at least {clearance_m} m between boards"));
+        }
+        if let Some(max_ratio) = self.max_ratio {
+            line("required", format!("at most {max_ratio} times the head's speed"));
         }
         if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
-            line("begins", format!("on the radius {entry_radius_m:.6} m, ratio {radius_ratio:.6}"));
+            line("begins", format!("at the radius {entry_radius_m:.6} m, with the radius ratio {radius_ratio:.6}"));
             line("saving", format!("{saving_m:.6} m"));
             for (side, limit) in ["lower ratio", "higher ratio"].iter().zip(limits) {
-                let limit = limit.as_deref().unwrap_or("nothing");
-                line("limit", format!("{limit}, if it began any further in with a {side}"));
+                let limit = limit.as_deref().unwrap_or("none");
+                line("limit", format!("at a smaller radius with a {side}: {limit}"));
             }
         }
         self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
-        self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}, --work allows more")));
+        self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}; --work allows more")));
         lines.join("\n")
     }
 }
 
-/// Whether flags ask for a turn, whatever the file has.
+/// Whether flags request a turn, for any route of the configuration.
 pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
     args.pitch.or(args.turn_diameter).or(args.radius_ratio).is_some()
 }
 
-/// The configuration with its turnaround, and the flags over it; the paper's turnaround where no file is named. A file with a
-/// spiral gives the turn its pitch, where flags ask for one.
+/// Returns the configuration and its turnaround, after the flags have overridden it. Without a file it is the paper's
+/// turnaround. With flags for a turn, a file with a spiral gives the turn its pitch.
 pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec)> {
     let config = load_config(&ConfigArgs { config: args.config.clone() }, |_| ())?;
     let plan = match (config.route().as_turnaround(), &args.config) {
@@ -366,8 +368,8 @@ pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, Turna
     Ok((config.with_route(RouteSpec::Turnaround(plan))?, plan))
 }
 
-/// Show time at which a head of this planned speed comes to a travel of a passage. Beyond the ends of the planned run, where a
-/// passage may reach, it is the time at which the head would be there if the run went on.
+/// Show time, in seconds, at which a head of this planned speed reaches a travel of a passage. A passage may extend beyond the
+/// planned run. There it is the time at which the head would reach the travel if the run continued.
 pub(super) fn passage_time_s(config: &Config, speed_mps: f64, travel_m: f64) -> f64 {
     let timetable = |start_s, end_m| HeadTimetable::new(speed_mps, config.tables().head.accel_mps2, start_s, end_m);
     let (start_s, end_m) = (config.start_s(), config.dragon().end_travel_m());

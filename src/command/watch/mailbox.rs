@@ -1,4 +1,4 @@
-//! What a watch waits for: keys, signals, replies and snapshots.
+//! The queue of a watch's events: keys, signals, replies and snapshots.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -14,30 +14,30 @@ use crate::display::observe::Snapshot;
 use crate::display::watch::CommandOutcome;
 use crate::system::stop::is_hangup_ignored;
 
-/// Keys that may wait while the screen is drawn; more of them stay with the terminal.
+/// Most keys that wait while the screen is drawn. The terminal buffers further keys.
 const INPUT_ROOM: usize = 64;
 
 pub(super) enum WatchEvent {
-    /// A key was hit, or the terminal has another size.
+    /// A key press, or a new size of the terminal.
     Input(Input),
-    /// A signal suspends the process.
+    /// A signal that suspends the process.
     Suspend,
-    /// The process goes on after it was stopped.
+    /// The process continues after a stop.
     Continue,
-    /// A signal ends the process.
+    /// A signal that ends the process.
     End,
-    /// The terminal cannot be read any more.
+    /// The terminal cannot be read any longer.
     Failed(io::Error),
-    /// A command was answered.
+    /// The outcome of a command.
     Outcome(CommandOutcome),
-    /// The observer shows a snapshot.
+    /// A snapshot of the observer.
     Snapshot(Box<Snapshot>),
 }
 
-/// Where it lies until the screen, which may wait for its terminal, is ready for it.
+/// Keeps events until the screen, which may wait for its terminal, takes them.
 ///
-/// Nothing takes the room of anything else: of snapshots there is the newest, of signals what they come to, and of replies as many
-/// as there are commands under way. Those who have a key wait for its room.
+/// Each kind of event has its own bounded place: the newest snapshot, the combined effect of the signals, and one reply per
+/// command in flight. A thread with a key waits for room.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     mail: Mutex<Mail>,
@@ -47,9 +47,9 @@ pub(super) struct Mailbox {
 #[derive(Debug, Default)]
 struct Mail {
     inputs: VecDeque<Input>,
-    /// The last of the signals that suspend and continue: each undoes the other.
+    /// The last signal that suspends (true) or continues (false). Each cancels the other.
     suspends: Option<bool>,
-    /// Since when the end is asked for.
+    /// Instant of the first request to end.
     end: Option<Instant>,
     failure: Option<io::Error>,
     replies: VecDeque<CommandOutcome>,
@@ -75,7 +75,7 @@ impl Mailbox {
         event
     }
 
-    /// Shows a snapshot, instead of one that has not been taken yet.
+    /// Stores a snapshot. It replaces one that has not been taken yet.
     pub(super) fn show(&self, snapshot: Snapshot) {
         self.put(|mail| mail.snapshot = Some(Box::new(snapshot)));
     }
@@ -92,7 +92,7 @@ impl Mailbox {
         self.put(|mail| mail.suspends = Some(false));
     }
 
-    /// Asks for the end. Returns how long ago that was asked for first.
+    /// Requests the end. Returns the time since the first such request.
     pub(super) fn end(&self) -> Duration {
         let mut since = Duration::ZERO;
         self.put(|mail| since = mail.end.get_or_insert_with(Instant::now).elapsed());
@@ -103,7 +103,7 @@ impl Mailbox {
         self.mail().end.is_some()
     }
 
-    /// Closes it: none who has something to say waits any more. Scenes and keys are over.
+    /// Closes the mailbox: a thread with a key no longer waits for room. Snapshots and keys are no longer used.
     pub(super) fn close(&self) {
         self.put(|mail| {
             mail.is_closed = true;
@@ -115,7 +115,7 @@ impl Mailbox {
         std::mem::take(&mut self.mail().replies)
     }
 
-    /// Hands over a key; waits for its room. False where nobody will take it.
+    /// Adds a key; waits for room. Returns false if the mailbox is closed.
     fn type_in(&self, input: Input) -> bool {
         let has_no_room = |mail: &mut Mail| mail.inputs.len() >= INPUT_ROOM && !mail.is_closed;
         let mut mail = self.changed.wait_while(self.mail(), has_no_room).unwrap_or_else(PoisonError::into_inner);
@@ -129,14 +129,15 @@ impl Mailbox {
         self.changed.notify_all();
     }
 
-    /// A thread that panicked while it held this has left whole values all the same.
+    /// Locks the mail, also after a panic of another thread: every change leaves the mail in a valid state.
     fn mail(&self) -> MutexGuard<'_, Mail> {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Mail {
-    /// Keys come before the end, so that a hold is sent whose terminal is closed at once. The end stays.
+    /// Takes the next event. Keys come before the end, so that a hold is sent even if its terminal closes directly after the
+    /// key. The end is not removed.
     fn next(&mut self) -> Option<WatchEvent> {
         let input = self.inputs.pop_front().map(WatchEvent::Input);
         input
@@ -148,7 +149,7 @@ impl Mail {
     }
 }
 
-/// Ends the watch with the thread that holds this, also where that panics.
+/// Ends the watch when the thread that owns this ends, also by a panic.
 pub(super) struct EndsWith(pub(super) Arc<Mailbox>);
 
 impl Drop for EndsWith {
@@ -157,7 +158,7 @@ impl Drop for EndsWith {
     }
 }
 
-/// Hands over what the terminal says, for the rest of the process.
+/// Starts a thread that passes the terminal's input to the mailbox, until the process ends.
 pub(super) fn send_input_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
     let send = move || {
         loop {
@@ -177,11 +178,12 @@ pub(super) fn send_input_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
 
 /// Exit status of a process that a second signal ends, as shells number it.
 const FORCED_EXIT_STATUS: i32 = 130;
-/// A signal this soon after the first is the same wish: some tools signal a process and its group.
+/// A signal within this time after the first counts as the same request: some tools signal both a process and its group.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// Hands them over. One to end that comes a second after the end was first asked for ends the process, whatever the screen or
-/// a command waits for. A terminal that takes nothing keeps what was drawn; its keys are echoed again.
+/// Starts a thread that passes signals to the mailbox. A signal to end that arrives more than [`GRACE`] after the first request
+/// ends the process at once, even while the screen or a command waits. A terminal that does not accept output keeps its last
+/// picture; it echoes keys again.
 pub(super) fn send_signals_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
     let mut signals = Signals::new([SIGCONT, SIGINT, SIGQUIT, SIGTERM, SIGTSTP])?;
     if !is_hangup_ignored() {
@@ -197,7 +199,7 @@ pub(super) fn send_signals_to(mailbox: Arc<Mailbox>) -> io::Result<()> {
                 }
                 _ => {
                     if mailbox.end() > GRACE {
-                        // First, for the screen may be left already by a thread that has not come to the keys.
+                        // Keys first: another thread may have left the screen without having restored the keys yet.
                         terminal::restore_keys();
                         terminal::leave();
                         process::exit(FORCED_EXIT_STATUS);
@@ -221,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn no_signal_is_lost_however_many_scenes_wait_and_of_scenes_there_is_the_newest() {
+    fn signals_are_kept_and_only_the_newest_snapshot_is() {
         let mailbox = Mailbox::default();
         for lost in 0..1_000 {
             let mut snapshot = Snapshot::default();
@@ -232,7 +234,7 @@ mod tests {
         mailbox.end();
         assert!(matches!(mailbox.take(), WatchEvent::Suspend));
         assert!(matches!(mailbox.take(), WatchEvent::End));
-        assert!(matches!(mailbox.take(), WatchEvent::End), "it stays asked for");
+        assert!(matches!(mailbox.take(), WatchEvent::End), "the request to end stays");
         let mailbox = Mailbox {
             mail: Mutex::new(Mail { end: None, ..mailbox.mail.into_inner().expect("no panic") }),
             ..Mailbox::default()
@@ -243,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_suspension_that_is_over_already_nothing_is_left() {
+    fn a_continue_cancels_the_suspension_before_it() {
         let mailbox = Mailbox::default();
         mailbox.suspend();
         mailbox.go_on();
@@ -252,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_was_hit_before_the_end_is_taken_before_it() {
+    fn a_key_from_before_the_end_is_taken_before_the_end() {
         let mailbox = Mailbox::default();
         assert!(mailbox.type_in(key('h')));
         mailbox.end();
@@ -261,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_waits_for_its_room_and_no_longer_than_there_is_a_screen() {
+    fn a_key_waits_for_room_until_the_mailbox_is_closed() {
         let mailbox = Mailbox::default();
         (0..INPUT_ROOM).for_each(|_| assert!(mailbox.type_in(key('f'))));
         thread::scope(|scope| {

@@ -1,4 +1,4 @@
-//! `watch`: the show in the terminal.
+//! `watch`: shows and steers the show in the terminal.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -25,26 +25,26 @@ mod terminal;
 use mailbox::{EndsWith, Mailbox, WatchEvent};
 use terminal::Display;
 
-/// Watch the show in the terminal: the dragon, its clearance, alerts; keys give commands.
+/// Show the dragon, its clearance and its alerts in the terminal; keys send commands.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon watch
   bench-dragon watch --instance main --read-only
   ssh -t stage bench-dragon watch
 
-? shows all keys. Without colours under NO_COLOR. Where there is no terminal, `hz` and `echo` tell in lines.")]
+The key ? shows all keys. NO_COLOR=1 turns colours off. Without a terminal, use `hz` and `echo`, which print lines.")]
 pub(crate) struct WatchArgs {
-    /// Take no commands: keys change only what is shown.
+    /// Send no commands: keys change only the display.
     #[arg(long)]
     pub(crate) read_only: bool,
-    /// What the plan is drawn with; by default what TERM and the locale allow.
+    /// Characters that draw the plan [default: the best that TERM and the locale allow].
     #[arg(long, value_enum, value_name = "GLYPHS")]
     pub(crate) glyphs: Option<Glyphs>,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
 }
 
-/// Snapshots a second. The eye sees a walk at this rate, and a terminal far away can follow.
+/// Snapshots per second. At this rate motion looks continuous, and a remote terminal keeps up.
 const SNAPSHOTS_HZ: u32 = 15;
 
 pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
@@ -76,19 +76,19 @@ fn observe(domain: Domain, stop: Arc<AtomicBool>, mailbox: Arc<Mailbox>) -> anyh
     let ends = EndsWith(Arc::clone(&mailbox));
     let observe = move || {
         let _ends = ends;
-        // A screen that is drawn more slowly than snapshots come gets fewer.
+        // If drawing is slower than this rate, the mailbox keeps only the newest snapshot.
         Observer::new(domain, "watch", SNAPSHOTS_HZ).with_plan().run(&stop, |snapshot| mailbox.show(snapshot));
     };
     Ok(thread::Builder::new().name("observer".to_owned()).spawn(observe)?)
 }
 
-/// What goes on between the terminal, the bus and the screen.
+/// Connects the terminal, the bus and the screen.
 struct WatchSession {
     display: Display,
     screen: Screen,
     commands: CommandSender,
     snapshot: Snapshot,
-    /// How the snapshot looked that is on the screen, unless something else has changed since.
+    /// Appearance of the snapshot on the screen. `None` if the screen must be drawn again for another reason.
     shown: Option<Appearance>,
 }
 
@@ -96,7 +96,7 @@ impl WatchSession {
     fn follow(&mut self, mailbox: &Mailbox) -> anyhow::Result<()> {
         self.display.draw(|frame| draw(frame, &self.snapshot, &self.screen))?;
         while self.take(mailbox.take())? {
-            // What has come meanwhile is drawn together.
+            // All waiting events are drawn together.
             while let Some(event) = mailbox.take_waiting() {
                 if !self.take(event)? {
                     return Ok(());
@@ -111,7 +111,7 @@ impl WatchSession {
         Ok(())
     }
 
-    /// Takes note of an event; false for the one that ends it all.
+    /// Handles an event. Returns false if the event ends the watch.
     fn take(&mut self, event: WatchEvent) -> anyhow::Result<bool> {
         match event {
             WatchEvent::Snapshot(snapshot) => {
@@ -127,13 +127,13 @@ impl WatchSession {
                 KeyAction::Suspend => self.display.suspend()?,
                 KeyAction::Quit => return Ok(false),
             },
-            // A resize is seen by the drawing.
+            // The next drawing adapts to a resize.
             WatchEvent::Input(_) => {}
             WatchEvent::Outcome(reply) => self.screen.answer(reply),
             WatchEvent::Suspend => self.display.suspend()?,
             WatchEvent::Continue => self.display.resume()?,
             WatchEvent::End => return Ok(false),
-            // The terminal is closed.
+            // The terminal has been closed.
             WatchEvent::Failed(error) if error.raw_os_error() == Some(Errno::IO.raw_os_error()) => return Ok(false),
             WatchEvent::Failed(error) => return Err(error).context("cannot read the terminal's keys"),
         }
@@ -142,8 +142,8 @@ impl WatchSession {
     }
 }
 
-/// After so long the one who has left is told what is waited for.
-const MOMENT: Duration = Duration::from_millis(300);
+/// Delay, after the end of the watch, before unanswered commands are printed.
+const ANSWER_DELAY: Duration = Duration::from_millis(300);
 
 struct CommandSender {
     commands: CommandQueue,
@@ -163,10 +163,10 @@ impl CommandSender {
         self.commands.submit(request, move |outcome| mailbox.answer(CommandOutcome::to(request, outcome)));
     }
 
-    /// Waits until what is under way has been answered, and a hold that was asked for is, though their screen is gone; other
-    /// commands that have not been sent are given up. Who waits longer than a moment is told for what.
+    /// Waits until the server has answered all commands in flight and all requested holds; cancels other unsent commands.
+    /// Commands that are unanswered after [`ANSWER_DELAY`] are printed.
     fn finish(self) {
-        for request in self.commands.close(MOMENT, |_| true) {
+        for request in self.commands.close(ANSWER_DELAY, |_| true) {
             complain(&format!("{}, waiting for the server's answer", CommandOutcome::sent(request).text));
         }
         self.commands.close(HOLD_PATIENCE, |_| true);

@@ -1,4 +1,4 @@
-//! The terminal while it is drawn on, given back however that ends.
+//! The terminal that `watch` draws on. It is restored after every kind of end.
 
 use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,43 +21,43 @@ use crate::command::flags::BadInput;
 use crate::display::watch::{Glyphs, Look, Theme};
 use crate::output::{Screen, hold_terminal, release_terminal};
 
-/// Whether the terminal is ours.
+/// Whether this process currently draws on the terminal.
 static IS_OURS: AtomicBool = AtomicBool::new(false);
 
-/// The terminal: without echo, on its other screen, with a log that leads to a terminal held back.
+/// The terminal, without echo and on its alternate screen. Log lines to a terminal are held back until it is restored.
 pub(super) struct Display {
     terminal: Terminal<CrosstermBackend<Screen>>,
     mailbox: Arc<Mailbox>,
 }
 
 impl Display {
-    /// Takes the terminal. It is given back when this is dropped, and at a panic of whatever thread. Once the mailbox has an end,
-    /// a terminal that takes nothing is waited for no more.
+    /// Takes over the terminal. It is restored when this is dropped, and at a panic of any thread. Once the mailbox has a
+    /// request to end, drawing no longer waits for a terminal that does not accept output.
     pub(super) fn open(mailbox: Arc<Mailbox>) -> io::Result<Self> {
         give_back_at_panics();
         let terminal = enter(&mailbox)?;
         Ok(Self { terminal, mailbox })
     }
 
-    /// Draws what has changed. An error also where a panic of another thread has given the terminal back.
+    /// Draws the changes. Fails also if a panic of another thread has restored the terminal.
     pub(super) fn draw(&mut self, draw: impl FnOnce(&mut Frame<'_>)) -> io::Result<()> {
         if !IS_OURS.load(Ordering::SeqCst) {
-            return Err(io::Error::other("the terminal is no longer ours"));
+            return Err(io::Error::other("the terminal has already been restored"));
         }
         self.terminal.draw(draw)?;
         Ok(())
     }
 
-    /// Gives the terminal back, stops this process as Ctrl-Z does, and takes the terminal again when it is continued.
+    /// Restores the terminal and stops this process, as Ctrl-Z does. Takes over the terminal again when the process continues.
     pub(super) fn suspend(&mut self) -> io::Result<()> {
         leave();
         emulate_default_handler(SIGTSTP)?;
         self.resume()
     }
 
-    /// Takes a terminal that may have been somebody else's meanwhile.
+    /// Takes over the terminal again, after another process may have used it.
     pub(super) fn resume(&mut self) -> io::Result<()> {
-        // The mode that was found at first may no longer be there: it is set anew.
+        // The terminal's mode may have changed since, so it is reset first and saved again.
         disable_raw_mode()?;
         self.terminal = enter(&self.mailbox)?;
         Ok(())
@@ -70,23 +70,23 @@ impl Drop for Display {
     }
 }
 
-/// Gives the terminal back, if it is ours: the cursor, the echo and what was on the screen before; then what the log had to
-/// say.
+/// Restores the terminal, if this process draws on it: the cursor, the echo and the previous screen. Then prints the held log
+/// lines.
 pub(super) fn leave() {
     if !IS_OURS.swap(false, Ordering::SeqCst) {
         return;
     }
-    // The mode first: that does not wait.
+    // The mode first, because this does not wait for the terminal.
     restore_keys();
     let mut screen = Screen::new(|| true);
-    // Terminals without another screen get an empty one.
+    // A terminal without an alternate screen is cleared.
     let _ = execute!(screen, ResetColor, Clear(ClearType::All), MoveTo(0, 0), LeaveAlternateScreen, Show);
     release_terminal();
 }
 
-/// Keys are echoed again. This does not wait for a terminal that takes nothing.
+/// Turns the echo of keys on again. Does not wait for a terminal that does not accept output.
 pub(super) fn restore_keys() {
-    // One that is gone needs nothing.
+    // A closed terminal needs no restoring.
     let _ = disable_raw_mode();
 }
 
@@ -101,19 +101,19 @@ fn enter(mailbox: &Arc<Mailbox>) -> io::Result<Terminal<CrosstermBackend<Screen>
     Terminal::new(CrosstermBackend::new(screen))
 }
 
-/// A panic tells its reason on a terminal that shows it; the next drawing then ends the watch.
+/// Restores the terminal at a panic, so that the panic's message is visible. The next drawing then ends the watch.
 fn give_back_at_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        let tell = panic::take_hook();
+        let print = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
             leave();
-            tell(panic);
+            print(panic);
         }));
     });
 }
 
-/// How this process's terminal is drawn on, with the characters that were asked for.
+/// Colours and characters for this process's terminal. `asked` are the characters that the user chose.
 pub(super) fn look(asked: Option<Glyphs>) -> Result<Look, BadInput> {
     let (name, is_terminal) = (variable("TERM"), io::stdin().is_terminal() && io::stdout().is_terminal());
     if !is_terminal {
@@ -122,9 +122,9 @@ pub(super) fn look(asked: Option<Glyphs>) -> Result<Look, BadInput> {
         ));
     }
     if name.is_empty() || name == "dumb" {
-        let told = if name.is_empty() { "TERM is not set".to_owned() } else { format!("TERM is {name}") };
+        let problem = if name.is_empty() { "TERM is not set".to_owned() } else { format!("TERM is {name}") };
         return Err(BadInput(format!(
-            "watch needs a terminal that can be drawn on, and {told}; `bench-dragon hz` and `bench-dragon echo` need none"
+            "watch needs a terminal that can draw, but {problem}; use `bench-dragon hz` or `bench-dragon echo`"
         )));
     }
     let glyphs = asked.unwrap_or_else(|| Glyphs::of_terminal(&name, is_utf8()));
@@ -132,7 +132,7 @@ pub(super) fn look(asked: Option<Glyphs>) -> Result<Look, BadInput> {
     Ok(Look { theme, glyphs })
 }
 
-/// Whether characters are UTF-8, by the first of the locale's variables that says something.
+/// Whether characters are UTF-8, by the first of the locale's variables that is set.
 fn is_utf8() -> bool {
     let locale = ["LC_ALL", "LC_CTYPE", "LANG"].map(variable).into_iter().find(|locale| !locale.is_empty());
     locale.is_some_and(|locale| {

@@ -1,25 +1,25 @@
-//! The metrics: of the bus, the show, the server and the readers.
+//! The metrics of the bus, the show, the server and the readers.
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
 
 use super::samples::{Label, counter, counters, gauge, gauges, histogram, one_of};
 use crate::display::observe::{GuardSituation, ReaderCount, ShowForecast, Snapshot, SourcePresence, lamps};
 
-/// Metrics, one behind the other: the help of each as its comment, its type, its name and its samples.
+/// Builds the text of several metrics. Each has its help as a doc comment, then its type, its name and its samples.
 macro_rules! families {
     ($($(#[doc = $help:literal])+ $kind:ident $name:ident = $samples:expr;)*) => {
         [$($kind(stringify!($name), concat!($($help),+).trim_start(), $samples)),*].concat()
     };
 }
 
-/// All metrics of a snapshot at an instant, in nanoseconds of `CLOCK_MONOTONIC`, as text.
+/// Returns all metrics of a snapshot at an instant, in nanoseconds of `CLOCK_MONOTONIC`, as text.
 pub(super) fn exposition(snapshot: &Snapshot, now_ns: u64) -> String {
     let header = snapshot.header();
     let of_show = [motion(header), clearance(snapshot), forecast(snapshot, header), guard(snapshot)].concat();
     [bus(snapshot, header, now_ns), of_show, server(snapshot, header), readers(snapshot, header)].concat()
 }
 
-/// Whether frames come, what this process has read of them, and the alerts.
+/// Metrics of the bus: presence, lamps, frames that this process has read, and alerts.
 fn bus(snapshot: &Snapshot, header: Option<&FrameHeader>, now_ns: u64) -> String {
     let Snapshot { statistics, alerts, .. } = snapshot;
     let age_s = header.map(|header| now_ns.saturating_sub(header.published_ns) as f64 / 1e9);
@@ -28,41 +28,41 @@ fn bus(snapshot: &Snapshot, header: Option<&FrameHeader>, now_ns: u64) -> String
     let levels =
         lamps(snapshot, now_ns).into_iter().map(|lamp| (vec![("lamp", lamp.name)], f64::from(lamp.level as u8)));
     families! {
-        /// The version of this program, and the run that it shows, where there is one. Always 1.
+        /// Version of this program, and the run that it shows, if any. Always 1.
         gauges run_info = [(vec![("version", env!("CARGO_PKG_VERSION")), ("run_id", &run)], 1.0)];
-        /// 1 where frames come, 0 where there is no source, it has ended, or says nothing, or this process looks no more.
+        /// 1 while frames arrive; 0 if there is no source, it has ended, it is silent, or this process no longer reads the bus.
         gauge up = f64::from(u8::from(is_up));
-        /// How each part of the show does: 0 off or unknown, 1 good, 2 a warning, 3 danger.
+        /// State of each part of the show: 0 off or unknown, 1 good, 2 warning, 3 danger.
         gauges lamp_level = levels;
-        /// How long ago the last frame was sent.
+        /// Age of the last frame.
         gauge last_frame_age_seconds = age_s;
         /// Frames that this process has read.
         counter observed_frames_total = statistics.frames;
-        /// Frames that were published and that this process never got.
+        /// Published frames that this process has not received.
         counter observed_lost_frames_total = statistics.lost;
-        /// From the instant at which a frame was due to the one at which this process read it. A second behind; the sum is
-        /// taken from the middles of narrow buckets.
+        /// Time from the instant at which a frame was due to the instant at which this process read it. Up to one second old.
+        /// The sum uses the middles of narrow buckets.
         histogram frame_latency_seconds = Some(&statistics.latency);
-        /// How often the source of the frames was started again, since this process began.
+        /// Restarts of the source since this process began.
         counter source_restarts_total = statistics.restarts;
-        /// Alerts of the monitors by kind, since this process began.
+        /// Alerts of the monitors, by kind, since this process began.
         counters alerts_total = alerts.counts().map(|(kind, count)| (vec![("kind", kind.name())], count));
     }
 }
 
-/// Where the show is.
+/// Metrics of the show's state and motion.
 fn motion(header: Option<&FrameHeader>) -> String {
     let of = |value: fn(&FrameHeader) -> f64| header.map(value);
     let states = header.into_iter().flat_map(|_| ShowState::ALL.map(ShowState::name));
     let state = header.and_then(FrameHeader::show_state).map_or("", ShowState::name);
     families! {
-        /// 1 for the state that the show is in, 0 for the others.
+        /// 1 for the current state of the show, 0 for the others.
         gauges show_state = one_of("state", states, state);
         /// Show time of the last frame.
         gauge show_time_seconds = of(FrameHeader::sim_time_s);
-        /// Show seconds a second of wall time.
+        /// Show seconds per second of wall time.
         gauge time_scale_ratio = of(|header| header.time_scale);
-        /// Speed of the head in metres a show second; 0 where it stands.
+        /// Speed of the head in metres per show second; 0 while it stands.
         gauge head_speed_meters_per_second = of(|header| header.head_speed_mps);
         /// Arc length that the head has walked since show time 0.
         gauge head_travel_meters = of(|header| header.head_travel_m);
@@ -71,49 +71,49 @@ fn motion(header: Option<&FrameHeader>) -> String {
     }
 }
 
-/// The guard's situation, where a guard is waited for.
+/// The situation of the guard, in a guarded show.
 fn guard(snapshot: &Snapshot) -> String {
     let all = ["waiting", "working", "at_end", "missing"];
     let names = all.into_iter().filter(|_| snapshot.guard != GuardSituation::None);
     families! {
-        /// 1 for what the guard of a guarded show does, 0 for the others; missing where none runs.
+        /// In a guarded show: 1 for the current situation of the guard, 0 for the others. Missing means that no guard runs.
         gauges guard_situation = one_of("situation", names, snapshot.guard.name());
     }
 }
 
-/// How near the benches are, and have been.
+/// Metrics of the clearance, now and so far.
 fn clearance(snapshot: &Snapshot) -> String {
     families! {
-        /// Clearance of the nearest pair of benches, neighbours left out; negative where they overlap.
+        /// Clearance of the nearest pair of benches, without neighbours; negative if they overlap.
         gauge clearance_meters = snapshot.nearest.map(|pair| pair.clearance_m);
-        /// Least clearance that this process has seen in this show, also before a restart of its server. It looks some times
-        /// a second; alerts are the monitor's, which misses nothing.
+        /// Least clearance that this process has measured in this show; a restart at the same place continues the show. It
+        /// measures some frames per second only; the monitor misses no contact and reports alerts.
         gauge least_clearance_meters = snapshot.least.map(|least| least.clearance_m);
     }
 }
 
-/// What lies ahead.
+/// Metrics of the forecast.
 fn forecast(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
     let forecast = &snapshot.forecast;
     let contact_s = forecast.contact_s();
     let wall_s = forecast.arrival().map(|at| at.wall_s);
     let free_to = forecast.arrival().filter(|_| matches!(forecast, ShowForecast::Free { .. }));
     families! {
-        /// Show time of the next contact, at the present speed, or where the head stands, at the one that it last walked at;
-        /// none where no contact lies ahead, or none is known yet.
+        /// Show time of the next contact, at the present speed; while the head stands, at the speed at which it last walked. No
+        /// sample if no contact is known ahead.
         gauge forecast_contact_time_seconds = contact_s;
         /// Show seconds until the next contact.
         gauge forecast_contact_remaining_seconds = contact_s.zip(header).map(|(at_s, header)| at_s - header.sim_time_s());
-        /// Seconds of wall time until the next contact; where the head stands, from when it walks on.
+        /// Seconds of wall time until the next contact; while the head stands, from the instant at which it walks on.
         gauge forecast_contact_wall_seconds = wall_s.filter(|_| contact_s.is_some());
-        /// Seconds of wall time until the guard stops the head; where the head stands, from when it walks on.
+        /// Seconds of wall time until the guard stops the head; while the head stands, from the instant at which it walks on.
         gauge forecast_guard_stop_wall_seconds = wall_s.filter(|_| matches!(forecast, ShowForecast::GuardStop { .. }));
-        /// Show time up to which it is proved that no benches touch, where no contact is known ahead.
+        /// Show time up to which the absence of contacts is proved, if no contact is known ahead.
         gauge forecast_free_time_seconds = free_to.map(|to| to.time_s);
     }
 }
 
-/// How the server keeps its schedule. Its counts begin anew with each run.
+/// Metrics of the server's schedule. The counts begin at 0 with each run.
 fn server(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
     let status = snapshot.status.as_deref();
     let granted_to_m = status.map(|status| status.granted_to_m).filter(|travel_m| !travel_m.is_nan());
@@ -122,22 +122,22 @@ fn server(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
         counter ticks_total = header.map(|header| header.tick + 1);
         /// Releases that were missed in this run.
         counter overruns_total = status.map(|status| status.overruns);
-        /// How far the show is behind the clock, in wall time: what is left of standstills, which the show makes up for.
+        /// Lag of the show behind the clock, in wall time: the part of standstills that the show still has to make up.
         gauge behind_seconds = status.map(|status| status.behind_ns as f64 * 1e-9);
-        /// Ticks a second of wall time that the source means to publish.
+        /// Configured ticks per second of wall time.
         gauge tick_rate_hertz = status.map(|status| status.rate_hz.into());
-        /// From the instant at which a tick was due to its start, of all ticks of this run. The sum is taken from the middles
-        /// of narrow buckets.
+        /// Time from the instant at which a tick was due to its start, for all ticks of this run. The sum uses the middles of
+        /// narrow buckets.
         histogram tick_lateness_seconds = status.map(|status| &status.lateness);
-        /// From the start of a tick until the loop was ready for the next one, of all ticks of this run. The sum is taken from
-        /// the middles of narrow buckets.
+        /// Time from the start of a tick until the loop was ready for the next one, for all ticks of this run. The sum uses the
+        /// middles of narrow buckets.
         histogram tick_duration_seconds = status.map(|status| &status.tick_time);
-        /// Travel up to which a guard lets the head walk; none for a server that is not guarded.
+        /// Travel up to which the guard has granted the head to walk. No sample if the server is not guarded.
         gauge guard_granted_travel_meters = granted_to_m;
     }
 }
 
-/// What the readers of the bus report of themselves, added up by their names.
+/// Metrics from the reports of the bus's readers, summed by name.
 fn readers(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
     let newest_ns = header.map_or(0, |header| header.published_ns);
     let samples = |value: fn(&ReaderCount) -> u64| {
@@ -147,12 +147,13 @@ fn readers(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
     families! {
         /// Frames that the readers of this name have read.
         counters reader_frames_total = samples(|count| count.frames);
-        /// Frames that were published and that a reader of this name never got.
+        /// Published frames that the readers of this name have not received.
         counters reader_lost_frames_total = samples(|count| count.lost);
-        /// Readers of this name that were heard of since this process began, one after the other or side by side.
+        /// Readers of this name that have reported since this process began, one after another or side by side.
         counters readers_seen_total = samples(|count| count.readers);
-        /// How much older the last report of a reader of this name is than the last frame; of several, of the one that has
-        /// been silent for longest. None of those that have ended in order. A reader that keeps up reports once a second.
+        /// How much older a reader's last report is than the last frame. For several readers of one name: that of the reader
+        /// that has been silent the longest. Readers that have ended in order have none. A reader that keeps up reports once a
+        /// second.
         gauges reader_report_age_seconds = snapshot.readers.silent_since().map(|(name, ns)| (label(name), age_s(ns)));
         /// Bytes that the recorders of this name have written.
         counters recorder_written_bytes_total = samples(|count| count.bytes_written).filter(|(_, bytes)| *bytes > 0);

@@ -1,8 +1,9 @@
 //! The metrics of a show, in the text format of Prometheus.
 //!
-//! Every metric is worked out of a [`Snapshot`] when it is asked for. Names begin with `bench_dragon_` and end with their unit;
-//! counts end with `_total`. Numbers of the server begin anew with each run, which Prometheus takes for the restart of a counter;
-//! numbers of this process begin with it. An unknown number has no sample. A new metric is a line in `families`.
+//! Every request computes the metrics from the newest [`Snapshot`]. Names begin with `bench_dragon_` and end with their unit;
+//! names of counts end with `_total`. Values of the server begin anew with each run, which Prometheus treats as the restart of
+//! a counter; values of this process begin with the process. An unknown value has no sample. A new metric is an entry in
+//! `families`.
 
 mod families;
 mod samples;
@@ -22,17 +23,19 @@ use super::observe::Snapshot;
 use super::web::{refuse, text};
 use crate::system::clock::monotonic_ns;
 
-/// The site with the metrics of the newest snapshot at `/metrics`; `/` points there.
+/// Returns the router of a site with the newest snapshot's metrics at `/metrics`. The page `/` names that address.
 pub fn router(snapshots: watch::Receiver<Arc<Snapshot>>) -> Router {
     Router::new()
         .route("/", get(async || text(StatusCode::OK, "text/plain; charset=utf-8", "The metrics are at /metrics\n")))
         .route("/metrics", get(report))
-        .fallback(async || refuse(StatusCode::NOT_FOUND, "there is nothing but /metrics"))
-        .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "metrics are only read"))
+        .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page: the metrics are at /metrics"))
+        .method_not_allowed_fallback(async || {
+            refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed: use GET")
+        })
         .with_state(snapshots)
 }
 
-/// The metrics of a snapshot, now.
+/// Returns the metrics of a snapshot at this instant.
 pub fn reply(snapshot: &Snapshot) -> Response {
     text(StatusCode::OK, TEXT_FORMAT, exposition(snapshot, monotonic_ns()))
 }
@@ -139,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_not_reported() {
+    fn an_unknown_value_is_not_reported() {
         let text = exposition(&Snapshot::default(), 5_250_000_000);
         let reported: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
         assert!(reported.contains(&"bench_dragon_up 0"), "{text}");
@@ -152,10 +155,10 @@ mod tests {
     }
 
     #[test]
-    fn a_snapshot_that_no_other_follows_is_not_up() {
+    fn an_old_snapshot_is_not_up() {
         let up_at = |now_ns| exposition(&snapshot(), now_ns).contains("\nbench_dragon_up 1\n");
         assert!(up_at(6_200_000_000));
-        assert!(!up_at(6_300_000_000), "the observer stands still");
+        assert!(!up_at(6_300_000_000), "the snapshot is too old");
     }
 
     #[test]
@@ -173,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn every_metric_says_what_it_is_and_bears_its_unit() {
+    fn every_metric_has_a_help_text_and_a_unique_name() {
         let text = exposition(&snapshot(), 0);
         let kinds: Vec<(&str, &str)> =
             text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split_once(' ')).collect();
@@ -184,6 +187,6 @@ mod tests {
         let mut names: Vec<&str> = kinds.iter().map(|(name, _)| *name).collect();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), kinds.len(), "no name is there twice");
+        assert_eq!(names.len(), kinds.len(), "each name is unique");
     }
 }

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 
 use bench_dragon_ipc::TimeHistogram;
 
-/// The text's media type.
+/// Media type of the text format.
 pub(super) const TEXT_FORMAT: &str = "text/plain; version=0.0.4";
-/// Begins every name.
+/// Prefix of every name.
 const PREFIX: &str = "bench_dragon_";
 
 /// The name of a label and its value.
@@ -18,17 +18,17 @@ pub(super) type Label<'a> = (&'static str, &'a str);
 pub(super) trait Samples<'a, Value>: IntoIterator<Item = (Vec<Label<'a>>, Value)> {}
 impl<'a, Value, All: IntoIterator<Item = (Vec<Label<'a>>, Value)>> Samples<'a, Value> for All {}
 
-/// A sample that goes up and down, where it is known.
+/// A gauge with one sample; no text if the value is unknown.
 pub(super) fn gauge(name: &str, help: &str, value: impl Into<Option<f64>>) -> String {
     gauges(name, help, value.into().map(|value| (vec![], value)))
 }
 
-/// Samples that go up and down, by their labels.
+/// A gauge with samples by their labels.
 pub(super) fn gauges<'a>(name: &str, help: &str, samples: impl Samples<'a, f64>) -> String {
     metric(name, help, "gauge", samples.into_iter().map(|(labels, value)| ("", labels, value)))
 }
 
-/// A sample for each of these names: 1 for the one that holds now, 0 for the others.
+/// Returns a sample for each name: 1 for the name that equals `now`, 0 for the others.
 pub(super) fn one_of<'a>(
     label: &'static str,
     names: impl IntoIterator<Item = &'a str>,
@@ -37,17 +37,17 @@ pub(super) fn one_of<'a>(
     names.into_iter().map(move |name| (vec![(label, name)], f64::from(u8::from(name == now))))
 }
 
-/// A sample that only grows, where it is known.
+/// A counter with one sample; no text if the value is unknown.
 pub(super) fn counter(name: &str, help: &str, value: impl Into<Option<u64>>) -> String {
     counters(name, help, value.into().map(|value| (vec![], value)))
 }
 
-/// Samples that only grow, by their labels.
+/// A counter with samples by their labels.
 pub(super) fn counters<'a>(name: &str, help: &str, samples: impl Samples<'a, u64>) -> String {
     metric(name, help, "counter", samples.into_iter().map(|(labels, value)| ("", labels, value as f64)))
 }
 
-/// The distribution of times, in seconds, where it is known.
+/// A histogram of times, in seconds; no text if `times` is unknown.
 pub(super) fn histogram(name: &str, help: &str, times: Option<&TimeHistogram>) -> String {
     let Some(times) = times else { return String::new() };
     let bounds = buckets(times).map(|(bound_s, count)| (bound_s.to_string(), count));
@@ -57,7 +57,7 @@ pub(super) fn histogram(name: &str, help: &str, times: Option<&TimeHistogram>) -
     metric(name, help, "histogram", buckets.chain(totals))
 }
 
-/// A metric, each of whose samples has a suffix to the name, labels and a value; without samples nothing.
+/// Formats a metric. Each sample has a suffix of the name, labels and a value. Without samples, the text is empty.
 fn metric<'a>(
     name: &str,
     help: &str,
@@ -71,7 +71,7 @@ fn metric<'a>(
         }
         let labels: Vec<String> = labels.iter().map(|(name, value)| format!("{name}=\"{}\"", escaped(value))).collect();
         let labels = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
-        writeln!(text, "{PREFIX}{name}{suffix}{labels} {value}").expect("a string takes every character");
+        writeln!(text, "{PREFIX}{name}{suffix}{labels} {value}").expect("a string is always writable");
     }
     text
 }
@@ -82,11 +82,12 @@ fn escaped(text: &str) -> String {
 
 /// Exponents of the least and the greatest bound: a microsecond to a second.
 ///
-/// The bounds are a nanosecond under these powers of two. Buckets of a [`TimeHistogram`] end there, so that the counts are those of
-/// the times themselves. Their sum is not known; it is taken from the middles of the buckets, each of which is off by 1/64 at most.
+/// Each bound is one nanosecond below a power of two. Buckets of a [`TimeHistogram`] end at these bounds, so the counts are
+/// exact. The exact sum of the times is unknown. It is computed from the middles of the buckets, each of which is off by at
+/// most 1/64.
 const EXPONENTS: std::ops::RangeInclusive<u32> = 10..=30;
 
-/// The buckets' bounds in seconds, and how many times are no longer.
+/// Returns each bucket's bound in seconds, and the number of times up to this bound.
 fn buckets(times: &TimeHistogram) -> impl Iterator<Item = (f64, u64)> {
     EXPONENTS.map(|exponent| {
         let bound_ns = (1 << exponent) - 1;
@@ -97,7 +98,7 @@ fn buckets(times: &TimeHistogram) -> impl Iterator<Item = (f64, u64)> {
 fn sum_s(times: &TimeHistogram) -> f64 {
     let middle_ns = |bucket| {
         let (least, greatest) = TimeHistogram::bounds_ns(bucket);
-        // The last bucket has no end but that of the longest time.
+        // The last bucket has no upper bound, so it ends at the longest time.
         f64::midpoint(least as f64, greatest.min(times.max_ns).max(least) as f64)
     };
     let counts = times.counts.iter().enumerate().filter(|(_, count)| **count > 0);
@@ -136,7 +137,7 @@ mod tests {
             times.record(time);
         }
         let (sum, exact) = (sum_s(&times), recorded.iter().map(|&time| seconds(time)).sum::<f64>());
-        assert!((sum - exact).abs() <= exact / 64.0, "{sum}, really {exact}");
+        assert!((sum - exact).abs() <= exact / 64.0, "{sum} instead of {exact}");
         assert_eq!(sum_s(&TimeHistogram::default()), 0.0);
     }
 }

@@ -1,4 +1,4 @@
-//! The commands that the source would take now.
+//! The commands that the source would accept now.
 
 use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, TimecodeState};
 use serde::Serialize;
@@ -6,10 +6,10 @@ use serde::Serialize;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
 
-/// For each command why it would be refused, in one sentence; `None`, null as JSON, where it would be accepted.
+/// The reason for which each command would be refused, in one sentence; `None`, null as JSON, if it would be accepted.
 ///
-/// The source has the last word: this is for controls that are grey, and for the reason beside them. A server that hangs refuses
-/// nothing: commands reach it when it goes on.
+/// The source decides. These reasons only disable controls and explain why. A server that hangs refuses nothing: it receives
+/// the commands when it continues.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[expect(missing_docs, reason = "each field is the command of its name")]
 pub struct Controls {
@@ -23,7 +23,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// What the source of a snapshot would say.
+    /// Predicts the replies of a snapshot's source.
     pub fn of(snapshot: &Snapshot) -> Self {
         let state = snapshot.state();
         match (&snapshot.presence, state) {
@@ -50,7 +50,7 @@ impl Controls {
         }
     }
 
-    /// Why a request would be refused.
+    /// The reason for which a request would be refused; `None` if it would be accepted.
     pub fn refusal(&self, request: Request) -> Option<&str> {
         let refusal = match request {
             Request::Pause => &self.pause,
@@ -71,7 +71,7 @@ impl Controls {
     }
 }
 
-/// Whether an operator holds the show. The status is up to a tenth of a second older than the frame.
+/// Whether an operator holds the show. The status may be a tenth of a second older than the frame.
 fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
     let waits_for_guard = |status: &Status| status.guard_state() != Some(GuardState::None);
     match status {
@@ -103,7 +103,7 @@ fn seek(status: Option<&Status>) -> Option<String> {
         return Some(Refusal::Followed.to_string());
     }
     let has_no_guard = status.guard_state() == Some(GuardState::Missing);
-    has_no_guard.then(|| "no guard runs that could prove the way there: start bench-dragon monitor --guard".to_owned())
+    has_no_guard.then(|| "no guard runs, so the seek cannot be proved: start bench-dragon monitor --guard".to_owned())
 }
 
 #[cfg(test)]
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_server_everything_is_refused_and_by_one_that_hangs_nothing() {
+    fn without_a_server_every_command_is_refused_and_a_hanging_server_refuses_none() {
         let all = "pause resume speed seek hold release stop";
         assert_eq!(refused(&Snapshot::default()), all);
         assert_eq!(refused(&Snapshot { has_source: true, ..Snapshot::default() }), "release");
@@ -149,13 +149,13 @@ mod tests {
     }
 
     #[test]
-    fn a_replay_takes_a_stop_alone() {
+    fn a_replay_accepts_only_a_stop() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
         assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "pause resume speed seek hold release");
     }
 
     #[test]
-    fn what_lifts_a_stop_depends_on_who_has_stopped() {
+    fn the_command_that_lifts_a_stop_depends_on_its_cause() {
         let held = Stops { held: true, ..Stops::default() };
         let limit = Stops { guard_limit: true, ..Stops::default() };
         let both = Stops { held: true, ..limit };
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seek_is_the_timecodes_while_that_leads() {
+    fn a_seek_is_refused_while_timecode_leads() {
         for (timecode, expected) in [
             (TimecodeState::None, "release"),
             (TimecodeState::Waiting, "release"),

@@ -1,4 +1,4 @@
-//! The run that the newest frame is of, and what follows from its frames.
+//! The run of the newest frame, and the values derived from its frames.
 
 use std::io;
 use std::sync::Arc;
@@ -16,8 +16,7 @@ use crate::config::Config;
 use crate::safety::forecast::Forecaster;
 use crate::safety::monitor::plan_view;
 
-/// Wall time that may pass between the last frame of a run and the first one that is seen of the run that goes on with it, in
-/// seconds.
+/// Greatest wall time between the last frame of a run and the first frame of the run that continues it, in seconds.
 const LONGEST_BREAK_S: f64 = 1.0;
 
 /// A run with its description.
@@ -32,18 +31,20 @@ pub(super) struct CurrentRun {
     clearances: ClearanceSearch,
     boards: Vec<Board>,
     forecaster: Forecaster,
-    /// Clearance that is looked for: 0, or the guard's margin.
+    /// Clearance that the forecast searches for: 0, or the guard's margin.
     looked_for_m: f64,
     pub(super) planner: Option<ClearancePlanner>,
 }
 
 impl CurrentRun {
-    /// Begins with a frame. A run that goes on where an earlier one of the same configuration stood, as after a restart of the
-    /// server, keeps what that one has seen; one that begins anew is a show of its own. `plans`: whether its planned clearance is
-    /// worked out; of an earlier run of the same configuration it is kept.
+    /// Begins a run with its first frame.
+    ///
+    /// A run that continues an earlier one of the same configuration, for example after a restart of the server, keeps that
+    /// run's chart, least clearance and speed. Any other run starts without them. `plans`: whether to compute the planned
+    /// clearance. A plan of the same configuration is kept.
     ///
     /// # Errors
-    /// The operating system's reason why there can be no thread that looks ahead.
+    /// The operating system's reason if the forecast's or the planner's thread cannot start.
     pub(super) fn begin(
         config: Config,
         header: &FrameHeader,
@@ -78,7 +79,8 @@ impl CurrentRun {
         })
     }
 
-    /// Takes note of a frame, and finds its nearest pair; none where the frame is not of as many benches as were described.
+    /// Records a frame and finds its nearest pair. Returns `None` if the frame's number of benches differs from the
+    /// description.
     pub(super) fn measure(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Option<PairClearance> {
         self.time_s = header.sim_time_s();
         self.walking_speed.note(header.head_speed_mps);
@@ -95,7 +97,7 @@ impl CurrentRun {
         Some(nearest)
     }
 
-    /// What lies ahead of a frame. Asks for a new forecast where the present one says nothing of it.
+    /// Returns the forecast from a frame on. Requests a new forecast if the present one does not cover the frame.
     pub(super) fn look_ahead(
         &mut self,
         header: &FrameHeader,
@@ -113,8 +115,8 @@ impl CurrentRun {
         ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded)
     }
 
-    /// Looks for where some pair's clearance falls to this, from a travel on. Whether a head is guarded is known with the first
-    /// status.
+    /// Searches for the first travel from `from_m` on at which some pair's clearance falls to `clearance_m`. The first status
+    /// decides which clearance to search for, since it reports whether the head is guarded.
     fn look_for(&mut self, clearance_m: f64, from_m: f64) {
         if clearance_m == self.looked_for_m {
             return;
@@ -128,27 +130,26 @@ impl CurrentRun {
         }
     }
 
-    /// When the head of a frame comes to a travel.
+    /// Returns the clock that converts travel to show time, from a frame on.
     pub(super) fn clock(&self, header: &FrameHeader) -> TravelClock {
-        // The speed at which the head walks on after a stand or a change of speed.
+        // The speed at which the head walks on after a standstill or a change of speed.
         let speed_mps = self.walking_speed.steady_mps.unwrap_or(self.run.config.tables().head.speed_mps);
         TravelClock { travel_m: header.head_travel_m, time_s: header.sim_time_s(), speed_mps }
     }
 }
 
-/// The speed at which a head last walked steadily.
+/// The last steady speed of a head.
 ///
-/// On its way to a rest a head with bounded acceleration has every speed down to none: what it had in passing is not what it will
-/// go on at.
+/// A head with bounded acceleration passes through every lower speed while it brakes. It does not walk on at any of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct WalkingSpeed {
     last_mps: f64,
-    /// In metres a show second; `None` of a head that has not walked steadily yet.
+    /// In metres per show second; `None` if the head has not walked steadily yet.
     steady_mps: Option<f64>,
 }
 
 impl WalkingSpeed {
-    /// Takes note of the speed in the next frame that is looked at.
+    /// Records the speed in the next measured frame.
     fn note(&mut self, speed_mps: f64) {
         if speed_mps > 0.0 && speed_mps.to_bits() == self.last_mps.to_bits() {
             self.steady_mps = Some(speed_mps);
@@ -180,7 +181,7 @@ mod tests {
             .collect()
     }
 
-    /// A run that has touched, seen up to this show time.
+    /// A run with a contact, measured up to this show time.
     fn touched(time_s: f64) -> CurrentRun {
         let mut run = CurrentRun::begin(paper(), &frame(1, time_s), None, false).expect("a thread");
         run.measure(&frame(1, 412.5), &handles(412.5)).expect("a nearest pair");
@@ -190,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_goes_on_where_another_one_stood_keeps_its_chart_and_no_other_run_does() {
+    fn only_a_run_that_continues_an_earlier_one_keeps_its_chart() {
         let keeps = |from_s: f64, time_scale: f64, config: Config| {
             let header = FrameHeader { time_scale, ..frame(2, from_s) };
             let run = CurrentRun::begin(config, &header, Some(touched(300.0)), false).expect("a thread");
@@ -198,27 +199,27 @@ mod tests {
             run.least.is_some()
         };
         assert!(keeps(300.0, 1.0, paper()) && keeps(300.9, 1.0, paper()) && keeps(299.1, 1.0, paper()));
-        assert!(keeps(315.0, 20.0, paper()), "as much of it passes in a second");
+        assert!(keeps(315.0, 20.0, paper()), "20 s of show time pass within a second");
         assert!(!keeps(0.0, 1.0, paper()), "a show after its rehearsal");
         assert!(!keeps(298.0, 1.0, paper()) && !keeps(302.0, 1.0, paper()) && !keeps(302.0, 0.1, paper()));
         assert!(!keeps(300.0, 1.0, paper().with_head_speed(0.5).expect("a speed")), "another configuration");
     }
 
     #[test]
-    fn a_pause_does_not_move_the_forecast() {
+    fn a_pause_does_not_change_the_forecast() {
         let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
         let mut run = CurrentRun::begin(paper(), &slow(411.0), None, false).expect("a thread");
         for time_s in [411.0, 411.1] {
-            // It walks half a metre a show second.
+            // The head walks half a metre per show second.
             run.measure(&slow(time_s), &handles(411.0));
         }
         let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
-        let patience = Instant::now() + Duration::from_mins(1);
+        let deadline = Instant::now() + Duration::from_mins(1);
         let expected_s = loop {
             if let Some(contact_s) = run.look_ahead(&walking, None, None).contact_s() {
                 break contact_s;
             }
-            assert!(Instant::now() < patience, "the forecast finds the contact");
+            assert!(Instant::now() < deadline, "no forecast of the contact within a minute");
         };
         assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
         let paused = FrameHeader { head_speed_mps: 0.0, ..walking };
@@ -235,13 +236,13 @@ mod tests {
     }
 
     #[test]
-    fn a_head_that_stands_goes_on_as_it_walked_before_it_slowed_down() {
+    fn a_standing_head_walks_on_at_its_speed_before_it_braked() {
         assert_eq!(after(&[1.0, 1.0, 0.5, 0.5, 0.0, 0.0]), Some(0.5));
         assert_eq!(after(&[0.5, 0.5, 0.4, 0.25, 0.01, 0.0]), Some(0.5));
     }
 
     #[test]
-    fn of_a_head_that_never_walked_nothing_is_known() {
+    fn a_head_that_never_walked_steadily_has_no_steady_speed() {
         assert_eq!(after(&[0.0, 0.0]), None);
         assert_eq!(after(&[0.0, 0.2, 0.4]), None);
     }

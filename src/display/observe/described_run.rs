@@ -1,14 +1,14 @@
-//! A run as its description has it, and the clearance that was seen of it so far.
+//! A run as its description defines it, and the clearance measured in it so far.
 
 use glam::DVec2;
 
 use crate::config::Config;
 
-/// How far the drawn line may lie beside the route, in metres.
+/// Greatest distance of the drawn line from the route, in metres.
 const SAGITTA_M: f64 = 0.002;
-/// Greatest distance between two points of it, in metres.
+/// Greatest distance between two points of the drawn line, in metres.
 const LONGEST_STEP_M: f64 = 1.0;
-/// Most points of it; a longer route gets them further apart.
+/// Greatest number of points of the drawn line. On a longer route the points are further apart.
 const MAX_POINTS: usize = 20_000;
 
 /// A run's number, its configuration, and the curve that its head follows.
@@ -18,12 +18,12 @@ pub struct DescribedRun {
     pub run_id: u64,
     /// The configuration.
     pub config: Config,
-    /// The route from point to point, from as far behind the start as the dragon is long, to its end, in metres.
+    /// Points of the route in metres, from one dragon's length behind the start to the route's end.
     pub route: Vec<DVec2>,
 }
 
 impl DescribedRun {
-    /// The run of this number, with this configuration.
+    /// Returns the run of this number, with this configuration.
     pub fn new(run_id: u64, config: Config) -> Self {
         let (dragon, dimensions) = (config.dragon(), config.dragon().dimensions());
         let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
@@ -34,31 +34,31 @@ impl DescribedRun {
     }
 }
 
-/// Stretches that a run is cut into.
+/// Number of equal parts of a run.
 const BINS: usize = 480;
 
-/// The least clearance that was seen in each stretch of a run, all equally long.
+/// The least measured clearance of each part of a run. All parts are equally long.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClearanceChart {
-    /// Show time at which the first stretch begins, in seconds.
+    /// Show time at which the first part begins, in seconds.
     pub start_s: f64,
-    /// Length of a stretch in seconds.
+    /// Length of a part in seconds.
     pub step_s: f64,
-    /// The least clearance of each stretch in metres; `None` where the head has not been seen.
+    /// The least clearance of each part in metres; `None` if no frame of that part was measured.
     pub least_m: Vec<Option<f64>>,
     revision: Vec<u64>,
-    /// How often the chart has changed.
+    /// Number of changes to the chart so far.
     pub revisions: u64,
 }
 
 impl ClearanceChart {
-    /// An empty chart from one show time to another, in seconds.
+    /// Returns an empty chart from one show time to another, in seconds.
     pub fn new(start_s: f64, end_s: f64) -> Self {
         let step_s = ((end_s - start_s) / BINS as f64).max(f64::MIN_POSITIVE);
         Self { start_s, step_s, least_m: vec![None; BINS], revision: vec![0; BINS], revisions: 0 }
     }
 
-    /// Takes note of a clearance at a show time; one outside the run is counted to its first or last stretch.
+    /// Records a clearance at a show time. A show time outside the run counts for the first or last part.
     pub fn note(&mut self, time_s: f64, clearance_m: f64) {
         let bin = (((time_s - self.start_s) / self.step_s) as usize).min(BINS - 1);
         if self.least_m[bin].is_none_or(|least_m| clearance_m < least_m) {
@@ -68,7 +68,7 @@ impl ClearanceChart {
         }
     }
 
-    /// The stretches that have changed since a revision, by index, and their least clearance in metres.
+    /// Returns the parts that have changed since a revision: index and least clearance in metres.
     pub fn since(&self, revision: u64) -> impl Iterator<Item = (usize, f64)> {
         let bins = self.revision.iter().zip(&self.least_m).enumerate();
         bins.filter(move |(_, (changed, _))| **changed > revision)
@@ -90,9 +90,10 @@ mod tests {
         assert!(nearest_m(DVec2::new(8.8, 0.0)) < 0.5, "the head starts on it");
         assert!(run.route.len() <= MAX_POINTS);
         let middles = run.route.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0);
-        // In the innermost turn a difference of radii is no distance from the curve.
+        // In the innermost turn, a difference of radii does not approximate the distance from the curve.
         for middle in middles.filter(|middle| middle.length() > 0.55) {
-            // On the spiral r = b θ the turn follows from the angle, the radius by the turn.
+            // On the spiral r = b θ, the angle determines the number of turns up to an integer, and the radius determines that
+            // integer.
             let turns = (middle.length() / 0.55 - middle.to_angle() / TAU).round();
             let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
             assert!(beside_m.abs() < 2.0 * SAGITTA_M, "{beside_m} m beside the route at {middle}");
@@ -100,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn each_stretch_keeps_its_least_clearance_and_reports_what_has_changed() {
+    fn each_part_keeps_its_least_clearance_and_reports_changes_since_a_revision() {
         let mut chart = ClearanceChart::new(-100.0, 100.0);
         chart.note(-100.0, 0.3);
         chart.note(-100.0, 0.2);

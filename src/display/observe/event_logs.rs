@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 
 use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind};
 
-/// Most alerts and most commands that are kept.
+/// Greatest numbers of alerts and of commands that are kept.
 const KEPT_ALERTS: usize = 200;
 const KEPT_COMMANDS: usize = 100;
-/// Kinds of alerts that this version knows.
+/// Kinds of alerts that this version supports.
 const KINDS: [AlertKind; 6] =
     [AlertKind::Near, AlertKind::Contact, AlertKind::Parted, AlertKind::Held, AlertKind::Fault, AlertKind::Restarted];
 
@@ -15,19 +15,19 @@ const KINDS: [AlertKind; 6] =
 #[derive(Clone, Debug)]
 pub struct EventLog<Event> {
     latest: VecDeque<Numbered<Event>>,
-    /// How many there were.
+    /// Number of all events so far.
     pub total: u64,
 }
 
-/// An event and its number, from 0 in the order in which they came, over all runs.
+/// An event and its number. Numbers count from 0 in the order of arrival, over all runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[expect(missing_docs, reason = "each field is what its name says")]
+#[expect(missing_docs, reason = "the names of the fields describe them")]
 pub struct Numbered<Event> {
     pub number: u64,
     pub event: Event,
 }
 
-/// The newest 200 alerts, and how many there were of each kind.
+/// The newest 200 alerts, and the number of all alerts of each kind.
 #[derive(Clone, Debug, Default)]
 pub struct AlertLog {
     /// The alerts.
@@ -35,13 +35,13 @@ pub struct AlertLog {
     counts: [u64; KINDS.len()],
 }
 
-/// The newest 100 commands. Of grants, which come by themselves, only the refused ones are kept. A refused
-/// command that is sent again at once, as a seek that its guard has still to prove, is kept once.
+/// The newest 100 commands. Accepted grants are left out, since a guard sends them automatically. Repeats of a refused command
+/// are kept once; for example, a seek is repeated until the guard has proved it.
 #[derive(Clone, Debug, Default)]
 pub struct CommandHistory {
     /// The commands, without the grants that were accepted.
     pub log: EventLog<CommandEvent>,
-    /// The run and the number of the event that came last.
+    /// The run and the number of the newest event.
     newest: Option<(u64, u64)>,
 }
 
@@ -57,20 +57,20 @@ impl<Event> EventLog<Event> {
         self.total += 1;
     }
 
-    /// The events that are kept, oldest first.
+    /// The kept events, oldest first.
     pub fn latest(&self) -> impl DoubleEndedIterator<Item = &Numbered<Event>> + ExactSizeIterator {
         self.latest.iter()
     }
 
-    /// The events that are kept and have at least this number, oldest first.
+    /// The kept events from this number on, oldest first.
     pub fn since(&self, number: u64) -> impl Iterator<Item = &Numbered<Event>> {
         self.latest.iter().filter(move |numbered| numbered.number >= number)
     }
 }
 
 impl AlertLog {
-    /// Takes the next one. Where 200 are kept already, the oldest of a near pair is dropped, so that many of these bury nothing
-    /// else; without one, the oldest of all.
+    /// Records the next alert. At 200 kept alerts, it drops the oldest alert of a near pair, so that these do not displace
+    /// other kinds. Without one, it drops the oldest alert.
     pub fn push(&mut self, alert: Alert) {
         let latest = &mut self.log.latest;
         if latest.len() == KEPT_ALERTS {
@@ -83,15 +83,15 @@ impl AlertLog {
         }
     }
 
-    /// How many there were of each kind that this version knows.
+    /// Number of all alerts of each kind that this version supports.
     pub fn counts(&self) -> impl Iterator<Item = (AlertKind, u64)> {
         KINDS.into_iter().map(|kind| (kind, self.counts[kind as usize]))
     }
 }
 
 impl CommandHistory {
-    /// Takes the next one; the oldest is dropped where 100 are kept already. An event that has come before, as to a reader that
-    /// opens the bus anew, is left out.
+    /// Records the next command. At 100 kept commands, it drops the oldest. It ignores an event that it has already received,
+    /// as after the reader has opened the bus again.
     pub fn push(&mut self, event: CommandEvent) {
         let newest = (event.run_id, event.number);
         if self.newest.is_some_and(|(run_id, number)| run_id == event.run_id && event.number <= number) {
@@ -109,7 +109,7 @@ impl CommandHistory {
     }
 }
 
-/// Whether the same command of the same process was refused for the same reason.
+/// Whether the last event was the same command of the same process, refused for the same reason.
 fn is_repeated(last: &CommandEvent, event: &CommandEvent) -> bool {
     let what = |event: &CommandEvent| (event.run_id, event.kind, event.sender, event.pid, event.refusal, event.values);
     event.outcome().is_err() && what(last) == what(event)
@@ -123,7 +123,7 @@ mod tests {
     use crate::safety::monitor::run_alert;
 
     #[test]
-    fn the_oldest_alerts_are_forgotten_but_counted() {
+    fn dropped_alerts_are_still_counted() {
         let (mut log, header) = (AlertLog::default(), FrameHeader::default());
         for _ in 0..KEPT_ALERTS {
             log.push(run_alert(&header, AlertKind::Near));
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn many_near_pairs_bury_no_contact() {
+    fn many_near_pairs_do_not_displace_a_contact() {
         let (mut log, header) = (AlertLog::default(), FrameHeader::default());
         log.push(run_alert(&header, AlertKind::Contact));
         (0..2 * KEPT_ALERTS).for_each(|_| log.push(run_alert(&header, AlertKind::Near)));
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kind_that_only_a_newer_monitor_knows_is_kept_and_counted_with_all() {
+    fn an_alert_of_an_unknown_kind_is_kept_and_counted_in_the_total() {
         let mut log = AlertLog::default();
         log.push(Alert { kind: 77, ..run_alert(&FrameHeader::default(), AlertKind::Near) });
         assert_eq!((log.log.total, log.log.latest().len()), (1, 1));
@@ -154,12 +154,12 @@ mod tests {
     }
 
     #[test]
-    fn the_latest_are_kept_and_grants_are_folded() {
+    fn the_newest_commands_are_kept_without_accepted_grants() {
         let mut history = CommandHistory::default();
         let grant = Request::Grant { run_id: 1, from_m: 0.0, to_m: 1.0, is_final: false }.to_wire();
         let mut numbers = 0..;
         let mut push = |event| {
-            let number = numbers.next().expect("numbers go on");
+            let number = numbers.next().expect("the numbers are endless");
             history.push(CommandEvent { number, ..event });
         };
         for tick in 0..KEPT_COMMANDS as u64 {
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seek_that_is_tried_again_and_an_event_that_came_before_are_kept_once() {
+    fn a_repeated_seek_and_a_repeated_event_are_kept_once() {
         let mut history = CommandHistory::default();
         let seek = |number, sim_time_s, reply| {
             let event = CommandEvent::answered(&Request::Seek { sim_time_s }.to_wire(), &reply);

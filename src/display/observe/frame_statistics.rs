@@ -1,35 +1,35 @@
-//! The frames that arrive: how many, how often, how late.
+//! Statistics of the received frames: count, rate, latency.
 
 use std::sync::Arc;
 
 use bench_dragon_ipc::{Continuity, FrameHeader, ShowState, TimeHistogram};
 
-/// How often the rate and the percentiles are measured anew, in nanoseconds.
+/// Period over which the rate and the recent latency are measured, in nanoseconds.
 const WINDOW_NS: u64 = 1_000_000_000;
 
-/// What has come, since the observer began.
+/// Statistics of the received frames since the observer began.
 #[derive(Clone, Debug, Default)]
 pub struct FrameStatistics {
     /// Frames read.
     pub frames: u64,
-    /// Frames published between the first one read and the last, that never came.
+    /// Frames that were published between the first and the last one read, but not received.
     pub lost: u64,
-    /// How often the source was started again.
+    /// Restarts of the source.
     pub restarts: u64,
-    /// How often that was after a run that had not ended in order.
+    /// Restarts of the source after a run that had not ended in order.
     pub crashes: u64,
-    /// Frames a second of wall time, over the last second.
+    /// Frames per second of wall time, over the last second.
     pub rate_hz: f64,
-    /// From the instant at which a frame was due to the one at which it was read here, over the last second.
+    /// Time from the instant at which a frame was due to the instant at which the observer read it, over the last second.
     pub recent_latency: Arc<TimeHistogram>,
-    /// The same since the beginning.
+    /// The same since the observer began.
     pub latency: Arc<TimeHistogram>,
 }
 
 #[derive(Debug, Default)]
 pub(super) struct FrameCounter {
     statistics: FrameStatistics,
-    /// Of the second in progress.
+    /// Latencies of the second in progress.
     recent: TimeHistogram,
     recent_frames: u64,
     /// Whether the last frame ended its run.
@@ -57,7 +57,7 @@ impl FrameCounter {
         self.recent.record(now_ns.saturating_sub(header.scheduled_ns));
     }
 
-    /// The count, of which rate and latency are those of the last whole second.
+    /// Returns the statistics. Rate and recent latency are those of the last complete second.
     pub(super) fn statistics(&mut self, now_ns: u64) -> &FrameStatistics {
         let elapsed_ns = now_ns.saturating_sub(self.begun_ns);
         if elapsed_ns >= WINDOW_NS {
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rate_and_latency_are_those_of_the_last_whole_second() {
+    fn rate_and_recent_latency_cover_the_last_complete_second() {
         let mut count = FrameCounter::new(0);
         let frame = |tick| FrameHeader { tick, scheduled_ns: tick * 10_000_000, ..FrameHeader::default() };
         for tick in 0..100 {
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_after_one_that_ended_in_order_is_no_crash() {
+    fn a_restart_after_a_run_that_ended_in_order_is_not_a_crash() {
         let mut count = FrameCounter::new(0);
         let frame = |state: ShowState| FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
         count.count(&frame(ShowState::Running), Continuity::First, 0);

@@ -8,24 +8,25 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum GuardSituation {
-    /// The source waits for no grants.
+    /// The source is not guarded.
     #[default]
     None,
-    /// A guard runs, and the head stands until its next grant, as before the first one.
+    /// A guard runs, and the head stands until the next grant, for example before the first one.
     Waiting,
-    /// A guard runs, and the head has granted travel ahead.
+    /// A guard runs, and granted travel lies ahead of the head.
     Working,
-    /// The head stands where no two benches may come nearer: the proven travel ends there.
+    /// The head stands at the end of the proven travel: further on, two benches come nearer than the margin.
     AtEnd {
-        /// Whether only a seek moves the dragon on. Timecode may, so under timecode it is never for good.
+        /// Whether only a seek can move the dragon. Timecode can move it too, so under timecode this is false.
         for_good: bool,
     },
-    /// No guard runs: it has died, or was never started. The head stops where its grants end.
+    /// No guard runs: it has died, or was never started. The head stops at the end of its last grant.
     Missing,
 }
 
 impl GuardSituation {
-    /// What a source's status says of its guard, with the newest frame of that run, its nearest pair and the guard's margin.
+    /// Derives the situation from a source's status, the newest frame of its run, that frame's nearest pair and the guard's
+    /// margin.
     pub(super) fn of(status: &Status, header: &FrameHeader, nearest: Option<PairClearance>, margin_m: f64) -> Self {
         match status.guard_state() {
             None | Some(GuardState::None) => return Self::None,
@@ -37,7 +38,7 @@ impl GuardSituation {
             return Self::Working;
         }
         let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
-        // A head that was repositioned too near is granted nothing.
+        // The guard grants no travel to a head that was repositioned where the clearance is below the margin.
         let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
         if is_final || is_refused {
             let for_good = status.timecode_state() == Some(TimecodeState::None);
@@ -75,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn waiting_working_at_the_end_and_dead_differ() {
+    fn a_waiting_working_ended_or_dead_guard_is_a_situation_each() {
         let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let at_limit = Stops { guard_limit: true, ..Stops::default() };
         let at_run_end = Stops { run_end: true, ..at_limit };
@@ -96,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_head_that_was_repositioned_too_near_waits_for_no_grant() {
+    fn a_head_repositioned_below_the_margin_gets_no_grant() {
         let held = FrameHeader { state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let stops = Stops { guard_limit: true, ..Stops::default() };
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);

@@ -1,22 +1,23 @@
-//! When the head reaches a travel, and where it comes to rest.
+//! The times at which the head reaches a travel, and the travel at which it comes to rest.
 
 use bench_dragon_ipc::FrameHeader;
 use serde::Serialize;
 
-/// The head at a travel.
+/// The arrival of the head at a travel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Arrival {
     /// The travel in metres.
     pub travel_m: f64,
     /// Show time there, in seconds.
     pub time_s: f64,
-    /// Seconds of wall time until then: from now on, or where the head stands, from when it walks on.
+    /// Wall time until then, in seconds: from now, or for a standing head, from the instant at which it walks on.
     pub wall_s: f64,
 }
 
-/// How the head walks on from a frame.
+/// The motion of the head from a frame on.
 ///
-/// Braking follows v²/(2a): the server plans a rest with the configured acceleration, and without one the head stops at once.
+/// The braking distance is v²/(2a). The server plans a rest with the configured acceleration. Without one, the head stops at
+/// once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeadMotion {
     pub(super) clock: TravelClock,
@@ -27,31 +28,31 @@ pub(super) struct HeadMotion {
 }
 
 impl HeadMotion {
-    /// From this frame on, at the speed of the clock.
+    /// Returns the motion from this frame on, at the speed of the clock.
     pub(super) fn new(header: &FrameHeader, clock: TravelClock, accel_mps2: Option<f64>) -> Self {
         Self { clock, speed_mps: header.head_speed_mps, accel_mps2, time_scale: header.time_scale }
     }
 
-    /// The head passes a travel at its walking speed.
+    /// Returns the arrival at a travel that the head passes at its walking speed.
     pub(super) fn passing(&self, travel_m: f64) -> Arrival {
         self.after(travel_m, self.clock.time_s(travel_m) - self.clock.time_s)
     }
 
-    /// The head walks on, and comes to rest at a travel that it may not pass.
+    /// Returns the arrival at a travel at which the head comes to rest.
     pub(super) fn resting_at(&self, travel_m: f64) -> Arrival {
         let (distance_m, speed_mps) = ((travel_m - self.clock.travel_m).max(0.0), self.clock.speed_mps);
         let show_s = match self.accel_mps2 {
             Some(accel_mps2) if distance_m > speed_mps * speed_mps / (2.0 * accel_mps2) => {
                 distance_m / speed_mps + speed_mps / (2.0 * accel_mps2)
             }
-            // It brakes already.
+            // The head already brakes.
             Some(accel_mps2) => (2.0 * distance_m / accel_mps2).sqrt(),
             None => distance_m / speed_mps,
         };
         self.after(travel_m, show_s)
     }
 
-    /// The head brakes from now on; it passes no limit.
+    /// Returns the arrival at the place of rest, if the head brakes from now on. The head does not pass `limit_m`.
     pub(super) fn braking(&self, limit_m: f64) -> Arrival {
         let (distance_m, show_s) = match self.accel_mps2 {
             Some(accel_mps2) => (self.speed_mps * self.speed_mps / (2.0 * accel_mps2), self.speed_mps / accel_mps2),
@@ -60,7 +61,7 @@ impl HeadMotion {
         self.after((self.clock.travel_m + distance_m).min(limit_m).max(self.clock.travel_m), show_s)
     }
 
-    /// The head passes a travel while it brakes from now on.
+    /// Returns the arrival at a travel that the head passes while it brakes from now on.
     pub(super) fn passing_braking(&self, travel_m: f64) -> Arrival {
         let (distance_m, speed_mps) = ((travel_m - self.clock.travel_m).max(0.0), self.speed_mps);
         let show_s = match self.accel_mps2 {
@@ -77,7 +78,7 @@ impl HeadMotion {
     }
 }
 
-/// When the head comes to a travel: it is somewhere now, and walks on at one speed.
+/// Converts travel to show time, for a head that walks on at a constant speed.
 ///
 /// ```
 /// use bench_dragon::display::observe::TravelClock;
@@ -88,16 +89,16 @@ impl HeadMotion {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TravelClock {
-    /// Where the head is, in metres.
+    /// Travel of the head, in metres.
     pub travel_m: f64,
-    /// Show time then, in seconds.
+    /// Show time at this travel, in seconds.
     pub time_s: f64,
-    /// The speed at which it walks, or will walk on where it stands, in metres per show second; over 0.
+    /// Speed at which the head walks, or will walk on after a standstill, in metres per show second; over 0.
     pub speed_mps: f64,
 }
 
 impl TravelClock {
-    /// Show time at which the head is at a travel, in seconds; of travel behind it, when it would have been there at this speed.
+    /// Show time at which the head is at a travel, in seconds. For a travel behind the head, it assumes the same speed.
     pub fn time_s(&self, travel_m: f64) -> f64 {
         self.time_s + (travel_m - self.travel_m) / self.speed_mps
     }
@@ -107,22 +108,22 @@ impl TravelClock {
 mod tests {
     use super::*;
 
-    /// A head at 10 m and 20 s of show time, which walks at this speed in a show that runs twice as fast as the clock.
+    /// A head at 10 m and 20 s of show time, which walks at this speed. Show time runs twice as fast as wall time.
     fn motion(speed_mps: f64, accel_mps2: Option<f64>) -> HeadMotion {
         let header = FrameHeader { head_speed_mps: speed_mps, time_scale: 2.0, ..FrameHeader::default() };
         HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 }, accel_mps2)
     }
 
     #[test]
-    fn wall_time_is_show_time_by_the_time_scale() {
+    fn wall_time_is_show_time_divided_by_the_time_scale() {
         assert_eq!(motion(1.0, None).passing(13.0), Arrival { travel_m: 13.0, time_s: 23.0, wall_s: 1.5 });
         assert_eq!(motion(1.0, None).resting_at(13.0).wall_s, 1.5);
     }
 
     #[test]
-    fn a_rest_takes_as_long_as_the_head_brakes() {
+    fn the_arrival_at_a_rest_includes_the_braking_time() {
         let motion = motion(1.0, Some(0.25));
-        // Two metres are braked in four seconds.
+        // The head brakes for two metres and four seconds.
         assert_eq!(motion.braking(f64::INFINITY), Arrival { travel_m: 12.0, time_s: 24.0, wall_s: 2.0 });
         assert_eq!(motion.resting_at(12.0).time_s, 24.0);
         assert_eq!(motion.resting_at(15.0).time_s, 27.0);
@@ -130,13 +131,13 @@ mod tests {
     }
 
     #[test]
-    fn a_braking_head_passes_no_limit_and_without_an_acceleration_it_stands_at_once() {
+    fn a_braking_head_stops_at_its_limit_and_without_an_acceleration_at_once() {
         assert_eq!(motion(1.0, Some(0.25)).braking(11.0).travel_m, 11.0);
         assert_eq!(motion(1.0, None).braking(f64::INFINITY), Arrival { travel_m: 10.0, time_s: 20.0, wall_s: 0.0 });
     }
 
     #[test]
-    fn what_a_braking_head_passes_it_passes_before_it_stands() {
+    fn a_braking_head_passes_a_travel_before_it_comes_to_rest() {
         let motion = motion(1.0, Some(0.25));
         assert_eq!(motion.passing_braking(11.5).time_s, 22.0);
         assert_eq!(motion.passing_braking(12.0).time_s, 24.0);

@@ -1,4 +1,4 @@
-//! The lamps: the condition of each part of a show, in one short text.
+//! The lamps: the state of each part of a show, as a level and a short text.
 
 use std::collections::BTreeMap;
 
@@ -9,15 +9,17 @@ use super::guard_situation::GuardSituation;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
 
-/// A reader reports about once a second. One whose last report is so much older than the last frame hangs, or was killed.
+/// Age of a reader's last report, relative to the last frame, above which the reader hangs or was killed. A reader reports
+/// about once a second.
 const HANGS_NS: u64 = 3_000_000_000;
-/// For so long nobody is missed, for no report may have come yet.
+/// Time after the observer has opened the bus in which no reader counts as missing, since its first report may not have
+/// arrived.
 const FIRST_REPORTS_NS: u64 = 2_000_000_000;
-/// A disk that is full in less is warned of, in seconds.
+/// Time until the disk is full, in seconds, below which the recorder's lamp is a warning.
 const DISK_WARNING_S: f64 = 600.0;
-/// A disk that is full in less needs to be acted upon, in seconds.
+/// Time until the disk is full, in seconds, below which the recorder's lamp is red.
 const DISK_DANGER_S: f64 = 60.0;
-/// One missed release in so many is warned of, once there are more than a few.
+/// More than one missed release in this many is a warning, if more than [`FEW_MISSED`] were missed.
 const RELEASES_A_MISS: u64 = 1_000;
 const FEW_MISSED: u64 = 10;
 
@@ -25,13 +27,13 @@ const FEW_MISSED: u64 = 10;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LampLevel {
-    /// It is not there, and need not be; or it is not known yet.
+    /// The part is absent and not required, or its state is still unknown.
     Off,
-    /// As it should be.
+    /// The part works.
     Good,
-    /// To be kept an eye on.
+    /// The part needs attention.
     Warning,
-    /// To be acted upon: red.
+    /// The part needs action: red.
     Danger,
 }
 
@@ -47,14 +49,14 @@ impl LampLevel {
     }
 }
 
-/// A part of the show.
+/// The state of one part of the show.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Lamp {
     /// `server`, `source`, `monitor`, `guard`, `recorder`, `psn`, `osc`, `zenoh`, `timecode` or `readers`.
     pub name: &'static str,
-    /// How urgent it is.
+    /// How urgent the state is.
     pub level: LampLevel,
-    /// How it does, in a few words.
+    /// The state in a few words.
     pub text: String,
 }
 
@@ -64,7 +66,7 @@ impl Lamp {
     }
 }
 
-/// The lamps of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds: always all ten, in the same order.
+/// Returns the lamps of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds: always all ten, in the same order.
 pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
     let presence = snapshot.presence_at(now_ns);
     let readers = Readers { snapshot, now_ns, is_live: presence == SourcePresence::Live };
@@ -118,7 +120,7 @@ fn live_server(snapshot: &Snapshot) -> Lamp {
         1 => (level, text) = (LampLevel::Warning, text + ", restarted once"),
         times => (level, text) = (LampLevel::Warning, format!("{text}, restarted {times} times")),
     }
-    Lamp::new("server", level, if text.is_empty() { "frames come".to_owned() } else { text })
+    Lamp::new("server", level, if text.is_empty() { "frames arrive".to_owned() } else { text })
 }
 
 fn source(snapshot: &Snapshot) -> Lamp {
@@ -138,7 +140,7 @@ fn guard(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
         GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
         GuardSituation::Working => (LampLevel::Good, ""),
         GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
-        GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head for good, "),
+        GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head permanently, "),
         GuardSituation::AtEnd { for_good: false } => (LampLevel::Warning, "stops the head, "),
         GuardSituation::Missing => (LampLevel::Danger, "missing, "),
     };
@@ -152,19 +154,19 @@ fn timecode(snapshot: &Snapshot) -> Lamp {
     let Some(status) = snapshot.status.as_deref() else { return lamp(LampLevel::Off, "unknown yet") };
     let (level, text) = match status.timecode_state() {
         None | Some(TimecodeState::None) => return lamp(LampLevel::Off, "not followed"),
-        Some(TimecodeState::Waiting) => (LampLevel::Warning, "none has come yet"),
+        Some(TimecodeState::Waiting) => (LampLevel::Warning, "none received yet"),
         Some(TimecodeState::Locked) => (LampLevel::Good, "locked"),
-        Some(TimecodeState::Standing) => (LampLevel::Good, "stands"),
+        Some(TimecodeState::Standing) => (LampLevel::Good, "stands still"),
         Some(TimecodeState::Lost) => (LampLevel::Danger, "lost"),
     };
     let protocol = status.timecode_protocol().map_or("unknown", |kind| kind.name());
     lamp(level, &format!("{protocol}, {text}"))
 }
 
-/// A reader that a show may do without, and has not.
+/// The lamp of an optional reader that does not run.
 const OPTIONAL: (LampLevel, &str) = (LampLevel::Off, "not started");
 
-/// The readers as they have reported of themselves.
+/// The readers, as their own reports describe them.
 struct Readers<'a> {
     snapshot: &'a Snapshot,
     now_ns: u64,
@@ -192,20 +194,20 @@ impl Readers<'_> {
         }
         if lost.is_empty() {
             let is_known = self.snapshot.readers.awaited().next().is_some();
-            let text = if is_known { "none has lost a frame" } else { "unknown yet" };
+            let text = if is_known { "no lost frames" } else { "unknown yet" };
             return Lamp::new("readers", if is_known { LampLevel::Good } else { LampLevel::Off }, text);
         }
         let lost: Vec<String> = lost.into_iter().map(|(name, lost)| format!("{} lost {lost}", shown(name))).collect();
         Lamp::new("readers", LampLevel::Warning, lost.join(", "))
     }
 
-    /// The lamp of a reader: of the one that has been silent for longest, if there are several; `missing` where none is there that has
-    /// reported and not ended.
+    /// Returns the lamp of the readers of a name: of the reader that has been silent for the longest. The lamp is `missing` if
+    /// no reader of this name has reported, or all of them have ended.
     fn lamp(&self, name: &'static str, reader: &str, missing: (LampLevel, &'static str)) -> Lamp {
         let Some(sent_ns) = self.of_name(reader).map(|report| report.sent_ns).min() else {
             let since_ns = self.snapshot.reading_since_ns;
             let is_early = since_ns.is_none_or(|since_ns| self.now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS);
-            // Readers report while frames come.
+            // Readers report only while frames arrive.
             let (level, text) = if is_early || !self.is_live { (LampLevel::Off, "unknown yet") } else { missing };
             return Lamp::new(name, level, text);
         };
@@ -221,19 +223,17 @@ impl Readers<'_> {
     }
 }
 
-/// A name of somebody else's, without what a terminal would act upon.
+/// Returns a reader's name with its control characters replaced, since a terminal would execute them.
 fn shown(name: &str) -> String {
     name.chars().map(|character| if character.is_control() { '?' } else { character }).collect()
 }
 
-/// A length in millimetres, without idle decimals.
+/// Converts a length to millimetres, rounded to a micrometre.
 fn millimetres(length_m: f64) -> f64 {
     (length_m * 1e6).round() / 1e3
 }
 
-/// A time in two units.
-///
-/// Seconds under a minute, minutes under an hour, else hours and minutes.
+/// Formats a duration: seconds below one minute, minutes below one hour, else hours and minutes.
 fn long_span(seconds: f64) -> String {
     let minutes = (seconds / 60.0) as u64;
     match minutes {
@@ -285,18 +285,18 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_monitor_is_a_warning_once_it_could_have_reported() {
-        let nobody = snapshot(&Status::default(), &[]);
-        check(&nobody, "monitor", LampLevel::Warning, "missing");
-        let early = Snapshot { reading_since_ns: Some(NOW_NS - 1_999_999_999), ..nobody.clone() };
+    fn a_missing_monitor_is_a_warning_after_the_time_for_first_reports() {
+        let no_readers = snapshot(&Status::default(), &[]);
+        check(&no_readers, "monitor", LampLevel::Warning, "missing");
+        let early = Snapshot { reading_since_ns: Some(NOW_NS - 1_999_999_999), ..no_readers.clone() };
         check(&early, "monitor", LampLevel::Off, "unknown yet");
-        check(&nobody, "psn", LampLevel::Off, "not started");
+        check(&no_readers, "psn", LampLevel::Off, "not started");
         let ended = snapshot(&Status::default(), &[ReaderReport { ended: 1, ..report("monitor", 1) }]);
         check(&ended, "monitor", LampLevel::Warning, "missing");
     }
 
     #[test]
-    fn a_reader_that_reports_no_more_is_red() {
+    fn a_reader_that_no_longer_reports_is_red() {
         let runs = snapshot(&Status::default(), &[report("monitor", 3), report("bridge-psn", 0)]);
         check(&runs, "monitor", LampLevel::Good, "runs");
         check(&runs, "psn", LampLevel::Good, "runs");
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn the_recorder_says_how_long_its_disk_lasts() {
+    fn the_recorder_lamp_shows_the_time_until_the_disk_is_full() {
         for (room_s, level, text) in [
             (ReaderReport::NO_ROOM, LampLevel::Good, "runs"),
             (11_100.0, LampLevel::Good, "3 h 05 min of disk left"),
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn readers_that_lose_frames_are_named_with_their_counts() {
+    fn the_readers_lamp_names_readers_that_lose_frames_with_their_counts() {
         let lost = |lost, report: ReaderReport| ReaderReport { lost, ..report };
         let snapshot = snapshot(
             &Status::default(),
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_guard_is_red_until_the_run_has_ended() {
+    fn a_missing_guard_is_red_until_the_run_ends() {
         let unguarded = Snapshot { guard: GuardSituation::Missing, ..snapshot(&Status::default(), &[]) };
         check(&unguarded, "guard", LampLevel::Danger, "missing, margin unknown");
         let ended = Snapshot { presence: SourcePresence::Ended { age_ns: 1 }, ..unguarded };
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn a_server_that_keeps_its_schedule_is_good_and_any_other_is_not() {
+    fn only_a_server_that_keeps_its_schedule_is_good() {
         let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
         for (tick, overruns, behind_ns, level, text) in [
             (100_000, 0, 0, LampLevel::Good, "1000 Hz"),
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn timecode_replay_and_guard_have_their_words() {
+    fn timecode_replay_and_guard_have_their_texts() {
         let status = |timecode: TimecodeState| Status {
             timecode: timecode.to_wire(),
             timecode_kind: TimecodeKind::ArtNet.to_wire(),
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_span_has_the_units_that_matter() {
+    fn a_duration_has_at_most_two_units() {
         let spans = [0.4, 59.0, 60.0, 3_599.0, 3_600.0].map(long_span);
         assert_eq!(spans, ["0 s", "59 s", "1 min", "59 min", "1 h 00 min"]);
     }

@@ -1,8 +1,8 @@
-//! The observer of a show: it reads everything on the bus, and shows it with all that follows from it as a [`Snapshot`].
+//! The observer of a show. It reads all services of the bus and derives a [`Snapshot`] from them.
 //!
-//! An [`Observer`] is a reader as any other: every frame wakes it, so that it counts and times all of them; it shows the newest
-//! one, some sixty times a second. It works out the nearest pair of that frame and the forecast itself, so both are there
-//! without a monitor. `view`, `watch` and `metrics` get the same snapshots.
+//! An [`Observer`] is an ordinary reader. Every frame wakes it, so it counts and times each of them. It shows only the newest
+//! frame, some sixty times a second. It computes the frame's nearest pair and the forecast itself, so both exist without a
+//! monitor. `view`, `watch` and `metrics` get the same snapshots.
 
 mod controls;
 mod current_run;

@@ -1,4 +1,4 @@
-//! The loop that reads the bus and shows snapshots.
+//! The observer: a loop that reads the bus and delivers snapshots.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -13,12 +13,12 @@ use super::observer_state::ObserverState;
 use super::snapshot::Snapshot;
 use crate::system::clock::monotonic_ns;
 
-/// How often a bus that is not there is looked for.
+/// Period at which the observer tries to open a bus that does not exist.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
-/// How often a bus that could not be read is tried again.
+/// Period at which the observer retries a bus that it cannot read.
 const RETRY_PERIOD: Duration = Duration::from_millis(500);
 
-/// Reads a bus, whatever becomes of its source.
+/// Reads a bus, with or without a source.
 #[derive(Debug)]
 pub struct Observer {
     domain: Domain,
@@ -28,20 +28,20 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// An observer that joins under this name and shows so many snapshots a second.
+    /// Returns an observer that joins the bus under this name and makes `snapshots_hz` snapshots per second.
     pub fn new(domain: Domain, name: &'static str, snapshots_hz: u32) -> Self {
         Self { domain, name, period_ns: 1_000_000_000 / u64::from(snapshots_hz.max(1)), plans: false }
     }
 
-    /// Works out the planned clearance of each run as well, on a thread of its own: some seconds of one core.
+    /// Adds the planned clearance of each run. A separate thread computes it, in some seconds of one core.
     #[must_use]
     pub fn with_plan(self) -> Self {
         Self { plans: true, ..self }
     }
 
-    /// Observes until the flag is set, on the caller's thread, and hands over snapshot after snapshot, also where nothing comes.
+    /// Observes on the caller's thread until the flag is set. It passes each snapshot to `show`, also if no frames arrive.
     ///
-    /// Nothing on the bus ends it: a bus that cannot be read is a snapshot too, and is tried again.
+    /// Errors of the bus do not end the loop. They are reported in a snapshot, and the bus is opened again.
     pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Snapshot)) {
         let mut state = ObserverState::new(monotonic_ns(), self.plans);
         let mut ports = None;
@@ -68,7 +68,7 @@ impl Observer {
         }
     }
 
-    /// Takes what comes within this time, or opens the bus if it is there.
+    /// Reads frames for at most this time, or opens the bus if it exists.
     fn look(&self, ports: &mut Option<Ports>, state: &mut ObserverState, wait: Duration) -> Result<(), BusError> {
         if let Some(ports) = ports {
             return state.take_frames(&mut ports.frames, wait);
@@ -88,22 +88,22 @@ impl Observer {
     }
 }
 
-/// A reader of everything.
+/// The readers of all services.
 #[derive(Debug)]
 pub(super) struct Ports {
     pub(super) frames: FrameSubscriber,
     pub(super) alerts: AlertSubscriber,
     pub(super) statuses: StatusReader,
     pub(super) descriptions: DescriptionReader,
-    /// A source of an earlier version has none.
+    /// `None` for a source of an earlier version, which lacks this service.
     pub(super) reports: Option<ReaderReports>,
-    /// A source of an earlier version has none.
+    /// `None` for a source of an earlier version, which lacks this service.
     pub(super) commands: Option<CommandEventReader>,
 }
 
 impl Ports {
-    /// Opens the frames last, so that from their first one on everything else is there; and then what may be missing for good,
-    /// since whoever makes frames has made it before.
+    /// Opens the frames after the other required services, so that these are open at the first frame. Then it opens the
+    /// services that may be missing permanently: a source creates them before the frames.
     pub(super) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let descriptions = DescriptionReader::open(domain, &format!("{name}-description"))?;
         let statuses = StatusReader::open(domain, &format!("{name}-status"))?;

@@ -1,4 +1,4 @@
-//! The state of an observer: everything that it has read so far.
+//! The state of an observer: all data that it has read so far.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,27 +16,27 @@ use super::snapshot::{FrameCopy, Snapshot, SourcePresence};
 use crate::config::Config;
 use crate::system::clock::monotonic_ns;
 
-/// How often it is asked whether the source's process is there, in nanoseconds.
+/// Period at which the observer checks whether the source's process exists, in nanoseconds.
 const SOURCE_PERIOD_NS: u64 = 100_000_000;
-/// Frames that are taken at a time at most, so that a reader that falls behind still shows something.
+/// Greatest number of frames read at a time, so that a reader that falls behind still shows snapshots.
 const MOST_FRAMES: usize = 1_000;
 
-/// The last snapshot, which each reading brings up to date, and what the next ones need.
+/// The last snapshot, and the data that the next snapshots need.
 #[derive(Debug, Default)]
 pub(super) struct ObserverState {
-    /// Without what depends on the run and on the status: [`ObserverState::snapshot`] adds that.
+    /// The snapshot without its parts that depend on the run and the status. [`ObserverState::snapshot`] adds these.
     seen: Snapshot,
-    /// The newest frame, in shared memory, until it has been copied.
+    /// The newest frame in shared memory, until it is copied.
     newest: Option<Frame>,
     run: Option<CurrentRun>,
     description: Option<Description>,
     /// The run whose description this version cannot read.
     unreadable_run: Option<u64>,
-    /// The newest status; it may be of another run than the newest frame.
+    /// The newest status. It may belong to another run than the newest frame.
     status: Option<Arc<Status>>,
     counter: FrameCounter,
     source_asked_ns: u64,
-    /// Whether the clearance over each run is planned.
+    /// Whether to compute the planned clearance of each run.
     plans: bool,
 }
 
@@ -45,7 +45,7 @@ impl ObserverState {
         Self { counter: FrameCounter::new(now_ns), plans, ..Self::default() }
     }
 
-    /// Waits for a frame, and counts it and all that are there by then.
+    /// Waits for a frame, then reads and counts all available frames.
     pub(super) fn take_frames(&mut self, frames: &mut FrameSubscriber, wait: Duration) -> Result<(), BusError> {
         let mut next = frames.wait(wait)?;
         for _ in 0..MOST_FRAMES {
@@ -57,7 +57,7 @@ impl ObserverState {
         Ok(())
     }
 
-    /// Takes everything else that has come, and works out what follows from the newest frame.
+    /// Reads all other services, and derives the values of the newest frame.
     pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
         while let Some(alert) = ports.alerts.receive()? {
             Arc::make_mut(&mut self.seen.alerts).push(alert);
@@ -93,7 +93,7 @@ impl ObserverState {
         self.seen.nearest = self.current_run().and_then(|(run, frame)| run.measure(&frame.header, &frame.handles));
     }
 
-    /// Asks what lies ahead, also where the head stands: the search goes on.
+    /// Updates the forecast. It changes while the head stands too, since the search continues.
     fn look_ahead(&mut self) {
         let (nearest, status) = (self.seen.nearest, self.current_status());
         let forecast = self.current_run().map(|(run, frame)| run.look_ahead(&frame.header, nearest, status.as_deref()));
@@ -116,27 +116,27 @@ impl ObserverState {
         }
     }
 
-    /// Whether the run of the newest frame has ended in order: that frame says so, or the last status.
+    /// Whether the run of the newest frame has ended in order, according to that frame or the last status.
     fn has_ended(&self) -> bool {
         let frame = self.seen.header().and_then(FrameHeader::show_state);
         let status = self.current_status().and_then(|status| status.show_state());
         [frame, status].contains(&Some(ShowState::Ended))
     }
 
-    /// The status, where it is of the run that the newest frame is of.
+    /// The newest status, if it belongs to the run of the newest frame.
     fn current_status(&self) -> Option<Arc<Status>> {
         let run_id = self.seen.header()?.run_id;
         self.status.clone().filter(|status| status.run_id == run_id)
     }
 
-    /// Takes note that the bus cannot be read.
+    /// Records that the bus cannot be read.
     pub(super) fn fail(&mut self, error: &BusError) {
         self.seen.reading_since_ns = None;
         self.seen.presence = SourcePresence::Failed { reason: error.to_string() };
         self.newest = None;
     }
 
-    /// Takes note that the bus is read from an instant on, or could be read if it were there.
+    /// Records that the bus is read since an instant, or with `None`, that it does not exist.
     pub(super) fn can_read(&mut self, since_ns: Option<u64>) {
         self.seen.reading_since_ns = since_ns;
         if matches!(self.seen.presence, SourcePresence::Failed { .. }) {
@@ -162,7 +162,7 @@ impl ObserverState {
         Snapshot { status, ..snapshot }
     }
 
-    /// Begins with the run that the newest frame is of, once its description is there.
+    /// Begins the run of the newest frame, once its description has arrived.
     fn follow_run(&mut self) {
         let Some(header) = self.seen.header().copied() else { return };
         if self.current_run().is_some() || self.unreadable_run == Some(header.run_id) {
@@ -173,17 +173,17 @@ impl ObserverState {
             Some(Ok(config)) => match CurrentRun::begin(config, &header, self.run.take(), self.plans) {
                 Ok(run) => self.run = Some(run),
                 Err(error) => {
-                    tracing::warn!("the run is shown without what lies ahead: cannot start a thread: {error}");
+                    tracing::warn!("the run is shown without a forecast: cannot start a thread: {error}");
                     self.unreadable_run = Some(header.run_id);
                 }
             },
-            // A source of another version describes what this one may not know: then the frames are shown without it.
+            // A source of another version may send a description that this version cannot read. Then only its frames are shown.
             Some(Err(_)) => self.unreadable_run = Some(header.run_id),
             None => {}
         }
     }
 
-    /// The run that the newest frame is of, and that frame.
+    /// The run of the newest frame, and that frame.
     fn current_run(&mut self) -> Option<(&mut CurrentRun, &FrameCopy)> {
         let (run, frame) = (self.run.as_mut()?, self.seen.frame.as_ref()?);
         (run.run.run_id == frame.header.run_id).then_some((run, frame))
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_run_that_cannot_be_read_nothing_is_said_but_its_frames() {
+    fn a_run_with_an_unreadable_description_has_only_its_frames() {
         let mut state = ObserverState::new(0, false);
         let toml = Config::load(None, |_| ()).expect("the paper's").to_toml();
         let known = see(&mut state, 1, &toml);

@@ -1,6 +1,6 @@
-//! The clearance over a whole run, worked out by the planner before the head is there.
+//! The clearance over a whole run, computed by the planner before the head walks it.
 //!
-//! All of it is against the head's travel, because the state of a dragon is a function of its travel alone. A
+//! All values are functions of the head's travel, because the state of a dragon is a function of its travel alone. A
 //! [`TravelClock`](super::TravelClock) converts travel to show time.
 
 use std::sync::Arc;
@@ -12,36 +12,36 @@ use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_mi
 use rustix::process::setpriority_process;
 use tokio::sync::watch;
 
-/// Points of the curve, evenly over the run.
+/// Points of the curve, at even steps of travel.
 const POINTS: usize = 600;
 /// Points in one step.
 const POINTS_PER_STEP: usize = 60;
-/// Steps in which the run is searched for the contact, and again for near misses.
+/// Parts of the run in the search for the contact, and in the search for near misses.
 const STEPS: usize = 32;
-/// Near misses that are kept at most, the nearest ones.
+/// Greatest number of near misses that are kept: the nearest ones.
 const MAX_NEAR_MISSES: usize = 200;
-/// Work of one step at most, in the meter's steps: a second or two.
+/// Greatest work of one step, in steps of the meter: one or two seconds.
 const WORK_PER_STEP: u64 = 50_000_000;
-/// How far each search for near misses looks beyond its part of the run, in link lengths, so that none is lost at a seam.
+/// Overlap of the searches for near misses, in link lengths, so that no near miss is lost at a seam.
 const OVERLAP_LINKS: f64 = 1.0;
 
-/// What is known of the clearance over a run; at most 600 points, 200 near misses and one contact.
+/// The planned clearance of a run so far: at most 600 points, 200 near misses and one contact.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlannedClearance {
     /// The nearest pair at even steps of travel, in order of travel.
     points: Vec<ClosestApproach>,
     /// The local minima under the configuration's `near_m` before the contact, in order of travel.
     pub near_misses: Vec<ClosestApproach>,
-    /// How many more near misses there are, none of them nearer than those that are kept.
+    /// Number of dropped near misses. None of them is nearer than the kept ones.
     pub near_misses_dropped: usize,
     /// The first contact of the run.
     pub contact: Option<Contact>,
-    /// Whether nothing is left to be found.
+    /// Whether the search is complete.
     pub is_complete: bool,
 }
 
 impl PlannedClearance {
-    /// The least clearance of all pairs in order of travel. Near misses and the contact are points of it, so that the curve goes
+    /// The least clearance of all pairs, in order of travel. Near misses and the contact are points of the curve, so it passes
     /// through them.
     pub fn curve(&self) -> Vec<ClosestApproach> {
         let contact = self.contact.map(|Contact { travel_m, benches, point }| ClosestApproach {
@@ -63,14 +63,14 @@ impl PlannedClearance {
     }
 }
 
-/// Works out the plan of the dragon's run, with the near misses under `near_m`, and shows it after each step for as long as `show`
-/// returns true.
+/// Computes the plan of the dragon's run, with the near misses under `near_m`. It passes the plan to `show` after each step,
+/// and stops if `show` returns false.
 ///
-/// A step has bounded work. A search whose step runs out of it ends there, and what lies beyond stays unknown.
+/// Each step has bounded work. A search that exceeds this bound stops there; the rest of the run stays unknown.
 fn work_out(dragon: &Dragon, near_m: f64, mut show: impl FnMut(&PlannedClearance) -> bool) {
     let dragon = dragon.metered(&Meter::of(WORK_PER_STEP));
     let mut plan = PlannedClearance::default();
-    // Fewer than three benches have no pair but neighbours.
+    // With fewer than three benches, all pairs are neighbours.
     if dragon.dimensions().benches() < 3 {
         plan.is_complete = true;
         show(&plan);
@@ -123,33 +123,33 @@ fn work_out(dragon: &Dragon, near_m: f64, mut show: impl FnMut(&PlannedClearance
     }
 }
 
-/// The travel at this share of the run from the start to `to_m`.
+/// Returns the travel at `part` of `of` equal parts from the start to `to_m`.
 fn share_m(dragon: &Dragon, part: usize, of: usize, to_m: f64) -> f64 {
     let from_m = dragon.start_travel_m();
     if part >= of { to_m } else { from_m + (to_m - from_m) * (part as f64 / of as f64) }
 }
 
-/// The thread's niceness: frames and snapshots come first.
+/// The thread's niceness: frames and snapshots have priority.
 const NICENESS: i32 = 10;
 
-/// A plan in the making. The thread is not joined: it ends with its owner, after the step that it is in.
+/// A plan that a thread computes. The thread is not joined: after the step in progress, it ends if its owner has ended.
 #[derive(Debug)]
 pub(super) struct ClearancePlanner {
     latest: watch::Receiver<Arc<PlannedClearance>>,
 }
 
 impl ClearancePlanner {
-    /// Starts to plan the dragon's run, with the near misses under `near_m`.
+    /// Starts a thread that plans the dragon's run, with the near misses under `near_m`.
     ///
     /// # Errors
-    /// The operating system's reason why there can be no thread for it.
+    /// The operating system's reason if the thread cannot start.
     pub(super) fn start(dragon: &Dragon, near_m: f64) -> io::Result<Self> {
         let (sender, latest) = watch::channel(Arc::default());
         let dragon = dragon.clone();
-        // Fails where nobody waits for a plan any more.
+        // The send fails once the receiver is dropped.
         let show = move |plan: &PlannedClearance| sender.send(Arc::new(plan.clone())).is_ok();
         let work = move || {
-            // Of the calling thread alone, as Linux has it. Where it is refused, the work is done all the same.
+            // On Linux this changes only the calling thread. If the kernel refuses, the thread works at normal priority.
             let _ = setpriority_process(None, NICENESS);
             on_one_core(|| work_out(&dragon, near_m, show));
         };
@@ -157,7 +157,7 @@ impl ClearancePlanner {
         Ok(Self { latest })
     }
 
-    /// What is known at present.
+    /// The plan so far.
     pub(super) fn latest(&self) -> Arc<PlannedClearance> {
         Arc::clone(&self.latest.borrow())
     }
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn each_step_adds_to_the_plan_and_takes_nothing_away() {
+    fn each_step_only_adds_to_the_plan() {
         let plans = planned("", NEAR_M);
         for pair in plans.windows(2) {
             assert!(pair[1].points.starts_with(&pair[0].points));
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seam_between_two_searches_loses_and_doubles_no_near_miss() {
+    fn a_seam_between_two_searches_neither_loses_nor_doubles_a_near_miss() {
         const FAR_M: f64 = 0.08;
         let config = Config::from_toml("").expect("the paper's");
         let dragon = config.dragon();
@@ -227,14 +227,14 @@ mod tests {
         assert!(at_once.len() > 10, "{}", at_once.len());
         assert_eq!(pairs(&plan.near_misses), pairs(&at_once));
         for (found, known) in plan.near_misses.iter().zip(&at_once) {
-            // At its least a clearance is flat: rounding moves its travel.
+            // Around its minimum a clearance is nearly constant, so rounding shifts the travel of the minimum.
             assert!((found.travel_m - known.travel_m).abs() < 1e-4, "{found:?}, {known:?}");
             assert!((found.pair.clearance_m - known.pair.clearance_m).abs() < 1e-10, "{found:?}, {known:?}");
         }
     }
 
     #[test]
-    fn of_more_near_misses_than_are_kept_the_nearest_stay_in_order() {
+    fn the_nearest_near_misses_are_kept_in_order_of_travel() {
         let mut plan = PlannedClearance::default();
         let miss = |at: usize| ClosestApproach {
             travel_m: at as f64,

@@ -1,47 +1,47 @@
-//! What the readers of the bus have reported of themselves.
+//! The reports of the bus's readers, summed by name.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use bench_dragon_ipc::ReaderReport;
 
-/// Readers whose last reports are kept: several times as many as the bus serves at a time.
+/// Greatest number of readers whose last reports are kept: several times the bus's limit of readers.
 const KEPT_READERS: usize = 128;
-/// Names that are kept.
+/// Greatest number of names that are kept.
 const KEPT_NAMES: usize = 64;
 
-/// What the readers of one name have reported, all together.
+/// The sums of the reports of all readers of one name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[expect(missing_docs, reason = "each field is what its name says")]
+#[expect(missing_docs, reason = "the names of the fields describe them")]
 pub struct ReaderCount {
-    /// How many there were, one after the other or side by side.
+    /// Number of readers, one after another or side by side.
     pub readers: u64,
     pub frames: u64,
     pub lost: u64,
     pub bytes_written: u64,
-    /// When the last report of any of them was sent, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// Instant of the newest report of any of these readers, in nanoseconds of `CLOCK_MONOTONIC`.
     pub sent_ns: u64,
 }
 
-/// The counts of all readers that were heard of, by name. They only grow; a name that was not heard of for longest is
-/// forgotten where 64 others came since.
+/// The counts of all readers that have reported, by name. They only grow. At 65 names, the log drops the name whose last
+/// report is the oldest.
 #[derive(Clone, Debug, Default)]
 pub struct ReaderLog {
     counts: BTreeMap<String, ReaderCount>,
-    /// The readers, the one that was heard of last at the end.
+    /// The readers in the order of their last reports, the newest at the end.
     readers: VecDeque<Heard>,
 }
 
-/// A reader that was heard of.
+/// A reader that has reported.
 #[derive(Clone, Copy, Debug, Default)]
 struct Heard {
-    /// Its last report.
+    /// The reader's last report.
     report: ReaderReport,
-    /// When it sent the first one that has come, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// Instant of the reader's first received report, in nanoseconds of `CLOCK_MONOTONIC`.
     since_ns: u64,
 }
 
 impl ReaderLog {
-    /// Takes the next report.
+    /// Records the next report.
     pub fn push(&mut self, report: ReaderReport) {
         let earlier = self.readers.iter().position(|known| known.report.reader == report.reader);
         let earlier = earlier.and_then(|index| self.readers.remove(index));
@@ -66,8 +66,8 @@ impl ReaderLog {
         self.counts.iter().map(|(name, count)| (name.as_str(), count))
     }
 
-    /// The last reports of the readers that have not ended, the one that was heard of last at the end. A reader that was silent
-    /// before another one of its name was first heard of counts as replaced by that, and is left out.
+    /// The last reports of the readers that have not ended, in the order in which they arrived. A reader is left out as
+    /// replaced if another reader of its name sent its first report after this reader's last one.
     pub fn awaited(&self) -> impl Iterator<Item = &ReaderReport> {
         let is_replaced = |silent: &Heard| {
             let mut of_name = self.readers.iter().filter(|heard| heard.report.name() == silent.report.name());
@@ -77,8 +77,8 @@ impl ReaderLog {
         awaited.map(|heard| &heard.report)
     }
 
-    /// The names of readers that have not ended, in order, and when the one of them that has been silent for longest sent its last
-    /// report, in nanoseconds of `CLOCK_MONOTONIC`: so that a reader that lives hides none of its name that was killed beside it.
+    /// The names of readers that have not ended, in order. The instant is that of the oldest last report among the readers of a
+    /// name, in nanoseconds of `CLOCK_MONOTONIC`: so a living reader does not hide a killed one of the same name.
     pub fn silent_since(&self) -> impl Iterator<Item = (&str, u64)> {
         self.counts.keys().filter_map(|name| {
             let of_name = self.awaited().filter(|report| report.name() == name);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn the_counts_of_a_name_grow_over_all_its_readers() {
+    fn the_counts_of_a_name_are_sums_over_its_readers() {
         let mut log = ReaderLog::default();
         for (reader, frames) in [(1, 100), (2, 20), (1, 150), (2, 20), (3, 7)] {
             log.push(report("desk", reader, frames, frames));
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn the_silent_are_those_that_have_neither_ended_nor_been_replaced() {
+    fn readers_that_ended_or_were_replaced_are_not_silent() {
         let silent = |reports: &[ReaderReport]| {
             let mut log = ReaderLog::default();
             for &report in reports {
@@ -130,14 +130,18 @@ mod tests {
         let ended = |report| ReaderReport { ended: 1, ..report };
         assert_eq!(silent(&[of_one(1), of_one(5)]), Some(5));
         assert_eq!(silent(&[of_one(1), ended(of_one(5))]), None);
-        assert_eq!(silent(&[of_one(1), of_other(2), of_one(3), of_other(9)]), Some(3), "killed beside one that lives");
+        assert_eq!(silent(&[of_one(1), of_other(2), of_one(3), of_other(9)]), Some(3), "killed beside a living reader");
         assert_eq!(silent(&[of_one(1), of_other(2), ended(of_one(3)), of_other(9)]), Some(9));
         assert_eq!(silent(&[of_one(1), of_other(2), of_other(9)]), Some(9), "killed, and started again");
-        assert_eq!(silent(&[of_one(1), of_other(2), ended(of_other(9))]), None, "what took its place has ended");
+        assert_eq!(
+            silent(&[of_one(1), of_other(2), ended(of_other(9))]),
+            None,
+            "the reader that replaced it has ended"
+        );
     }
 
     #[test]
-    fn of_very_many_names_the_latest_are_kept() {
+    fn only_the_newest_names_and_readers_are_kept() {
         let mut log = ReaderLog::default();
         for reader in 0..1000 {
             log.push(report(&format!("reader-{reader:04}"), reader, 1, reader));

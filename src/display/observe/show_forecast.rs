@@ -6,50 +6,50 @@ use serde::Serialize;
 use super::head_motion::{Arrival, HeadMotion};
 use crate::safety::forecast::Forecast;
 
-/// What will happen first. Of a head that stands: once it walks on.
+/// The next event of the show. For a standing head, the event after it walks on.
 ///
-/// As JSON it has a `kind`, and the [`Arrival`]'s fields beside the others.
+/// The JSON form has a `kind`, and the [`Arrival`]'s fields beside the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ShowForecast {
-    /// Nothing is known of what lies ahead, or the run has ended.
+    /// No forecast exists, or the run has ended.
     #[default]
     Unknown,
-    /// No two benches touch up to here, nor does the guard stop the head; the search may go on.
+    /// No contact and no stop by the guard occurs up to this arrival. The search may continue.
     Free {
-        /// How far that is known.
+        /// The arrival up to which this is proved.
         #[serde(flatten)]
         to: Arrival,
-        /// Whether that is the end of the run.
+        /// Whether this is the end of the run.
         is_end: bool,
     },
     /// Two benches touch.
     Contact {
-        /// When, and where the head is then.
+        /// The head's arrival at the contact.
         #[serde(flatten)]
         at: Arrival,
-        /// Which ones, the lower index first.
+        /// The two benches, the lower index first.
         benches: [usize; 2],
     },
-    /// The guard lets the head go no further: it comes to rest before two benches are nearer than the margin.
+    /// The guard stops the head before two benches are nearer than the margin.
     GuardStop {
-        /// When and where it rests.
+        /// The head's arrival at the place of rest.
         #[serde(flatten)]
         at: Arrival,
-        /// The two benches, the lower index first; `None` where no guard runs, so that the head rests where its grants end.
+        /// The two benches, the lower index first; `None` if no guard runs, so that the head stops at the end of its grants.
         benches: Option<[usize; 2]>,
     },
-    /// A pause, a hold, a stop or the timecode has the head come to rest.
+    /// The head brakes and comes to rest, because of a pause, a hold, a stop or the timecode.
     Rest {
-        /// When and where.
+        /// The head's arrival at the place of rest.
         #[serde(flatten)]
         at: Arrival,
     },
 }
 
 impl ShowForecast {
-    /// What a forecast says of a head in motion, whose run ends at the travel `end_m`. The forecast of a guarded head, whose server's
-    /// status `guarded` is, is of the guard's margin, and that of any other one of contacts.
+    /// Derives the next event from a forecast and the head's motion, for a run that ends at the travel `end_m`. `guarded` is
+    /// the status of a guarded server. With it, the forecast searches for the guard's margin; without it, for contacts.
     pub(super) fn of(
         forecast: &Forecast,
         motion: &HeadMotion,
@@ -82,7 +82,7 @@ impl ShowForecast {
         }
     }
 
-    /// A contact counts only where it comes before the rest. In granted travel there is none.
+    /// The next event of a braking head. A contact counts only if it occurs before the rest. Granted travel has no contact.
     fn of_stopping(forecast: &Forecast, motion: &HeadMotion, end_m: f64, guarded: Option<&Status>) -> Self {
         let at = motion.braking(end_m.min(guarded.map_or(f64::INFINITY, |status| status.granted_to_m)));
         let contact = forecast.contact.filter(|_| guarded.is_none() && forecast.covers(motion.clock.travel_m));
@@ -92,12 +92,12 @@ impl ShowForecast {
         }
     }
 
-    /// Show time of the contact ahead, in seconds.
+    /// Show time of the contact ahead, in seconds; `None` if the next event is no contact.
     pub fn contact_s(&self) -> Option<f64> {
         if let Self::Contact { at, .. } = self { Some(at.time_s) } else { None }
     }
 
-    /// When it happens, or up to when it is known.
+    /// The arrival at the event, or for `Free`, the arrival up to which the search is complete.
     pub fn arrival(&self) -> Option<Arrival> {
         match *self {
             Self::Unknown => None,
@@ -117,7 +117,7 @@ mod tests {
     use super::*;
     use crate::display::observe::TravelClock;
 
-    /// At 10 m and 10 s of show time, at a metre a show second, five times as fast as the clock, with 0.25 m/s².
+    /// A head at 10 m and 10 s of show time, at 1 m per show second, a time scale of 5, with 0.25 m/s².
     fn motion() -> HeadMotion {
         let header = FrameHeader { head_speed_mps: 1.0, time_scale: 5.0, ..FrameHeader::default() };
         HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 10.0, speed_mps: 1.0 }, Some(0.25))
@@ -137,14 +137,14 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_is_counted_down_by_the_clock_on_the_wall() {
+    fn the_time_until_a_contact_is_wall_time() {
         let ahead = ahead(Some(13.7), ShowState::Running, None);
         let ShowForecast::Contact { at, benches: [0, 8] } = ahead else { panic!("{ahead:?}") };
         assert!((at.time_s - 13.7).abs() < 1e-12 && (at.wall_s - 0.74).abs() < 1e-12, "{at:?}");
     }
 
     #[test]
-    fn a_stopping_head_touches_only_what_comes_before_it_stands() {
+    fn a_stopping_head_has_a_contact_only_before_its_rest() {
         let rest = ahead(Some(13.0), ShowState::Stopping, None);
         assert_eq!(rest, ShowForecast::Rest { at: Arrival { travel_m: 12.0, time_s: 14.0, wall_s: 0.8 } });
         let contact = ahead(Some(11.5), ShowState::Stopping, None);
@@ -154,14 +154,14 @@ mod tests {
     }
 
     #[test]
-    fn of_a_run_that_has_ended_nothing_lies_ahead() {
+    fn a_run_that_has_ended_has_no_forecast() {
         assert_eq!(ahead(Some(13.0), ShowState::Ended, None), ShowForecast::Unknown);
     }
 
     #[test]
-    fn a_guarded_head_has_no_contact_ahead_but_a_stop() {
+    fn a_guarded_head_has_a_stop_ahead_instead_of_a_contact() {
         let stop = ahead(Some(20.0), ShowState::Running, Some(&guarded(GuardState::Running, 11.5, Status::NONE)));
-        // Eight metres at speed, and two in which it brakes for four seconds.
+        // Eight metres at walking speed, and two metres of braking in four seconds.
         let at = Arrival { travel_m: 20.0, time_s: 22.0, wall_s: 2.4 };
         assert_eq!(stop, ShowForecast::GuardStop { at, benches: Some([0, 8]) });
         let known = ahead(Some(20.0), ShowState::Running, Some(&guarded(GuardState::Running, 19.0, 19.0)));
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn without_its_guard_a_head_stops_where_its_grants_end() {
+    fn without_its_guard_a_head_stops_at_the_end_of_its_grants() {
         let stop = ahead(Some(40.0), ShowState::Running, Some(&guarded(GuardState::Missing, 15.0, Status::NONE)));
         let ShowForecast::GuardStop { at, benches: None } = stop else { panic!("{stop:?}") };
         assert_eq!((at.travel_m, at.wall_s), (15.0, 1.4));
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn as_json_it_has_its_arrival_beside_its_kind() {
+    fn the_json_form_has_the_arrival_beside_the_kind() {
         let json = serde_json::to_value(ahead(Some(15.0), ShowState::Running, None)).expect("JSON");
         let expected = json!({ "kind": "contact", "travel_m": 15.0, "time_s": 15.0, "wall_s": 1.0, "benches": [0, 8] });
         assert_eq!(json, expected);

@@ -1,4 +1,4 @@
-//! Everything that there is to see at one instant.
+//! The snapshot: all that an observer shows at one instant.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,65 +16,65 @@ use super::planned_clearance::PlannedClearance;
 use super::reader_log::ReaderLog;
 use super::show_forecast::ShowForecast;
 
-/// A frame, copied out of shared memory, so that whoever draws holds on to nothing of the server's.
+/// A copy of a frame. A display can keep it without holding a sample of the server's shared memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameCopy {
     /// The frame's header.
     pub header: FrameHeader,
-    /// The handles, head first, one more than there are benches.
+    /// The handles, head first; one more than the number of benches.
     pub handles: Vec<HandleState>,
 }
 
-/// A least clearance, and when it was.
+/// A least clearance and its show time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LeastClearance {
-    /// Negative where the benches overlap.
+    /// Clearance in metres, negative if the benches overlap.
     pub clearance_m: f64,
     /// Show time in seconds.
     pub time_s: f64,
 }
 
-/// Beyond this age a snapshot is no longer of now: others follow several times a second, also where nothing comes.
+/// Greatest age of a current snapshot, in nanoseconds. The observer makes several per second, also without frames.
 const FRESH_NS: u64 = 1_000_000_000;
 
-/// What an observer shows.
+/// All that an observer shows at one instant.
 #[derive(Clone, Debug, Default)]
-#[expect(missing_docs, reason = "the types of the fields say what they are")]
+#[expect(missing_docs, reason = "the types of the fields describe them")]
 pub struct Snapshot {
-    /// When it was seen, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// Instant of the snapshot, in nanoseconds of `CLOCK_MONOTONIC`.
     pub seen_ns: u64,
     /// The source's presence at that instant; [`Snapshot::presence_at`] judges a later one.
     pub presence: SourcePresence,
-    /// Whether the process of a source is there.
+    /// Whether the process of a source exists.
     pub has_source: bool,
-    /// Since when the bus is read, in nanoseconds of `CLOCK_MONOTONIC`; `None` while it is not.
+    /// Instant since which the bus is read, in nanoseconds of `CLOCK_MONOTONIC`; `None` while it cannot be read.
     pub reading_since_ns: Option<u64>,
-    /// The newest frame; after the source's end its last one.
+    /// The newest frame; after the source's end, its last frame.
     pub frame: Option<Arc<FrameCopy>>,
-    /// The run that the frame is of. `None` until its description has come.
+    /// The run of the frame. `None` until its description has arrived.
     pub run: Option<Arc<DescribedRun>>,
-    /// The pair of benches that are nearest to each other in the frame, neighbours left out.
+    /// The nearest pair of benches in the frame, without neighbours.
     pub nearest: Option<PairClearance>,
     /// The least clearance of all snapshots of this run.
     pub least: Option<LeastClearance>,
     pub forecast: ShowForecast,
     pub guard: GuardSituation,
     pub chart: Option<Arc<ClearanceChart>>,
-    /// The clearance over the whole run as far as the planner has worked it out; for an observer that plans.
+    /// The planned clearance of the whole run, as far as it is computed. `None` if the observer computes no plan.
     pub plan: Option<Arc<PlannedClearance>>,
-    /// When the head comes to a travel.
+    /// Converts travel to show time.
     pub clock: Option<TravelClock>,
-    /// The server's account of itself; of the run that the frame is of.
+    /// The server's status, of the same run as the frame.
     pub status: Option<Arc<Status>>,
     pub statistics: FrameStatistics,
     pub alerts: Arc<AlertLog>,
     pub readers: Arc<ReaderLog>,
-    /// The newest commands, the operators', the timecode's and refused ones of the guard.
+    /// The newest commands: of operators, of the timecode, and refused commands of the guard.
     pub commands: Arc<CommandHistory>,
 }
 
 impl Snapshot {
-    /// With a frame that has no handles, from a source that lives.
+    /// Returns a snapshot of a live source, whose frame has no handles.
     #[cfg(test)]
     pub(crate) fn live(header: FrameHeader) -> Self {
         let frame = Some(Arc::new(FrameCopy { header, handles: Vec::new() }));
@@ -86,14 +86,14 @@ impl Snapshot {
         self.frame.as_ref().map(|frame| &frame.header)
     }
 
-    /// What the show is doing by the newest frame, or that it has ended by the last status.
+    /// The state of the show according to the newest frame; `Ended` if the last status reports the end.
     pub fn state(&self) -> Option<ShowState> {
         let has_ended = self.status.as_ref().is_some_and(|status| status.show_state() == Some(ShowState::Ended));
         if has_ended { Some(ShowState::Ended) } else { self.header()?.show_state() }
     }
 
-    /// How things stand at an instant, for one who has got no newer snapshot: whoever shows it must not take the word of an
-    /// observer that hangs or has died.
+    /// Returns the source's presence at an instant, if no newer snapshot has arrived. An old snapshot means that the observer
+    /// hangs or has died, so its own presence no longer counts.
     ///
     /// ```
     /// use bench_dragon::display::observe::{SourcePresence, Snapshot};
@@ -104,34 +104,34 @@ impl Snapshot {
     /// ```
     pub fn presence_at(&self, now_ns: u64) -> SourcePresence {
         if now_ns.saturating_sub(self.seen_ns) > FRESH_NS {
-            return SourcePresence::Failed { reason: "the view's observer stands still".to_owned() };
+            return SourcePresence::Failed { reason: "the observer no longer reads the bus".to_owned() };
         }
         self.presence.clone()
     }
 }
 
-/// Whether the source of the frames is present to an observer. `age_ns` is how long ago the last frame was sent.
+/// Whether the source of the frames is present. `age_ns` is the age of the last frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the type says what the fields are")]
+#[expect(missing_docs, reason = "the type describes the fields")]
 pub enum SourcePresence {
-    /// No frame has been seen yet.
+    /// No frame has been received yet.
     #[default]
     Waiting,
-    /// Frames come.
+    /// Frames arrive.
     Live,
-    /// The source's process is there, and says nothing: it hangs, or was suspended.
+    /// The source's process exists, but publishes nothing: it hangs, or was suspended.
     Silent { age_ns: u64 },
     /// The run has ended in order.
     Ended { age_ns: u64 },
-    /// The source's process is gone, and the run has not ended in order.
+    /// The source's process is gone, but the run has not ended in order.
     Gone { age_ns: u64 },
-    /// The bus cannot be read, for this reason in one line.
+    /// The bus cannot be read. The reason is one line.
     Failed { reason: String },
 }
 
-/// Beyond this age, and this many periods where frames come seldom, a source that is there is silent.
+/// Greatest age of the last frame of a live source whose process exists: this duration, or this many periods if longer.
 const SILENT: (Duration, u32) = (Duration::from_millis(500), 3);
-/// The same of a source whose process is not to be found. In a process namespace of its own it would never be.
+/// The same for a source whose process is not found. In a process namespace of its own it is never found.
 const GONE: (Duration, u32) = (Duration::from_millis(200), 2);
 
 impl SourcePresence {
@@ -147,7 +147,7 @@ impl SourcePresence {
         }
     }
 
-    /// How long ago the last frame was sent, in seconds, where that is too long or the run has ended.
+    /// Age of the last frame in seconds, if the source is silent or gone, or the run has ended.
     pub fn age_s(&self) -> Option<f64> {
         match self {
             Self::Silent { age_ns } | Self::Gone { age_ns } | Self::Ended { age_ns } => Some(*age_ns as f64 * 1e-9),
@@ -155,8 +155,8 @@ impl SourcePresence {
         }
     }
 
-    /// Judges the last frame by its age, in nanoseconds, the rate at which frames come, and whether the source's process is
-    /// there.
+    /// Derives the presence from the age of the last frame in nanoseconds, the frame rate, and whether the source's process
+    /// exists.
     ///
     /// ```
     /// use bench_dragon::display::observe::SourcePresence;

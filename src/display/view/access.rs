@@ -1,4 +1,4 @@
-//! The token, and what a request may do by the token that it shows.
+//! The token, and the rights of a request that contains it.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,21 +8,21 @@ use axum::http::header::{AUTHORIZATION, SEC_WEBSOCKET_PROTOCOL};
 use rustix::rand::{GetRandomFlags, getrandom};
 use subtle::ConstantTimeEq as _;
 
-/// How a page shows its token where it can set no header of its own, as it opens its stream.
+/// Prefix of the WebSocket protocol that contains the token. A page cannot set other headers when it opens its stream.
 const TOKEN_PROTOCOL: &str = "bench-dragon.token.";
-/// How it shows it otherwise, so that `Authorization` is left to a proxy that asks for a password.
+/// Header that contains the token in all other requests. So `Authorization` stays free for a proxy with a password.
 const TOKEN_HEADER: &str = "x-bench-dragon-token";
 
-/// The rules of a view.
+/// The access rules of a view.
 #[derive(Clone, Debug)]
 pub(super) struct Access {
     pub(super) token: Token,
     pub(super) is_read_only: bool,
-    /// Whether looking takes the token too: whoever can reach the address need not be on this machine.
+    /// Whether viewing needs the token too, because other machines can reach the address.
     pub(super) is_exposed: bool,
 }
 
-/// What a request may do.
+/// The rights of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rights {
     pub(super) may_view: bool,
@@ -30,14 +30,14 @@ pub(super) struct Rights {
 }
 
 impl Access {
-    /// Judges a request by its headers.
+    /// Derives a request's rights from its headers.
     pub(super) fn rights(&self, headers: &HeaderMap) -> Rights {
-        let knows = shown(headers).any(|shown| self.token.is(shown));
-        Rights { may_view: knows || !self.is_exposed, may_control: knows && !self.is_read_only }
+        let has_token = shown(headers).any(|shown| self.token.is(shown));
+        Rights { may_view: has_token || !self.is_exposed, may_control: has_token && !self.is_read_only }
     }
 }
 
-/// The tokens that a request shows.
+/// The tokens that a request contains.
 fn shown(headers: &HeaderMap) -> impl Iterator<Item = &str> {
     let bearers = texts(headers, AUTHORIZATION.as_str()).filter_map(bearer);
     let offered = texts(headers, SEC_WEBSOCKET_PROTOCOL.as_str()).flat_map(|text| text.split(',')).map(str::trim);
@@ -45,36 +45,36 @@ fn shown(headers: &HeaderMap) -> impl Iterator<Item = &str> {
     texts(headers, TOKEN_HEADER).chain(bearers).chain(protocols)
 }
 
-/// What a header holds, each time that it is there.
+/// The values of a header that are text.
 fn texts<'a>(headers: &'a HeaderMap, name: &'static str) -> impl Iterator<Item = &'a str> {
     headers.get_all(name).iter().filter_map(|value| value.to_str().ok())
 }
 
-/// The token of an `Authorization` header; the scheme's name is written in any case.
+/// The token of an `Authorization` header. The scheme's name may have any case.
 fn bearer(authorization: &str) -> Option<&str> {
     let (scheme, token) = authorization.split_once(' ')?;
     scheme.eq_ignore_ascii_case("bearer").then(|| token.trim_start_matches(' '))
 }
 
-/// Bytes of chance in a token.
+/// Random bytes in a token.
 const RANDOM_BYTES: usize = size_of::<u128>();
-/// Lengths that a token of one's own may have.
+/// Allowed lengths of a token that a user chooses.
 const LENGTHS: std::ops::RangeInclusive<usize> = 16..=128;
 
-/// A secret of letters and digits, which fits into an address and into a header.
+/// A secret of letters, digits, - and _, which is valid in an address and in a header.
 #[derive(Clone)]
 pub struct Token(String);
 
-/// Why a text is no token.
+/// The error of a text that is no valid token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("must be {} to {} of A-Z, a-z, 0-9, - and _", LENGTHS.start(), LENGTHS.end())]
+#[error("must be {} to {} characters of A-Z, a-z, 0-9, - and _", LENGTHS.start(), LENGTHS.end())]
 pub struct TokenError;
 
 impl Token {
-    /// A new one, of 128 bits of chance.
+    /// Returns a new token of 128 random bits.
     ///
     /// # Errors
-    /// The kernel's reason for having none.
+    /// The kernel's reason if it has no random bytes.
     pub fn random() -> std::io::Result<Self> {
         let mut bytes = [0; RANDOM_BYTES];
         let mut filled = 0;
@@ -84,12 +84,12 @@ impl Token {
         Ok(Self(format!("{:032x}", u128::from_be_bytes(bytes))))
     }
 
-    /// Whether this is what somebody has shown. Takes as long for a word that is nearly right as for any other.
+    /// Whether a text equals this token. The comparison takes the same time for every text of the same length.
     pub fn is(&self, shown: &str) -> bool {
         self.0.as_bytes().ct_eq(shown.as_bytes()).into()
     }
 
-    /// The token itself, to be shown to operators.
+    /// The token itself, for operators.
     pub fn secret(&self) -> &str {
         &self.0
     }
@@ -105,7 +105,7 @@ impl FromStr for Token {
 }
 
 impl fmt::Debug for Token {
-    /// Without the secret.
+    /// Omits the secret.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("Token")
     }
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn steering_takes_the_token_and_so_does_looking_where_others_can_reach_the_view() {
+    fn commands_need_the_token_and_viewing_needs_it_on_an_exposed_address() {
         let token: Token = "0123456789abcdef".parse().expect("a token");
         let local = Access { token, is_read_only: false, is_exposed: false };
         let exposed = Access { is_exposed: true, ..local.clone() };
@@ -150,24 +150,24 @@ mod tests {
     }
 
     #[test]
-    fn a_new_token_is_another_one_and_is_recognised_by_itself_alone() {
-        let [one, other] = [(); 2].map(|()| Token::random().expect("chance"));
+    fn each_new_token_is_different_and_equals_only_itself() {
+        let [one, other] = [(); 2].map(|()| Token::random().expect("random bytes"));
         assert_ne!(one.secret(), other.secret());
         assert!(one.is(one.secret()) && !one.is(other.secret()) && !one.is("") && !one.is(&one.secret()[1..]));
         assert_eq!(one.secret().parse::<Token>().map(|token| one.is(token.secret())), Ok(true));
     }
 
     #[test]
-    fn a_token_of_ones_own_is_long_and_fits_into_an_address() {
+    fn a_chosen_token_is_long_and_valid_in_an_address() {
         for bad in ["", "short", "0123456789abcde", "0123456789abcdef#", "0123456789abcdeé", &"a".repeat(129)] {
             assert_eq!(bad.parse::<Token>().map(|_| ()), Err(TokenError), "{bad}");
         }
-        assert_eq!(TokenError.to_string(), "must be 16 to 128 of A-Z, a-z, 0-9, - and _");
+        assert_eq!(TokenError.to_string(), "must be 16 to 128 characters of A-Z, a-z, 0-9, - and _");
     }
 
     #[test]
-    fn a_token_is_not_printed_by_mistake() {
-        let token = Token::random().expect("chance");
+    fn debug_output_omits_the_token() {
+        let token = Token::random().expect("random bytes");
         assert!(!format!("{token:?}").contains(token.secret()));
     }
 }

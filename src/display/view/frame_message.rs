@@ -1,4 +1,4 @@
-//! The frame message: a frame in bytes, as a page draws it.
+//! The frame message: the binary form in which a page receives a frame.
 
 use bench_dragon_geometry::clearance::PairClearance;
 
@@ -8,17 +8,17 @@ use crate::display::observe::FrameCopy;
 const HEADER_LEN: usize = 96;
 /// Bytes of one handle.
 const HANDLE_LEN: usize = 12;
-/// What kind of message a frame is.
+/// Kind of the message: a frame.
 const KIND: u32 = 1;
-/// No bench.
+/// Sentinel for *no bench*.
 const NO_BENCH: u32 = u32::MAX;
 
-/// A frame under its sequence number, little-endian.
+/// Encodes a frame and its sequence number, little-endian.
 ///
-/// | offset | type | what |
+/// | offset | type | value |
 /// |---|---|---|
-/// | 0 | u32 | 1 |
-/// | 4 | u32 | sequence number, to be acknowledged |
+/// | 0 | u32 | kind of the message: 1 |
+/// | 4 | u32 | sequence number, which the page acknowledges |
 /// | 8 | u32 | number of benches, N |
 /// | 12 | u32 | state, as on the bus |
 /// | 16 | f64 | run id |
@@ -27,10 +27,10 @@ const NO_BENCH: u32 = u32::MAX;
 /// | 40 | f64 | the head's travel in metres |
 /// | 48 | f64 | the head's speed in metres per show second |
 /// | 56 | f64 | show seconds per wall-clock second |
-/// | 64 | f64 | least clearance in metres, or not a number |
-/// | 72 | u32, u32 | the two benches that it is between, or 2³² − 1 |
-/// | 80 | f64, f64 | the point midway between the two, in metres |
-/// | 96 | 3 × f32 each | of the N + 1 handles: x and y in metres, speed in metres per show second |
+/// | 64 | f64 | least clearance in metres; NaN without a pair |
+/// | 72 | u32, u32 | the two benches of the nearest pair; 2³² − 1 without a pair |
+/// | 80 | f64, f64 | x and y of the point midway between the two, in metres |
+/// | 96 | 3 × f32 for each of the N + 1 handles | x and y in metres, speed in metres per show second |
 pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<PairClearance>) -> Vec<u8> {
     let header = &frame.header;
     let mut bytes = Vec::with_capacity(HEADER_LEN + frame.handles.len() * HANDLE_LEN);
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_has_its_values_where_the_table_says() {
+    fn a_frame_has_its_values_at_the_offsets_of_the_table() {
         let header = FrameHeader {
             run_id: (1 << 53) - 1,
             tick: 77,
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_without_a_pair_says_so() {
+    fn a_frame_without_a_pair_has_nan_and_no_benches() {
         let frame = FrameCopy { header: FrameHeader::default(), handles: Vec::new() };
         let bytes = encode_frame(0, &frame, None);
         assert!(f64::from_le_bytes(bytes[64..72].try_into().expect("eight")).is_nan());

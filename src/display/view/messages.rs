@@ -1,4 +1,4 @@
-//! The messages between the view and its page, as text: JSON with a `type` to the page, acknowledgements and commands from it.
+//! The text messages between the view and its page: JSON with a `type` to the page, acknowledgements and commands from it.
 
 use bench_dragon_geometry::planner::ClosestApproach;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, Status, Stops};
@@ -10,10 +10,10 @@ use crate::display::observe::{Controls, DescribedRun, Numbered, PlannedClearance
 use crate::output::command_words::CommandWords;
 use crate::output::histogram::Percentiles;
 
-/// The name of a kind or a state that only a newer source knows.
+/// Name of a kind or a state that this version does not support.
 const UNKNOWN: &str = "unknown";
 
-/// What stays the same through a run, once a run. Metres, seconds.
+/// Encodes the constant properties of a run. The view sends it once per run. Units are metres and seconds.
 pub(super) fn run_message(run: &DescribedRun) -> Value {
     let config = &run.config;
     let dimensions = config.dragon().dimensions();
@@ -26,19 +26,19 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         "width_m": dimensions.width_m(),
         "hole_offset_m": dimensions.hole_offset_m(),
         "start_s": config.start_s(),
-        // The latest show time that may be sought: with ramps the run ends later.
+        // The latest show time that a seek may have. With ramps, the run ends later.
         "end_s": config.last_seek_s(),
         "near_m": config.tables().monitor.near_m,
         "margin_m": config.tables().monitor.margin_m,
         "guarded": config.tables().monitor.guard,
         "planned_speed_mps": config.tables().head.speed_mps,
         "rate_hz": config.tables().serve.rate_hz,
-        // From point to point: x, y, x, y, …, to a millimetre.
+        // The points as x, y, x, y, …, rounded to a millimetre.
         "route": run.route.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect::<Vec<_>>(),
     })
 }
 
-/// What lies ahead in a whole run: some 15 kB, 40 at most. Metres.
+/// Encodes the planned clearance of a whole run: some 15 kB, at most 40 kB. Units are metres.
 pub(super) fn plan_message(run_id: u64, plan: &PlannedClearance) -> Value {
     let near_miss = |ClosestApproach { travel_m, pair }: &ClosestApproach| json!({ "travel_m": travel_m, "clearance_m": pair.clearance_m, "benches": pair.benches });
     let curve = plan.curve().into_iter().flat_map(|point| [point.travel_m, point.pair.clearance_m]);
@@ -46,16 +46,16 @@ pub(super) fn plan_message(run_id: u64, plan: &PlannedClearance) -> Value {
         "type": "plan",
         "run_id": run_id,
         "is_complete": plan.is_complete,
-        // Travel and least clearance, travel and least clearance, …, in order of travel, to a micrometre.
+        // Travel and least clearance in turn, in order of travel, rounded to a micrometre.
         "curve": curve.map(|value_m| (value_m * 1e6).round() / 1e6).collect::<Vec<_>>(),
         "near_misses": plan.near_misses.iter().map(near_miss).collect::<Vec<_>>(),
-        // Near misses that are left out, none of them nearer than those that are here.
+        // Number of omitted near misses. None of them is nearer than the listed ones.
         "near_misses_dropped": plan.near_misses_dropped,
         "contact": plan.contact.map(|contact| json!({ "travel_m": contact.travel_m, "benches": contact.benches })),
     })
 }
 
-/// An alert and its number. Metres, seconds of show time.
+/// Encodes an alert and its number. Units are metres and seconds of show time.
 pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>) -> Value {
     let benches = alert.pair();
     json!({
@@ -71,17 +71,17 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
     })
 }
 
-/// A command, its sender, its time and its outcome.
+/// Encodes a command with its sender, time and outcome.
 pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent>) -> Value {
     let mut message = json!(CommandWords::from(event));
     for (key, value) in [
         ("type", json!("command")),
         ("number", json!(number)),
         ("run_id", json!(event.run_id)),
-        // From this tick on an accepted command holds; at this one a refused command came.
+        // The tick from which an accepted command holds, or at which a refused command arrived.
         ("tick", json!(event.tick)),
         ("time_s", json!(event.sim_time_ns as f64 * 1e-9)),
-        // Of the sender; 0 where it is not known.
+        // Process id of the sender; 0 if it is unknown.
         ("pid", json!(event.pid)),
     ] {
         message[key] = value;
@@ -89,7 +89,8 @@ pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent
     message
 }
 
-/// Everything but the dragon at an instant, in nanoseconds of `CLOCK_MONOTONIC`; the chart as far as it has changed since a revision.
+/// Encodes a snapshot without its dragon, at an instant in nanoseconds of `CLOCK_MONOTONIC`. Of the chart, it contains the
+/// changes since a revision.
 pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u64) -> Value {
     let (presence, statistics) = (snapshot.presence_at(now_ns), &snapshot.statistics);
     let reason = if let SourcePresence::Failed { reason } = &presence { Some(reason) } else { None };
@@ -115,7 +116,7 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
         "outlook": snapshot.forecast,
         "guard": snapshot.guard,
         "lamps": lamps(snapshot, now_ns),
-        // Why each command would be refused.
+        // The reason for which each command would be refused.
         "refusals": Controls::of(snapshot),
         "clock": snapshot.clock,
         "least": snapshot.least,
@@ -125,7 +126,7 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
 
 fn server_status(status: &Status) -> Value {
     json!({
-        // The tick that the rest is of.
+        // The tick of these values.
         "tick": status.tick,
         "rate_hz": status.rate_hz,
         "overruns": status.overruns,
@@ -138,7 +139,7 @@ fn server_status(status: &Status) -> Value {
     })
 }
 
-/// The stops that hold, by their names.
+/// The names of the stops that hold.
 fn stop_names(stops: Stops) -> Vec<&'static str> {
     let Stops { paused, held, guard_limit, timecode, ending, run_end } = stops;
     let named = [
@@ -175,11 +176,11 @@ enum PageCommand {
     Seek { value: f64 },
 }
 
-/// The request in a body, or what is wrong with it.
+/// Decodes the request in a body, or returns the reason for which it is invalid.
 pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
     let command = serde_json::from_slice(body).map_err(|error| {
         format!(
-            r#"a command is {{"command":"pause"}}, resume, hold, release, or speed or seek with a "value": {error}"#
+            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, or speed or seek with a "value": {error}"#
         )
     })?;
     Ok(match command {
@@ -199,7 +200,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_command_says_who_sent_it_and_why_it_was_refused() {
+    fn a_command_has_its_sender_and_the_reason_of_its_refusal() {
         let seek = Request::Seek { sim_time_s: 500.0 }.to_wire();
         let command = Command { sender: Sender::Ctl.to_wire(), pid: 12, ..seek };
         let refused = CommandReply::refused(3, 41, Refusal::OutOfRange { lowest: 0.0, highest: 442.5 });
@@ -214,14 +215,14 @@ mod tests {
     }
 
     #[test]
-    fn an_acknowledgement_is_a_sequence_number_and_nothing_else() {
+    fn an_acknowledgement_has_only_a_sequence_number() {
         assert_eq!(read_ack(r#"{"ack":7}"#), Some(7));
         assert_eq!(read_ack(r#"{"ack":-7}"#), None);
         assert_eq!(read_ack(r#"{"ack":7,"more":1}"#), None);
     }
 
     #[test]
-    fn a_page_can_give_six_commands() {
+    fn a_page_can_send_six_commands() {
         for (body, request) in [
             (r#"{"command":"pause"}"#, Request::Pause),
             (r#"{"command":"resume"}"#, Request::Resume),
@@ -235,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_else_is_none() {
+    fn any_other_body_is_rejected() {
         for body in [
             "",
             "null",
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_snapshot_of_nothing_says_that_nothing_is_known() {
+    fn an_empty_snapshot_has_no_values() {
         let text = status_message(&Snapshot::default(), 0, 0);
         assert_eq!(text["type"], "status");
         assert_eq!(text["link"]["state"], "waiting");
@@ -262,11 +263,14 @@ mod tests {
     }
 
     #[test]
-    fn a_page_shows_that_the_observer_stands_still() {
+    fn a_status_reports_an_observer_that_no_longer_reads() {
         let snapshot = Snapshot { presence: SourcePresence::Live, seen_ns: 5_000_000_000, ..Snapshot::default() };
         let presence_at = |now_ns| status_message(&snapshot, 0, now_ns)["link"].clone();
         assert_eq!(presence_at(5_900_000_000)["state"], "live");
         let stale = presence_at(6_100_000_000);
-        assert_eq!((&stale["state"], &stale["reason"]), (&"failed".into(), &"the view's observer stands still".into()));
+        assert_eq!(
+            (&stale["state"], &stale["reason"]),
+            (&"failed".into(), &"the observer no longer reads the bus".into())
+        );
     }
 }

@@ -1,13 +1,13 @@
 //! The live view: one page in a browser, drawn from a stream of frames.
 //!
-//! - *Frames* go out as binary messages over a WebSocket (`frame_message`), never more than two that the page has not acknowledged;
-//!   the next one is always the newest. So a slow browser, or a slow network, gets fewer frames and never older ones.
-//! - *Commands* come in as requests that bear the token, and go out over a queue ([`CommandQueue`]): in their order, a hold past all of
-//!   them.
-//! - *Access:* steering takes the token, and off loopback looking takes it too.
+//! - *Frames* are sent as binary messages over a WebSocket (`frame_message`). At most two are unacknowledged, and the next one
+//!   is always the newest. So a slow browser or a slow network gets fewer frames, and never older ones.
+//! - *Commands* are requests that contain the token. A queue ([`CommandQueue`]) sends them to the server in their order; a hold
+//!   overtakes all others.
+//! - *Access:* commands need the token. Off loopback, viewing needs the token too.
 //!
-//! The page is in `page/`, and in the program: it needs nothing from anywhere else. Messages: from the page come `{"ack":N}` for each
-//! frame, by its sequence number, and commands; to the page go frames, and JSON with a `type`.
+//! The page's files are in `page/` and are embedded in the program; the page loads nothing from elsewhere. The page sends
+//! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`.
 
 mod access;
 mod frame_message;
@@ -44,17 +44,17 @@ use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
 
 pub use self::access::{Token, TokenError};
 
-/// The page's files, in the program.
+/// The page's files, embedded in the program.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
 
-/// Streams at a time.
+/// Greatest number of simultaneous streams.
 pub const MAX_VIEWERS: usize = 32;
 /// The WebSocket protocol of a page's stream.
 const PROTOCOL: &str = "bench-dragon.view.v1";
-/// Longest body of a command in bytes.
+/// Greatest length of a command's body, in bytes.
 const MAX_COMMAND_BYTES: usize = 1 << 10;
-/// How long a body may take.
-const BODY_PATIENCE: Duration = Duration::from_secs(5);
+/// Timeout for a command's body.
+const BODY_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// A view of one instance.
 #[derive(Clone, Debug)]
@@ -72,8 +72,8 @@ struct Inner {
 }
 
 impl View {
-    /// A view of a domain's instance, which sends its commands there. Steering takes the token, unless nobody may steer. Off loopback,
-    /// looking takes the token too.
+    /// Returns a view of a domain's instance, to which it sends commands. Commands need the token; with `is_read_only`, the
+    /// view accepts none. Off loopback, viewing needs the token too.
     ///
     /// # Errors
     /// As [`CommandQueue::open`].
@@ -88,23 +88,23 @@ impl View {
         })))
     }
 
-    /// Takes no more commands, and waits until every hold that was asked for is answered.
+    /// Stops accepting commands, and waits until every submitted hold is answered.
     pub fn close(&self) {
         self.0.commands.close(HOLD_PATIENCE, |request| request == Request::Hold);
     }
 
-    /// Shows a snapshot to all pages. Never waits for any of them.
+    /// Sends a snapshot to all pages, without waiting for any of them.
     pub fn show(&self, snapshot: Snapshot) {
         let sequence = self.0.snapshots.borrow().sequence.wrapping_add(1);
         self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot));
     }
 
-    /// Becomes true when the view ends.
+    /// A flag that becomes true when the view ends.
     pub fn closing(&self) -> &watch::Sender<bool> {
         &self.0.closing
     }
 
-    /// The router of its requests.
+    /// The router of the view's requests.
     pub fn router(&self) -> Router {
         PAGE.files()
             .fold(Router::new(), add_page)
@@ -113,7 +113,9 @@ impl View {
             .route("/stream", any(open_stream))
             .route("/command", post(take_command))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
-            .method_not_allowed_fallback(async || refuse(StatusCode::METHOD_NOT_ALLOWED, "not in this way"))
+            .method_not_allowed_fallback(async || {
+                refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
+            })
             .with_state(self.clone())
             .layer(middleware::from_fn_with_state(self.clone(), keep_operator))
     }
@@ -122,17 +124,23 @@ impl View {
         self.0.access.rights(headers)
     }
 
-    /// Whether a command may be read, by its headers alone.
-    #[expect(clippy::result_large_err, reason = "it is the reply")]
+    /// Checks a command's headers, before its body is read.
+    #[expect(clippy::result_large_err, reason = "the error is the reply")]
     fn check_command(&self, headers: &HeaderMap) -> Result<(), Response> {
         if self.0.access.is_read_only {
-            return Err(refuse(StatusCode::FORBIDDEN, "this view takes no commands: it was started with --read-only"));
+            return Err(refuse(
+                StatusCode::FORBIDDEN,
+                "this view accepts no commands: it was started with --read-only",
+            ));
         }
         if !self.rights(headers).may_control {
-            return Err(refuse(StatusCode::UNAUTHORIZED, "a command takes the token that `bench-dragon view` printed"));
+            return Err(refuse(StatusCode::UNAUTHORIZED, "a command needs the token that `bench-dragon view` printed"));
         }
         if !headers.get(CONTENT_TYPE).is_some_and(is_json) {
-            return Err(refuse(StatusCode::UNSUPPORTED_MEDIA_TYPE, "a command is application/json"));
+            return Err(refuse(
+                StatusCode::UNSUPPORTED_MEDIA_TYPE,
+                "a command must have the Content-Type application/json",
+            ));
         }
         Ok(())
     }
@@ -145,10 +153,10 @@ fn is_json(media_type: &HeaderValue) -> bool {
 }
 
 fn refuse_look() -> Response {
-    refuse(StatusCode::UNAUTHORIZED, "looking from elsewhere takes the token that `bench-dragon view` printed")
+    refuse(StatusCode::UNAUTHORIZED, "this view needs the token that `bench-dragon view` printed")
 }
 
-/// Adds a file of the page. A new one is embedded once a file that is here already imports it.
+/// Adds a file of the page to the router. Cargo embeds a new file only when an existing file changes, for example to import it.
 fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
     let media_type = match file.path().extension().and_then(|extension| extension.to_str()) {
         Some("css") => "text/css; charset=utf-8",
@@ -161,14 +169,14 @@ fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
     let path = if name == "index.html" { "/".to_owned() } else { format!("/{name}") };
     let page = async move || {
         let mut response = text(StatusCode::OK, media_type, file.contents());
-        // The next version of the program has other files under the same names.
+        // Another version of the program has other files with the same names.
         response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
         response
     };
     router.route(&path, get(page))
 }
 
-/// Whoever may steer keeps the connection, however many others come.
+/// Protects the connections of operators from being replaced by others.
 async fn keep_operator(State(view): State<View>, request: HttpRequest, next: Next) -> Response {
     if let Some(connection) = request.extensions().get::<Connection>()
         && view.rights(request.headers()).may_control
@@ -208,10 +216,10 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
     }
     let (mut parts, _) = request.into_parts();
     let Ok(upgrade) = WebSocketUpgrade::from_request_parts(&mut parts, &view).await else {
-        return refuse(StatusCode::UPGRADE_REQUIRED, "a stream is a WebSocket");
+        return refuse(StatusCode::UPGRADE_REQUIRED, "the stream is a WebSocket: the request must be an upgrade");
     };
     let Ok(permit) = Arc::clone(&view.0.viewers).try_acquire_owned() else {
-        return refuse(StatusCode::SERVICE_UNAVAILABLE, "as many look already as can be served: 32");
+        return refuse(StatusCode::SERVICE_UNAVAILABLE, "32 pages are open already, which is the limit");
     };
     let (mut snapshots, closing) = (view.0.snapshots.subscribe(), view.0.closing.subscribe());
     snapshots.mark_changed();
@@ -224,22 +232,22 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
 
 async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {
     let (parts, body) = request.into_parts();
-    // Whoever may not steer is not even listened to.
+    // The body of a request without the right to send commands is not read.
     if let Err(refusal) = view.check_command(&parts.headers) {
         return refusal;
     }
-    let Ok(body) = timeout(BODY_PATIENCE, to_bytes(body, MAX_COMMAND_BYTES)).await else {
-        return refuse(StatusCode::REQUEST_TIMEOUT, "a command is sent within five seconds");
+    let Ok(body) = timeout(BODY_TIMEOUT, to_bytes(body, MAX_COMMAND_BYTES)).await else {
+        return refuse(StatusCode::REQUEST_TIMEOUT, "the command has not arrived within 5 s");
     };
     let Ok(body) = body else {
-        return refuse(StatusCode::PAYLOAD_TOO_LARGE, "a command is sent whole, and has at most 1024 bytes");
+        return refuse(StatusCode::PAYLOAD_TOO_LARGE, "the command is incomplete, or longer than 1024 bytes");
     };
     let request = match read_command(&body) {
         Ok(request) => request,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
     let (answer, answered) = oneshot::channel();
-    // Where the page is gone meanwhile, the command is carried out all the same.
+    // The command is sent even if the page has gone by then.
     view.0.commands.submit(request, move |outcome| drop(answer.send(outcome)));
     match answered.await.expect("the queue answers each command") {
         Ok(reply) => {

@@ -1,4 +1,4 @@
-//! The stream to one page: frames as the page acknowledges them, and the messages about everything else.
+//! The stream to one page: frames, as fast as the page acknowledges them, and all other messages.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -17,16 +17,16 @@ use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapsho
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
 
-/// Longest message of a page in bytes.
+/// Greatest length of a page's message, in bytes.
 pub(super) const MAX_MESSAGE_BYTES: usize = 256;
-/// Frames that a page has not acknowledged, at most.
+/// Greatest number of unacknowledged frames.
 const MAX_UNACKNOWLEDGED: usize = 2;
-/// How often a page gets a status.
+/// Period of the status messages.
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
-/// How long a page may take to acknowledge a frame, and the network to take a message.
-const PATIENCE: Duration = Duration::from_secs(30);
-/// How long a page may take to answer a close frame.
-const CLOSE_PATIENCE: Duration = Duration::from_secs(2);
+/// Timeout for a page's acknowledgement, and for sending a message.
+const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
+/// Timeout for a page's answer to a close frame.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The stream to one page.
 #[derive(Debug)]
@@ -35,15 +35,15 @@ pub(super) struct PageStream {
     snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
     closing: watch::Receiver<bool>,
     sent: SentState,
-    /// Sequence numbers of the frames that it has not acknowledged, oldest first.
+    /// Sequence numbers of the unacknowledged frames, oldest first.
     unacknowledged: VecDeque<u32>,
-    /// When it last acknowledged one, or was sent one after it had acknowledged all.
+    /// Instant of the last acknowledgement, or of the first frame sent after all had been acknowledged.
     heard: Instant,
     /// Counts this stream among the viewers.
     _permit: OwnedSemaphorePermit,
 }
 
-/// What the page has got already.
+/// The data that the page already has.
 #[derive(Debug, Default)]
 struct SentState {
     run: Option<Arc<DescribedRun>>,
@@ -54,12 +54,12 @@ struct SentState {
     next_command: u64,
 }
 
-/// Why a stream ends.
+/// The reason for the end of a stream.
 #[derive(Debug)]
 enum StreamEnd {
-    /// The page has gone, or cannot be reached.
+    /// The page has disconnected, or is unreachable.
     Gone,
-    /// The view closes it.
+    /// The view closes the stream, with this code and reason.
     Closed(u16, &'static str),
 }
 
@@ -81,17 +81,17 @@ impl PageStream {
         }
     }
 
-    /// Streams until the page or the view ends.
+    /// Sends messages until the page or the view ends.
     pub(super) async fn run(mut self) {
         let Err(end) = self.stream().await;
         if let StreamEnd::Closed(code, reason) = end {
-            // A page that does not answer is left alone.
-            let _ = timeout(CLOSE_PATIENCE, self.close(code, reason)).await;
+            // If the page does not answer in time, its socket is dropped.
+            let _ = timeout(CLOSE_TIMEOUT, self.close(code, reason)).await;
         }
     }
 
-    /// Sends a close frame and reads until the page has answered it (RFC 6455, section 7.1.1). A socket that is closed with
-    /// acknowledgements unread is reset, and a reset can cost the page the close frame.
+    /// Sends a close frame and reads until the page has answered it (RFC 6455, section 7.1.1). If a socket is closed while it
+    /// has unread acknowledgements, TCP resets the connection, and the page can lose the close frame.
     async fn close(&mut self, code: u16, reason: &'static str) -> Result<(), StreamEnd> {
         let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
         self.send(Message::Close(Some(frame))).await?;
@@ -110,7 +110,7 @@ impl PageStream {
                 _ = status_due.tick() => self.send_status().await?,
                 Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
                 () = closed(&mut self.closing) => {
-                    // The last status of a show comes with its end.
+                    // The page also gets the last status of the show.
                     self.send_status().await?;
                     return Err(ENDED);
                 }
@@ -118,15 +118,17 @@ impl PageStream {
         }
     }
 
-    /// Takes what the page says.
+    /// Handles a message of the page.
     fn take(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), StreamEnd> {
-        const MALFORMED: StreamEnd =
-            StreamEnd::Closed(close_code::POLICY, "a page only acknowledges frames, in a few bytes");
+        const MALFORMED: StreamEnd = StreamEnd::Closed(
+            close_code::POLICY,
+            "a page may only acknowledge frames, in messages of at most 256 bytes",
+        );
         let text = match message {
             None | Some(Ok(Message::Close(_))) => return Err(StreamEnd::Gone),
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
             Some(Ok(Message::Text(text))) => text,
-            // Too long, or torn: to a page that is gone the farewell is lost.
+            // The message is too long, or the connection is broken. In the second case the close frame is lost.
             Some(Ok(Message::Binary(_)) | Err(_)) => return Err(MALFORMED),
         };
         let sequence = read_ack(&text).ok_or(MALFORMED)?;
@@ -136,7 +138,8 @@ impl PageStream {
         Ok(())
     }
 
-    /// Sends the newest frame, unless the page has it already, before it the run that it is of, and behind it what it has set off.
+    /// Sends the newest frame, unless the page already has it. The run is sent before it; the plan, alerts and commands after
+    /// it.
     async fn send_frame(&mut self) -> Result<(), StreamEnd> {
         let newest = Arc::clone(&self.snapshots.borrow_and_update());
         let is_known = match (&self.sent.frame, &newest.snapshot.frame) {
@@ -163,7 +166,7 @@ impl PageStream {
         Ok(())
     }
 
-    /// Sends the planned clearance, unless the page has it already: once a run, and a few times before it is complete.
+    /// Sends the planned clearance, unless the page already has it: once per run, and a few times before it is complete.
     async fn send_plan(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
         let (Some(run), Some(plan)) = (&newest.snapshot.run, &newest.snapshot.plan) else { return Ok(()) };
         if self.sent.plan.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, plan)) {
@@ -173,9 +176,9 @@ impl PageStream {
         self.send_json(&plan_message(run.run_id, plan)).await
     }
 
-    /// Sends how it goes, and the alerts that are new.
+    /// Sends the status and the new alerts.
     async fn send_status(&mut self) -> Result<(), StreamEnd> {
-        if !self.unacknowledged.is_empty() && self.heard.elapsed() > PATIENCE {
+        if !self.unacknowledged.is_empty() && self.heard.elapsed() > PAGE_TIMEOUT {
             return Err(StreamEnd::Closed(close_code::POLICY, "no frame has been acknowledged for 30 s"));
         }
         let newest = Arc::clone(&self.snapshots.borrow());
@@ -185,7 +188,7 @@ impl PageStream {
         self.send_alerts(&newest).await
     }
 
-    /// Sends the alerts that are new.
+    /// Sends the new alerts.
     async fn send_alerts(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
         let alerts = &newest.snapshot.alerts.log;
         for alert in alerts.since(std::mem::replace(&mut self.sent.next_alert, alerts.total)) {
@@ -194,7 +197,7 @@ impl PageStream {
         Ok(())
     }
 
-    /// Sends the run, unless the page has it already.
+    /// Sends the run, unless the page already has it.
     async fn send_run(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
         let Some(run) = &newest.snapshot.run else { return Ok(()) };
         if self.sent.run.as_ref().is_some_and(|sent| Arc::ptr_eq(sent, run)) {
@@ -211,17 +214,17 @@ impl PageStream {
     }
 
     async fn send(&mut self, message: Message) -> Result<(), StreamEnd> {
-        match timeout(PATIENCE, self.socket.send(message)).await {
+        match timeout(PAGE_TIMEOUT, self.socket.send(message)).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) | Err(_) => Err(StreamEnd::Gone),
         }
     }
 }
 
-/// A snapshot and its number. Its frame is encoded once for all streams, and only if there is one.
+/// A snapshot and its number. Its frame, if any, is encoded once for all streams.
 #[derive(Debug, Default)]
 pub(super) struct NumberedSnapshot {
-    /// Grows from snapshot to snapshot; from the largest it goes on at 0.
+    /// Number of the snapshot. It increases by one, and wraps around to 0.
     pub(super) sequence: u32,
     pub(super) snapshot: Snapshot,
     message: OnceLock<Bytes>,
@@ -232,7 +235,7 @@ impl NumberedSnapshot {
         Arc::new(Self { sequence, snapshot, message: OnceLock::new() })
     }
 
-    /// The snapshot's frame as a message, where there is one.
+    /// Returns the snapshot's frame as a message, if any.
     fn frame(&self) -> Option<Bytes> {
         let frame = self.snapshot.frame.as_ref()?;
         let encode = || encode_frame(self.sequence, frame, self.snapshot.nearest).into();

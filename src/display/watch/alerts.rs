@@ -1,4 +1,4 @@
-//! The list of alerts, newest first, and which kinds it shows.
+//! The list of alerts, newest first, and the filter of its kinds.
 
 use bench_dragon_ipc::{Alert, AlertKind};
 use ratatui::text::{Line, Span};
@@ -6,7 +6,7 @@ use ratatui::text::{Line, Span};
 use super::look::{Look, Tone};
 use crate::display::observe::Snapshot;
 
-/// A title and as many of the filter's alerts as there are lines.
+/// A title and the newest alerts that pass the filter, at most `count` lines.
 pub(super) fn lines(snapshot: &Snapshot, look: Look, filter: AlertFilter, count: usize) -> Vec<Line<'static>> {
     let total = snapshot.alerts.log.total;
     let count_words = match total {
@@ -28,7 +28,7 @@ pub(super) fn lines(snapshot: &Snapshot, look: Look, filter: AlertFilter, count:
     lines
 }
 
-/// The newest of the filter's alerts alone.
+/// Only the newest alert that passes the filter.
 pub(super) fn newest(snapshot: &Snapshot, look: Look, filter: AlertFilter) -> Option<Line<'static>> {
     let alert = snapshot.alerts.log.latest().rev().find(|numbered| filter.takes(&numbered.event))?.event;
     let mut line = line(&alert, snapshot, look);
@@ -38,7 +38,7 @@ pub(super) fn newest(snapshot: &Snapshot, look: Look, filter: AlertFilter) -> Op
     Some(line)
 }
 
-/// Whether it is not of the run whose frame is shown.
+/// Whether an alert belongs to another run than the shown frame.
 fn is_of_another_run(alert: &Alert, snapshot: &Snapshot) -> bool {
     snapshot.header().is_some_and(|header| header.run_id != alert.run_id)
 }
@@ -53,7 +53,7 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     };
     let benches = alert.pair().map_or_else(String::new, |[one, another]| format!(" {one}-{another}"));
     let is_past = is_of_another_run(alert, snapshot);
-    // Of an earlier run nothing is urgent any more.
+    // An alert of an earlier run is no longer urgent.
     let style = if is_past { look.theme.faint() } else { look.theme.text(tone) };
     let line = Line::from(vec![
         Span::raw(format!("{:>9.3} ", alert.sim_time_ns as f64 * 1e-9)),
@@ -63,7 +63,7 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     if is_past { line.style(look.theme.faint()) } else { line }
 }
 
-/// All alerts, all but those of near pairs, or those of one kind.
+/// The filter: all alerts, all but near pairs, or one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum AlertFilter {
     #[default]
@@ -83,7 +83,7 @@ impl AlertFilter {
         Self::Only(AlertKind::Restarted),
     ];
 
-    /// The next one; after the last one all alerts again.
+    /// The next filter; after the last one, all alerts.
     pub(super) fn next(self) -> Self {
         let at = Self::IN_ORDER.iter().position(|filter| *filter == self).unwrap_or_default();
         Self::IN_ORDER[(at + 1) % Self::IN_ORDER.len()]
@@ -97,7 +97,7 @@ impl AlertFilter {
         }
     }
 
-    /// What is listed, behind the number of all; nothing where that is all of them.
+    /// The suffix of the title that describes the filter; empty for all alerts.
     pub(super) fn words(self) -> String {
         match self {
             Self::All => String::new(),
@@ -118,7 +118,7 @@ mod tests {
     use crate::safety::monitor::run_alert;
 
     #[test]
-    fn alerts_are_filtered_by_their_kind() {
+    fn alerts_are_filtered_by_kind() {
         let snapshot = snapshot(ShowState::Running, 300.0);
         let near = |keys| text_after(keys, &snapshot).contains("near      0-11");
         assert_eq!(["", "k", "kk", "kkk", "kkkkkkk"].map(near), [true, false, false, true, true]);

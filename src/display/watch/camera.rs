@@ -1,4 +1,4 @@
-//! Where the plan is looked at from.
+//! The camera: the part of the plan in view.
 
 use std::ops::RangeInclusive;
 
@@ -10,23 +10,23 @@ use super::look::Glyphs;
 use crate::display::observe::{FrameCopy, Snapshot};
 use crate::safety::monitor::plan_view;
 
-/// One step of the zoom, and how far it may go. 1 shows all of the route.
+/// Factor of one zoom step, and range of the zoom. At 1, all of the route is in view.
 const ZOOM_STEP: f64 = 1.25;
 const ZOOM: RangeInclusive<f64> = 0.5..=200.0;
-/// The zoom at which the head is followed, unless it is nearer already.
+/// Smallest zoom while the head is followed.
 const FOLLOW_ZOOM: f64 = 4.0;
-/// A step of an arrow key, as a share of what is seen.
+/// Step of an arrow key, as a share of the part in view.
 const PAN_STEP: f64 = 0.1;
-/// Share of what is shown that is left free around it.
+/// Free margin around the route, as a share of its size.
 const MARGIN: f64 = 0.03;
 
-/// What is seen of the plan, as the keys have set it.
+/// The part of the plan in view, as the keys have set it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
-    /// Whether the head is followed.
+    /// Whether the camera follows the head.
     pub(super) follows: bool,
     zoom: f64,
-    /// From the head where that is followed, else from the middle of all, in metres.
+    /// Offset of the view's centre from the head if it is followed, else from the middle of the route, in metres.
     offset: DVec2,
 }
 
@@ -41,9 +41,9 @@ pub(super) struct Extent {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Viewport {
     pub(super) extent: Extent,
-    /// Width of a cell in metres; it is twice as high.
+    /// Width of a cell in metres. Its height is twice its width.
     pub(super) cell_m: f64,
-    /// From dot to dot upwards, in metres.
+    /// Vertical distance of two dots, in metres.
     pub(super) dot_m: f64,
 }
 
@@ -54,7 +54,7 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// Takes a key, if it is one of the camera's.
+    /// Handles a key, if the camera uses it. Returns whether it does.
     pub(super) fn press(&mut self, code: KeyCode, snapshot: &Snapshot) -> bool {
         match code {
             KeyCode::Char('f') => self.toggle_follow(snapshot),
@@ -70,7 +70,7 @@ impl Camera {
         true
     }
 
-    /// What is seen in an area of cells; `None` where there is nothing to see or nowhere to show it.
+    /// Returns the part in view in an area of cells; `None` if the area or the snapshot is empty.
     pub(super) fn viewport(&self, area: Rect, glyphs: Glyphs, snapshot: &Snapshot) -> Option<Viewport> {
         let all = Extent::of(snapshot)?;
         if area.is_empty() {
@@ -78,7 +78,7 @@ impl Camera {
         }
         let size = (all.high - all.low) * (1.0 + 2.0 * MARGIN);
         let [across, up] = glyphs.dots().map(f64::from);
-        // In cells, from the middle of the outermost dots, where the canvas puts its bounds.
+        // In cells, between the middles of the outermost dots, since the canvas puts its bounds there.
         let (columns, rows) = (f64::from(area.width) - 1.0 / across, f64::from(area.height) - 1.0 / up);
         let cell_m = (size.x / columns.max(0.5)).max(size.y / (2.0 * rows.max(0.5))).max(1e-6) / self.zoom;
         let half = 0.5 * DVec2::new(cell_m * columns, 2.0 * cell_m * rows);
@@ -92,7 +92,7 @@ impl Camera {
         head.unwrap_or_else(|| all.middle()) + self.offset
     }
 
-    /// Follows the head, or stays where it has been followed to.
+    /// Switches following on or off. When switched off, the camera stays where it is.
     fn toggle_follow(&mut self, snapshot: &Snapshot) {
         let all = Extent::of(snapshot);
         if self.follows {
@@ -116,7 +116,7 @@ impl Camera {
 }
 
 impl Extent {
-    /// All that there is: the route, along which the dragon lies; without a description the handles.
+    /// The extent of the route, on which the dragon lies; without a description, the extent of the handles.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         match &snapshot.run {
             Some(run) => Self::around(run.route.iter().copied()),
@@ -135,7 +135,7 @@ impl Extent {
         0.5 * (self.low + self.high)
     }
 
-    /// Whether a circle may have a part in it.
+    /// Whether a circle may overlap the rectangle.
     pub(super) fn reaches(&self, centre: DVec2, radius_m: f64) -> bool {
         centre.cmpge(self.low - radius_m).all() && centre.cmple(self.high + radius_m).all()
     }
@@ -153,15 +153,16 @@ mod tests {
     use crate::display::watch::sample::snapshot;
 
     #[test]
-    fn a_metre_is_as_long_on_either_axis_and_all_of_the_route_is_seen() {
+    fn both_axes_have_the_same_scale_and_all_of_the_route_is_in_view() {
         let snapshot = snapshot(ShowState::Running, 100.0);
         let all = Extent::of(&snapshot).expect("a run");
         for (glyphs, cell) in [(Glyphs::Braille, [2.0, 4.0]), (Glyphs::Blocks, [1.0, 2.0])] {
             for (width, height) in [(49, 21), (153, 57), (40, 7), (3, 30), (1, 1)] {
                 let area = Rect::new(0, 0, width, height);
-                let viewport = Camera::default().viewport(area, glyphs, &snapshot).expect("there is something to see");
+                let viewport = Camera::default().viewport(area, glyphs, &snapshot).expect("a viewport");
                 let size = viewport.extent.high - viewport.extent.low;
-                // Dots are as far apart across as they are up: a cell is twice as high as wide, and so are its dots more.
+                // Dots have the same distance across and up: a cell is twice as high as wide, and has twice as many dots up as
+                // across.
                 let across = f64::from(width) * cell[0] - 1.0;
                 let up = f64::from(height) * cell[1] - 1.0;
                 if across > 0.0 && up > 0.0 {
@@ -176,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_longer_followed_stays_in_view() {
+    fn after_following_the_camera_stays_where_it_is() {
         let (before, after) = (snapshot(ShowState::Running, 100.0), snapshot(ShowState::Running, 130.0));
         let area = Rect::new(0, 0, 49, 21);
         let mut camera = Camera::default();
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn zoom_and_arrows_come_back_to_all_of_the_route() {
+    fn opposite_keys_of_zoom_and_arrows_restore_the_view() {
         let snapshot = snapshot(ShowState::Running, 100.0);
         let mut camera = Camera::default();
         for code in [KeyCode::Char('z'), KeyCode::Char(']'), KeyCode::Left, KeyCode::Up] {

@@ -1,4 +1,4 @@
-//! Clearance over the run, lateness over the last minutes.
+//! The charts of the clearance over the run, and of the lateness over the last minutes.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::panel::{near_m, span, tone};
 use super::screen::Screen;
 use crate::display::observe::{ClearanceChart, Snapshot};
 
-/// The clearance of the whole run, from its start to its end, and below it where the head is and where benches touch.
+/// Draws the clearance of the whole run, and below it the marks of the head and of the next contact.
 pub(super) fn draw_clearance(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let (Some(chart), true) = (&snapshot.chart, area.height > 1) else { return };
     let look = screen.look;
@@ -34,7 +34,7 @@ pub(super) fn draw_clearance(frame: &mut Frame<'_>, area: Rect, snapshot: &Snaps
     frame.render_widget(timeline(chart, area.width, snapshot, screen), below);
 }
 
-/// The least clearance of each column, in metres.
+/// The least clearance of each column, in metres; `None` without a measurement.
 fn columns(chart: &ClearanceChart, width: u16) -> impl Iterator<Item = Option<f64>> {
     let (bins, width) = (&chart.least_m, usize::from(width));
     (0..width).map(move |column| {
@@ -63,7 +63,7 @@ fn timeline(chart: &ClearanceChart, width: u16, snapshot: &Snapshot, screen: &Sc
     Line::from(cells)
 }
 
-/// The lateness of the last seconds, a column each, and the worst of them.
+/// Draws the lateness of the last seconds, one column each, and the greatest of them as a number.
 pub(super) fn draw_lateness(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     if area.is_empty() {
         return;
@@ -71,9 +71,10 @@ pub(super) fn draw_lateness(frame: &mut Frame<'_>, area: Rect, screen: &Screen) 
     let look = screen.look;
     let seconds: Vec<u64> = screen.lateness.latest(area.width.into()).collect();
     let worst_ns = seconds.iter().copied().max().unwrap_or_default();
-    let title = match seconds.len() {
-        0 => "lateness of each second".to_owned(),
-        count => format!("p99 of {count} s, to {}", span(worst_ns, look.glyphs)),
+    let title = if seconds.is_empty() {
+        "p99 per second".to_owned()
+    } else {
+        format!("p99 per second, max {}", span(worst_ns, look.glyphs))
     };
     frame.render_widget(Line::styled(title, look.theme.faint()), Rect { height: 1, ..area });
     let sparkline = Sparkline::default()
@@ -83,12 +84,12 @@ pub(super) fn draw_lateness(frame: &mut Frame<'_>, area: Rect, screen: &Screen) 
     frame.render_widget(sparkline, Rect { y: area.y + 1, height: area.height - 1, ..area });
 }
 
-/// Seconds that are kept: as many as the widest chart has columns.
+/// Number of seconds that are kept: at least the columns of the widest chart.
 const KEPT: usize = 120;
-/// The share of a second's ticks that is no later than what is kept of it.
+/// The quantile of a second's lateness that is kept.
 const SHARE: f64 = 0.99;
 
-/// The 99th percentile of each second's lateness, worked out of a distribution that only grows.
+/// The 99th percentile of each second's lateness, computed from a histogram that only grows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LatenessHistory {
     seconds_ns: VecDeque<u64>,
@@ -97,7 +98,7 @@ pub(super) struct LatenessHistory {
 }
 
 impl LatenessHistory {
-    /// Takes note of a status. A second is as many ticks as the server makes in one.
+    /// Records a status. A second ends after as many ticks as the server makes per second.
     pub(super) fn note(&mut self, status: &Arc<Status>) {
         let same_run = self.begun.as_ref().filter(|begun| begun.run_id == status.run_id && begun.tick <= status.tick);
         let Some(begun) = same_run else {
@@ -115,14 +116,14 @@ impl LatenessHistory {
         self.begun = Some(Arc::clone(status));
     }
 
-    /// The latest so many seconds, oldest first, in nanoseconds.
+    /// The last `count` seconds, oldest first, in nanoseconds.
     pub(super) fn latest(&self, count: usize) -> impl Iterator<Item = u64> {
         let skipped = self.seconds_ns.len().saturating_sub(count);
         self.seconds_ns.iter().skip(skipped).copied()
     }
 }
 
-/// What a distribution has gained.
+/// The difference of two states of a histogram.
 fn since(before: &TimeHistogram, after: &TimeHistogram) -> TimeHistogram {
     let mut gained = TimeHistogram { max_ns: after.max_ns, ..TimeHistogram::default() };
     for (gained, (before, after)) in gained.counts.iter_mut().zip(before.counts.iter().zip(&after.counts)) {
@@ -140,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn each_second_has_its_own_lateness_though_the_servers_is_of_the_whole_run() {
+    fn each_second_has_its_own_lateness() {
         let (mut history, mut all) = (LatenessHistory::default(), TimeHistogram::default());
         history.note(&status(1, 0, &all));
         for (tick, late_ns) in [(5, 40), (10, 40), (15, 20), (20, 20)] {
@@ -152,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restart_begins_a_second_anew_and_keeps_those_before() {
+    fn a_restart_begins_a_new_second_and_keeps_the_earlier_ones() {
         let (mut history, mut all) = (LatenessHistory::default(), TimeHistogram::default());
         history.note(&status(1, 0, &all));
         (0..10).for_each(|_| all.record(30));
@@ -165,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_than_two_minutes_are_kept() {
+    fn at_most_two_minutes_are_kept() {
         let (mut history, mut all) = (LatenessHistory::default(), TimeHistogram::default());
         for second in 0..=KEPT as u64 + 5 {
             history.note(&status(1, second * 10, &all));

@@ -1,4 +1,4 @@
-//! A snapshot on a screen.
+//! The layout of a screen, and the drawing of a snapshot.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -8,16 +8,16 @@ use super::screen::{Overlay, Screen};
 use super::{alerts, charts, footer, header, overlays, panel, plan};
 use crate::display::observe::Snapshot;
 
-/// Lines of figures.
+/// Lines of the figures about clearance and forecast, and of the figures about frames.
 const FACTS: u16 = 6;
 const TRAFFIC: u16 = 6;
-/// A panel of so many lines has charts; what is over them and the figures goes to the alerts, and of each so many lines more
-/// one to each chart.
+/// Lines from which on a panel has charts. The lines above this number go to the alerts. Each ten of them make each chart
+/// one line taller, up to `TALLEST`.
 const CHARTED: u16 = 20;
 const LINES_A_BAR: u16 = 10;
 const TALLEST: u16 = 5;
 
-/// Draws everything, on a screen of whatever size.
+/// Draws everything, on a screen of any size.
 pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, screen: &Screen) {
     let areas = Areas::of(frame.area());
     plan::draw(frame, areas.plan, snapshot, screen);
@@ -49,23 +49,23 @@ fn draw_panel(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &S
     frame.render_widget(Paragraph::new(alerts::lines(snapshot, look, screen.alert_filter, rest.height.into())), rest);
 }
 
-/// Where there is no room for a panel.
+/// Draws the figures below the plan, if there is no room for a panel.
 fn draw_strip(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let mut lines = panel::short_lines(snapshot, screen.look);
     lines.extend(alerts::newest(snapshot, screen.look, screen.alert_filter));
     frame.render_widget(Paragraph::new(lines), area);
 }
 
-/// From this width on there is room for a column of figures beside the plan.
+/// Width from which on a column of figures fits beside the plan.
 const WIDE: u16 = 64;
-/// Widths of that column.
+/// Smallest and greatest width of that column.
 const PANEL: [u16; 2] = [30, 46];
-/// A screen of so many lines has lamps.
+/// Lines from which on a screen has lamps.
 pub(super) const LAMPED: u16 = 13;
-/// Lines of figures under the plan where there is none.
+/// Lines of figures below the plan if there is no panel.
 const STRIP: u16 = 4;
 
-/// The parts of the screen; what there is no room for is empty.
+/// The parts of the screen. A part without room is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Areas {
     pub(super) status: Rect,
@@ -73,14 +73,14 @@ pub(super) struct Areas {
     pub(super) plan: Rect,
     /// Beside the plan.
     pub(super) panel: Rect,
-    /// Under the plan, where there is no panel.
+    /// Below the plan, if there is no panel.
     pub(super) strip: Rect,
     pub(super) reply: Rect,
     pub(super) keys: Rect,
 }
 
 impl Areas {
-    /// Parts a screen. The status comes first, then the reply, the keys and the lamps; the plan gets what is left.
+    /// Divides a screen. Room goes to the status first, then to the reply, the keys and the lamps; the plan gets the rest.
     pub(super) fn of(screen: Rect) -> Self {
         let (status, rest) = cut_top(screen, 1);
         let (rest, keys) = cut_bottom(rest, u16::from(screen.height >= 4));
@@ -97,13 +97,13 @@ impl Areas {
     }
 }
 
-/// The first rows, at most as many as there are, and the others.
+/// Splits off the first rows, at most all of them. Returns them and the others.
 pub(super) fn cut_top(area: Rect, rows: u16) -> (Rect, Rect) {
     let rows = rows.min(area.height);
     (Rect { height: rows, ..area }, Rect { y: area.y + rows, height: area.height - rows, ..area })
 }
 
-/// All but the last rows, and those.
+/// Splits off the last rows. Returns the others and them.
 fn cut_bottom(area: Rect, rows: u16) -> (Rect, Rect) {
     cut_top(area, area.height.saturating_sub(rows))
 }
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_screen_of_80_by_24_has_all_that_a_show_is_watched_for() {
+    fn a_screen_of_80_by_24_has_all_figures() {
         let snapshot = snapshot(ShowState::Running, 300.0);
         let text = text_after("", &snapshot);
         for figure in [
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn every_size_is_drawn_on_whatever_is_shown() {
+    fn every_size_of_screen_is_drawn_in_every_state() {
         let widths = (0..6).chain([13, 30, 40, 63, 64, 80, 200]);
         for (width, height) in widths.flat_map(|width| (0..6).chain([9, 12, 24, 60]).map(move |height| (width, height)))
         {
@@ -178,7 +178,7 @@ mod tests {
         }
     }
 
-    /// The first benches alone, without a description: drawn quickly.
+    /// Only the first benches, without a description, so that drawing is fast.
     fn snapshot_of_few() -> Snapshot {
         let mut snapshot = snapshot(ShowState::Running, 12.0);
         let mut copy = (**snapshot.frame.as_ref().expect("a frame")).clone();
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_source_is_reported_across_the_plan_and_in_the_first_line() {
+    fn a_source_that_is_not_live_is_reported_on_the_plan_and_in_the_first_line() {
         let words = ["WAITING", "SILENT", "LOST", "FAILED"];
         for ((width, height), (presence, word)) in [(40, 12), (80, 24), (200, 60)]
             .into_iter()
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn without_colours_everything_is_still_there_in_words() {
+    fn without_colours_the_text_is_the_same() {
         let look = Look { theme: Theme::Plain, glyphs: Glyphs::Braille };
         for presence in presences() {
             let snapshot = Snapshot { presence, ..snapshot(ShowState::Held, 300.0) };
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_without_other_characters_gets_ascii_alone() {
+    fn a_terminal_without_utf_8_gets_only_ascii() {
         let look = Look { glyphs: Glyphs::Ascii, theme: Theme::Coloured };
         for keys in ["", "?", "l", "f", "s300"] {
             for presence in presences() {
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_parts_of_any_screen_lie_in_it_and_apart() {
+    fn the_parts_of_any_screen_lie_in_it_and_do_not_overlap() {
         for (width, height) in (0..=130).flat_map(|width| (0..=40).map(move |height| (width, height))) {
             let screen = Rect::new(0, 0, width, height);
             let Areas { status, lamps, plan, panel, strip, reply, keys } = Areas::of(screen);

@@ -1,4 +1,4 @@
-//! The first two lines: what the show is doing, and the lamps.
+//! The first two lines: the state of the show, and the lamps.
 
 use bench_dragon_ipc::{ShowState, SourceKind};
 use ratatui::Frame;
@@ -26,7 +26,7 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     spans.push(Span::raw(format!("   {}", screen.instance)));
     let (name, tone) = match snapshot.status.as_ref().and_then(|status| status.source_kind()) {
         Some(SourceKind::Replay) if is_live => ("REPLAY", Tone::Caution),
-        Some(SourceKind::Remote) if is_live => ("other host", condition.tone),
+        Some(SourceKind::Remote) if is_live => ("another host", condition.tone),
         _ => (snapshot.presence.name(), condition.tone),
     };
     spans.push(Span::styled(format!("   {name}"), look.theme.text(tone)));
@@ -36,7 +36,7 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     frame.render_widget(Line::from(spans), area);
 }
 
-/// A word, and how urgent it is.
+/// The state of the show as a word, and its urgency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Condition {
     pub(super) word: &'static str,
@@ -45,7 +45,7 @@ pub(super) struct Condition {
 }
 
 impl Condition {
-    /// The source's silence comes before what it said last.
+    /// Returns the condition of a snapshot. If the source is not live, its presence takes precedence over its last state.
     pub(super) fn of(snapshot: &Snapshot) -> Self {
         use SourcePresence::{Ended, Failed, Gone, Live, Silent, Waiting};
         let new = |word, tone, sign| Self { word, tone, sign };
@@ -60,7 +60,7 @@ impl Condition {
             (Live, Some(ShowState::Paused)) => new("PAUSED", Tone::Caution, 1),
             (Live, Some(ShowState::Held)) => match by_guard(snapshot) {
                 GuardSituation::Missing => new("NO GUARD", Tone::Danger, 2),
-                GuardSituation::Waiting => new("GUARD WAITS", Tone::Caution, 1),
+                GuardSituation::Waiting => new("WAITS FOR GUARD", Tone::Caution, 1),
                 GuardSituation::AtEnd { .. } => new("GUARD STOP", Tone::Caution, 2),
                 GuardSituation::None | GuardSituation::Working => new("HELD", Tone::Danger, 2),
             },
@@ -69,23 +69,23 @@ impl Condition {
         }
     }
 
-    /// A sign that says the same.
+    /// The sign with the meaning of the word.
     pub(super) fn sign(&self, glyphs: Glyphs) -> &'static str {
         glyphs.signs().states[self.sign]
     }
 }
 
-/// How it stands with the guard of a show that no operator holds.
+/// The situation of the guard; `None` if an operator holds the show.
 fn by_guard(snapshot: &Snapshot) -> GuardSituation {
     let is_held = snapshot.status.as_ref().is_some_and(|status| status.stops().held);
     if is_held { GuardSituation::None } else { snapshot.guard }
 }
 
-/// Draws a contact that has not been acknowledged, then the lamps, the most urgent ones first, each whole or not at all.
+/// Draws an unacknowledged contact, then the lamps, the most urgent ones first. A lamp without enough room is left out.
 pub(super) fn draw_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let (look, mut spans, mut room) = (screen.look, Vec::new(), usize::from(area.width));
     if let Some(contact) = &screen.past_contact {
-        let text = format!(" {contact}, a to acknowledge ");
+        let text = format!(" {contact}, press a to acknowledge ");
         room = room.saturating_sub(text.chars().count() + 1);
         spans.extend([Span::styled(text, look.theme.block(Tone::Danger)), Span::raw(" ")]);
     }
@@ -103,7 +103,7 @@ pub(super) fn draw_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot,
     frame.render_widget(Line::from(spans), area);
 }
 
-/// Whether a lamp belongs into the line: it burns, and says more than that a source publishes and nobody loses frames.
+/// Whether a lamp belongs in the line: it is not off, and shows more than a good source or good readers.
 fn is_in_row(lamp: &Lamp) -> bool {
     lamp.level > LampLevel::Good || lamp.level == LampLevel::Good && !["source", "readers"].contains(&lamp.name)
 }
@@ -116,7 +116,7 @@ fn short_lamp(lamp: &Lamp, look: Look) -> Vec<Span<'static>> {
     vec![Span::styled(format!("{sign} "), style), Span::styled(text, text_style)]
 }
 
-/// The sign of a level, which says the same as its colour, and its style.
+/// The sign and the style of a level. The sign has the same meaning as the colour.
 pub(super) fn lamp_sign(level: LampLevel, look: Look) -> (&'static str, Style) {
     let style = match level {
         LampLevel::Off => look.theme.faint(),
@@ -133,7 +133,7 @@ mod tests {
     use crate::display::watch::sample::{snapshot, text_after};
 
     #[test]
-    fn a_show_that_has_ended_in_order_is_not_lost() {
+    fn a_show_that_has_ended_in_order_is_not_shown_as_lost() {
         let snapshot =
             Snapshot { presence: SourcePresence::Ended { age_ns: 1_000_000_000 }, ..snapshot(ShowState::Ended, 300.0) };
         let text = text_after("", &snapshot);
@@ -141,20 +141,20 @@ mod tests {
     }
 
     #[test]
-    fn the_guards_situations_have_a_word_each_and_for_good_is_not_said_under_timecode() {
+    fn each_situation_of_the_guard_has_its_words_and_under_timecode_no_stop_is_permanent() {
         let of = |guard| Snapshot { guard, ..snapshot(ShowState::Held, 300.0) };
         let text = |guard| text_after("", &of(guard));
         for (guard, words) in [
             (GuardSituation::None, ["HELD", "in "]),
-            (GuardSituation::Waiting, ["GUARD WAITS", "waits for a grant"]),
+            (GuardSituation::Waiting, ["WAITS FOR GUARD", "waits for a grant"]),
             (GuardSituation::Missing, ["NO GUARD", "guard missing"]),
-            (GuardSituation::AtEnd { for_good: true }, ["GUARD STOP", "for good"]),
+            (GuardSituation::AtEnd { for_good: true }, ["GUARD STOP", "only a seek moves it"]),
             (GuardSituation::AtEnd { for_good: false }, ["GUARD STOP", "until timecode moves"]),
         ] {
             let text = text(guard);
             let words = if guard == GuardSituation::None { &words[..1] } else { &words[..] };
             assert!(words.iter().all(|word| text.contains(word)), "{words:?} in\n{text}");
-            assert_eq!(text.contains("for good"), guard == GuardSituation::AtEnd { for_good: true }, "{text}");
+            assert_eq!(text.contains("permanently"), guard == GuardSituation::AtEnd { for_good: true }, "{text}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What the keys do.
+//! The handling of keys.
 
 use bench_dragon_ipc::{Request, ShowState};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -10,24 +10,24 @@ use super::screen::{Overlay, Screen};
 use crate::display::observe::{Controls, Snapshot};
 use crate::output::command_words::request_words;
 
-/// What is to be done about a key, beside drawing the screen anew.
+/// The action for a key, in addition to a redraw of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeyAction {
-    /// Nothing.
+    /// No action.
     None,
-    /// A command to the server; its answer goes to [`Screen::answer`].
+    /// Sends a command to the server. Its answer goes to [`Screen::answer`].
     Command(Request),
-    /// The terminal is given back until the process is continued.
+    /// Restores the terminal and suspends the process.
     Suspend,
-    /// The end.
+    /// Ends the program.
     Quit,
 }
 
 impl Screen {
-    /// A key was hit, while this snapshot was shown, at this instant of a clock that never goes back.
+    /// Handles a key at an instant of a monotonic clock, while this snapshot is shown.
     pub fn press(&mut self, key: KeyEvent, snapshot: &Snapshot, now_ns: u64) -> KeyAction {
         self.withdraw_confirmation(snapshot, now_ns);
-        // Any key withdraws the confirmation, unless it is the answer.
+        // Any key other than the answer withdraws the confirmation.
         let confirmation = self.confirmation.take();
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return match key.code {
@@ -37,7 +37,7 @@ impl Screen {
             };
         }
         let code = without_caps_lock(key.code);
-        // A hold never waits, not even for a number that is half typed.
+        // A hold never waits, not even for an incomplete number.
         if code == KeyCode::Char('h') && !self.read_only {
             (self.entry, self.overlay) = (None, None);
             return self.send(Request::Hold);
@@ -76,7 +76,7 @@ impl Screen {
         KeyAction::None
     }
 
-    /// A safety stop is lifted, and the dragon put elsewhere, by the second press alone.
+    /// Asks for confirmation of a release or a seek. Only a second press sends it.
     fn ask(&mut self, request: Request, snapshot: &Snapshot, now_ns: u64) -> KeyAction {
         if self.would_be_refused(request, snapshot) {
             return KeyAction::None;
@@ -85,7 +85,7 @@ impl Screen {
         KeyAction::None
     }
 
-    /// Whether the source would refuse a request; then the reply says why.
+    /// Whether the source would refuse a request. If so, the reply shows the reason.
     fn would_be_refused(&mut self, request: Request, snapshot: &Snapshot) -> bool {
         let controls = Controls::of(snapshot);
         let reason = controls.refusal(request);
@@ -96,7 +96,7 @@ impl Screen {
         reason.is_some()
     }
 
-    /// A key for the server.
+    /// Handles a key of a command to the server.
     fn press_command(&mut self, character: char, snapshot: &Snapshot) -> KeyAction {
         match character {
             ' ' => self.command(space_request(snapshot), snapshot),
@@ -113,7 +113,7 @@ impl Screen {
         self.command(Request::Speed { speed_mps }, snapshot)
     }
 
-    /// Begins to take a number, unless its command would be refused.
+    /// Begins the entry of a number, unless its command would be refused.
     fn type_in(&mut self, entry: NumberEntry, name: &str, refusal: Option<String>) -> KeyAction {
         match refusal.map(|reason| CommandOutcome::new(format!("{name}: not sent: {reason}"), Tone::Caution)) {
             Some(reply) => self.reply = Some(reply),
@@ -155,14 +155,14 @@ impl Screen {
     }
 }
 
-/// What the space bar asks for: a head that walks, and has not been paused already, is paused.
+/// The request of the space bar: a pause if the head walks and the show is not paused yet, else a resume.
 pub(super) fn space_request(snapshot: &Snapshot) -> Request {
     let is_paused = snapshot.status.as_ref().is_some_and(|status| status.stops().paused);
     let pauses = snapshot.state().is_some_and(ShowState::walks) && !is_paused;
     if pauses { Request::Pause } else { Request::Resume }
 }
 
-/// The key that was hit: a terminal tells a letter under Caps Lock as one with Shift, and no key here is both.
+/// Converts letters to lower case, since a terminal reports Caps Lock like Shift. No key here needs Shift.
 fn without_caps_lock(code: KeyCode) -> KeyCode {
     match code {
         KeyCode::Char(character) => KeyCode::Char(character.to_ascii_lowercase()),
@@ -176,7 +176,7 @@ mod tests {
     use crate::display::watch::sample::{new_screen, type_keys, walking};
 
     #[test]
-    fn space_pauses_what_walks_and_resumes_what_stands() {
+    fn space_pauses_a_walking_head_and_resumes_a_standing_one() {
         for (state, request) in [
             (ShowState::Running, Request::Pause),
             (ShowState::Stopping, Request::Pause),
@@ -187,30 +187,30 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_would_be_refused_answers_with_the_reason_and_a_hold_is_always_sent() {
+    fn a_refusal_is_shown_without_sending_and_a_hold_is_always_sent() {
         let held = walking(ShowState::Held, 0.0);
         let mut watching = new_screen(false);
         assert_eq!(type_keys(&mut watching, " ", &held), []);
-        let reply = watching.reply.take().expect("a line about it").text;
+        let reply = watching.reply.take().expect("a reply").text;
         assert_eq!(reply, "resume: not sent: the show is held: release it first");
-        let nobody = Snapshot::default();
+        let no_server = Snapshot::default();
         for (key, name) in [(" ", "resume"), ("r", "release"), ("+", "speed 1.1 m/s"), ("v", "speed"), ("s", "seek")] {
-            assert_eq!(type_keys(&mut watching, key, &nobody), []);
-            let reply = watching.reply.take().expect("a line about it").text;
+            assert_eq!(type_keys(&mut watching, key, &no_server), []);
+            let reply = watching.reply.take().expect("a reply").text;
             assert_eq!(reply, format!("{name}: not sent: no server runs"));
         }
-        assert_eq!(type_keys(&mut watching, "h", &nobody), [KeyAction::Command(Request::Hold)]);
+        assert_eq!(type_keys(&mut watching, "h", &no_server), [KeyAction::Command(Request::Hold)]);
     }
 
     #[test]
-    fn a_hold_does_not_wait_for_a_number_that_is_half_typed() {
+    fn a_hold_does_not_wait_for_an_incomplete_number() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         assert_eq!(type_keys(&mut screen, "s12h", &snapshot), [KeyAction::Command(Request::Hold)]);
         assert!(screen.entry.is_none());
     }
 
     #[test]
-    fn h_holds_whatever_stands_on_the_screen_and_whether_caps_lock_is_on() {
+    fn h_holds_on_every_screen_with_and_without_caps_lock() {
         let snapshot = walking(ShowState::Running, 1.0);
         for key in ["h", "H"] {
             for before in ["", "s12", "v", "?", "r"] {
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_do_the_same_under_caps_lock() {
+    fn letters_have_the_same_action_under_caps_lock() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         let actions = type_keys(&mut screen, "S12\n\nV2\nFZXQ", &snapshot);
         let expected = [Request::Seek { sim_time_s: 12.0 }, Request::Speed { speed_mps: 2.0 }].map(KeyAction::Command);
@@ -233,14 +233,14 @@ mod tests {
     }
 
     #[test]
-    fn a_screen_that_only_reads_gives_no_command_whatever_is_typed() {
+    fn a_read_only_screen_sends_no_command() {
         let (mut screen, snapshot) = (new_screen(true), walking(ShowState::Running, 1.0));
         assert_eq!(type_keys(&mut screen, " hHrrRR+-=_v1\ns2\nf0[]zx", &snapshot), []);
         assert_eq!(type_keys(&mut screen, "q", &snapshot), [KeyAction::Quit]);
     }
 
     #[test]
-    fn control_c_quits_and_control_z_suspends_from_wherever() {
+    fn control_c_quits_and_control_z_suspends_on_every_screen() {
         let snapshot = walking(ShowState::Running, 1.0);
         for before in ["", "s1", "?"] {
             let mut screen = new_screen(false);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn escape_leaves_what_is_typed_then_the_help_then_the_program() {
+    fn escape_closes_the_help_cancels_an_entry_and_else_quits() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         let escape = KeyEvent::new(KeyCode::Esc, KeyModifiers::NONE);
         type_keys(&mut screen, "?", &snapshot);

@@ -1,38 +1,38 @@
-//! Colours and characters, by what a terminal can show.
+//! Colours and characters for each kind of terminal.
 
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::bar::{NINE_LEVELS, THREE_LEVELS};
 use ratatui::symbols::{Marker, bar, border, line};
 
-/// How a terminal is drawn on.
+/// The style of the drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
     /// With colours or without.
     pub theme: Theme,
-    /// With which characters.
+    /// The set of characters.
     pub glyphs: Glyphs,
 }
 
-/// Whether there are colours. What they say is said in words as well.
+/// Whether to use colours. Words show the same information.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
-    /// The sixteen of every terminal, as its owner has set them for a light or a dark background.
+    /// The sixteen standard colours, as the user has set them for a light or a dark background.
     #[default]
     Coloured,
-    /// None: bold, dim and reversed text alone.
+    /// No colours: only bold, dim and reversed text.
     Plain,
 }
 
-/// What something is to the one who looks.
+/// The urgency of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tone {
-    /// As it should be.
+    /// Works as expected.
     Good,
-    /// To be known.
+    /// For information.
     Calm,
-    /// To be kept an eye on.
+    /// Needs attention.
     Caution,
-    /// To be acted upon.
+    /// Needs action.
     Danger,
 }
 
@@ -48,7 +48,7 @@ impl Tone {
 }
 
 impl Theme {
-    /// A colour, where there are any.
+    /// The colour, or the terminal's default if the theme has no colours.
     pub(super) fn colour(self, colour: Color) -> Color {
         match self {
             Self::Coloured => colour,
@@ -61,23 +61,23 @@ impl Theme {
         if tone == Tone::Danger { style.add_modifier(Modifier::BOLD) } else { style }
     }
 
-    /// A block that is filled with a tone, not to be overlooked.
+    /// The style of a conspicuous block, filled with the tone's colour.
     pub(super) fn block(self, tone: Tone) -> Style {
         self.text(tone).add_modifier(Modifier::BOLD | Modifier::REVERSED)
     }
 
-    /// What explains something else.
+    /// The style of labels and explanations.
     pub(super) fn faint(self) -> Style {
         Style::new().fg(self.colour(Color::Gray)).add_modifier(Modifier::DIM)
     }
 }
 
-/// What is read first.
+/// The style of the most important text.
 pub(super) fn strong() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }
 
-/// Which characters are drawn with.
+/// The set of characters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Glyphs {
     // A cell has two by four dots.
@@ -85,15 +85,15 @@ pub enum Glyphs {
     #[default]
     Braille,
     // One by two dots.
-    /// Half blocks, as a console has them.
+    /// Half blocks, which the Linux console has.
     Blocks,
     // One dot.
-    /// ASCII alone.
+    /// Only ASCII.
     Ascii,
 }
 
 impl Glyphs {
-    /// What suits a terminal of this type (`TERM`), whose characters are UTF-8 or are not.
+    /// Returns the set for a terminal of this type (`TERM`), with UTF-8 or without.
     ///
     /// ```
     /// use bench_dragon::display::watch::Glyphs;
@@ -110,7 +110,7 @@ impl Glyphs {
         }
     }
 
-    /// What the dots of the plan are made of.
+    /// The marker of the plan's dots.
     pub(super) fn marker(self) -> Marker {
         match self {
             Self::Braille => Marker::Braille,
@@ -119,7 +119,7 @@ impl Glyphs {
         }
     }
 
-    /// Dots of a cell, across and up.
+    /// Number of dots of a cell, across and up.
     pub(super) fn dots(self) -> [u16; 2] {
         match self {
             Self::Braille => [2, 4],
@@ -165,22 +165,22 @@ impl Glyphs {
     }
 }
 
-/// The characters that stand for something.
+/// Characters with a meaning.
 pub(super) struct Signs {
     pub(super) head: &'static str,
-    /// Marks where benches are nearest to each other or will touch, and stands for "times".
+    /// Marks the nearest pair and the next contact, and means "times".
     pub(super) cross: &'static str,
-    /// Points at the present.
+    /// Points at the current show time.
     pub(super) pointer: &'static str,
-    /// Of microseconds.
+    /// Prefix of microseconds.
     pub(super) micro: &'static str,
     /// The four keys that move the plan.
     pub(super) arrows: &'static str,
-    /// A horizontal line's ends, and the line between them.
+    /// The left end of a horizontal line, the line itself, and the right end.
     pub(super) span: [&'static str; 3],
-    /// Of lamps: off, good, a warning, danger.
+    /// Lamps: off, good, warning, danger.
     pub(super) lamps: [&'static str; 4],
-    /// Of a head that walks, stands, is held, or is done.
+    /// States: the head walks, stands or is held, or the show is over.
     pub(super) states: [&'static str; 4],
 }
 

@@ -1,8 +1,8 @@
-//! The show in a terminal: how a snapshot is drawn, and what the keys do.
+//! The show in a terminal: drawing of a snapshot, and handling of keys.
 //!
-//! Nothing here knows a terminal. [`draw`] puts a [`Snapshot`](super::observe::Snapshot) into a buffer of cells of any size. A
-//! [`Screen`] is all that its user has chosen: where the plan is looked at, what is being typed, the outcome of the last command.
-//! A key gives a [`KeyAction`] for the command `watch` to carry out.
+//! No code here accesses a terminal. [`draw`] draws a [`Snapshot`](super::observe::Snapshot) into a buffer of cells of any
+//! size. A [`Screen`] holds the user's choices: the part of the plan in view, a number being typed, the outcome of the last
+//! command. A key results in a [`KeyAction`], which the command `watch` executes.
 
 mod alerts;
 mod camera;

@@ -1,4 +1,4 @@
-//! What is drawn over the plan: why it is not the present, all keys, all lamps.
+//! Boxes over the plan: the reason for which it is not live, all keys, all lamps.
 
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Rect};
@@ -10,11 +10,11 @@ use super::look::strong;
 use super::screen::Screen;
 use crate::display::observe::{Lamp, Snapshot, SourcePresence, lamps};
 
-/// Widest box of keys and of lamps.
+/// Greatest widths of the boxes of keys and of lamps.
 const HELP_WIDTH: u16 = 46;
 const LAMPS_WIDTH: u16 = 74;
 
-/// Draws why the plan is not the present, unless frames come.
+/// Draws the reason for which the plan is not live. Draws nothing while frames arrive.
 pub(super) fn draw_banner(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let Some(reason) = reason(snapshot, &screen.instance) else { return };
     let condition = Condition::of(snapshot);
@@ -31,7 +31,7 @@ fn reason(snapshot: &Snapshot, instance: &str) -> Option<String> {
         SourcePresence::Waiting => Some(format!("no frame yet on instance {instance}")),
         SourcePresence::Failed { reason } => Some(reason.clone()),
         SourcePresence::Silent { .. } => Some(format!("the last frame is {age_s:.1} s old")),
-        SourcePresence::Gone { .. } => Some(format!("the server is gone, the last frame {age_s:.1} s old")),
+        SourcePresence::Gone { .. } => Some(format!("the server is gone, the last frame is {age_s:.1} s old")),
         SourcePresence::Ended { .. } => Some("the show has ended in order".to_owned()),
     }
 }
@@ -44,15 +44,15 @@ pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         ("r r", "release a hold"),
         ("+ -", "speed of the head, by 0.1 m/s"),
         ("v", "type a speed"),
-        ("s", "type a show time to go to, enter twice"),
+        ("s", "type a time to seek, enter twice"),
     ];
     let views = [
-        ("f", "follow the head, or stay"),
-        ("0", "all of the route"),
+        ("f", "follow the head: on, off"),
+        ("0", "show all of the route"),
         ("a", "acknowledge a contact"),
-        ("k", "which kinds of alerts are listed"),
-        ("l", "all lamps"),
-        ("] [  z x", "nearer, farther"),
+        ("k", "filter the alerts by kind"),
+        ("l", "show all lamps"),
+        ("] [  z x", "zoom in, out"),
         (look.glyphs.signs().arrows, "move the plan"),
         ("ctrl-z", "suspend"),
         ("q  esc", "quit"),

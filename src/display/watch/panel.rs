@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use super::look::{Glyphs, Look, Tone, strong};
 use crate::display::observe::{Arrival, GuardSituation, ShowForecast, Snapshot};
 
-/// In six lines: the clearance and its pair, the least so far, and what lies ahead.
+/// Six lines: the clearance and its pair, the least clearance so far, and the forecast.
 pub(super) fn lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
     let [clearance, benches] = nearest(snapshot, look);
     let [least, least_when] = least(snapshot, look);
@@ -15,14 +15,14 @@ pub(super) fn lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
     vec![clearance, benches, least, least_when, ahead, ahead_when]
 }
 
-/// The same in three lines.
+/// Three lines: the clearance and its pair, and the forecast.
 pub(super) fn short_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
     let [clearance, benches] = nearest(snapshot, look);
     let [ahead, _] = ahead(snapshot, look);
     vec![clearance, benches, ahead]
 }
 
-/// A figure under its name, and a detail below it.
+/// A line with a name and a figure, and a line with a detail.
 fn figure(name: &str, value: String, tone: Option<Tone>, detail: &str, look: Look) -> [Line<'static>; 2] {
     let style = tone.map_or(strong(), |tone| look.theme.text(tone));
     let line = Line::from(vec![Span::styled(format!("{name:<10}"), look.theme.faint()), Span::styled(value, style)]);
@@ -39,7 +39,7 @@ pub(super) fn tone(clearance_m: f64, near_m: f64) -> Option<Tone> {
     }
 }
 
-/// From here on a pair is near.
+/// The clearance at and below which a pair is near, in metres.
 pub(super) fn near_m(snapshot: &Snapshot) -> f64 {
     snapshot.run.as_ref().map_or(0.0, |run| run.config.tables().monitor.near_m)
 }
@@ -62,7 +62,7 @@ fn clearance(name: &str, known: Option<(f64, String)>, snapshot: &Snapshot, look
     figure(name, format!("{:.3} mm", clearance_m * 1e3), tone(clearance_m, near_m(snapshot)), &detail, look)
 }
 
-/// The guard's stop of a head that stands there comes before all that a forecast says.
+/// The forecast. If the guard has stopped the head, this takes precedence.
 fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
     let counted = |at: Arrival| countdown(snapshot, at);
     let touching = |at: Arrival, [one, another]: [usize; 2]| format!("{one}-{another} at {:.3} s", at.time_s);
@@ -71,7 +71,7 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
     let has_ended = snapshot.state() == Some(ShowState::Ended);
     let (name, value, tone, detail) = match (snapshot.guard, snapshot.forecast) {
         (GuardSituation::AtEnd { for_good }, _) => {
-            let detail = if for_good { "for good: seek back" } else { "until timecode moves" };
+            let detail = if for_good { "only a seek moves it" } else { "until timecode moves" };
             ("guard", "has stopped the head".to_owned(), caution, detail.to_owned())
         }
         (_, ShowForecast::Unknown) => {
@@ -82,30 +82,30 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
             ("contact", "none ahead".to_owned(), good, format!("to the end, {:.2} s", to.time_s))
         }
         (_, ShowForecast::Free { to, is_end: false }) => {
-            ("contact", "none yet".to_owned(), None, format!("searched to {:.2} s", to.time_s))
+            ("contact", "none found yet".to_owned(), None, format!("searched to {:.2} s", to.time_s))
         }
         (_, ShowForecast::Contact { at, benches }) => ("contact", counted(at), caution, touching(at, benches)),
         (_, ShowForecast::GuardStop { at, benches: Some(benches) }) => {
             ("guard", format!("stops {}", counted(at)), caution, touching(at, benches))
         }
         (_, ShowForecast::GuardStop { at, benches: None }) if at.wall_s == 0.0 => {
-            ("no guard", "runs".to_owned(), danger, "run monitor --guard".to_owned())
+            ("guard", "missing".to_owned(), danger, "run monitor --guard".to_owned())
         }
         (_, ShowForecast::GuardStop { at, benches: None }) => {
-            ("no guard", format!("stops {}", counted(at)), danger, standing(at))
+            ("no guard", format!("stop {}", counted(at)), danger, standing(at))
         }
-        (_, ShowForecast::Rest { at }) => ("stands", format!("in {:.1} s", at.wall_s), caution, standing(at)),
+        (_, ShowForecast::Rest { at }) => ("stop", format!("in {:.1} s", at.wall_s), caution, standing(at)),
     };
     figure(name, value, tone, &detail, look)
 }
 
-/// Seconds of the clock on the wall; of a head that stands, those for which it has to walk.
+/// Seconds of wall time until an arrival; for a standing head, seconds of walking.
 fn countdown(snapshot: &Snapshot, at: Arrival) -> String {
     let walks = snapshot.state().is_some_and(ShowState::walks);
-    if walks { format!("in {:.1} s", at.wall_s) } else { format!("{:.1} s of walk", at.wall_s) }
+    if walks { format!("in {:.1} s", at.wall_s) } else { format!("after {:.1} s walking", at.wall_s) }
 }
 
-/// How the frames come, and how the server keeps its schedule, in six lines.
+/// Six lines about the received frames and the server's schedule.
 pub(super) fn timing_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
     let statistics = &snapshot.statistics;
     let (overruns, behind_ns) = snapshot.status.as_ref().map(|status| (status.overruns, status.behind_ns)).unzip();
@@ -126,7 +126,7 @@ pub(super) fn timing_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>
     ]
 }
 
-/// Figures that should be 0, each with whether it is not.
+/// A line of figures that should be 0. Each has a flag that is true if it is not.
 fn troubles(troubles: [(&'static str, Option<(String, bool)>); 2], look: Look) -> Line<'static> {
     let mut spans = Vec::new();
     for (name, trouble) in troubles {
@@ -159,7 +159,7 @@ pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
     }
 }
 
-/// A number without decimals that say nothing.
+/// Formats a number without trailing zeros.
 pub(super) fn short(value: f64) -> String {
     let text = format!("{value:.2}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_duration_has_the_unit_that_keeps_it_short() {
+    fn a_duration_has_the_unit_with_the_fewest_digits() {
         let times = [0, 3_240, 9_949, 9_950, 120_000, 999_499, 999_500, 12_000_000, 999_499_999, 2_500_000_000];
         let words = times.map(|time_ns| span(time_ns, Glyphs::Ascii));
         let expected =
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_short_number_has_no_idle_decimals() {
+    fn a_short_number_has_no_trailing_zeros() {
         assert_eq!([1.0, 20.0, 0.5, 1.25, 100.0].map(short), ["1", "20", "0.5", "1.25", "100"]);
     }
 }

@@ -1,4 +1,4 @@
-//! The dragon on its route, seen from above, in dots.
+//! The plan: the dragon on its route from above, drawn in dots.
 
 use bench_dragon_geometry::dragon::Board;
 use glam::DVec2;
@@ -15,11 +15,11 @@ use super::screen::Screen;
 use crate::display::observe::{DescribedRun, FrameCopy, Snapshot};
 use crate::safety::monitor::plan_view;
 
-/// A board that is so many dots wide is drawn with its outline, and as a line where it is less.
+/// Width in dots from which on a board is drawn as an outline. A narrower board is drawn as a line.
 const OUTLINED_DOTS: f64 = 3.0;
-/// The route is drawn where its turns are so many dots apart: nearer to each other they would fill the plan.
+/// Smallest distance of the route's turns, in dots, at which the route is drawn. Denser turns would fill the plan.
 const ROUTE_DOTS: f64 = 4.0;
-/// The longest scale, as a share of the plan's width.
+/// Greatest length of the scale, as a share of the plan's width.
 const SCALE_SHARE: f64 = 0.25;
 
 pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
@@ -56,7 +56,7 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
     }
 }
 
-/// The tail first, so that the head lies on top, and over it the nearest pair.
+/// Draws the boards from the tail to the head, so that the head is on top, and then the nearest pair.
 fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy, snapshot: &Snapshot, theme: Theme) {
     let (handles, mut boards) = (&copy.handles, Vec::new());
     if let Some(run) = snapshot.run.as_ref().filter(|run| run.config.dragon().dimensions().handles() == handles.len()) {
@@ -67,7 +67,7 @@ fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy
         if let Some(board) = boards.get(bench) {
             draw_board(context, viewport, board, colour);
         } else if let [front, rear] = handles.get(bench..bench + 2).unwrap_or_default() {
-            // Without a description only the lines from hinge to hinge are known.
+            // Without a description, only the links are known.
             line(context, [plan_view(front), plan_view(rear)], colour);
         }
     };
@@ -101,7 +101,7 @@ fn turns_are_apart(run: &DescribedRun, viewport: &Viewport) -> bool {
     run.config.dragon().route().pitch_m() >= ROUTE_DOTS * viewport.dot_m
 }
 
-/// A line of a round length, and what the camera does.
+/// A scale of a round length, and whether the camera follows the head.
 fn scale(viewport: &Viewport, width: u16, screen: &Screen) -> Text<'static> {
     let look = screen.look;
     let longest_m = SCALE_SHARE * f64::from(width) * viewport.cell_m;
@@ -122,14 +122,14 @@ mod tests {
     use crate::display::watch::sample::{rows_after, snapshot};
 
     #[test]
-    fn the_head_stands_in_the_middle_of_a_plan_that_follows_it() {
+    fn a_followed_head_is_in_the_middle_of_the_plan() {
         for time_s in [0.0, 60.0, 300.0] {
             let snapshot = snapshot(ShowState::Running, time_s);
             let rows = rows_after("f", &snapshot);
             let found: Vec<(usize, usize)> = rows
                 .iter()
                 .enumerate()
-                // Lamps have the same sign.
+                // The line of lamps has the same sign.
                 .filter(|(row, _)| *row != 1)
                 .filter_map(|(row, text)| {
                     text.chars().position(|symbol| symbol == '\u{25cf}').map(|column| (column, row))

@@ -1,4 +1,4 @@
-//! Snapshots, and screens that keys are tried on, for tests.
+//! Snapshots and screens for tests.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.position).collect();
     let mut boards = Vec::new();
     dragon.place_boards_at(&positions, |position| *position, &mut boards);
-    let nearest = ClearanceSearch::default().nearest(&boards).expect("three boards and more");
+    let nearest = ClearanceSearch::default().nearest(&boards).expect("at least three boards");
     let mut chart = ClearanceChart::new(run.config.start_s(), run.config.end_s());
     (0..time_s as u32).for_each(|second| chart.note(second.into(), nearest.clearance_m));
     let handles = positions.iter().map(|at| HandleState { position_m: [at.x, at.y, 0.0], ..HandleState::default() });
@@ -46,7 +46,7 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     }
 }
 
-/// A head that walks at this speed, or would, without a run or a handle.
+/// A snapshot whose head has this speed, without a run or a handle.
 pub(super) fn walking(state: ShowState, head_speed_mps: f64) -> Snapshot {
     Snapshot::live(FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() })
 }
@@ -55,14 +55,14 @@ pub(super) fn new_screen(read_only: bool) -> Screen {
     Screen::new("dragon", Look::default(), read_only)
 }
 
-/// Hits keys, one after the other, and returns what they ask for.
+/// Presses keys, one after another, and returns their actions.
 pub(super) fn type_keys(screen: &mut Screen, keys: &str, snapshot: &Snapshot) -> Vec<KeyAction> {
     let code = |key| if key == '\n' { KeyCode::Enter } else { KeyCode::Char(key) };
     let events = keys.chars().map(|key| KeyEvent::new(code(key), KeyModifiers::NONE));
     events.map(|event| screen.press(event, snapshot, 0)).filter(|action| *action != KeyAction::None).collect()
 }
 
-/// A screen that has seen a snapshot, after these keys.
+/// A screen that has handled a snapshot, and then these keys.
 pub(super) fn screen_after(look: Look, keys: &str, snapshot: &Snapshot) -> Screen {
     let mut screen = Screen::new("dragon", look, false);
     screen.see(snapshot, 0);
@@ -72,7 +72,7 @@ pub(super) fn screen_after(look: Look, keys: &str, snapshot: &Snapshot) -> Scree
 
 pub(super) fn drawn(snapshot: &Snapshot, screen: &Screen, width: u16, height: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
-    terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory takes it");
+    terminal.draw(|frame| draw(frame, snapshot, screen)).expect("memory");
     terminal.backend().buffer().clone()
 }
 

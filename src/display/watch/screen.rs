@@ -1,4 +1,4 @@
-//! The state of the screen: what its user has chosen, and what it keeps of the past.
+//! The state of the screen: the user's choices, and the past that it shows.
 
 use bench_dragon_ipc::{AlertKind, CommandEvent, FrameHeader, Sender, Status};
 
@@ -12,7 +12,7 @@ use super::speed_steps::SpeedSteps;
 use crate::display::observe::{GuardSituation, Lamp, LeastClearance, ShowForecast, Snapshot, SourcePresence, lamps};
 use crate::output::command_words::CommandWords;
 
-/// All that is shown beside the snapshot, and how.
+/// All that is drawn beside the snapshot, and its appearance.
 #[derive(Clone, Debug, Default)]
 pub struct Screen {
     pub(super) instance: String,
@@ -26,16 +26,16 @@ pub struct Screen {
     pub(super) reply: Option<CommandOutcome>,
     pub(super) overlay: Option<Overlay>,
     pub(super) alert_filter: AlertFilter,
-    /// The last contact that has not been acknowledged, in words.
+    /// The last unacknowledged contact, in words.
     pub(super) past_contact: Option<String>,
     /// Whether benches touched in the last snapshot.
     touches: bool,
-    /// How many alerts, and how many commands, have been seen.
+    /// Numbers of alerts and of commands that the screen has handled.
     seen_alerts: u64,
     seen_commands: u64,
 }
 
-/// What is drawn over the plan until a key is hit.
+/// A box that is drawn over the plan until a key is pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Overlay {
     Help,
@@ -43,13 +43,13 @@ pub(super) enum Overlay {
 }
 
 impl Screen {
-    /// A screen for an instance, whose keys give commands unless it is `read_only`.
+    /// Returns a screen for an instance. Its keys send commands, unless it is `read_only`.
     pub fn new(instance: &str, look: Look, read_only: bool) -> Self {
         Self { instance: instance.to_owned(), look, read_only, ..Self::default() }
     }
 
-    /// Takes note of a snapshot, at this instant of a clock that never goes back: what is shown of the past is kept from here on.
-    /// Whether the screen now looks different beside the snapshot.
+    /// Handles a snapshot at an instant of a monotonic clock, and records what the screen shows of the past. Returns whether
+    /// the screen's own parts look different now.
     pub fn see(&mut self, snapshot: &Snapshot, now_ns: u64) -> bool {
         self.speed_steps.see(snapshot);
         self.see_contacts(snapshot);
@@ -60,7 +60,7 @@ impl Screen {
         self.withdraw_confirmation(snapshot, now_ns)
     }
 
-    /// Withdraws the confirmation if it no longer stands, and says why. Whether it did.
+    /// Withdraws the confirmation if it is no longer valid, and shows the reason. Returns whether it withdrew one.
     pub(super) fn withdraw_confirmation(&mut self, snapshot: &Snapshot, now_ns: u64) -> bool {
         let Some(confirmation) = self.confirmation else { return false };
         let Some(reason) = confirmation.withdrawn_because(snapshot, now_ns) else { return false };
@@ -69,7 +69,7 @@ impl Screen {
         true
     }
 
-    /// Keeps a contact until it is acknowledged, whether a monitor has found it or this program.
+    /// Keeps a contact until it is acknowledged. A monitor or this program has found it.
     fn see_contacts(&mut self, snapshot: &Snapshot) {
         let touching = snapshot.nearest.filter(|pair| pair.clearance_m <= 0.0);
         if let (Some(pair), false, Some(header)) = (touching, self.touches, snapshot.header()) {
@@ -84,18 +84,19 @@ impl Screen {
         self.seen_alerts = snapshot.alerts.log.total;
     }
 
-    /// Shows the newest command, unless it was given here: of that there is a reply.
+    /// Shows the newest command, unless this process sent it, or sent a later one: then the reply is shown.
     fn see_commands(&mut self, snapshot: &Snapshot) {
         let is_own = |event: &CommandEvent| event.sent_by() == Some(Sender::Watch) && event.pid == std::process::id();
         let newest = snapshot.commands.log.since(self.seen_commands).filter(|command| !is_own(&command.event)).last();
-        if let Some(command) = newest {
+        let replied = self.reply.as_ref();
+        if let Some(command) = newest.filter(|command| !replied.is_some_and(|reply| reply.is_after(&command.event))) {
             let words = CommandWords::from(&command.event);
             self.reply = Some(CommandOutcome::new(format!("{} {}", words.clock, words.text), Tone::Calm));
         }
         self.seen_commands = snapshot.commands.log.total;
     }
 
-    /// Shows what became of a command.
+    /// Shows the outcome of a command.
     pub fn answer(&mut self, reply: CommandOutcome) {
         if let Some(answer) = reply.speed {
             self.speed_steps.answer(answer);
@@ -109,7 +110,7 @@ fn contact(benches: [impl std::fmt::Display; 2], time_s: f64) -> String {
     format!("CONTACT {one}-{another} at {time_s:.3} s")
 }
 
-/// All of a snapshot that a screen shows and that changes, to the digits that it shows. Two snapshots with the same look alike.
+/// The changing values of a snapshot that a screen shows, with the displayed precision. Equal appearances look alike.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Appearance {
     presence: &'static str,
@@ -118,18 +119,18 @@ pub struct Appearance {
     least: Option<LeastClearance>,
     guard: GuardSituation,
     lamps: Vec<Lamp>,
-    /// All else is a number.
+    /// All other values, as numbers.
     figures: [u64; 15],
 }
 
 impl Appearance {
-    /// The appearance of a snapshot.
+    /// Returns the appearance of a snapshot.
     pub fn of(snapshot: &Snapshot) -> Self {
         let (header, no_status) = (snapshot.header().copied().unwrap_or_default(), Status::default());
         let (statistics, status) = (&snapshot.statistics, snapshot.status.as_deref().unwrap_or(&no_status));
         Self {
             presence: if snapshot.presence == SourcePresence::Live { "" } else { snapshot.presence.name() },
-            // A head that stands is the same from tick to tick.
+            // While the head stands, only these fields differ between frames.
             header: FrameHeader { tick: 0, scheduled_ns: 0, published_ns: 0, ..header },
             forecast: snapshot.forecast,
             least: snapshot.least,
@@ -161,13 +162,32 @@ mod tests {
     use std::sync::Arc;
 
     use bench_dragon_geometry::clearance::PairClearance;
-    use bench_dragon_ipc::{Alert, ShowState};
+    use bench_dragon_ipc::{Alert, CommandReply, Request, ShowState};
     use glam::DVec2;
     use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
     use super::*;
     use crate::display::watch::sample::{drawn, new_screen, rows, screen_after, snapshot, type_keys, walking};
     use crate::safety::monitor::run_alert;
+
+    #[test]
+    fn a_reply_outlasts_events_from_before_it() {
+        let mut snapshot = walking(ShowState::Paused, 0.0);
+        let mut screen = new_screen(false);
+        let reply = CommandReply { run_id: 1, tick: 28, ..CommandReply::default() };
+        screen.answer(CommandOutcome::to(Request::Pause, Ok(reply)));
+        let shown = |screen: &Screen| screen.reply.as_ref().expect("a line").text.clone();
+        let replied = "pause: accepted, from tick 28 on";
+        let see = |tick, screen: &mut Screen, snapshot: &mut Snapshot| {
+            let event = CommandEvent { run_id: 1, number: tick, tick, ..CommandEvent::default() };
+            Arc::make_mut(&mut snapshot.commands).push(event);
+            screen.see(snapshot, 0);
+        };
+        see(27, &mut screen, &mut snapshot);
+        assert_eq!(shown(&screen), replied);
+        see(28, &mut screen, &mut snapshot);
+        assert_ne!(shown(&screen), replied);
+    }
 
     #[test]
     fn a_past_contact_stays_until_it_is_acknowledged() {
@@ -190,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_that_has_passed_is_shown_on_every_screen_until_a_is_hit() {
+    fn a_past_contact_is_shown_on_every_screen_until_a_is_pressed() {
         let mut touching = snapshot(ShowState::Running, 300.0);
         touching.nearest.as_mut().expect("a pair").clearance_m = -0.001;
         let parted = snapshot(ShowState::Running, 301.0);

@@ -1,29 +1,29 @@
-//! The speed that `+` and `-` start from.
+//! The speed from which `+` and `-` start.
 
 use bench_dragon_ipc::{Request, ShowState};
 
 use crate::display::observe::Snapshot;
 
-/// By so much a key changes it, in metres per show second.
+/// Change of the speed per key, in metres per show second.
 const STEP_MPS: f64 = 0.1;
 
-/// The speed that was last asked for, until the head keeps one; then the head's own.
+/// The last requested speed, until the head walks steadily; then the head's own speed.
 ///
-/// So a key that is hit three times asks for three steps, however slowly the head speeds up; and a paused head, which says
-/// nothing of its speed, is still known to have had one. Where somebody else has asked for another speed meanwhile, or the guard
-/// grants no more, the head keeps that.
+/// So three presses of a key request three steps, however slowly the head accelerates. A paused head, whose frames have speed
+/// 0, keeps its last speed as the start. If the head walks steadily at another speed, because another operator has requested
+/// one or the guard grants no more, the next step starts from that speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SpeedSteps {
     run_id: u64,
     asked_mps: Option<f64>,
-    /// Speeds that were asked for and are not answered yet.
+    /// Number of requested speeds that are not answered yet.
     unanswered: u32,
-    /// The tick from which the speed that was last asked for holds.
+    /// The tick from which the last requested speed holds.
     holds_from: u64,
     walked: Option<HeadSpeed>,
 }
 
-/// A speed that the head walks at, and the tick.
+/// A speed of the head, and its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct HeadSpeed {
     tick: u64,
@@ -31,7 +31,7 @@ struct HeadSpeed {
 }
 
 impl SpeedSteps {
-    /// Takes note of the head's speed.
+    /// Records the head's speed.
     pub(super) fn see(&mut self, snapshot: &Snapshot) {
         let Some(header) = snapshot.header() else { return };
         if header.run_id != self.run_id {
@@ -42,7 +42,7 @@ impl SpeedSteps {
         }
         let walk = HeadSpeed { tick: header.tick, speed_mps: header.head_speed_mps };
         let before = self.walked.replace(walk);
-        // On a ramp no two ticks have the same speed.
+        // On a ramp, no two ticks have the same speed.
         let keeps_it =
             before.is_some_and(|before| before.tick > self.holds_from && before.is_as_fast_as(walk.speed_mps));
         let is_reached = self.asked_mps.is_some_and(|asked_mps| walk.is_as_fast_as(asked_mps));
@@ -51,13 +51,13 @@ impl SpeedSteps {
         }
     }
 
-    /// Takes note that this speed is asked for.
+    /// Records that a speed is requested.
     pub(super) fn ask(&mut self, speed_mps: f64) {
         self.asked_mps = Some(speed_mps);
         self.unanswered += 1;
     }
 
-    /// Takes note that what was asked for holds from a tick on, or is not to be had.
+    /// Records that the requested speed holds from a tick on, or was not accepted.
     pub(super) fn answer(&mut self, answer: Result<u64, ()>) {
         self.unanswered = self.unanswered.saturating_sub(1);
         match answer {
@@ -66,7 +66,7 @@ impl SpeedSteps {
         }
     }
 
-    /// The speed that is so many steps faster, in tenths, within what may be asked for.
+    /// Returns the speed that is `steps` steps faster, rounded to tenths, within the allowed range.
     pub(super) fn stepped(&self, snapshot: &Snapshot, steps: f64) -> f64 {
         let planned_mps = snapshot.run.as_ref().map_or(1.0, |run| run.config.tables().head.speed_mps);
         let now_mps = self.asked_mps.or(self.walked.map(|walk| walk.speed_mps)).unwrap_or(planned_mps);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_of_speed_add_up_before_the_head_walks_at_the_first_one() {
+    fn steps_of_speed_add_up_before_the_head_reaches_the_first_one() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         screen.see(&snapshot, 0);
         let actions = type_keys(&mut screen, "++-+", &snapshot);
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_of_speed_stay_within_what_the_server_takes_and_start_from_the_heads_own() {
+    fn steps_of_speed_stay_in_range_and_start_from_the_heads_own_speed() {
         let mut screen = new_screen(false);
         for (tick, (at_mps, key, to_mps)) in (1..).zip([(9.96, "+", 10.0), (0.04, "-", 0.0), (0.73, "+", 0.8)]) {
             let snapshot = walking_at(at_mps, tick);
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_after_somebody_elses_speed_starts_from_that() {
+    fn a_step_after_another_operators_speed_starts_from_that_speed() {
         let (mut screen, paused) = (new_screen(false), walking(ShowState::Paused, 0.0));
         let accepted = CommandReply { tick: 10, ..CommandReply::default() };
         screen.see(&walking(ShowState::Running, 1.0), 0);
@@ -145,13 +145,13 @@ mod tests {
         let speeds = [1.1, 1.2].map(|speed_mps| Request::Speed { speed_mps });
         assert_eq!(type_keys(&mut screen, "++", &snapshot), speeds.map(KeyAction::Command));
         let accepted = |tick| Ok(CommandReply { tick, ..CommandReply::default() });
-        // At the first of them for a while, and the second is not answered yet.
+        // The head keeps the first speed for a while, and the second is not answered yet.
         screen.answer(CommandOutcome::to(speeds[0], accepted(10)));
         for tick in 11..15 {
             screen.see(&walking_at(1.1, tick), 0);
         }
         screen.answer(CommandOutcome::to(speeds[1], accepted(20)));
-        // The same frame again says nothing new, and a ramp is no speed that the head keeps.
+        // A repeated frame has no effect, and a ramp is no steady speed.
         for (speed_mps, tick) in [(1.1, 20), (1.1, 20), (1.12, 21), (1.14, 22), (1.16, 23)] {
             screen.see(&walking_at(speed_mps, tick), 0);
         }

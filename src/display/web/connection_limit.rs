@@ -1,16 +1,18 @@
-//! The limit of connections: so many in all, and fewer from another machine, so that one machine cannot keep all others out.
+//! The limit of connections: one in total, and a smaller one for each other machine, so that one machine cannot exclude all
+//! others.
 //!
-//! At the limit, a new connection replaces the one that has been idle the longest: a connection is idle while no request of it is
-//! being answered. A connection that has shown the token is not replaced.
+//! At the limit, a new connection replaces the one that has been idle the longest. A connection is idle while none of its
+//! requests is in progress. A connection that has shown the token is not replaced.
 
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::oneshot;
 
-/// Connections at a time.
+/// Greatest number of simultaneous connections.
 pub const MAX_CONNECTIONS: usize = 128;
-/// Connections at a time from one address; from this machine, where a proxy may stand for many, as many as there are.
+/// Greatest number of simultaneous connections from one address. This machine may have all [`MAX_CONNECTIONS`], since a proxy
+/// on it can serve many clients.
 pub const MAX_FROM_ADDRESS: usize = 48;
 
 /// The open connections of a site.
@@ -19,7 +21,7 @@ pub(super) struct ConnectionLimit(Arc<Mutex<OpenConnections>>);
 
 #[derive(Debug, Default)]
 struct OpenConnections {
-    /// In the order in which they were opened, or were last busy.
+    /// In the order in which they were opened or last became idle.
     connections: Vec<OpenConnection>,
     next_id: u64,
 }
@@ -28,33 +30,33 @@ struct OpenConnections {
 struct OpenConnection {
     id: u64,
     address: IpAddr,
-    /// Requests that are being answered.
+    /// Number of requests in progress.
     requests: u32,
     is_kept: bool,
     /// Dropped to close the connection.
     _held: oneshot::Sender<()>,
 }
 
-/// One of the connections under the limit, until it is dropped.
+/// An admitted connection. It counts until this is dropped.
 #[derive(Debug)]
 pub(super) struct Permit {
     pub(super) connection: Connection,
     closed: oneshot::Receiver<()>,
 }
 
-/// The connection that a request came by, among the request's extensions.
+/// The connection of a request, stored in the request's extensions.
 #[derive(Clone, Debug)]
 pub struct Connection {
     limit: ConnectionLimit,
     id: u64,
 }
 
-/// A request that is being answered, until it is dropped.
+/// A request in progress, until this is dropped.
 #[derive(Debug)]
 pub(super) struct RequestInProgress(Connection);
 
 impl ConnectionLimit {
-    /// Admits a connection from an address. At the limit it closes an idle one first; `None` where none is idle.
+    /// Admits a connection from an address. At the limit it closes an idle connection first; it returns `None` if none is idle.
     pub(super) fn take(&self, address: IpAddr) -> Option<Permit> {
         let mut open = self.open();
         let most = if address.to_canonical().is_loopback() { MAX_CONNECTIONS } else { MAX_FROM_ADDRESS };
@@ -71,14 +73,14 @@ impl ConnectionLimit {
         Some(Permit { connection: Connection { limit: self.clone(), id }, closed })
     }
 
-    /// A thread that panicked meanwhile has left whole values all the same.
+    /// Ignores a poisoned lock: the values are consistent even after a panic.
     fn open(&self) -> MutexGuard<'_, OpenConnections> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl OpenConnections {
-    /// Closes that one of these that has been idle the longest, if one is idle.
+    /// Closes the matching connection that has been idle the longest. Returns `None` if no matching connection is idle.
     fn close_idle(&mut self, of: impl Fn(&OpenConnection) -> bool) -> Option<()> {
         let idle = |connection: &OpenConnection| connection.requests == 0 && !connection.is_kept && of(connection);
         let oldest = self.connections.iter().position(idle)?;
@@ -88,9 +90,9 @@ impl OpenConnections {
 }
 
 impl Permit {
-    /// Returns when the connection is to close for another one.
+    /// Returns when this connection must close in favour of another one.
     pub(super) async fn closed(&mut self) {
-        // Nothing is ever sent: its sender goes with the connection.
+        // No value is ever sent: the wait ends when the sender is dropped with the connection.
         let _ = (&mut self.closed).await;
     }
 }
@@ -103,12 +105,12 @@ impl Drop for Permit {
 }
 
 impl Connection {
-    /// Keeps it open for as long as it lasts, whoever else comes.
+    /// Protects this connection from being replaced by others.
     pub fn keep(&self) {
         self.change(|connection| connection.is_kept = true);
     }
 
-    /// A request of it is being answered.
+    /// Counts a request of this connection as in progress until the result is dropped.
     pub(super) fn begin_request(&self) -> RequestInProgress {
         self.change(|connection| connection.requests += 1);
         RequestInProgress(self.clone())
@@ -122,7 +124,7 @@ impl Connection {
 }
 
 impl Drop for RequestInProgress {
-    /// From now on it is idle, for less time than all others.
+    /// Moves the connection to the end of the order: it has been idle for the shortest time.
     fn drop(&mut self) {
         let mut open = self.0.limit.open();
         if let Some(index) = open.connections.iter().position(|connection| connection.id == self.0.id) {
@@ -150,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn one_machine_does_not_take_all_connections_and_what_is_left_is_free_again() {
+    fn one_machine_cannot_take_all_connections_and_dropped_ones_are_free_again() {
         let limit = ConnectionLimit::default();
         let mut greedy = take(&limit, "10.0.0.66", 200);
         assert_eq!(limit.open().connections.len(), MAX_FROM_ADDRESS);
@@ -161,14 +163,14 @@ mod tests {
     }
 
     #[test]
-    fn idle_connections_are_closed_the_oldest_first_and_kept_and_busy_ones_never() {
+    fn only_idle_connections_are_closed_the_longest_idle_first() {
         let limit = ConnectionLimit::default();
         let mut here = take(&limit, "127.0.0.1", MAX_CONNECTIONS);
         here[0].connection.keep();
         let busy = here[1].connection.begin_request();
         let newcomer = limit.take(address("10.0.0.7")).expect("a connection");
         assert_eq!([0, 1, 2, 3].map(|i| is_closed(&mut here[i])), [false, false, true, false]);
-        // What was busy is idle for less time than all others.
+        // The connection that was busy has now been idle for the shortest time.
         drop(busy);
         let mut others = take(&limit, "::1", MAX_CONNECTIONS - 3);
         assert!(!is_closed(&mut here[1]) && here[3..].iter_mut().all(is_closed));
@@ -178,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_connection_that_is_being_answered_is_not_closed() {
+    fn a_connection_with_a_request_in_progress_is_not_closed() {
         let limit = ConnectionLimit::default();
         let here = take(&limit, "127.0.0.1", MAX_CONNECTIONS);
         let _busy: Vec<RequestInProgress> = here.iter().map(|permit| permit.connection.begin_request()).collect();

@@ -1,10 +1,11 @@
-//! HTTP/1.1 for people and scrapers: what all our pages have in common.
+//! HTTP/1.1 for browsers and scrapers: the server that all pages share.
 //!
-//! - *Where:* one address, loopback by default.
-//! - *Who:* a request has to name this machine by a name that it has ([`Hosts`]), so that a foreign page cannot reach it by a
-//!   name that it has bent to this address (DNS rebinding). Where a browser reports the page of origin, that has to be one of ours.
-//! - *How much:* a [limit](MAX_CONNECTIONS) of connections, a smaller one for each other machine. The first line and the headers
-//!   have a bounded length, and come within seconds. At the limit, a new connection replaces the one idle the longest.
+//! - *Address:* one address, loopback by default.
+//! - *Requests:* a request must name this machine by one of its names ([`Hosts`]). So a foreign page cannot reach it through a
+//!   name that resolves to this address (DNS rebinding). If a browser reports the page of origin, that page must be ours.
+//! - *Limits:* a [limit](MAX_CONNECTIONS) of connections, and a smaller one for each other machine. The first line and the
+//!   headers have a greatest length and a timeout. At the limit, a new connection replaces the one that has been idle the
+//!   longest.
 
 mod connection_limit;
 mod same_site;

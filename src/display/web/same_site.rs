@@ -1,4 +1,4 @@
-//! Whether a request names this machine, and comes from a page of this site or from no page at all.
+//! The check that a request names this machine, and comes from a page of this site or from no page.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use axum::response::Response;
 
 use super::site::refuse;
 
-/// Hosts that a request may name, without their port: one may come through a tunnel.
+/// Hosts that a request may name. Ports are ignored, since a tunnel may change them.
 ///
 /// ```
 /// use bench_dragon::display::web::Hosts;
@@ -30,8 +30,9 @@ pub struct Hosts {
 }
 
 impl Hosts {
-    /// The hosts of a site that listens at an address: by name `localhost` and those that were allowed; on loopback its
-    /// addresses, elsewhere every address, which no name service can bend, and the machine's own name.
+    /// Returns the hosts of a site that listens at an address. Allowed names are `localhost` and `allowed`. On loopback,
+    /// loopback addresses are allowed too. Elsewhere, every address is allowed, since DNS cannot redirect an address, and the
+    /// machine's name.
     pub fn new(address: SocketAddr, machine: Option<&str>, allowed: &[String]) -> Self {
         let is_loopback = address.ip().is_loopback();
         let mut names = vec!["localhost".to_owned()];
@@ -43,7 +44,7 @@ impl Hosts {
         Self { names, is_loopback }
     }
 
-    /// Whether a host, with or without a port, is this site.
+    /// Whether a host, with or without a port, names this site.
     pub fn allow(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };
         match name.parse::<IpAddr>() {
@@ -53,7 +54,7 @@ impl Hosts {
     }
 }
 
-/// The host without its port, an IPv6 address without its brackets.
+/// Returns the host without its port, and an IPv6 address without its brackets.
 fn without_port(host: &str) -> Option<&str> {
     let (name, port) = match host.strip_prefix('[') {
         Some(rest) => {
@@ -65,7 +66,7 @@ fn without_port(host: &str) -> Option<&str> {
     (!name.is_empty() && port.parse::<u16>().is_ok()).then_some(name)
 }
 
-/// What a browser is told of every reply: nothing from elsewhere, in no frame, as the type that it has.
+/// Security headers of every reply: no content from other sites, no embedding in a frame, no guessing of the media type.
 const HEADERS: [(HeaderName, &str); 6] = [
     (
         HeaderName::from_static("content-security-policy"),
@@ -81,7 +82,7 @@ const HEADERS: [(HeaderName, &str); 6] = [
 const FETCH_SITE: &str = "sec-fetch-site";
 const FETCH_MODE: &str = "sec-fetch-mode";
 
-/// Passes on a request that may come here, and refuses every other one.
+/// Passes on a request that is allowed here, and refuses every other one.
 pub(super) async fn admit(State(hosts): State<Arc<Hosts>>, request: Request, next: Next) -> Response {
     let mut response = match check(&hosts, &request) {
         Ok(()) => next.run(request).await,
@@ -95,20 +96,20 @@ pub(super) async fn admit(State(hosts): State<Arc<Hosts>>, request: Request, nex
 
 fn check(hosts: &Hosts, request: &Request) -> Result<(), &'static str> {
     let headers = request.headers();
-    let host = only(headers, HOST.as_str()).ok_or("a request has to name one Host")?;
+    let host = only(headers, HOST.as_str()).ok_or("a request must have exactly one Host header")?;
     let named = request.uri().authority().map(Authority::as_str);
     if !hosts.allow(host) || named.is_some_and(|named| !named.eq_ignore_ascii_case(host)) {
-        return Err("this Host is not served here: use the machine's address, or --allow-host NAME");
+        return Err("this Host is not allowed: use the machine's address, or start with --allow-host NAME");
     }
     if headers.contains_key(ORIGIN) {
-        let origin = only(headers, ORIGIN.as_str()).ok_or("a request has one Origin at most")?;
+        let origin = only(headers, ORIGIN.as_str()).ok_or("a request must have at most one Origin header")?;
         let from = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
         if !from.is_some_and(|from| from.eq_ignore_ascii_case(host)) {
             return Err("requests from pages of another origin are refused");
         }
     }
     let is_foreign = headers.get(FETCH_SITE).is_some_and(|site| site != "same-origin" && site != "none");
-    // A link on a page of elsewhere may lead here.
+    // A link on another site may lead here.
     let is_visit = request.method() == Method::GET && headers.get(FETCH_MODE).is_some_and(|mode| mode == "navigate");
     if is_foreign && !is_visit {
         return Err("requests from pages of another site are refused");
@@ -116,7 +117,7 @@ fn check(hosts: &Hosts, request: &Request) -> Result<(), &'static str> {
     Ok(())
 }
 
-/// The value of a header that is there once, as text.
+/// Returns the value of a header as text, if the header occurs exactly once.
 fn only<'a>(headers: &'a HeaderMap, name: &str) -> Option<&'a str> {
     let mut values = headers.get_all(name).iter();
     let value = values.next()?.to_str().ok()?;
@@ -130,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn off_loopback_every_address_and_the_own_name_are_this_site_but_no_other_name_is() {
+    fn off_loopback_every_address_and_only_the_machines_own_names_are_allowed() {
         let hosts = Hosts::new("0.0.0.0:8223".parse().expect("an address"), Some("Booth"), &[]);
         for host in ["10.0.0.5:8223", "[fe80::1]:8223", "booth", "BOOTH.local:8223", "localhost"] {
             assert!(hosts.allow(host), "{host}");
@@ -141,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_host_is_refused() {
+    fn an_invalid_host_is_refused() {
         let hosts = Hosts::new("127.0.0.1:8223".parse().expect("an address"), None, &[]);
         for host in [
             "",
@@ -166,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_of_this_site_and_a_program_that_is_no_page_are_admitted() {
+    fn pages_of_this_site_and_programs_are_admitted() {
         let here = ("host", "localhost:8223");
         assert_eq!(outcome(&[here]), Ok(()));
         assert_eq!(outcome(&[here, ("origin", "http://localhost:8223"), ("sec-fetch-site", "same-origin")]), Ok(()));
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_of_elsewhere_is_refused_however_it_comes() {
+    fn every_request_of_another_sites_page_is_refused() {
         let here = ("host", "localhost:8223");
         for foreign in [
             vec![("host", "evil.example")],

@@ -1,4 +1,4 @@
-//! A listening address, the loop that answers there, and the replies: text, JSON, and refusals of one line.
+//! A listening address, the loop that serves it, and the replies: text, JSON, and refusals of one line.
 
 use std::convert::Infallible;
 use std::io;
@@ -27,33 +27,34 @@ use super::connection_limit::{Connection, ConnectionLimit, Permit};
 use super::same_site::{Hosts, admit};
 use crate::system::stop::StopFlag;
 
-/// How long a client may take for its first line and headers, and rest between two requests.
-const HEADER_PATIENCE: Duration = Duration::from_secs(10);
-/// Longest first line and headers in bytes.
+/// Timeout for a request's first line and headers, and for the pause between two requests.
+const HEADER_TIMEOUT: Duration = Duration::from_secs(10);
+/// Greatest length of a request's first line and headers, in bytes.
 const MAX_HEADER_BYTES: usize = 16 << 10;
 const MAX_HEADERS: usize = 64;
-/// How often the stop flag is looked at.
+/// Period at which the stop flag is checked.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
-/// How long connections may take to end.
-const FAREWELL: Duration = Duration::from_secs(3);
-/// How long a connection may last, and then the reply that it is at. A browser makes another one; a stream is none any more.
+/// Timeout for the end of all connections.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(3);
+/// Greatest lifetime of a connection, after which the reply in progress has a timeout. A browser opens a new connection.
+/// Streams are exempt, since an upgraded socket leaves this loop.
 const LIFE: Duration = Duration::from_mins(1);
 const LAST_REPLY: Duration = Duration::from_secs(15);
-/// How long to wait where no connection could be accepted: too many files are open, say.
+/// Wait after a failed accept, for example because too many files are open.
 const ACCEPT_PERIOD: Duration = Duration::from_millis(50);
 
-/// An address that is listened to.
+/// A listening address.
 #[derive(Debug)]
 pub struct Site {
     listener: TcpListener,
-    /// Where it listens.
+    /// The address at which the site listens.
     pub address: SocketAddr,
     hosts: Hosts,
 }
 
 impl Site {
-    /// Listens at an address, port 0 being any free one, for requests to this machine, by its name too where that is known,
-    /// or to one of these hosts.
+    /// Listens at an address; port 0 takes any free port. Requests may name this machine, by its name too if `machine` has it,
+    /// or one of the `allowed` hosts.
     ///
     /// # Errors
     /// The operating system's reason.
@@ -64,11 +65,11 @@ impl Site {
         Ok(Self { hosts: Hosts::new(address, machine, allowed), listener, address })
     }
 
-    /// Answers with what the router says, until the flag is set. Then `closing` becomes true, and whoever has subscribed to it
-    /// has three seconds to end and to unsubscribe.
+    /// Serves the router until the flag is set. Then `closing` becomes true, and all its subscribers have three seconds to end
+    /// and to unsubscribe.
     ///
     /// # Errors
-    /// The operating system's reason why no timer or no socket can be had.
+    /// The operating system's reason if the timer or the socket cannot be created.
     pub fn serve(self, router: Router, stop: &StopFlag, closing: &watch::Sender<bool>) -> io::Result<()> {
         let router = router.layer(middleware::from_fn_with_state(Arc::new(self.hosts), admit));
         let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
@@ -80,8 +81,8 @@ impl Site {
             }
             drop(listener);
             closing.send_replace(true);
-            // One that does not end is dropped with the runtime.
-            let _ = timeout(FAREWELL, closing.closed()).await;
+            // A connection that does not end in time is dropped with the runtime.
+            let _ = timeout(CLOSE_TIMEOUT, closing.closed()).await;
             Ok(())
         })
     }
@@ -98,7 +99,7 @@ async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &w
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
-                // Over the limit, while all others are being answered, it is closed at once.
+                // At the limit, with no idle connection, the new one is closed at once.
                 if let Some(permit) = limit.take(peer.ip()) {
                     tokio::spawn(answer(stream, router.clone(), closing.subscribe(), permit));
                 }
@@ -109,19 +110,19 @@ async fn accept(listener: &tokio::net::TcpListener, router: &Router, closing: &w
 }
 
 async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<bool>, mut permit: Permit) {
-    // Small messages go out at once; a socket that refuses sends them a little later.
+    // With this option, small messages are sent at once. Without it they are sent a little later, so an error is ignored.
     let _ = stream.set_nodelay(true);
     let connection = permit.connection.clone();
     let service = service_fn(move |request| reply(router.clone(), connection.clone(), request));
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(HEADER_PATIENCE)
+        .header_read_timeout(HEADER_TIMEOUT)
         .max_buf_size(MAX_HEADER_BYTES)
         .max_headers(MAX_HEADERS)
         .serve_connection(TokioIo::new(stream), service)
         .with_upgrades();
     let mut connection = pin!(connection);
-    // A client that breaks off or speaks no HTTP has had its answer, if any.
+    // If the client disconnects or sends no valid HTTP, the connection is complete.
     tokio::select! {
         _ = connection.as_mut() => return,
         () = permit.closed() => return,
@@ -132,7 +133,7 @@ async fn answer(stream: TcpStream, router: Router, mut closing: watch::Receiver<
     let _ = timeout(LAST_REPLY, connection).await;
 }
 
-/// The router's reply to a request, which bears its connection.
+/// Returns the router's reply to a request, to which it adds the connection as an extension.
 async fn reply(router: Router, connection: Connection, mut request: Request<Incoming>) -> Result<Response, Infallible> {
     let in_progress = connection.begin_request();
     request.extensions_mut().insert(connection);
@@ -143,11 +144,11 @@ async fn reply(router: Router, connection: Connection, mut request: Request<Inco
 
 /// Returns when a site ends.
 pub async fn closed(closing: &mut watch::Receiver<bool>) {
-    // Where its sender is gone, the site has ended too.
+    // If the sender is dropped, the site has ended too.
     let _ = closing.wait_for(|closing| *closing).await;
 }
 
-/// Text of this media type.
+/// Returns a reply with text of this media type.
 pub fn text(status: StatusCode, media_type: &'static str, body: impl Into<Body>) -> Response {
     let mut response = Response::new(body.into());
     *response.status_mut() = status;
@@ -155,12 +156,12 @@ pub fn text(status: StatusCode, media_type: &'static str, body: impl Into<Body>)
     response
 }
 
-/// A value as JSON.
+/// Returns a reply with a value as JSON.
 pub fn json_reply(status: StatusCode, value: &Value) -> Response {
     text(status, "application/json", format!("{value}\n"))
 }
 
-/// A refusal and its reason, in one line of JSON, for a page reads it too.
+/// Returns a refusal and its reason, in one line of JSON, so that a page can read it.
 pub fn refuse(status: StatusCode, reason: &str) -> Response {
     json_reply(status, &json!({ "error": reason }))
 }

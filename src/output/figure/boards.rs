@@ -1,4 +1,4 @@
-//! Boards, hinges and the route in a plan, and names of benches on their boards.
+//! Boards, hinges and the route in a plan, and the names of benches on their boards.
 
 use glam::DVec2;
 use kurbo::Point;
@@ -10,25 +10,25 @@ use super::style::{BLACK, FINE_WIDTH, GREY, LABEL_SIZE, LineStyle, ORANGE, SKY_B
 use super::text::Text;
 
 const OUTLINE_WIDTH: f64 = 0.1;
-/// Room around a name that is as good as more, in millimetres.
+/// Sufficient room around a name in millimetres; more room counts as equal.
 const ENOUGH_FREE: f64 = 4.0;
-/// Positions that are tried along each of three lines of a board.
+/// Number of tried positions along each of three lines of a board.
 const STEPS: u32 = 200;
 
 /// The dragon in a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DragonInPlan {
-    /// The route from point to point; what lies far off the dragon is left out.
+    /// The route from point to point, without parts far from the dragon.
     pub route: Vec<DVec2>,
     /// Corners of every board, the head's first.
     pub boards: Vec<[DVec2; 4]>,
-    /// Every hinge.
+    /// All hinges.
     pub hinges: Vec<DVec2>,
 }
 
 impl DragonInPlan {
-    /// Draws all that lies in the plot: the route, the boards over it from the tail on, the hinges over them. Marked benches
-    /// have a colour of their own.
+    /// Draws the route, the boards from the tail to the head, then the hinges, clipped to the plot. Marked benches have a
+    /// separate colour.
     pub(super) fn draw(&self, drawing: &mut Drawing, plot: &Plot, marked: &[usize], hinge_radius: f64) {
         drawing.push(plot.line(&self.route, GREY, FINE_WIDTH));
         for (bench, corners) in self.boards.iter().enumerate().rev() {
@@ -45,7 +45,7 @@ impl DragonInPlan {
         }
     }
 
-    /// The legend, with the name of the marked benches.
+    /// Entries of the legend, with a name for the marked benches.
     pub(super) fn legend(&self, marked: &[usize], marked_as: &str, hinge_radius: f64) -> Vec<LegendEntry> {
         let line = Swatch::Line { colour: GREY, width: FINE_WIDTH, style: LineStyle::Solid };
         let mut entries = vec![LegendEntry::new(Swatch::Area(VERMILION), "head")];
@@ -65,15 +65,15 @@ pub(super) fn width_m([front_left, _, _, front_right]: &[DVec2; 4]) -> f64 {
     front_left.distance(*front_right)
 }
 
-/// The corners between which all points lie, with a margin in metres.
+/// Low and high corner of the box around all points, plus a margin in metres.
 pub(super) fn bounds(points: impl IntoIterator<Item = DVec2>, margin_m: f64) -> [DVec2; 2] {
     let empty = [DVec2::INFINITY, DVec2::NEG_INFINITY];
     let [low, high] = points.into_iter().fold(empty, |[low, high], point| [low.min(point), high.max(point)]);
     [low - margin_m, high + margin_m]
 }
 
-/// Writes the names of some benches on their boards, free of the obstacles, which are points of the plot. A board of
-/// which too little lies in the plot gets none.
+/// Writes the names of some benches on their boards, away from obstacles, which are points of the plot. A board without enough
+/// room in the plot gets no name.
 pub(super) fn write_names(
     drawing: &mut Drawing,
     plot: &Plot,
@@ -87,15 +87,15 @@ pub(super) fn write_names(
         let words = if bench == 0 { "bench 0, head".to_owned() } else { format!("bench {bench}") };
         let text = Text::new(words, LABEL_SIZE);
         let corners = boards[bench].map(on_page);
-        if let Some((middle, turn)) = place_on_board(corners, &text, plot, &obstacles) {
+        if let Some((middle, turn)) = position_on_board(corners, &text, plot, &obstacles) {
             drawing.write(&text.turned(turn), point(middle));
         }
     }
 }
 
-/// Where a text fits onto a board, along it and within the plot, free of obstacles on the page, and the angle at which
-/// it reads from left to right.
-fn place_on_board(corners: [DVec2; 4], text: &Text, plot: &Plot, obstacles: &[DVec2]) -> Option<(DVec2, f64)> {
+/// Finds the position of a text along a board, inside the plot and away from obstacles on the page. Also returns the angle at
+/// which the text reads from left to right.
+fn position_on_board(corners: [DVec2; 4], text: &Text, plot: &Plot, obstacles: &[DVec2]) -> Option<(DVec2, f64)> {
     let [front_left, rear_left, rear_right, front_right] = corners;
     let half = 0.5 * text.width() * (front_left - rear_left).normalize();
     let free_mm = |middle: &DVec2| {
@@ -108,7 +108,7 @@ fn place_on_board(corners: [DVec2; 4], text: &Text, plot: &Plot, obstacles: &[DV
         let (front, rear) = (front_left.lerp(front_right, share) - half, rear_left.lerp(rear_right, share) + half);
         (0..=STEPS).map(move |step| rear.lerp(front, f64::from(step) / f64::from(STEPS)))
     });
-    // Of equally free ones the first, so the middle line of the board before its sides.
+    // Of equal positions, the first wins: the middle line of the board comes before its sides.
     let best = middles.filter(is_inside).min_by(|a, b| free_mm(b).total_cmp(&free_mm(a)))?;
     let reading = if half.x < 0.0 { -half } else { half };
     Some((best, reading.to_angle()))

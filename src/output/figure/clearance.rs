@@ -1,4 +1,4 @@
-//! The least clearance over time, with its near misses and the contact.
+//! Plot of the least clearance over time, with near misses and the contact.
 
 use std::ops::RangeInclusive;
 
@@ -13,26 +13,26 @@ use super::style::{
     AXIS_WIDTH, BLACK, BLUE, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH, ROW_GAP, VERMILION,
 };
 
-/// The least clearance of all pairs over time: above the whole run, below the time around the deepest near misses and the
-/// contact, in millimetres.
+/// The least clearance of all pairs over time. The upper plot shows the whole run. The lower plot shows the time around the
+/// deepest near misses and the contact, in millimetres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClearanceOverTime {
-    /// Stands over it.
+    /// Caption above the plots.
     pub caption: Caption,
     /// Time in seconds and clearance in metres, in order.
     pub samples: Vec<DVec2>,
-    /// The local minima above 0, in order.
+    /// Local minima above 0, in order.
     pub near_misses: Vec<NearMissMark>,
     /// The contact, if there is one.
     pub contact: Option<ContactMark>,
 }
 
-/// Two benches that come near and part again.
+/// Two benches that approach and separate again without contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearMissMark {
     /// Seconds of show time.
     pub time_s: f64,
-    /// Their clearance then.
+    /// Their least clearance in metres.
     pub clearance_m: f64,
     /// The two benches.
     pub benches: [usize; 2],
@@ -49,14 +49,14 @@ pub struct ContactMark {
 
 const WHOLE_HEIGHT: f64 = 45.0;
 const PART_HEIGHT: f64 = 55.0;
-/// Near misses with a note.
+/// Greatest number of near misses with a note.
 const NAMED: usize = 4;
 const RING_RADIUS: f64 = 0.8;
-/// Share of the time around the named near misses and the contact that is shown at either side.
+/// Margin of the lower plot at either side ÷ time from the first to the last named near miss or contact.
 const PART_MARGIN: f64 = 0.15;
 
 impl ClearanceOverTime {
-    /// Draws it.
+    /// Draws the figure.
     pub fn draw(&self) -> Drawing {
         let [whole_row, part_row] = [WHOLE_HEIGHT + BOTTOM_MARGIN + ROW_GAP, PART_HEIGHT + BOTTOM_MARGIN];
         let (mut drawing, top) = page(&self.caption, &self.legend(), whole_row + part_row);
@@ -77,7 +77,7 @@ impl ClearanceOverTime {
         drawing
     }
 
-    /// The clearance over time, through every near misses' lowest point and into the contact.
+    /// The clearance over time, including the lowest point of every near miss, and the contact.
     fn line(&self) -> Vec<DVec2> {
         let misses = self.near_misses.iter().map(|miss| DVec2::new(miss.time_s, miss.clearance_m));
         let contact = self.contact.iter().map(|contact| DVec2::new(contact.time_s, 0.0));
@@ -104,7 +104,7 @@ impl ClearanceOverTime {
         around.start().max(*whole.start())..=around.end().min(*whole.end())
     }
 
-    /// From 0 up to what the line reaches at these times.
+    /// Range of the lower plot: from 0 to above the highest clearance at these times.
     fn part_millimetres(&self, times: &RangeInclusive<f64>) -> RangeInclusive<f64> {
         let inside = self.line().into_iter().filter(|point| times.contains(&point.x));
         let highest_m = inside.map(|point| point.y).fold(0.0, f64::max);

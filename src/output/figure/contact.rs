@@ -1,4 +1,4 @@
-//! The boards where two of them touch, and the touch itself from near.
+//! Plan of the boards at a contact, and a larger plan of the contact.
 
 use glam::DVec2;
 use kurbo::{Point, Rect, Shape as _};
@@ -12,29 +12,29 @@ use super::style::{AXIS_WIDTH, BLACK, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PA
 /// The boards at a contact: the whole dragon on the left, the surroundings of the contact on the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactView {
-    /// Stands over it.
+    /// Caption above the plans.
     pub caption: Caption,
     /// The dragon.
     pub dragon: DragonInPlan,
     /// The two benches that touch.
     pub benches: [usize; 2],
-    /// Where they touch.
+    /// Point of contact in metres.
     pub point: DVec2,
 }
 
-/// Between the whole and the part.
+/// Distance between the two plans.
 const GAP: f64 = 10.0;
-/// Side of the part ÷ width of a board.
+/// Side of the larger plan ÷ width of a board.
 const SIDE_PER_WIDTH: f64 = 4.5;
 const HINGE_RADIUS: f64 = 0.15;
 const NEAR_HINGE_RADIUS: f64 = 1.0;
 const POINT_RADIUS: f64 = 2.0;
 
 impl ContactView {
-    /// Draws it.
+    /// Draws the figure.
     ///
     /// # Panics
-    /// The two benches must have boards.
+    /// If one of the two benches has no board.
     pub fn draw(&self) -> Drawing {
         let width = 0.5 * (PAGE_WIDTH - 2.0 * LEFT_MARGIN - GAP);
         let entries = self.dragon.legend(&self.benches, "in touch", HINGE_RADIUS);
@@ -62,7 +62,7 @@ impl ContactView {
         width_m(&self.dragon.boards[self.benches[0]])
     }
 
-    /// Marks the point and names the two benches, each on its board.
+    /// Marks the contact, and writes the names of the two benches on their boards.
     fn draw_touch(&self, drawing: &mut Drawing, plot: &Plot) {
         let at = plot.at(self.point);
         drawing.push(Mark::stroked(circle(at, POINT_RADIUS), BLACK, LINE_WIDTH).labelled("contact"));
@@ -71,7 +71,7 @@ impl ContactView {
     }
 }
 
-/// Frames the region in the whole and leads from it to the part that shows it larger.
+/// Frames the region in the left plan, and connects it with the right plan, which shows it larger.
 fn draw_magnification(drawing: &mut Drawing, region: Rect, part: Rect) {
     drawing.push(Mark::stroked(region.to_path(0.0), BLACK, LINE_WIDTH));
     for (y, part_y) in [(region.y0, part.y0), (region.y1, part.y1)] {

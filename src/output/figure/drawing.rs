@@ -9,14 +9,14 @@ use super::style::{BLACK, Colour, LineStyle};
 use super::text::Text;
 use super::{FigureFormat, png, svg};
 
-/// A finished figure: marks on a white page, the later ones over the earlier ones. Lengths are millimetres, y is down.
+/// A finished figure: marks on a white page. Later marks cover earlier ones. Lengths are millimetres, y is down.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
     pub(super) title: String,
     size: Size,
-    /// The sheet that the drawing is printed on, in millimetres of the drawing.
+    /// The sheet of paper, in millimetres of the drawing.
     pub(super) sheet: Rect,
-    /// How much larger the drawing is printed.
+    /// Magnification of the drawing on paper.
     pub(super) scale: f64,
     pub(super) marks: Vec<Mark>,
 }
@@ -27,9 +27,9 @@ pub(super) struct Mark {
     pub(super) path: BezPath,
     pub(super) fill: Option<Colour>,
     pub(super) stroke: Option<Stroke>,
-    /// What lies outside is not drawn.
+    /// Area outside which the mark is not drawn.
     pub(super) clip: Option<Rect>,
-    /// The words that it shows, or what it stands for, to whoever cannot see it.
+    /// Words or meaning of the mark, for people who cannot see it.
     pub(super) label: Option<String>,
 }
 
@@ -43,13 +43,13 @@ pub(super) struct Stroke {
 /// A size of paper on which a figure fills the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Paper {
-    /// What it is called on the command line.
+    /// Name on the command line.
     pub name: &'static str,
     /// Width and height of an upright sheet in millimetres.
     pub size_mm: [f64; 2],
 }
 
-/// Room that is left free at each edge of a sheet: what printers cannot print on.
+/// Free room at each edge of a sheet, on which printers cannot print.
 const EDGE: f64 = 10.0;
 
 const INCH: f64 = 25.4;
@@ -59,7 +59,7 @@ impl Drawing {
         Self { title, size, sheet: size.to_rect(), scale: 1.0, marks: Vec::new() }
     }
 
-    /// The drawing on a sheet of paper, as large as the sheet holds it, upright or across.
+    /// Puts the drawing on a sheet of paper, upright or across, as large as it fits.
     #[must_use]
     pub fn on_paper(self, paper: Paper) -> Self {
         let fit = |sheet: Size| {
@@ -82,7 +82,7 @@ impl Drawing {
         }
     }
 
-    /// Adds a mark over all others, unless nothing of it is to be seen.
+    /// Adds a mark over all others, unless it is invisible.
     pub(super) fn push(&mut self, mark: Mark) {
         if mark.clip.is_none_or(|clip| !mark.path.elements().is_empty() && clip.overlaps(mark.path.control_box())) {
             self.marks.push(mark);
@@ -99,22 +99,22 @@ impl Mark {
         Self { path, fill, stroke, clip: None, label: None }
     }
 
-    /// An area of one colour.
+    /// A filled area.
     pub(super) fn filled(path: BezPath, colour: Colour) -> Self {
         Self::new(path, Some(colour), None)
     }
 
-    /// A line, its width in millimetres.
+    /// A line with a width in millimetres.
     pub(super) fn stroked(path: BezPath, colour: Colour, width: f64) -> Self {
         Self::new(path, None, Some(Stroke { colour, width, style: LineStyle::Solid }))
     }
 
-    /// The mark with a line round it.
+    /// Adds an outline to the mark.
     pub(super) fn outlined(self, colour: Colour, width: f64) -> Self {
         Self { stroke: Some(Stroke { colour, width, style: LineStyle::Solid }), ..self }
     }
 
-    /// The mark with its line in another style.
+    /// Changes the style of the mark's line.
     pub(super) fn styled(mut self, style: LineStyle) -> Self {
         if let Some(stroke) = &mut self.stroke {
             stroke.style = style;
@@ -122,19 +122,19 @@ impl Mark {
         self
     }
 
-    /// The mark, as far as it lies in the area.
+    /// Clips the mark to an area.
     pub(super) fn clipped(self, area: Rect) -> Self {
         Self { clip: Some(area), ..self }
     }
 
-    /// The mark with words for whoever cannot see it.
+    /// Adds words for people who cannot see the mark.
     pub(super) fn labelled(self, label: impl Into<String>) -> Self {
         Self { label: Some(label.into()), ..self }
     }
 }
 
 impl Paper {
-    /// Every size.
+    /// All sizes.
     pub const ALL: [Self; 7] = [
         Self { name: "a0", size_mm: [841.0, 1189.0] },
         Self { name: "a1", size_mm: [594.0, 841.0] },
@@ -146,7 +146,7 @@ impl Paper {
     ];
 }
 
-/// Reads a name, in capitals or not.
+/// Parses a name, in upper or lower case.
 impl FromStr for Paper {
     type Err = String;
 
@@ -165,7 +165,7 @@ pub(super) fn polyline(points: impl IntoIterator<Item = Point>) -> BezPath {
     path
 }
 
-/// Straight lines round an area.
+/// Straight lines around an area.
 pub(super) fn polygon(points: impl IntoIterator<Item = Point>) -> BezPath {
     let mut path = polyline(points);
     if !path.elements().is_empty() {
@@ -174,7 +174,7 @@ pub(super) fn polygon(points: impl IntoIterator<Item = Point>) -> BezPath {
     path
 }
 
-/// A circle, of parabolas that are nowhere off by more than 0.2 ‰ of the radius.
+/// A circle made of parabolas, with a largest error of 0.2 ‰ of the radius.
 pub(super) fn circle(centre: Point, radius: f64) -> BezPath {
     const PIECES: u32 = 16;
     let half_piece = PI / f64::from(PIECES);
@@ -182,7 +182,7 @@ pub(super) fn circle(centre: Point, radius: f64) -> BezPath {
     let mut path = BezPath::new();
     path.move_to(on(0, radius));
     for piece in 0..PIECES {
-        // The tangents at both ends meet further out.
+        // The control point lies outside the circle, where the tangents at both ends meet.
         path.quad_to(on(2 * piece + 1, radius / half_piece.cos()), on(2 * piece + 2, radius));
     }
     path.close_path();
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_circle_is_round_to_a_fifth_of_a_thousandth() {
+    fn circle_is_round_to_a_fifth_of_a_thousandth() {
         for piece in circle(Point::ZERO, 1.0).segments().filter(|piece| matches!(piece, PathSeg::Quad(_))) {
             for tenth in 0..=10 {
                 let point = piece.eval(f64::from(tenth) / 10.0).to_vec2();

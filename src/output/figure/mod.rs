@@ -1,18 +1,18 @@
-//! Figures for print: plans of the dragon, and what happens over time.
+//! Figures for print: plans of the dragon, and plots over time.
 //!
-//! A figure is plain data with a `draw`. What it draws, a [`Drawing`], becomes the bytes of a file, the same bytes each
-//! time: vector graphics, or pixels at 300 dots per inch. Every figure is 160 mm wide, a page between its margins, or
-//! fills a sheet of [`Paper`]. Letters are outlines, so neither the machine that draws nor the one that shows needs a
-//! font. Colours are those of Okabe and Ito, which people with any kind of colour vision tell apart.
+//! A figure is plain data with a method `draw`. It returns a [`Drawing`], which becomes the bytes of a file: vector graphics,
+//! or pixels at 300 dots per inch. Equal figures give equal bytes. Every figure is 160 mm wide, a page between its margins, or
+//! fills a sheet of [`Paper`]. Letters are outlines, so neither drawing nor viewing needs a font. The colours are those of
+//! Okabe and Ito; people with any kind of colour vision can distinguish them.
 //!
-//! Nothing here knows dragons, routes or the planner. Data are plain numbers: points in metres ([`glam::DVec2`]), times in
-//! seconds of show time. Positions on the page are [`kurbo::Point`]s in millimetres.
+//! This module is independent of dragons, routes and the planner. Its data are plain numbers: points in metres
+//! ([`glam::DVec2`]), times in seconds of show time. Positions on the page are [`kurbo::Point`]s in millimetres.
 //!
-//! | files | what is in them |
+//! | files | contents |
 //! |---|---|
 //! | `plan_view`, `contact`, `clearance`, `speeds`, `sensitivity` | the figures |
 //! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
-//! | `drawing`, `svg`, `png` | marks on a page, and the files that they become |
+//! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
 mod boards;
 mod clearance;
@@ -40,7 +40,7 @@ pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
 pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 
-/// The kinds of file that a drawing can become.
+/// File formats of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FigureFormat {
     /// Scalable Vector Graphics.
@@ -50,7 +50,7 @@ pub enum FigureFormat {
 }
 
 impl FigureFormat {
-    /// The format that a file's suffix names, if it names one.
+    /// Returns the format for the suffix of a file; `None` for another suffix.
     ///
     /// ```
     /// use std::path::Path;

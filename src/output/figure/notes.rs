@@ -1,4 +1,4 @@
-//! Notes at points of a plot, written where they hide nothing.
+//! Notes at points of a plot, at positions where they hide as little as possible.
 
 use std::f64::consts::TAU;
 
@@ -13,45 +13,45 @@ pub(super) struct Notes {
     area: Rect,
     /// Points of the page that notes should leave free.
     data: Vec<Point>,
-    /// What notes, and the dots that they belong to, cover.
+    /// Areas of notes and of their dots.
     taken: Vec<Rect>,
 }
 
-/// A rectangle where a note may be written.
+/// A possible position of a note.
 struct Candidate {
     bounds: Rect,
-    /// From the point to the note.
+    /// Ends of the line from the point to the note.
     leader: [Point; 2],
-    /// From the point to the note's middle.
+    /// Distance from the point to the middle of the note.
     distance: f64,
-    /// Points of data under the note or its leader.
+    /// Number of data points under the note or its leader.
     hidden: usize,
 }
 
-/// Distances at which room is looked for, from the point to the note's nearest edge, in millimetres.
+/// Tried distances from the point to the nearest edge of the note, in millimetres.
 const DISTANCES: [f64; 10] = [2.0, 3.5, 5.0, 7.0, 9.0, 12.0, 15.0, 19.0, 24.0, 30.0];
 const DIRECTIONS: u32 = 36;
 const MARGIN: f64 = 0.8;
-/// Distance from a point to the begin of the line that leads to its note.
+/// Distance from a point to the begin of the leader of its note.
 const LEADER_GAP: f64 = 1.2;
-/// Least length of such a line.
+/// Least length of a leader.
 const SHORTEST_LEADER: f64 = 0.5;
-/// From line to line of a note ÷ size of its letters.
+/// Distance between two lines of a note ÷ size of its letters.
 const LINE_HEIGHT: f64 = 1.3;
 
 impl Notes {
-    /// Notes in an area, between lines that go from point to point of the page.
+    /// Notes in an area with data lines, given as points of the page.
     pub(super) fn new(area: Rect, lines: &[Vec<Point>]) -> Self {
         let data = lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| between(ends[0], ends[1]))).collect();
         Self { area, data, taken: Vec::new() }
     }
 
-    /// Keeps notes off a rectangle.
+    /// Keeps notes out of a rectangle.
     pub(super) fn keep_off(&mut self, taken: Rect) {
         self.taken.push(taken);
     }
 
-    /// Writes a note of some lines near a point of the page, with a stroke that leads to it. Without room it writes nothing.
+    /// Writes a note near a point of the page, with a leader to the point. Without room, writes nothing.
     pub(super) fn write(&mut self, drawing: &mut Drawing, lines: &[String], point: Point) {
         let texts: Vec<Text> = lines.iter().map(|line| Text::new(line.as_str(), TICK_SIZE)).collect();
         let width = texts.iter().map(Text::width).fold(0.0, f64::max);
@@ -62,7 +62,7 @@ impl Notes {
         let best = candidates.flatten().min_by(|a, b| a.cost().total_cmp(&b.cost()));
         let Some(Candidate { bounds, leader, hidden, .. }) = best else { return };
         if hidden == 0 {
-            // No grid line runs through the letters.
+            // Covers the grid lines behind the letters.
             drawing.push(Mark::filled(bounds.to_path(0.0), WHITE));
         }
         if leader[0].distance(leader[1]) > SHORTEST_LEADER {
@@ -75,9 +75,9 @@ impl Notes {
         self.taken.push(bounds);
     }
 
-    /// The rectangle in a direction, if the plot and other notes leave it.
+    /// The position in a direction, if it lies in the plot and overlaps no other note.
     fn candidate(&self, point: Point, size: Size, distance: f64, direction: Vec2) -> Option<Candidate> {
-        // The note's nearest edge or corner lies in that direction, its middle further on.
+        // The nearest edge or corner of the note lies in that direction, its middle further out.
         let [across, down] = [direction.x, direction.y].map(|share| 0.5 * (1.5 * share).clamp(-1.0, 1.0));
         let middle = point + distance * direction + (across * size.width, down * size.height);
         let bounds = Rect::from_center_size(middle, size);
@@ -100,7 +100,8 @@ impl Notes {
 }
 
 impl Candidate {
-    /// A far note is better than one on the data, one right over or under its point better than one beside it.
+    /// Cost of a position. A distant note is better than a note on data. A note directly above or below its point is better
+    /// than a note beside it.
     fn cost(&self) -> f64 {
         20.0 * self.hidden as f64 + self.leader[0].distance(self.leader[1]) + 0.15 * self.distance
     }

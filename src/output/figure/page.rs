@@ -1,4 +1,4 @@
-//! The page of a figure: its caption, its legend, and room for its plots.
+//! The page of a figure: its caption, its legend, and the room for its plots.
 
 use kurbo::{Point, Rect, Shape as _, Size};
 
@@ -9,19 +9,19 @@ use super::style::{
 };
 use super::text::{self, Anchor, Text, has_glyph};
 
-/// The words over a figure, from the largest to the smallest: its heading, its title and its facts.
+/// The words above a figure, from the largest to the smallest: its heading, its title and its facts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Caption {
-    /// Large words over the title, such as the name of the show. They are drawn smaller where they would be wider than the
-    /// figure. For letters that cannot be drawn see [`missing_letter`].
+    /// Large words above the title, such as the name of the show. Words wider than the figure are drawn smaller. For letters
+    /// that cannot be drawn, see [`missing_letter`].
     pub heading: Option<String>,
-    /// What the figure shows.
+    /// Subject of the figure.
     pub title: String,
-    /// What the figure is drawn for, under the title in small print.
+    /// Facts about the drawn dragon, under the title in small print.
     pub facts: Vec<String>,
 }
 
-/// An entry of a legend: a name, and how what it names is drawn.
+/// An entry of a legend: a name, and a sample of its line, area or dot.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct LegendEntry {
     pub(super) swatch: Swatch,
@@ -38,13 +38,13 @@ pub(super) enum Swatch {
 
 /// Size of a heading: 16 points.
 const HEADING_SIZE: f64 = 5.6;
-/// From the page's top, or from the line above, to the middle of a line.
+/// Distances from the top of the page, or from the line above, to the middle of a line.
 const FIRST_DROP: f64 = 5.0;
 const TITLE_DROP: f64 = 7.0;
 const FACTS_DROP: f64 = 4.6;
-/// From the middle of the last line to what comes below.
+/// Distance from the middle of the last line to the legend.
 const BOTTOM_GAP: f64 = 3.6;
-/// Between two facts of a line.
+/// Separator of two facts in a line.
 const SEPARATOR: &str = " · ";
 
 const ROW_HEIGHT: f64 = 5.0;
@@ -53,7 +53,7 @@ const DOT_SWATCH_WIDTH: f64 = 2.0;
 const SWATCH_GAP: f64 = 1.5;
 const ENTRY_GAP: f64 = 5.0;
 
-/// A page with its caption and its legend, and the top of an area of this height below them.
+/// Returns a page with its caption and its legend, and the top of an area of `height` below them.
 pub(super) fn page(caption: &Caption, entries: &[LegendEntry], height: f64) -> (Drawing, f64) {
     let rows = rows_of(entries, LegendEntry::width, ENTRY_GAP);
     let top = caption.height() + rows.len() as f64 * ROW_HEIGHT + LEGEND_GAP;
@@ -72,12 +72,12 @@ pub(super) fn page(caption: &Caption, entries: &[LegendEntry], height: f64) -> (
 }
 
 impl Caption {
-    /// A caption that says what the figure shows.
+    /// A caption with a title only.
     pub fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), ..Self::default() }
     }
 
-    /// All that it says in large words, for those who cannot see the figure.
+    /// Heading and title, for people who cannot see the figure.
     fn name(&self) -> String {
         match &self.heading {
             Some(heading) => format!("{heading}: {}", self.title),
@@ -89,7 +89,7 @@ impl Caption {
         self.lines().last().map_or(0.0, |(_, drop)| drop + BOTTOM_GAP)
     }
 
-    /// The lines, and where their middles are below the page's top.
+    /// Returns the lines, with the distance of their middles from the top of the page.
     fn lines(&self) -> Vec<(Text, f64)> {
         let mut lines: Vec<(Text, f64)> = Vec::new();
         let mut add = |words: &str, size: f64, drop: f64| {
@@ -109,7 +109,7 @@ impl Caption {
     }
 }
 
-/// The first letter of some words that figures have no outline of; they draw a question mark in its place.
+/// Returns the first letter without an outline. Figures draw a question mark instead of such a letter.
 ///
 /// ```
 /// use bench_dragon::output::figure::missing_letter;
@@ -121,7 +121,7 @@ pub fn missing_letter(words: &str) -> Option<char> {
     words.chars().find(|letter| !has_glyph(*letter))
 }
 
-/// The size at which words are as wide as a plot, or a given smaller one.
+/// Returns the given font size, or the smaller one at which the words are as wide as a plot.
 fn fitting(words: &str, size: f64) -> f64 {
     size.min(PLOT_WIDTH / text::width(words).max(f64::MIN_POSITIVE))
 }
@@ -161,7 +161,7 @@ impl Swatch {
     }
 }
 
-/// As many items to a row of a plot's width as it holds, one at least.
+/// Groups items into rows of at most a plot's width, with at least one item per row.
 fn rows_of<T>(items: &[T], width: impl Fn(&T) -> f64, gap: f64) -> Vec<Vec<&T>> {
     let mut rows: Vec<Vec<&T>> = Vec::new();
     let mut left = 0.0;
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_line_is_wider_than_a_plot_however_long_its_words() {
+    fn long_words_never_make_a_line_wider_than_a_plot() {
         let facts = (0..20).map(|fact| format!("fact number {fact}")).collect();
         let caption = Caption { heading: Some("W".repeat(200)), title: "W".repeat(100), facts };
         let lines = caption.lines();
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_caption_without_heading_and_facts_is_its_title() {
+    fn caption_without_heading_and_facts_is_its_title() {
         let caption = Caption::new("The dragon at 300 s");
         assert_eq!((caption.lines().len(), caption.name().as_str()), (1, "The dragon at 300 s"));
         let caption = Caption { heading: Some("Dragon of 2026".to_owned()), ..caption };

@@ -1,4 +1,4 @@
-//! The dragon on its route, seen from above, and two of its benches from near.
+//! Plan of the dragon on its route, and a larger plan of two of its benches.
 
 use glam::DVec2;
 use kurbo::{Rect, Shape as _};
@@ -13,80 +13,80 @@ use super::style::{
 };
 use super::text::{Anchor, Text};
 
-/// The dragon on its route at one time. A metre is as long on either axis.
+/// The dragon on its route at one time. Both axes have the same scale.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlanView {
-    /// Stands over it.
+    /// Caption above the plan.
     pub caption: Caption,
     /// The dragon.
     pub dragon: DragonInPlan,
     /// A circle around the origin.
     pub circle: Option<Circle>,
-    /// What a turnaround has besides.
+    /// The S of a turnaround.
     pub turn: Option<TurnMarks>,
-    /// Two benches that a second plan shows larger.
+    /// Two benches, shown larger in a second plan.
     pub pair: Option<NearestPair>,
 }
 
-/// A circle around the origin that a plan shows.
+/// A circle around the origin of a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circle {
-    /// Metres.
+    /// Radius in metres.
     pub radius_m: f64,
-    /// What it is.
+    /// Name in the legend.
     pub name: String,
 }
 
 /// The S of a turnaround.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurnMarks {
-    /// The two arcs from point to point.
+    /// Points of the two arcs.
     pub arcs: [Vec<DVec2>; 2],
-    /// The joints of the spiral in, the two arcs and the spiral out.
+    /// The seams between the spiral in, the two arcs and the spiral out.
     pub seams: [DVec2; 3],
 }
 
-/// Two benches whose clearance is shown.
+/// Two benches, with their clearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestPair {
     /// The two benches.
     pub benches: [usize; 2],
-    /// Their clearance in metres; 0 or less where they touch.
+    /// Their clearance in metres; 0 or less if they touch.
     pub clearance_m: f64,
-    /// The nearest points of their boards: where they touch, the same point twice.
+    /// The nearest points of their boards: the same point twice if they touch.
     pub points: [DVec2; 2],
 }
 
-/// Share of the dragon's extent that is left free around it.
+/// Free margin around the dragon ÷ its extent.
 const MARGIN: f64 = 0.03;
-/// Heights of a plan on the page, the larger one without a pair below it.
+/// Least and greatest height of a plan without a pair below it.
 const HEIGHTS: [f64; 2] = [50.0, 160.0];
-/// The same with a pair below it, so that a page of A4 holds both.
+/// Least and greatest height of a plan with a pair below it. Both fit on a page of A4.
 const HEIGHTS_OVER_PAIR: [f64; 2] = [50.0, 128.0];
 const PAIR_HEIGHT: f64 = 50.0;
-/// Room for the words over the pair.
+/// Room for the words above the pair.
 const PAIR_GAP: f64 = 6.0;
 const HINGE_RADIUS: f64 = 0.25;
 const SEAM_RADIUS: f64 = 0.9;
 const ARC_WIDTH: f64 = 0.5;
-/// Height of what is shown ÷ width of a board, beside the clearance.
+/// Height of the pair's plan, without the clearance, ÷ width of a board.
 const HEIGHT_PER_WIDTH: f64 = 4.5;
-/// A clearance that is printed as 0: half of a micrometre.
+/// Clearance below which the print shows 0: half of a micrometre.
 const TOUCHING_M: f64 = 5e-7;
-/// Least distance of the two points on the page that is drawn as a measure, and not as a point.
+/// Least distance of the two points on the page for a measure. Nearer points are drawn as a ring.
 const LEAST_MEASURE: f64 = 1.5;
 /// Length of the strokes at the ends of a measure.
 const END_LENGTH: f64 = 3.0;
 const POINT_RADIUS: f64 = 2.0;
 const NEAR_HINGE_RADIUS: f64 = 0.8;
-/// From the words to the plot below.
+/// Distance from the words to the plot below.
 const WORDS_RISE: f64 = 3.2;
 
 impl PlanView {
-    /// Draws it.
+    /// Draws the figure.
     ///
     /// # Panics
-    /// The two benches of a pair must have boards.
+    /// If a bench of the pair has no board.
     pub fn draw(&self) -> Drawing {
         let [low, high] = self.bounds();
         let [least, most] = if self.pair.is_some() { HEIGHTS_OVER_PAIR } else { HEIGHTS };
@@ -115,7 +115,7 @@ impl PlanView {
         self.pair.as_ref().map_or(&[], |pair| &pair.benches)
     }
 
-    /// What the plan shows: all boards, and the circle.
+    /// Low and high corner of the plan, which shows all boards and the circle.
     fn bounds(&self) -> [DVec2; 2] {
         let radius_m = self.circle.as_ref().map_or(0.0, |circle| circle.radius_m);
         let circle = [DVec2::splat(-radius_m), DVec2::splat(radius_m)];
@@ -166,12 +166,12 @@ impl TurnMarks {
 }
 
 impl NearestPair {
-    /// What the two benches are, for the legend.
+    /// Name of the two benches in the legend.
     fn kind(&self) -> &'static str {
         if self.touches() { "in touch" } else { "nearest pair" }
     }
 
-    /// The pair as people read it.
+    /// Description of the pair.
     fn words(&self) -> String {
         let [first, second] = self.benches;
         if self.touches() {
@@ -185,7 +185,7 @@ impl NearestPair {
         self.clearance_m < TOUCHING_M
     }
 
-    /// Draws the pair's surroundings into an area below the plan that shows all, and the frame of it in that plan.
+    /// Draws the surroundings of the pair into an area below the plan, and their frame in the plan.
     fn draw(&self, drawing: &mut Drawing, dragon: &DragonInPlan, plan: &Plot, area: Rect) {
         let centre = 0.5 * (self.points[0] + self.points[1]);
         let height_m = HEIGHT_PER_WIDTH * width_m(&dragon.boards[self.benches[0]]) + 2.0 * self.clearance_m.max(0.0);
@@ -204,7 +204,7 @@ impl NearestPair {
         drawing.push(frame.labelled("shown larger below"));
     }
 
-    /// Draws the clearance as a measure from point to point, or a ring where they are too near for one.
+    /// Draws the clearance as a measure from point to point, or as a ring if the points are too near.
     fn draw_measure(&self, drawing: &mut Drawing, plot: &Plot) {
         let [from, to] = self.points.map(|point| plot.at(point));
         if from.distance(to) < LEAST_MEASURE {

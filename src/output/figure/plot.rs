@@ -1,4 +1,4 @@
-//! A plot: an area of the page with axes round it, and the scales of the axes.
+//! A plot: an area of the page with axes around it, and the scales of the axes.
 
 use std::f64::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
@@ -13,7 +13,7 @@ use super::style::{
 };
 use super::text::{Anchor, Text};
 
-/// Maps values onto an area of the page.
+/// Maps values to an area of the page.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Plot {
     pub(super) area: Rect,
@@ -24,14 +24,14 @@ pub(super) struct Plot {
     y_tick_spacing: f64,
 }
 
-/// A linear scale from a range of values onto a stretch of the page in millimetres. The range has an extent.
+/// A linear scale from a range of values to an interval of the page in millimetres. The range is never empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Scale {
     values: [f64; 2],
     page: [f64; 2],
 }
 
-/// A value that is written at an axis.
+/// A value at an axis, with its label.
 #[derive(Clone, Debug, PartialEq)]
 struct Tick {
     value: f64,
@@ -45,7 +45,7 @@ impl Plot {
         Self { area, x, y, is_y_at_right: false, y_tick_spacing: Y_TICK_SPACING }
     }
 
-    /// A plan: the plot in which a metre is as long on either axis, and that shows all between two corners.
+    /// A plan: a plot with equal scales on both axes, which shows everything between two corners.
     pub(super) fn plan(area: Rect, low: DVec2, high: DVec2) -> Self {
         let size = DVec2::new(area.width(), area.height());
         let mm_per_m = (size / (high - low)).min_element();
@@ -58,7 +58,7 @@ impl Plot {
         Self { is_y_at_right: true, ..self }
     }
 
-    /// Where a point of the plot lies on the page.
+    /// Position on the page of a point of the plot.
     pub(super) fn at(&self, point: DVec2) -> Point {
         Point::new(self.x.at(point.x), self.y.at(point.y))
     }
@@ -67,22 +67,22 @@ impl Plot {
         self.x.mm_per_unit()
     }
 
-    /// Straight lines from point to point, as far as they lie in the plot.
+    /// Straight lines from point to point, clipped to the plot.
     pub(super) fn line(&self, points: &[DVec2], colour: Colour, width: f64) -> Mark {
         Mark::stroked(polyline(points.iter().map(|point| self.at(*point))), colour, width).clipped(self.area)
     }
 
-    /// A filled area, as far as it lies in the plot.
+    /// A filled area, clipped to the plot.
     pub(super) fn polygon(&self, points: &[DVec2], colour: Colour) -> Mark {
         Mark::filled(polygon(points.iter().map(|point| self.at(*point))), colour).clipped(self.area)
     }
 
-    /// A dot of a radius in millimetres, which may reach over the plot's edge.
+    /// A dot with a radius in millimetres. It may extend over the edge of the plot.
     pub(super) fn dot(&self, point: DVec2, radius: f64, colour: Colour) -> Mark {
         Mark::filled(circle(self.at(point), radius), colour)
     }
 
-    /// A dotted frame around the values that another plot shows.
+    /// A dotted frame around the ranges of another plot.
     pub(super) fn window(&self, x: &RangeInclusive<f64>, y: &RangeInclusive<f64>) -> Mark {
         let min = self.at(DVec2::new(*x.start(), *y.end()));
         let max = self.at(DVec2::new(*x.end(), *y.start()));
@@ -117,7 +117,7 @@ impl Plot {
         }
     }
 
-    /// Writes what the axes show, with their units.
+    /// Writes the labels of the axes.
     pub(super) fn label(&self, drawing: &mut Drawing, x: &str, y: &str) {
         let below = Point::new(self.area.center().x, self.area.y1 + X_LABEL_DROP);
         drawing.write(&Text::new(x, LABEL_SIZE), below);
@@ -132,7 +132,7 @@ impl Plot {
         self.y.ticks(self.y_tick_spacing)
     }
 
-    /// Where the y axis is labelled: x, the direction away from the plot, and the anchor of its numbers.
+    /// The edge for the labels of the y axis: its x, the direction away from the plot, and the anchor of its numbers.
     fn y_edge(&self) -> (f64, Vec2, Anchor) {
         if self.is_y_at_right {
             (self.area.x1, Vec2::new(1.0, 0.0), Anchor::Left)
@@ -143,8 +143,8 @@ impl Plot {
 }
 
 impl Scale {
-    /// The scale that puts the ends of `values` at the two places on the page. A range without an extent, or one that is
-    /// turned round or not finite, is widened to one around it: a figure of a single point has axes too.
+    /// The scale that maps the ends of `values` to the two positions on the page. An empty, reversed or infinite range becomes
+    /// a wider one around it: a figure of a single point has axes too.
     fn new(values: &RangeInclusive<f64>, page: [f64; 2]) -> Self {
         let [low, high] = [*values.start(), *values.end()];
         let widened = range_of([low, high].into_iter().filter(|value| value.is_finite()), 0.0);
@@ -152,7 +152,7 @@ impl Scale {
             let extent = range.end() - range.start();
             extent > 0.0 && extent.is_finite()
         };
-        let range = [values.clone(), widened, 0.0..=1.0].into_iter().find(has_extent).expect("the last one has one");
+        let range = [values.clone(), widened, 0.0..=1.0].into_iter().find(has_extent).expect("0 to 1 is not empty");
         Self { values: [*range.start(), *range.end()], page }
     }
 
@@ -160,19 +160,19 @@ impl Scale {
         self.page[0] + (value - self.values[0]) * self.mm_per_unit()
     }
 
-    /// Millimetres of page for each unit, negative where the values grow towards the page's top.
+    /// Millimetres of page per unit; negative if the values grow towards the top of the page.
     fn mm_per_unit(&self) -> f64 {
         (self.page[1] - self.page[0]) / (self.values[1] - self.values[0])
     }
 
-    /// Multiples of 1, 2 or 5 times a power of ten, the nearest to each other that leave `gap` millimetres between two.
+    /// Ticks at multiples of 1, 2 or 5 times a power of ten: the smallest step of at least `gap` millimetres.
     fn ticks(&self, gap: f64) -> Vec<Tick> {
         let least = gap / self.mm_per_unit().abs();
         let magnitude = least.log10().floor();
         let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * 10_f64.powf(magnitude));
         let step = steps.into_iter().find(|step| *step >= least).unwrap_or(steps[3]);
         let decimals = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
-        // A tick that rounding puts a billionth of a step outside belongs to the axis.
+        // The tolerance of a billionth of a step keeps a tick that rounding moves over the end of the axis.
         let [first, last] = [self.values[0] / step - 1e-9, self.values[1] / step + 1e-9];
         let indices = first.ceil() as i64..=last.floor() as i64;
         let values = indices.map(|index| index as f64 * step);
@@ -180,7 +180,7 @@ impl Scale {
     }
 }
 
-/// A number as it is printed, with a minus sign as wide as the plus sign and none for a zero.
+/// Prints a number. The minus sign is as wide as a plus sign; a zero has no sign.
 fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
@@ -190,8 +190,7 @@ fn number(value: f64, decimals: usize) -> String {
     }
 }
 
-/// The least range that holds all values, with a share of its extent added at both ends; an extent of its own where all
-/// values are the same.
+/// Least range that contains all values, plus `margin` times its extent at both ends. Equal values get a range around them.
 pub(super) fn range_of(values: impl IntoIterator<Item = f64>, margin: f64) -> RangeInclusive<f64> {
     let (low, high) = values
         .into_iter()
@@ -200,7 +199,7 @@ pub(super) fn range_of(values: impl IntoIterator<Item = f64>, margin: f64) -> Ra
         return 0.0..=1.0;
     }
     let extent = high - low;
-    // An extent that rounding alone makes would show noise.
+    // An extent within rounding would show noise.
     let noise = 1e-9 * low.abs().max(high.abs());
     let spread = if extent > noise { margin * extent } else { (0.1 * low.abs()).max(0.1) };
     low - spread..=high + spread
@@ -215,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_numbers_that_do_not_crowd() {
+    fn ticks_are_round_numbers_with_room_between_them() {
         assert_eq!(labels(-12.3..=11.0, 15.0), ["−10", "−5", "0", "5", "10"]);
         assert_eq!(labels(0.0..=0.18, 20.0), ["0.00", "0.05", "0.10", "0.15"]);
         assert_eq!(labels(0.0..=412.5, 15.0), ["0", "100", "200", "300", "400"]);
@@ -223,13 +222,13 @@ mod tests {
     }
 
     #[test]
-    fn a_scale_may_run_towards_the_top_of_the_page() {
+    fn scale_may_grow_towards_the_top_of_the_page() {
         let scale = Scale::new(&(0.0..=10.0), [90.0, 10.0]);
         assert_eq!((scale.at(0.0), scale.at(10.0), scale.at(2.5)), (90.0, 10.0, 70.0));
     }
 
     #[test]
-    fn a_scale_of_a_single_value_or_none_has_an_extent_all_the_same() {
+    fn scale_of_an_empty_or_infinite_range_is_widened() {
         for values in [0.0..=0.0, 3.0..=3.0, f64::NAN..=1.0, f64::INFINITY..=f64::NEG_INFINITY, -1e308..=1e308] {
             let scale = Scale::new(&values, [0.0, 100.0]);
             assert!(scale.mm_per_unit().is_finite() && scale.mm_per_unit() > 0.0, "{values:?}: {scale:?}");
@@ -238,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_of_equal_values_has_an_extent() {
+    fn range_of_equal_values_is_widened() {
         assert_eq!(range_of([2.0, 2.0], 0.05), 1.8..=2.2);
         assert_eq!(range_of([0.0, 1.0], 0.05), -0.05..=1.05);
         assert_eq!(range_of([], 0.05), 0.0..=1.0);

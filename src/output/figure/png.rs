@@ -10,10 +10,10 @@ use tiny_skia::{
 use super::drawing::{Drawing, Mark, Stroke};
 use super::style::Colour;
 
-/// Dots per millimetre of paper: 300 to the inch, what printers ask for.
+/// Dots per millimetre of paper: 300 per inch, the usual demand of printers.
 const DOTS_PER_MM: f64 = 300.0 / 25.4;
-/// Most dots of an image. They take 4 bytes each, and one more for each plot of the figure. A sheet over A2 has fewer
-/// dots to the inch: it is looked at from further away.
+/// Greatest number of dots of an image. A dot takes 4 bytes, and one more for each plot of the figure. A sheet larger than A2
+/// has fewer dots per inch: people view it from further away.
 const MOST_DOTS: f64 = 36e6;
 
 pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
@@ -34,19 +34,19 @@ pub(super) fn file(drawing: &Drawing) -> Vec<u8> {
     encode(&canvas.pixels, dots_per_mm)
 }
 
-/// Pixels, and how a drawing lies on them.
+/// Pixels, and the transform from a drawing to them.
 struct Canvas {
     pixels: Pixmap,
-    /// A mask of each area, made once.
+    /// Clip areas and their masks, each mask made once.
     masks: Vec<(Rect, Mask)>,
     /// Dots per millimetre of the drawing.
     dots_per_mm: f64,
-    /// From the drawing to the pixels.
+    /// Transform from the drawing to the pixels.
     to_dots: Affine,
 }
 
 impl Canvas {
-    /// The number of an area's mask.
+    /// Index of the mask of an area.
     fn mask_of(&mut self, clip: Rect) -> usize {
         self.masks.iter().position(|(known, _)| *known == clip).unwrap_or_else(|| {
             let mut mask = Mask::new(self.pixels.width(), self.pixels.height()).expect("a page has a size");
@@ -59,7 +59,7 @@ impl Canvas {
     }
 
     fn draw(&mut self, mark: &Mark) {
-        // A path of one point, or of none, shows nothing.
+        // A path with fewer than two points is invisible.
         let Some(path) = pixel_path(&(self.to_dots * &mark.path)) else { return };
         let mask = mark.clip.map(|clip| self.mask_of(clip));
         let mask = mask.map(|mask| &self.masks[mask].1);
@@ -112,6 +112,6 @@ fn encode(pixels: &Pixmap, dots_per_mm: f64) -> Vec<u8> {
     encoder.set_compression(Compression::High);
     encoder.set_pixel_dims(Some(PixelDimensions { xppu: per_metre, yppu: per_metre, unit: Unit::Meter }));
     let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&colours));
-    written.expect("the pixels fill the image, and memory takes all bytes");
+    written.expect("the pixels fill the image, and a Vec takes all bytes");
     bytes
 }

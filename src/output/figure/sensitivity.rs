@@ -1,4 +1,4 @@
-//! How answers change with what is configured.
+//! Plots of answers over changes of the configured parameters.
 
 use glam::DVec2;
 use kurbo::Rect;
@@ -8,10 +8,10 @@ use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::{Plot, range_of};
 use super::style::{BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH, RIGHT_MARGIN, ROW_GAP, line_look};
 
-/// How answers change with parameters: a plot for each answer, in it a line for each parameter over its change in percent.
+/// Sensitivity of answers to parameters. Each answer has a plot, with a line for each parameter over its change in percent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensitivityChart {
-    /// Stands over it.
+    /// Caption above the plots.
     pub caption: Caption,
     /// Names of the parameters.
     pub parameters: Vec<String>,
@@ -19,12 +19,12 @@ pub struct SensitivityChart {
     pub quantities: Vec<ChartQuantity>,
 }
 
-/// An answer, and how it changes.
+/// An answer and its curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChartQuantity {
-    /// What it is, with its unit in brackets.
+    /// Name of the answer, with its unit in brackets.
     pub name: String,
-    /// For each parameter the answers at its changes in percent, in order; none where there is no answer.
+    /// For each parameter: its changes in percent in order, with the answer to each; `None` without an answer.
     pub curves: Vec<Vec<(f64, Option<f64>)>>,
 }
 
@@ -34,7 +34,7 @@ const MARGIN: f64 = 0.08;
 const DOT_RADIUS: f64 = 0.55;
 
 impl SensitivityChart {
-    /// Draws it.
+    /// Draws the figure.
     pub fn draw(&self) -> Drawing {
         let row_height = HEIGHT + BOTTOM_MARGIN + ROW_GAP;
         let rows = self.quantities.len().div_ceil(COLUMNS) as f64;

@@ -1,4 +1,4 @@
-//! Speeds of handles over time.
+//! Plot of the speeds of handles over time.
 
 use std::ops::RangeInclusive;
 
@@ -14,39 +14,39 @@ use super::style::{
     line_look,
 };
 
-/// Speeds of some handles over time, with the largest of all handles.
+/// Speeds of some handles over time, with the largest speed of all handles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpeedsOverTime {
-    /// Stands over it.
+    /// Caption above the plots.
     pub caption: Caption,
-    /// The slowest and the fastest of all handles, in order of time.
+    /// Least and greatest speed of all handles, in order of time.
     pub all: Vec<SpeedRange>,
-    /// The handles shown, the head first.
+    /// The handles with a line, the head first.
     pub handles: Vec<HandleSpeed>,
-    /// The largest speed of any handle, if it is to be marked.
+    /// The largest speed of any handle, if it is marked.
     pub largest: Option<LargestSpeed>,
-    /// The speed that no handle may exceed, if there is one.
+    /// Speed limit of all handles, if any.
     pub limit_mps: Option<f64>,
-    /// Times that a second plot shows larger. The first one then shows the range of all handles and the head alone: the
-    /// lines of the others would fill it.
+    /// Times of a second, larger plot. The first plot then shows only the range of all handles and the head: the other lines
+    /// would fill it.
     pub detail_s: Option<RangeInclusive<f64>>,
 }
 
-/// Speeds of the slowest and of the fastest handle at one time.
+/// Speeds of the slowest and the fastest handle at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedRange {
     /// Seconds of show time.
     pub time_s: f64,
-    /// Metres per second.
+    /// Speed of the slowest handle, in metres per second.
     pub least_mps: f64,
-    /// Metres per second.
+    /// Speed of the fastest handle, in metres per second.
     pub most_mps: f64,
 }
 
 /// A handle's speed over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandleSpeed {
-    /// What the handle is called.
+    /// Name of the handle.
     pub name: String,
     /// Time in seconds and speed in metres per second, in order.
     pub samples: Vec<DVec2>,
@@ -67,13 +67,13 @@ const ALL: &str = "all handles";
 const HEIGHT: f64 = 65.0;
 const MARGIN: f64 = 0.08;
 const RING_RADIUS: f64 = 0.9;
-/// Width of a column of the page, for which the range of all handles is put together, in millimetres: in a plot of a whole
-/// show a column holds more than the time in which a link walks by, so that the range has no teeth.
+/// Width of a page column in millimetres. The range of all handles is combined for each column. In a plot of a whole show, a
+/// column covers more time than a link needs to pass a point, so that the range is smooth.
 const COLUMN: f64 = 0.3;
 const WIDE_COLUMN: f64 = 0.6;
 
-/// The samples that a plot shows, and the next one at either side.
-fn seen<'a>(samples: &'a [DVec2], plot: &Plot) -> &'a [DVec2] {
+/// The samples inside a plot, and the next sample at either side.
+fn visible<'a>(samples: &'a [DVec2], plot: &Plot) -> &'a [DVec2] {
     let x = |sample: &DVec2| plot.at(*sample).x;
     let first = samples.partition_point(|sample| x(sample) < plot.area.x0).saturating_sub(1);
     let end = samples.partition_point(|sample| x(sample) <= plot.area.x1) + 1;
@@ -81,7 +81,7 @@ fn seen<'a>(samples: &'a [DVec2], plot: &Plot) -> &'a [DVec2] {
 }
 
 impl SpeedsOverTime {
-    /// Draws it.
+    /// Draws the figure.
     pub fn draw(&self) -> Drawing {
         let row = HEIGHT + BOTTOM_MARGIN;
         let height = if self.detail_s.is_some() { 2.0 * row + ROW_GAP } else { row };
@@ -105,14 +105,14 @@ impl SpeedsOverTime {
         drawing
     }
 
-    /// Draws the range of all handles, and the lines of the first ones.
+    /// Draws the range of all handles, and the lines of the first `lines` handles.
     fn draw_plot(&self, drawing: &mut Drawing, plot: &Plot, column: f64, lines: usize) {
         plot.draw_grid(drawing);
         drawing.push(plot.polygon(&self.band(plot, column), PALE_BLUE).labelled(ALL));
-        // The head's line, which is the plainest, over the others.
+        // Draws the head's line last, over the others.
         for (index, handle) in self.handles.iter().enumerate().take(lines).rev() {
             let (colour, style) = line_look(index);
-            let line = plot.line(seen(&handle.samples, plot), colour, LINE_WIDTH).styled(style);
+            let line = plot.line(visible(&handle.samples, plot), colour, LINE_WIDTH).styled(style);
             drawing.push(line.labelled(handle.name.as_str()));
         }
         if let Some(limit_mps) = self.limit_mps {
@@ -127,7 +127,7 @@ impl SpeedsOverTime {
         plot.label(drawing, "show time (s)", "speed (m/s)");
     }
 
-    /// The outline of the range of all handles: for each column of the page, from the least to the most that it holds.
+    /// Outline of the range of all handles: the least and greatest speed in each column of the page.
     fn band(&self, plot: &Plot, column: f64) -> Vec<DVec2> {
         let number = |range: &SpeedRange| (plot.at(DVec2::new(range.time_s, 0.0)).x / column).floor();
         let joined = self.all.chunk_by(|a, b| number(a) == number(b)).map(|ranges| {
@@ -158,7 +158,7 @@ impl SpeedsOverTime {
         self.handles.iter().flat_map(|handle| handle.samples.iter())
     }
 
-    /// What a plot of these times shows.
+    /// Range of speeds for a plot of these times.
     fn speeds_mps(&self, times_s: &RangeInclusive<f64>) -> RangeInclusive<f64> {
         let largest = self.largest.filter(|largest| times_s.contains(&largest.time_s));
         let marked = largest.map(|largest| largest.speed_mps).into_iter().chain(self.limit_mps);

@@ -7,7 +7,7 @@ use kurbo::{BezPath, PathEl, Point, Rect, Shape as _};
 use super::drawing::{Drawing, Mark, Stroke};
 use super::style::WHITE;
 
-/// The drawing as an SVG document, which refers to nothing outside it, no font either.
+/// Returns the drawing as an SVG document without external references, also without fonts.
 pub(super) fn document(drawing: &Drawing) -> String {
     let Drawing { title, sheet: area, scale, marks, .. } = drawing;
     let [width, height] = [area.width() * scale, area.height() * scale].map(Number);
@@ -32,7 +32,7 @@ pub(super) fn document(drawing: &Drawing) -> String {
     text
 }
 
-/// The areas that marks are clipped to, each once.
+/// The clip areas of the marks, each area once.
 fn clips(marks: &[Mark]) -> Vec<Rect> {
     let mut clips = Vec::new();
     for clip in marks.iter().filter_map(|mark| mark.clip) {
@@ -81,7 +81,7 @@ fn escaped(words: &str) -> String {
     words.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// A length in millimetres to the micrometre, which no printer tells apart from the whole number.
+/// A length in millimetres, printed to the micrometre. No printer resolves less.
 struct Number(f64);
 
 impl std::fmt::Display for Number {

@@ -1,8 +1,8 @@
-//! Lines of text as outlines of letters, so that a figure looks the same on every machine, with fonts or without.
+//! Lines of text as outlines of letters, so that a figure looks the same on every machine, with or without fonts.
 //!
-//! The outlines are those of Noto Sans 1.04 (Google, Apache License 2.0), as far as the figures need them. Each line of
-//! `noto_sans.txt` is a character, its advance width, a blank and its outline as an SVG path, in units of which 2048 are
-//! the size of the font, y up from the baseline.
+//! The outlines are those of Noto Sans 1.04 (Google, Apache License 2.0), for the letters that figures need. Each line of
+//! `noto_sans.txt` has a character, its advance width, a blank and its outline as an SVG path. The unit is 1/2048 of the font
+//! size; y is up from the baseline.
 
 use std::collections::HashMap;
 use std::sync::LazyLock;
@@ -12,14 +12,14 @@ use kurbo::{Affine, BezPath, Point, Vec2};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Text {
     pub(super) words: String,
-    /// Millimetres.
+    /// Font size in millimetres.
     size: f64,
     anchor: Anchor,
-    /// Angle of the baseline in radians, clockwise as y is down.
+    /// Angle of the baseline in radians, clockwise because y is down.
     turn: f64,
 }
 
-/// The point of a line of text that is put in place; its height is the middle of a capital.
+/// The reference point of a line of text, at half the height of a capital.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     Left,
@@ -41,7 +41,7 @@ struct Glyph {
 static GLYPHS: LazyLock<HashMap<char, Glyph>> = LazyLock::new(|| OUTLINES.lines().map(parse_line).collect());
 
 impl Text {
-    /// A level line of text, put in place by its middle.
+    /// A horizontal line of text with its anchor in the middle.
     pub(super) fn new(words: impl Into<String>, size: f64) -> Self {
         Self { words: words.into(), size, anchor: Anchor::Middle, turn: 0.0 }
     }
@@ -58,7 +58,7 @@ impl Text {
         self.size * width(&self.words)
     }
 
-    /// The outline with the anchor at a point of the page.
+    /// Returns the outline with its anchor at a point of the page.
     pub(super) fn outline(&self, at: Point) -> BezPath {
         let before_anchor = match self.anchor {
             Anchor::Left => 0.0,
@@ -76,7 +76,7 @@ pub(super) fn width(text: &str) -> f64 {
     text.chars().map(|char| glyph(char).advance).sum()
 }
 
-/// The outline of a line of text at size 1, y down, from the left end of its baseline.
+/// Returns the outline of a line of text at size 1, y down, from the left end of its baseline.
 fn outline(text: &str) -> BezPath {
     let mut path = BezPath::new();
     let mut pen = Vec2::ZERO;
@@ -92,7 +92,7 @@ pub(super) fn has_glyph(char: char) -> bool {
     GLYPHS.contains_key(&char)
 }
 
-/// The character's glyph; a question mark's where the table has none.
+/// Glyph of a character; the question mark for a character that is not in the table.
 fn glyph(char: char) -> &'static Glyph {
     GLYPHS.get(&char).unwrap_or_else(|| &GLYPHS[&'?'])
 }
@@ -114,21 +114,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_printable_ascii_character_and_every_sign_of_the_figures_has_a_glyph() {
+    fn all_printable_ascii_characters_and_all_symbols_of_the_figures_have_a_glyph() {
         for char in (' '..='~').chain("°±²·×÷Δαµ–−≤≥→".chars()) {
             assert!(GLYPHS.contains_key(&char), "{char:?}");
         }
     }
 
     #[test]
-    fn digits_are_all_as_wide_as_each_other() {
+    fn all_digits_have_the_same_width() {
         for digit in '0'..='9' {
             assert_eq!(glyph(digit).advance, glyph('0').advance, "{digit}");
         }
     }
 
     #[test]
-    fn a_capital_stands_on_the_baseline_and_is_as_high_as_capitals_are() {
+    fn capitals_stand_on_the_baseline_and_have_the_capital_height() {
         let capital = outline("H").bounding_box();
         assert_eq!(capital.y1, 0.0);
         assert!((-capital.y0 - CAP_HEIGHT).abs() < 1e-3, "{}", -capital.y0);

@@ -1,14 +1,15 @@
-//! Export: the frames, the alerts and the commands of a recording as rows and columns, for spreadsheets and for people's own programs.
+//! Export: frames, alerts and commands of a recording as rows and columns, for spreadsheets and other programs.
 //!
-//! **Which frames.** Those whose show time lies in an interval, in the recorded order, and of these the ones with which
-//! show time enters another step: a frame a second, say. Alerts and commands of the interval are all there.
+//! **Selection.** Export selects the frames whose show time lies in an interval, in the recorded order. A step of show time can
+//! thin them out, for example to one frame per second. All alerts and commands of the interval are selected.
 //!
-//! **As what.** Comma-separated values  are written as the file is read: a row for each handle of each frame, numbers whole,
-//! in the shortest form that reads back the same. A workbook has several sheets, among them positions and speeds with
-//! a column for each frame, as `solve poses` writes them; whether it fits is known before it is begun. Its numbers are
-//! whole as well, and shown with six decimals.
+//! **Formats.** Comma-separated values are written while the file is read, for example one row for each handle of each frame.
+//! Numbers have full precision, in the shortest form that reads back as the same value. A workbook has several sheets, among
+//! them positions and speeds with one column per frame, as `solve poses` writes them. Its numbers also have full precision, and
+//! are shown with six decimals. Its size is checked before it is written.
 //!
-//! **A damaged file** is exported without what is damaged, one without its end as far as it goes; [`Flaws`](crate::recording::Flaws) tells.
+//! **Damaged files.** Export skips damaged parts and stops where an incomplete file ends. [`Flaws`](crate::recording::Flaws)
+//! reports both.
 
 mod rows;
 mod selection;
@@ -27,29 +28,29 @@ pub(crate) use workbook::Workbook;
 pub(crate) struct ExportSettings {
     pub(crate) file: PathBuf,
     pub(crate) interval: ShowInterval,
-    /// Nanoseconds of show time from one exported frame to the next; 0 for every frame.
+    /// Step of show time between exported frames in nanoseconds; 0 for every frame.
     pub(crate) every_ns: i64,
     pub(crate) subject: ExportSubject,
-    /// Whether alerts and commands are exported beside the subject: a workbook has sheets for them.
+    /// Whether alerts and commands are exported too: a workbook has sheets for them.
     pub(crate) with_events: bool,
 }
 
-/// What rows are about.
+/// Subject of the rows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum ExportSubject {
     /// Every handle of each frame: position, velocity and speed.
     #[default]
     Handles,
-    /// Every bench of each frame: centre, heading, velocity and speed, and how fast it turns.
+    /// Every bench of each frame: centre, heading, velocity, speed and turn rate.
     Benches,
-    /// Each frame as a whole: its state and its head.
+    /// Each frame: state of the show, and travel, speed and time scale of the head.
     Frames,
     Alerts,
     Commands,
 }
 
 impl ExportSubject {
-    /// The plural of what a row stands for.
+    /// Plural name of the subject.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Handles => "handles",
@@ -60,16 +61,16 @@ impl ExportSubject {
         }
     }
 
-    /// Whether frames are part of it.
+    /// Whether the rows come from frames.
     pub(crate) fn has_frames(self) -> bool {
         !matches!(self, Self::Alerts | Self::Commands)
     }
 }
 
-/// How much was exported.
+/// Counts of an export.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ExportCounts {
-    /// Recorded runs that frames were exported of.
+    /// Runs with exported frames.
     pub runs: u64,
     /// Frames.
     pub frames: u64,
@@ -77,7 +78,7 @@ pub struct ExportCounts {
     pub alerts: u64,
     /// Events of the record of commands.
     pub commands: u64,
-    /// Rows of comma-separated values, without the titles; null of a workbook.
+    /// Rows of comma-separated values, without the titles; null for a workbook.
     pub rows: Option<u64>,
 }
 
@@ -90,10 +91,10 @@ pub(crate) enum ExportError {
     Read(#[source] ReadError),
     #[error(transparent)]
     Nothing(#[from] NothingFound),
-    /// A workbook has no room for it.
-    #[error("{what}, a workbook has room for {most}: choose a greater --every, a shorter --from and --to, or .csv")]
+    /// The export does not fit into a workbook.
+    #[error("{what}; a workbook has room for {most}: choose a greater --every, a shorter --from and --to, or .csv")]
     TooMuch {
-        /// What there is too much of, with its number.
+        /// Contents that exceed the limit, with their number.
         what: String,
         most: usize,
     },

@@ -1,4 +1,4 @@
-//! Rows of frames, alerts and commands: what the columns are, what stands in them, and as comma-separated values.
+//! Rows of frames, alerts and commands: their columns, their values, and their form as comma-separated values.
 
 use std::io::Write;
 
@@ -11,9 +11,8 @@ use crate::recording::{Recorded, RecordedFrame};
 
 pub(super) const DECIMALS: usize = 6;
 
-/// Writes a line of titles, and a row for each of what the selection's subject names. `look` is shown how far it has come,
-/// after each frame.
-/// Where there is no frame, it fails before it writes anything.
+/// Writes a line of titles, then the rows of the selection's subject. Calls `look` after each frame, alert or command event, to
+/// report progress. If the selection has no frame, fails before it writes anything.
 pub(crate) fn write_csv(
     selection: &mut Selection,
     sink: impl Write,
@@ -69,7 +68,7 @@ fn numbers(titles: &[&str]) -> Vec<Column> {
     titles.iter().map(|title| Column::number(*title, DECIMALS)).collect()
 }
 
-/// The rows about a subject, in order.
+/// Rows of a subject, in order.
 pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>> {
     match (subject, recorded) {
         (ExportSubject::Handles, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
@@ -94,7 +93,7 @@ pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>
     }
 }
 
-/// Show time in seconds: the double nearest to the recorded nanoseconds.
+/// Show time in seconds: the f64 nearest to the recorded nanoseconds.
 pub(super) fn seconds(time_ns: i64) -> f64 {
     time_ns as f64 / 1e9
 }
@@ -124,7 +123,7 @@ fn alert_row(alert: &Alert) -> Vec<Cell> {
     when.chain(what).chain([forecast_s.into()]).collect()
 }
 
-/// The columns are those of [`CommandLine`]; an event that is no command has no outcome.
+/// Row of a command event, with the values of its [`CommandLine`]. An event that is not a command has no outcome.
 fn command_row(event: &CommandEvent) -> Vec<Cell> {
     let CommandLine { command, text, reason, sender, pid, wall_time, values, .. } = CommandLine::from(event);
     let value = |index: usize| Cell::from(values.get(index).copied().flatten());

@@ -1,17 +1,17 @@
-//! The frames, alerts and commands of a recording that are exported, as they are read.
+//! Selects the frames, alerts and commands of a recording for the export.
 
 use bench_dragon_ipc::FrameHeader;
 
 use super::{ExportCounts, ExportError, ExportSettings, ExportSubject};
 use crate::recording::{FrameReader, IntervalSearch, Recorded};
 
-/// Reads what is exported, one after the other; the file is never in memory as a whole.
+/// Reads the selected frames and messages one after the other. The whole file is never in memory.
 #[derive(Debug)]
 pub(crate) struct Selection {
     pub(super) settings: ExportSettings,
-    /// How much has been exported so far.
+    /// Counts of the export so far.
     pub(crate) counts: ExportCounts,
-    /// The recording, as far as it has been read.
+    /// Reader of the recording.
     pub(crate) reader: FrameReader,
     sampling: Sampling,
     last_run_id: Option<u64>,
@@ -30,8 +30,8 @@ impl Selection {
         })
     }
 
-    /// The next frame, alert or event of a command that is to be written. Fails at the end where frames were asked for and
-    /// there was none.
+    /// Returns the next selected frame, alert or command event. At the end, fails if the subject needs frames and the selection
+    /// had none.
     pub(crate) fn next_recorded(&mut self) -> Result<Option<Recorded>, ExportError> {
         loop {
             let Some(recorded) = self.read()? else {
@@ -73,26 +73,26 @@ impl Selection {
     }
 }
 
-/// Chooses the first frame of each run, every frame with which show time enters another step (the first one at or behind each
-/// whole multiple of it), and the first one wherever show time has gone back.
+/// Chooses the first frame of each run, the first frame in each step of show time, and the first frame after show time goes
+/// back. A step begins at each whole multiple of its length.
 ///
-/// So a frame is chosen at 0, 1, 2 s where there is one at just those times, a pause adds none, and a show that is sought
-/// back is told again.
+/// For example, a step of 1 s chooses the frames at 0, 1 and 2 s, if such frames exist. A pause adds no frame. After a seek
+/// back, the frames are chosen again.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampling {
     every_ns: i64,
-    /// The run and the show time of the frame before.
+    /// Run and show time of the previous frame.
     last: Option<(u64, i64)>,
 }
 
 impl Sampling {
-    /// A step in nanoseconds of show time, not negative; 0 chooses every frame.
+    /// Takes a step in nanoseconds of show time, 0 or more; 0 chooses every frame.
     fn new(every_ns: i64) -> Self {
-        assert!(every_ns >= 0, "the command line allows no negative step");
+        assert!(every_ns >= 0, "the command line rejects a negative step");
         Self { every_ns, last: None }
     }
 
-    /// Whether the frame of a run at a show time, recorded behind the one asked for before, is chosen.
+    /// Whether the frame of a run at a show time is chosen. Call it for frames in their order.
     fn takes(&mut self, run_id: u64, sim_time_ns: i64) -> bool {
         if self.every_ns == 0 {
             return true;
@@ -115,27 +115,27 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_taken_at_each_whole_step_and_at_the_first_behind_it() {
+    fn first_frame_of_each_step_is_chosen() {
         assert_eq!(taken(10, &(0..=30).collect::<Vec<_>>()), [0, 10, 20, 30]);
         assert_eq!(taken(10, &[3, 6, 9, 12, 15, 18, 21, 24]), [3, 12, 21]);
         assert_eq!(taken(10, &[-11, -10, -5, -1, 0, 5]), [-11, -10, 0], "show times may be negative");
     }
 
     #[test]
-    fn a_pause_adds_none_and_a_show_that_is_sought_back_is_told_again() {
+    fn pause_adds_no_frame_and_seek_back_chooses_frames_again() {
         assert_eq!(taken(10, &[8, 9, 10, 10, 10, 11]), [8, 10]);
         assert_eq!(taken(10, &[30, 31, 12, 13, 20]), [30, 12, 20]);
-        assert_eq!(taken(10, &[30, 38, 34, 35, 40]), [30, 34, 40], "within a step");
+        assert_eq!(taken(10, &[30, 38, 34, 35, 40]), [30, 34, 40], "seek back within a step");
     }
 
     #[test]
-    fn each_run_begins_with_a_frame() {
+    fn first_frame_of_each_run_is_chosen() {
         let mut sampling = Sampling::new(10);
         assert!(sampling.takes(7, 1) && !sampling.takes(7, 2) && sampling.takes(8, 2));
     }
 
     #[test]
-    fn a_step_of_nothing_takes_every_frame() {
+    fn step_of_zero_chooses_every_frame() {
         assert_eq!(taken(0, &[5, 5, 6]), [5, 5, 6]);
     }
 }

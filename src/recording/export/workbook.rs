@@ -1,4 +1,4 @@
-//! A recording as a workbook: frames, what is in them with a column for each, alerts, commands and configurations.
+//! A recording as a workbook: frames, their handles or benches in one column per frame, alerts, commands and configurations.
 
 use bench_dragon_ipc::{BenchState, HandleState};
 
@@ -7,28 +7,28 @@ use super::{ExportCounts, ExportError, ExportSubject, Selection};
 use crate::output::table::{Book, Cell, Column, MAX_COLUMNS, MAX_ROWS};
 use crate::recording::{Configuration, Flaws, Recorded, RecordedFrame};
 
-/// Handles, or benches, of all frames together that a workbook may have: the whole width of a sheet of the paper's dragon.
+/// Greatest number of handles or benches in all frames of a workbook: enough for a sheet of full width of the paper's dragon.
 const MOST_SAMPLES: usize = 4_000_000;
 
 /// A workbook of a recording, in memory.
 ///
-/// Its sheets are *frames* (a row each); of handles *positions* and *speeds*, of benches *positions*, *headings* and
-/// *speeds*, with a column for each row of *frames*, in the same order; *alerts*; *commands*; and *configuration*, the keys of each
-/// run.
+/// The sheet *frames* has one row per frame. The sheets *positions*, *headings* (benches only) and *speeds* have one column per
+/// row of *frames*, in the same order. The sheets *alerts* and *commands* have one row each. The sheet *configuration* has the
+/// keys of each run.
 #[derive(Debug, Default)]
 pub(crate) struct Workbook {
     subject: ExportSubject,
-    /// The rows of each of the [`LISTS`].
+    /// Rows of each sheet of [`LISTS`].
     lists: [Vec<Vec<Cell>>; LISTS.len()],
     titles: Vec<String>,
-    /// Of each frame, a number of each handle or bench for each of the sheets' rows.
+    /// For each frame, the samples of its handles or benches.
     samples: Vec<Vec<Sample>>,
     configurations: Vec<Configuration>,
     pub(crate) counts: ExportCounts,
     pub(crate) flaws: Flaws,
 }
 
-/// Where a handle or a bench is and how it moves.
+/// Position and motion of a handle or a bench.
 #[derive(Clone, Copy, Debug)]
 struct Sample {
     x_m: f64,
@@ -38,8 +38,8 @@ struct Sample {
 }
 
 impl Workbook {
-    /// Reads what is exported; fails as soon as there is more than a workbook can have. `look` is shown how far it has come,
-    /// after each frame.
+    /// Reads the selection. Fails as soon as it exceeds the limits of a workbook. Calls `look` after each frame, alert or
+    /// command event, to report progress.
     pub(crate) fn read(mut selection: Selection, mut look: impl FnMut(&Selection)) -> Result<Self, ExportError> {
         let mut workbook = Self { subject: selection.settings.subject, ..Self::default() };
         let mut sample_count = 0;
@@ -58,7 +58,8 @@ impl Workbook {
         Ok(workbook)
     }
 
-    /// The bytes of the workbook. `look` is told after each row, of so many in all.
+    /// Returns the bytes of the workbook. Calls `look` after each row of a wide sheet, with the number of rows of all wide
+    /// sheets.
     pub(crate) fn to_bytes(&self, mut look: impl FnMut(usize)) -> Result<Vec<u8>, ExportError> {
         let mut book = Book::new()?;
         let subject = self.subject;
@@ -82,7 +83,7 @@ impl Workbook {
         Ok(book.finish()?)
     }
 
-    /// Takes a frame of the run with this number. Returns how many handles or benches there were to keep.
+    /// Adds a frame of the run with this number. Returns the number of its samples.
     fn take_frame(&mut self, RecordedFrame { header, handles, .. }: &RecordedFrame, run: u64) -> usize {
         let samples: Vec<Sample> = match self.subject {
             ExportSubject::Handles => {
@@ -108,21 +109,21 @@ impl Workbook {
         }
     }
 
-    /// Fails as soon as there is no room for what has been read.
+    /// Fails if the selection so far exceeds the limits of a workbook.
     fn require_room(&self, sample_count: usize) -> Result<(), ExportError> {
         let plural = self.subject.name();
-        // One row has the titles, one column tells what the row is.
+        // One row is for the titles, one column for the labels of the rows.
         let (rows, columns) = (MAX_ROWS - 1, MAX_COLUMNS - 1);
         let tallest = self.samples.last().map_or(0, Vec::len) * MOST_LINES;
         let lists =
             LISTS.iter().zip(&self.lists).map(|((_, subject), list)| (list.len(), rows, subject.name().to_owned()));
         for (count, most, what) in lists.chain([
-            (self.samples.len(), columns, format!("frames with a column of {plural} each")),
+            (self.samples.len(), columns, format!("frames with one column of {plural} each")),
             (tallest, rows, format!("rows of {plural}")),
-            (sample_count, MOST_SAMPLES, format!("{plural} of all frames")),
+            (sample_count, MOST_SAMPLES, format!("{plural} in all frames")),
         ]) {
             if count > most {
-                return Err(ExportError::TooMuch { what: format!("there are {count} {what} or more"), most });
+                return Err(ExportError::TooMuch { what: format!("there are at least {count} {what}"), most });
             }
         }
         Ok(())
@@ -150,21 +151,21 @@ impl Sample {
     }
 }
 
-/// The sheets with a row for each frame, alert and event of a command.
+/// Sheets with one row for each frame, alert or command event.
 const LISTS: [(&str, ExportSubject); 3] =
     [("frames", ExportSubject::Frames), ("alerts", ExportSubject::Alerts), ("commands", ExportSubject::Commands)];
 
-/// A sheet with a column for each frame.
+/// A sheet with one column per frame.
 struct WideSheet {
     name: &'static str,
-    /// The rows of each handle or bench.
+    /// Rows for each handle or bench.
     lines: &'static [WideLine],
 }
 
-/// What a row tells of a handle or a bench.
+/// A row for a handle or a bench: its title, and the function that returns its value.
 type WideLine = (&'static str, fn(&Sample) -> f64);
 
-/// Rows that a sheet has of each handle or bench, at most.
+/// Greatest number of rows for each handle or bench in a sheet.
 const MOST_LINES: usize = 2;
 
 const POSITIONS: WideSheet =
@@ -180,7 +181,7 @@ fn sheets(subject: ExportSubject) -> &'static [WideSheet] {
     }
 }
 
-/// The keys of a configuration, or its text where this version does not know the form.
+/// Rows of the keys of a configuration, or one row with its text if it is not valid TOML.
 fn configuration_rows(Configuration { run_id, toml }: &Configuration) -> Vec<Vec<Cell>> {
     let row = |key: String, value: String| vec![Cell::Whole(*run_id), Cell::from(key), Cell::from(value)];
     let Ok(document) = toml.parse::<toml::Table>() else { return vec![row(String::new(), toml.clone())] };

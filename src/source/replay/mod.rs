@@ -1,25 +1,32 @@
-//! Replay: a recording back onto the bus, as a source like the server.
+//! Replay: publishes a recording on the bus, as a source like the server.
 //!
-//! **What is replayed.** Every frame of a recording whose show time lies in an interval, in the recorded order, at the
-//! recorded pace or faster or slower by a factor, once or several times. Each recorded run is a *pass*, each time: it has
-//! a new `run_id`, its ticks count from 0 without a hole, and `scheduled_ns` and `published_ns` are those of the replay;
-//! `time_scale` is multiplied by the factor, since a reader that looks ahead on its own clock needs show seconds per
-//! second, and by a tenth more while the replay makes up for frames that came too late; all else is bit for bit what was recorded. Its description is published before its first frame. Where the
-//! recorder lost frames, so does the replay; how many is in [`PassSummary::missing`], and to a reader the head was put
-//! across, unless the time that has passed allows that it walked there. So it was where frames outside of the interval are
-//! cut out.
+//! **Frames.** A replay publishes every frame whose show time lies in an interval, in the recorded order, once or
+//! several times. The pace is the recorded one times a factor. Each replay of a recorded run is a *pass*.
 //!
-//! **What is not.** Alerts: a monitor of the replay makes its own, of the same frames.
+//! - A pass has a new `run_id`. Its description is published before its first frame.
+//! - Its ticks count from 0 without a gap. `scheduled_ns` and `published_ns` are those of the replay.
+//! - `time_scale` is multiplied by the factor, since a reader that extrapolates on its own clock needs show seconds per
+//!   second. While the replay catches up, it is a tenth higher.
+//! - All other values are bit for bit as recorded.
 //!
-//! **Who waits.** The file is read ahead on a thread of its own, into a bounded channel. A frame that comes too late is
-//! sent at once, and those behind it follow a tenth faster until the replay is on time again ([`PlaybackClock`]). Nothing waits for a
+//! **Gaps.** Frames that the recorder lost are missing in the replay too; [`PassSummary::missing`] counts them. A
+//! reader sees the gap as a reposition of the head, unless the head could have walked there in the elapsed time. The
+//! same applies where frames outside of the interval are cut out.
+//!
+//! **Alerts** are not replayed: a monitor of the replay publishes its own, from the same frames.
+//!
+//! **Waiting.** A thread reads the file ahead into a bounded channel. A late frame is sent at once. The frames behind
+//! it follow a tenth faster until the replay is on time again ([`PlaybackClock`]). The replay never waits for a slow
 //! reader.
 //!
-//! **What clients may ask.** To stop; whatever else is refused with [`Refusal::Replayed`](bench_dragon_ipc::Refusal).
+//! **Commands.** Clients may stop a replay. Any other command is refused with
+//! [`Refusal::Replayed`](bench_dragon_ipc::Refusal).
 //!
-//! **Verification** ([`verify`](mod@verify)) plays nothing: it simulates a recorded run again and compares it with its frames.
+//! **Verification** ([`verify`](mod@verify)) publishes nothing: it simulates a recorded run again and compares it with
+//! its frames.
 //!
-//! **A damaged file** is played without what is damaged, one without its end as far as it goes; [`ReplaySummary::flaws`] reports it.
+//! **Damaged files.** The replay skips damaged parts, and plays a file without its end up to the last readable frame.
+//! [`ReplaySummary::flaws`] reports both.
 
 mod pass;
 mod playback_clock;
@@ -45,12 +52,12 @@ pub use playback_clock::PlaybackClock;
 
 use read_ahead::{ReadAhead, RecordedRun};
 
-/// Recorded seconds that may be played per second.
+/// Allowed rates, in recorded seconds per second.
 pub const RATE: RangeInclusive<f64> = 0.01..=100.0;
-/// Frames that any run on a bus has a second at most: those of the fastest server, replayed as fast as can be.
+/// Greatest frame rate of a run on a bus: that of the fastest server, replayed at the greatest rate.
 pub const FASTEST_HZ: u32 = *RATE_HZ.end() * *RATE.end() as u32;
 
-/// How often commands are looked for where frames are further apart.
+/// Period at which a replay takes commands if frames are further apart.
 const COMMAND_PERIOD: Duration = Duration::from_millis(10);
 
 #[derive(Clone, Debug, PartialEq)]
@@ -59,41 +66,41 @@ pub(crate) struct ReplaySettings {
     pub(crate) interval: ShowInterval,
     /// Recorded seconds per second, in [`RATE`].
     pub(crate) rate: f64,
-    /// How often to play it; without a number, until it is stopped.
+    /// Number of laps; `None`: until it is stopped.
     pub(crate) laps: Option<u64>,
-    /// Readers to wait for before the first frame, for ten seconds at most.
+    /// Number of readers to wait for before the first frame, for ten seconds at most.
     pub(crate) readers: usize,
 }
 
-/// What a replay came to.
+/// Results of a replay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReplaySummary {
-    /// Runs played: each recorded run, as often as it was played.
+    /// Passes played: each recorded run counts once a lap.
     pub passes: u64,
-    /// Frames published in all.
+    /// Frames published in all passes.
     pub frames: u64,
-    /// What could not be read of the recording.
+    /// Parts of the recording that could not be read.
     #[serde(flatten)]
     pub flaws: Flaws,
 }
 
-/// A replay: an iterator of passes, as it were, each of which is played before the next.
+/// A replay: a sequence of passes, each of which is played before the next.
 #[derive(Debug)]
 pub(crate) struct Replay {
     domain: Domain,
     settings: ReplaySettings,
     read_ahead: ReadAhead,
     clock: PlaybackClock,
-    /// How often the recording has been begun again.
+    /// Number of finished laps.
     lap: u64,
     summary: ReplaySummary,
     is_stopped: bool,
-    // Given up last.
+    // Dropped last.
     _lock: SourceLock,
 }
 
 impl Replay {
-    /// Opens the recording and takes the instance, on which no other source may run.
+    /// Opens the recording and takes the instance. No other source may run on it.
     pub(crate) fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
         let read_ahead = ReadAhead::start(&settings)?;
         let lock = take_instance(domain)?;
@@ -109,8 +116,8 @@ impl Replay {
         })
     }
 
-    /// Puts the services and the description of the next pass on the bus; `None` where there is none, or the replay was
-    /// stopped, by a client or by `stop`.
+    /// Publishes the services and the description of the next pass. Returns `None` after the last pass, or where a
+    /// client or `stop` has stopped the replay.
     pub(crate) fn next_pass(&mut self, stop: &AtomicBool) -> Result<Option<Pass<'_>>, ReplayError> {
         let Some(run) = self.next_run(stop)? else { return Ok(None) };
         let toml = &run.configuration.toml;
@@ -128,7 +135,7 @@ impl Replay {
         ReplaySummary { flaws: self.read_ahead.finish(), ..self.summary }
     }
 
-    /// Waits for the next run to be found in the file.
+    /// Waits until the next run has been read from the file.
     fn next_run(&self, stop: &AtomicBool) -> Result<Option<RecordedRun>, ReplayError> {
         while !self.is_stopped && !stop.load(Ordering::Relaxed) {
             if let Some(run) = self.read_ahead.next(COMMAND_PERIOD) {
@@ -148,7 +155,7 @@ pub(crate) enum ReplayError {
     Read(#[source] ReadError),
     #[error(transparent)]
     Nothing(#[from] NothingFound),
-    /// Frames without the configuration that tells readers what they are of.
+    /// The configuration of these frames is missing, so readers could not interpret them.
     #[error("{} holds frames of run {run_id}, but not its configuration", path.display())]
     NoConfiguration { path: PathBuf, run_id: u64 },
     #[error("cannot start a thread")]
@@ -157,7 +164,7 @@ pub(crate) enum ReplayError {
     Bus(#[from] BusError),
 }
 
-/// Frames a second, rounded up, of a run that had so many and is played at a rate; 0 where that is not known.
+/// Frames a second of a run that is played at a rate, rounded up; 0 where the recorded rate is not known.
 fn published_rate_hz(recorded_hz: u32, rate: f64) -> u32 {
     (f64::from(recorded_hz) * rate).ceil() as u32
 }
@@ -167,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_that_is_played_faster_has_more_frames_a_second_and_never_none() {
+    fn the_published_rate_is_the_recorded_one_times_the_replay_rate_rounded_up() {
         let published = [(1_000, 10.0), (1_000, 1.0), (50, 0.01), (20, 0.01), (0, 3.0), (100_000, 100.0)];
         let rates_hz = published.map(|(recorded_hz, rate)| published_rate_hz(recorded_hz, rate));
         assert_eq!(rates_hz, [10_000, 1_000, 1, 1, 0, FASTEST_HZ]);

@@ -1,4 +1,4 @@
-//! A pass: a recorded run on the bus.
+//! Pass: one replay of a recorded run.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,28 +13,28 @@ use crate::output::histogram::Percentiles;
 use crate::source::{Moment, SourcePorts, TimesOfAll};
 use crate::system::clock::{monotonic_ns, sleep_precisely, sleep_until};
 
-/// What a pass came to.
+/// Results of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassSummary {
-    /// The run that it was on the bus.
+    /// Number of the run on the bus.
     pub run_id: u64,
-    /// The run that was recorded.
+    /// Number of the recorded run.
     pub recorded_run_id: u64,
     /// Frames published.
     pub frames: u64,
-    /// Frames between the first and the last one that the recorder had lost.
+    /// Frames between the first and the last one that the recorder lost.
     pub missing: u64,
-    /// Show time of the last one, in seconds.
+    /// Show time of the last frame, in seconds.
     pub sim_time_s: f64,
-    /// How often a frame came too late.
+    /// Number of frames that were late.
     pub overruns: u64,
-    /// From the instant each frame was due to the start of its tick, in microseconds.
+    /// From each frame's due time to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
     /// From the start of each tick until the loop was ready for the next one, in microseconds.
     pub tick_us: Percentiles,
 }
 
-/// A recorded run that is on the bus, and about to be played.
+/// A recorded run with its services on the bus, before its first frame.
 #[derive(Debug)]
 pub(crate) struct Pass<'a> {
     replay: &'a mut Replay,
@@ -60,7 +60,7 @@ impl<'a> Pass<'a> {
         self.run.configuration.run_id
     }
 
-    /// Publishes frame after frame until the recorded run ends, `stop` is set, or a client asks for it.
+    /// Publishes frames until the recorded run ends, `stop` is set, or a client sends a stop.
     pub(crate) fn play(mut self, stop: &AtomicBool) -> Result<PassSummary, BusError> {
         sleep_precisely();
         self.wait_for_readers(stop);
@@ -90,13 +90,13 @@ impl<'a> Pass<'a> {
         let overruns = self.overruns();
         self.ports.report.report_frame(&FrameHeader { tick, ..header }, overruns);
         self.ports.report.report_behind(self.replay.clock.behind_ns());
-        // The reading thread is gone where it has read all: then the frame is given up here.
+        // After the last frame the reading thread has ended. Then the frame is dropped here.
         let _ = self.run.played.send(frame);
         self.ports.report.count(begun_ns - due_ns, monotonic_ns() - begun_ns);
         Ok(())
     }
 
-    /// The next frame, as soon as it has been read; `None` where the recorded run ends, or the replay is stopped.
+    /// Waits for the next frame; `None` at the end of the recorded run, or where the replay is stopped.
     fn next_frame(&mut self, stop: &AtomicBool) -> Option<PlannedFrame> {
         while !self.replay.is_stopped {
             match self.run.frames.recv_timeout(COMMAND_PERIOD) {
@@ -108,7 +108,7 @@ impl<'a> Pass<'a> {
         None
     }
 
-    /// Waits for an instant, unless the replay is stopped before.
+    /// Waits for an instant, or until the replay is stopped.
     fn wait_until(&mut self, due_ns: u64, stop: &AtomicBool) {
         self.look_for_stop(stop);
         while !self.replay.is_stopped {
@@ -124,7 +124,7 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Answers the commands that have come. A signal or a client may have asked for the end.
+    /// Replies to the waiting commands, and notes a stop by a client or a signal.
     fn look_for_stop(&mut self, stop: &AtomicBool) {
         let mut asked_to_stop = false;
         let sim_time_ns = (self.sim_time_s * 1e9).round() as i64;

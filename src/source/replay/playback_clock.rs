@@ -1,32 +1,32 @@
-//! When the frames of a recording are due again. Pure: the present is an argument.
+//! Due times of replayed frames. Pure: the present is an argument.
 
 use crate::source::server::motion::FASTEST;
 
-/// Keeps frames as far apart as they were due when they were recorded, or nearer together or further apart by a factor.
+/// Converts recorded due times to due times of the replay: the recorded distances, divided by a rate.
 ///
-/// A frame that comes too late is sent at once; each such time is counted. The frames behind it follow a tenth faster than
-/// planned until the replay is on time again: every frame is published, without a burst.
+/// A late frame is sent at once and counted. The frames behind it follow a tenth faster than planned until the replay
+/// is on time again. So every frame is published, without a burst.
 #[derive(Clone, Copy, Debug)]
 pub struct PlaybackClock {
     rate: f64,
-    /// A recorded instant, and the one at which it is planned.
+    /// A recorded instant, and the planned instant of its replay.
     anchor: Option<(u64, u64)>,
-    /// The frame that came too late last, while the replay makes up for it: when it was due, recorded and now.
+    /// The last late frame, while the replay catches up: its recorded and its actual due time.
     put_off: Option<(u64, u64)>,
-    /// When the last frame was due, and how long after the one before.
+    /// Due time of the last frame, and its distance from the frame before.
     last: Option<(u64, u64)>,
     overruns: u64,
     behind_ns: u64,
 }
 
 impl PlaybackClock {
-    /// Recorded seconds per second, above 0.
+    /// Creates a clock with a rate in recorded seconds per second, above 0.
     pub fn new(rate: f64) -> Self {
         Self { rate, anchor: None, put_off: None, last: None, overruns: 0, behind_ns: 0 }
     }
 
-    /// When a frame is due that was due at `recorded_ns`, as an instant of the clock that `now_ns` is of; the first one
-    /// is due now. An instant before the frame before, which no recorder writes, is now as well.
+    /// Returns the due time of a frame that was due at `recorded_ns`, on the clock of `now_ns`. The first frame is due
+    /// now. So is a frame that was due before the frame in front of it; no recorder writes such frames.
     pub fn due_ns(&mut self, recorded_ns: u64, now_ns: u64) -> u64 {
         let planned_ns = self.planned_ns(recorded_ns, now_ns);
         let next_ns = self.made_up_ns(recorded_ns, planned_ns);
@@ -40,13 +40,13 @@ impl PlaybackClock {
         due_ns
     }
 
-    /// Begins afresh: the next frame is the first of another lap. It follows on the last one as that did on the one before,
-    /// or is due now where that is past.
+    /// Begins a new lap with the next frame. It follows the last frame at the distance of the last two frames, or now
+    /// if that instant has passed.
     pub fn begin_lap(&mut self) {
         (self.anchor, self.put_off) = (None, None);
     }
 
-    /// How often a frame came too late.
+    /// Number of late frames.
     pub fn overruns(&self) -> u64 {
         self.overruns
     }
@@ -56,12 +56,12 @@ impl PlaybackClock {
         self.behind_ns
     }
 
-    /// Recorded seconds per second at which the frame that is due follows on the one before.
+    /// Rate at which the present frame follows the one before, in recorded seconds per second.
     pub fn rate(&self) -> f64 {
         if self.put_off.is_some() { FASTEST * self.rate } else { self.rate }
     }
 
-    /// When the frame is due if nothing ever came too late.
+    /// Due time of the frame as if no frame had been late.
     fn planned_ns(&mut self, recorded_ns: u64, now_ns: u64) -> u64 {
         let Some((from_ns, to_ns)) = self.anchor else {
             let follows_ns = self.last.map_or(now_ns, |(last_ns, step_ns)| last_ns.saturating_add(step_ns));
@@ -69,11 +69,11 @@ impl PlaybackClock {
             self.anchor = Some((recorded_ns, due_ns));
             return due_ns;
         };
-        // Exact at rate 1 for a hundred days: from the anchor, so that rounding does not add up.
+        // Counted from the anchor, so that rounding does not add up. At rate 1 this is exact for a hundred days.
         after_ns(to_ns, recorded_ns.saturating_sub(from_ns), self.rate)
     }
 
-    /// When it is due while the replay makes up for what came too late.
+    /// Due time of the frame while the replay catches up.
     fn made_up_ns(&mut self, recorded_ns: u64, planned_ns: u64) -> u64 {
         let Some((from_ns, to_ns)) = self.put_off else { return planned_ns };
         let made_up_ns = after_ns(to_ns, recorded_ns.saturating_sub(from_ns), FASTEST * self.rate);
@@ -84,7 +84,7 @@ impl PlaybackClock {
     }
 }
 
-/// The instant that lies a recorded time after another, at a rate.
+/// Returns the instant that follows `from_ns` by a recorded time at a rate.
 fn after_ns(from_ns: u64, recorded_ns: u64, rate: f64) -> u64 {
     from_ns.saturating_add((recorded_ns as f64 / rate).round() as u64)
 }

@@ -1,8 +1,7 @@
-//! Reading the frames that are to be played, once or again and again, ahead of the replay, so that a slow disk makes no frame
-//! late.
+//! Reading of frames ahead of the replay, lap by lap, so that a slow disk delays no frame.
 //!
-//! A thread reads, decompresses and decodes. Frames wait in a channel of bounded size; those that have been played come
-//! back, so that their memory is given up here and not between two frames.
+//! A thread reads, decompresses and decodes. Frames wait in a bounded channel. Played frames come back to the thread,
+//! which frees their memory; so the replay does not free memory between two frames.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,32 +15,32 @@ use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 use super::{ReplayError, ReplaySettings};
 use crate::recording::{Bookmark, Configuration, Flaws, FrameReader, IntervalSearch, RecordedFrame, frames_in_flight};
 
-/// A recorded run: its configuration, then its frames as they are read.
+/// A recorded run: its configuration, and a channel of its frames.
 #[derive(Debug)]
 pub(super) struct RecordedRun {
     pub(super) configuration: Configuration,
     pub(super) bench_count: usize,
-    /// How often the recording was begun again before.
+    /// Number of finished laps before this run.
     pub(super) lap: u64,
     pub(super) frames: Receiver<PlannedFrame>,
-    /// Takes back what has been played.
+    /// Returns played frames to the reading thread.
     pub(super) played: Sender<RecordedFrame>,
 }
 
-/// A frame that is to be played.
+/// A frame to play.
 #[derive(Debug)]
 pub(super) struct PlannedFrame {
     pub(super) frame: RecordedFrame,
-    /// When it was due, with what is not played cut out: the frame behind a cut comes as long after the one before the cut
-    /// as it came after the frame that it followed.
+    /// Recorded due time, minus the length of all cuts before it. Across a cut, the distance from the played frame
+    /// before it is the frame's recorded distance from its predecessor.
     pub(super) due_ns: u64,
-    /// Frames that the recorder lost between the frame played before and this one.
+    /// Frames that the recorder lost between the last played frame and this one.
     pub(super) missing: u64,
-    /// How often the recording was begun again before.
+    /// Number of finished laps before this frame.
     pub(super) lap: u64,
 }
 
-/// The reading thread. It ends by itself when nobody takes what it reads.
+/// The reading thread. It ends when the receiving ends of its channels are dropped.
 #[derive(Debug)]
 pub(super) struct ReadAhead {
     runs: Receiver<Result<RecordedRun, ReplayError>>,
@@ -53,7 +52,7 @@ impl ReadAhead {
     pub(super) fn start(settings: &ReplaySettings) -> Result<Self, ReplayError> {
         let abandoned = Arc::new(AtomicBool::new(false));
         let excerpt = Excerpt::open(settings, Arc::clone(&abandoned))?;
-        // One run is read ahead of at a time.
+        // A channel without capacity: the thread reads one run ahead at a time.
         let (sender, runs) = channel::bounded(0);
         let thread = thread::Builder::new()
             .name("replay-read".to_owned())
@@ -62,16 +61,16 @@ impl ReadAhead {
         Ok(Self { runs, abandoned, thread })
     }
 
-    /// The next recorded run, or `None` at the end of all. Waits so long at most; `None` outside where that was too short.
-    pub(super) fn next(&self, patience: Duration) -> Option<Result<Option<RecordedRun>, ReplayError>> {
-        match self.runs.recv_timeout(patience) {
+    /// Waits for the next recorded run. Returns `None` after `timeout`, and `Some(Ok(None))` after the last run.
+    pub(super) fn next(&self, timeout: Duration) -> Option<Result<Option<RecordedRun>, ReplayError>> {
+        match self.runs.recv_timeout(timeout) {
             Ok(run) => Some(run.map(Some)),
             Err(RecvTimeoutError::Disconnected) => Some(Ok(None)),
             Err(RecvTimeoutError::Timeout) => None,
         }
     }
 
-    /// Ends the thread. Returns what could not be read.
+    /// Ends the thread. Returns the parts of the file that could not be read.
     pub(super) fn finish(self) -> Flaws {
         self.abandoned.store(true, Ordering::Relaxed);
         drop(self.runs);
@@ -79,23 +78,23 @@ impl ReadAhead {
     }
 }
 
-/// Reads the frames whose show time lies in an interval, lap after lap. What lies outside is passed over, which takes as
-/// long as it takes to unpack it; after the first lap, only where it lies between frames of the interval.
+/// Reads the frames whose show time lies in an interval, lap by lap. Frames outside are decompressed and skipped. After
+/// the first lap, the reader starts at the interval's first frame and stops at its last chunk.
 #[derive(Debug)]
 struct Excerpt {
     path: PathBuf,
     search: IntervalSearch,
-    /// Laps to read; without a number, for ever.
+    /// Number of laps to read; `None`: without end.
     laps: Option<u64>,
     lap: u64,
     reader: FrameReader,
     trail: Trail,
-    /// Where the first frame of the interval lies, and where the chunk of the last one begins, as far as the first lap has come.
+    /// Position of the interval's first frame, and of the chunk with its last frame, as far as the first lap has read.
     bounds: Option<(Bookmark, u64)>,
     flaws: Flaws,
-    /// The frame by which the next run was recognised.
+    /// First frame of the next run. It was read to detect the end of the run before.
     first_of_run: Option<PlannedFrame>,
-    /// That nobody wants any more frames.
+    /// Whether the receiver needs no more frames.
     abandoned: Arc<AtomicBool>,
 }
 
@@ -103,7 +102,7 @@ struct Excerpt {
 #[derive(Clone, Copy, Debug, Default)]
 struct Trail {
     last_played: Option<FrameHeader>,
-    /// The frame before, played or not.
+    /// The last frame read, played or not.
     last: Option<FrameHeader>,
     cut_ns: u64,
 }
@@ -125,10 +124,10 @@ impl Excerpt {
         })
     }
 
-    /// Sends run after run, and what ended them. Returns what could not be read.
+    /// Sends all runs, then the error that ended them. Returns the parts of the file that could not be read.
     fn send_all(mut self, runs: &Sender<Result<RecordedRun, ReplayError>>) -> Flaws {
         if let Err(error) = self.send_runs(runs) {
-            // Nobody listens any more where the replay was stopped.
+            // Without a receiver the replay has been stopped, and the error is dropped.
             let _ = runs.send(Err(error));
         }
         self.note_flaws();
@@ -143,7 +142,7 @@ impl Excerpt {
         while let Some(first) = self.first_of_run.take() {
             let in_flight = frames_in_flight(size_of_val(first.frame.handles.as_slice()));
             let (frames, frames_read) = channel::bounded(in_flight);
-            // Room for all frames that there are: those on their way, one being read and one being played.
+            // Capacity for all frames that exist: those in flight, one being read and one being played.
             let (played, done) = channel::bounded(in_flight + 2);
             let FrameHeader { run_id, bench_count, .. } = first.frame.header;
             let run = RecordedRun {
@@ -160,7 +159,7 @@ impl Excerpt {
         Ok(())
     }
 
-    /// Sends the frames of a run. Returns whether somebody took them all.
+    /// Sends the frames of a run. Returns whether the receiver took them all.
     fn send_frames(
         &mut self,
         first: PlannedFrame,
@@ -183,13 +182,13 @@ impl Excerpt {
         Ok(true)
     }
 
-    /// The configuration of the run whose frame was read last.
+    /// The configuration of the run of the last frame.
     fn configuration(&self, run_id: u64) -> Result<Configuration, ReplayError> {
         let configuration = self.reader.configuration().filter(|configuration| configuration.run_id == run_id);
         configuration.cloned().ok_or_else(|| ReplayError::NoConfiguration { path: self.path.clone(), run_id })
     }
 
-    /// The next frame; `None` behind the last one of the last lap.
+    /// Returns the next frame; `None` after the last frame of the last lap.
     fn next(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
         loop {
             if let Some(frame) = self.next_of_lap()? {
@@ -213,7 +212,7 @@ impl Excerpt {
             if !is_inside {
                 trail.last = Some(*header);
             }
-            // Whoever has given up need not wait for the interval to begin.
+            // Without a receiver, the search for the interval's first frame must end.
             is_inside || abandoned.load(Ordering::Relaxed)
         };
         let frame = reader.next_wanted_frame(is_wanted).map_err(ReplayError::Read)?;
@@ -234,7 +233,7 @@ impl Excerpt {
 }
 
 impl Trail {
-    /// Takes a frame that is to be played. Returns when it is due and how many are missing before it.
+    /// Adds a frame to play. Returns its due time without cuts, and the number of missing frames before it.
     fn play(&mut self, header: &FrameHeader) -> (u64, u64) {
         let mut missing = 0;
         if let (Some(played), Some(last)) = (self.last_played, self.last) {
@@ -250,7 +249,7 @@ impl Trail {
     }
 }
 
-/// What two frames of one pass have in common.
+/// Key that is the same for all frames of a pass.
 fn run_of(PlannedFrame { frame: RecordedFrame { header, .. }, lap, .. }: &PlannedFrame) -> (u64, u64, u32) {
     (*lap, header.run_id, header.bench_count)
 }
@@ -269,16 +268,16 @@ mod tests {
         assert_eq!(trail.play(&header(5, 500)), (500, 0));
         assert_eq!(trail.play(&header(6, 600)), (600, 0));
         trail.last = Some(header(90, 9_000));
-        assert_eq!(trail.play(&header(91, 9_110)), (710, 0), "110 after the frame before, as it was recorded");
+        assert_eq!(trail.play(&header(91, 9_110)), (710, 0), "110 ns after the frame before, as recorded");
         assert_eq!(trail.play(&header(92, 9_210)), (810, 0));
     }
 
     #[test]
-    fn frames_that_the_recorder_lost_are_counted_and_those_that_are_cut_out_are_not() {
+    fn lost_frames_are_counted_and_cut_frames_are_not() {
         let mut trail = Trail { last: Some(header(3, 300)), ..Trail::default() };
         assert_eq!(trail.play(&header(5, 500)), (500, 0));
         assert_eq!(trail.play(&header(9, 900)), (900, 3));
         trail.last = Some(header(20, 2_000));
-        assert_eq!(trail.play(&header(23, 2_300)).1, 0, "whether they were to be played is not known");
+        assert_eq!(trail.play(&header(23, 2_300)).1, 0, "the lost frames may have been outside of the interval");
     }
 }

@@ -1,4 +1,4 @@
-//! The loop's end of timecode: takes the newest sample, and has the simulation do what the follower says.
+//! The loop's side of timecode: passes samples to the follower, and the follower's orders to the simulation.
 
 use bench_dragon_ipc::{Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -8,56 +8,56 @@ use super::schedule::Schedule;
 use super::simulation::{Simulation, Steering};
 use crate::source::timecode::{Follower, FollowerEvent, FollowerSettings, SampleQueue};
 
-/// News that wait to be reported.
+/// Greatest number of news that wait to be reported.
 const MOST_NEWS: usize = 64;
 
-/// What a server follows timecode with. What it does from tick to tick neither waits for another thread nor allocates.
+/// A server's follower of timecode, with its queues. A tick neither waits for another thread nor allocates.
 #[derive(Debug)]
 pub struct TimecodeFollowing {
     pub(super) follower: Follower,
     inbox: SampleQueue,
     news: Producer<TimecodeNews>,
     pub(super) kind: TimecodeKind,
-    /// What the timecode was last recorded to have the show do.
+    /// The timecode's effect on the show as last recorded.
     recorded: Option<SteeringRecord>,
-    /// Whether the last seek was refused, and recorded so.
+    /// Whether the last seek was refused. That refusal is recorded.
     is_seek_refused: bool,
 }
 
-/// What a simulation of the run needs to know of the timecode, beside the frames.
+/// The facts about the timecode that a simulation of the run needs in addition to the frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SteeringRecord {
     stands: bool,
-    /// Whether the timecode says where the show is.
+    /// Whether the timecode determines the show time.
     leads: bool,
-    /// The time scale where it does not: otherwise the frames carry it.
+    /// The time scale where the timecode does not lead. While it leads, the frames contain the time scale.
     time_scale: Option<f64>,
 }
 
-/// What happened to the timecode, and where the show was then: a line of `serve`.
+/// A change of the timecode, and the show time at that moment. `serve` prints it as one line.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimecodeNews {
-    /// What happened.
+    /// The change.
     #[serde(flatten)]
     pub event: FollowerEvent,
     /// Show time in seconds.
     #[serde(rename = "time_s")]
     pub sim_time_s: f64,
-    /// Whether an operator's pause or hold keeps the show standing meanwhile.
+    /// Whether the operator's pause or hold keeps the show standing at that moment.
     #[serde(rename = "stopped")]
     pub is_stopped: bool,
 }
 
 impl TimecodeFollowing {
-    /// Follows what comes into an inbox. The news are for a thread that tells them.
+    /// Follows the samples of an inbox. Another thread reports the news from the returned queue.
     pub fn new(settings: FollowerSettings, kind: TimecodeKind, inbox: SampleQueue) -> (Self, Consumer<TimecodeNews>) {
-        let (news, to_tell) = RingBuffer::new(MOST_NEWS);
+        let (news, to_report) = RingBuffer::new(MOST_NEWS);
         let follower = Follower::new(settings);
-        (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_tell)
+        (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_report)
     }
 
-    /// Takes the newest timecode at the tick that is due now, and hands what changes to `record`.
-    /// Returns what the show is to do from this tick on.
+    /// Takes the newest timecode at the tick that is due now, and passes changes to `record`. Returns the timecode's
+    /// effect on the show from this tick on.
     pub(super) fn steer(
         &mut self,
         simulation: &mut Simulation,
@@ -70,13 +70,13 @@ impl TimecodeFollowing {
         let show = simulation.show();
         let (order, event) = self.follower.steer(schedule.due_ns(), show);
         if let Some(event) = event {
-            // Where as many wait, it is not reported.
+            // A full queue drops the news.
             let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
         }
         if let Some(sim_time_s) = order.seek_s {
             let outcome = simulation.motion.request(Request::Seek { sim_time_s });
             self.follower.note_seek(outcome.is_ok());
-            // A refused seek is tried again ten times a second: the first try is recorded.
+            // A refused seek is retried ten times a second. Only the first refusal is recorded.
             if !std::mem::replace(&mut self.is_seek_refused, outcome.is_err()) || outcome.is_ok() {
                 record(seek_event(sim_time_s, outcome));
             }

@@ -1,12 +1,20 @@
 //! The server: advances the dragon at a fixed rate and publishes every frame.
 //!
-//! One tick, in order: wait for the release; advance the motion by the releases that were missed; take commands; advance the
-//! motion by one period; write the handles straight into the loaned sample; send it; wake the readers; loan the next sample. A
-//! server that follows timecode looks at the newest one before the last advance, and lets show time go on faster or slower.
-//! The loop neither locks nor formats, and allocates nothing of its own; what it counts, a slower thread publishes.
+//! Steps of one tick:
 //!
-//! A command holds from the release at which the loop takes it: the show has gone on without it through those missed
-//! before. So a show that misses releases is, at every other one, where it would have been without.
+//! 1. Sleep until the release.
+//! 2. Advance the motion by the missed releases.
+//! 3. Take commands.
+//! 4. With timecode: let the follower set the time scale, stand or seek, by the newest sample.
+//! 5. Advance the motion by one period.
+//! 6. Write the handles directly into the loaned sample, send it, and wake the readers.
+//! 7. Loan the next sample.
+//!
+//! The loop neither locks nor formats, and allocates nothing itself. A slower thread publishes its counters.
+//!
+//! A command takes effect at the release at which the loop takes it. Before that, the show advances by the missed
+//! releases without the command. So a show that misses releases has, at every other release, the position that it would
+//! have had without the misses.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -33,34 +41,34 @@ pub use simulation::{Simulation, Steering};
 use motion::MotionPlan;
 use schedule::Schedule;
 
-/// From here to the first release.
+/// Time from the start of the schedule to release 0.
 const LEAD: Duration = Duration::from_millis(1);
 
-/// What a server is started with.
+/// Settings of a server.
 #[derive(Clone, Debug)]
 pub struct ServerSettings {
     /// The dragon, its route and the rate.
     pub config: Config,
-    /// How the run begins, but for the timecode: see [`Server::follow`].
+    /// How the run begins. The server sets `follows_timecode` itself, after [`Server::follow`].
     pub start: RunStart,
-    /// Readers to wait for before tick 0, for ten seconds at most.
+    /// Number of readers to wait for before tick 0, for ten seconds at most.
     pub readers: usize,
 }
 
-/// What a server did.
+/// Results of a run.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ServerSummary {
-    /// Its run.
+    /// Number of the run.
     pub run_id: u64,
     /// Frames published.
     pub frames: u64,
-    /// Show time of the last one, in seconds.
+    /// Show time of the last frame, in seconds.
     pub sim_time_s: f64,
     /// Releases skipped.
     pub overruns: u64,
-    /// How far the show was behind the clock at the end, in seconds of wall time.
+    /// Lag of the show behind the clock at the end, in seconds of wall time.
     pub behind_s: f64,
-    /// The furthest that it was behind.
+    /// Greatest lag of the run, in seconds of wall time.
     pub most_behind_s: f64,
     /// From each release to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
@@ -86,14 +94,15 @@ impl Server {
     /// Takes the instance, creates its services and publishes the description.
     ///
     /// # Errors
-    /// [`BusError::SourceRunning`] where another server runs on the instance; else what keeps its services from the bus.
+    /// [`BusError::SourceRunning`] where another source runs on the instance; otherwise the reason why it cannot create
+    /// its services.
     pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
         let lock = take_instance(domain)?;
         let bench_count = settings.config.dragon().dimensions().benches();
         let (toml, rate_hz) = (settings.config.to_toml(), settings.config.tables().serve.rate_hz);
         let ports = SourcePorts::open(domain, SourceKind::Server, &toml, bench_count, rate_hz)?;
         let plan = MotionPlan::of_run(&settings.config, &settings.start, ports.run_id);
-        let plan = plan.expect("a command checks what it starts a server with");
+        let plan = plan.expect("the caller has checked the start of the run");
         let server = Self {
             simulation: Simulation::new(settings.config.dragon().clone(), plan),
             ports,
@@ -112,21 +121,22 @@ impl Server {
         self.ports.run_id
     }
 
-    /// Whether the head walks only where a guard has granted it.
+    /// Whether the head walks only on travel that a guard has granted.
     pub fn is_guarded(&self) -> bool {
         self.settings.config.tables().monitor.guard
     }
 
-    /// Has the show follow timecode: it stands until the first one.
+    /// Makes the show follow timecode. The show stands until the first timecode.
     pub fn follow(&mut self, following: TimecodeFollowing) {
         self.simulation.motion.follow();
         self.following = Some(following);
     }
 
-    /// Publishes frame after frame, on the calling thread, until the run has ended: `stop` was set or a client asked for it,
-    /// and the head has come to rest; or the show time to end at is reached. The last frame's state is [`ShowState::Ended`].
+    /// Publishes frames on the calling thread until the run has ended. The last frame's state is [`ShowState::Ended`].
     ///
-    /// The thread takes on the processor and the priority of the configuration, as far as it may, and keeps them.
+    /// The run ends at its end time, or when the head rests after `stop` was set or a client sent a stop.
+    ///
+    /// The thread takes the configured processor and priority, as far as the kernel allows, and keeps both.
     ///
     /// # Errors
     /// [`BusError::Failed`] where a frame cannot be published.
@@ -140,7 +150,7 @@ impl Server {
         let (mut tick, mut missed) = (0, 0);
         let spin_ns = u64::from(self.settings.config.tables().serve.spin_us) * 1000;
         loop {
-            // A signal ends the sleep early; the loop looks at it when the tick is due.
+            // A signal ends the sleep early. The loop reads `stop` when the tick is due.
             while !sleep_until(schedule.due_ns() - spin_ns) {}
             let begun_ns = spin_until(schedule.due_ns());
             let state = self.tick(tick, missed, &schedule, stop.load(Ordering::Relaxed))?;
@@ -155,12 +165,12 @@ impl Server {
         }
     }
 
-    /// One tick, after so many missed releases. Returns the state that its frame shows.
+    /// Runs one tick, after `missed` missed releases. Returns the state in its frame.
     fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
         let (is_led, overruns) = (self.is_led(), schedule.overruns());
         self.simulation.begin_tick(missed, is_led);
         if has_signal && !std::mem::replace(&mut self.is_ending, true) {
-            // A stop is never refused.
+            // A stop is always accepted.
             let _ = self.simulation.motion.request(Request::Stop);
             self.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), overruns);
         }
@@ -181,19 +191,19 @@ impl Server {
         Ok(simulation.motion.head().state)
     }
 
-    /// Answers the commands that have come; they hold from this tick on.
+    /// Replies to the waiting commands. They take effect from this tick on.
     fn take_commands(&mut self, tick: u64, overruns: u64, is_led: bool) {
         let moment = self.moment(overruns);
         let motion = &mut self.simulation.motion;
         let decide = |request| match request {
-            // It would be undone at once.
+            // The timecode would undo the seek at once.
             Request::Seek { .. } if is_led => Err(Refusal::Followed),
             _ => motion.request(request),
         };
         self.ports.take_commands(tick, moment, decide);
     }
 
-    /// Takes the newest timecode, and records what it changes.
+    /// Follows the newest timecode, and records the changes.
     fn follow_timecode(&mut self, tick: u64, schedule: &Schedule) -> Option<Steering> {
         let moment = self.moment(schedule.overruns());
         let following = self.following.as_mut()?;
@@ -214,12 +224,12 @@ impl Server {
         Moment { sim_time_ns: self.simulation.motion.head().sim_time_ns, overruns }
     }
 
-    /// Whether it is a timecode that says where the show is.
+    /// Whether a timecode determines the show time.
     fn is_led(&self) -> bool {
         self.following.as_ref().is_some_and(|following| following.follower.leads())
     }
 
-    /// Waits for the readers that it was started with, unless it is asked to end.
+    /// Waits for the readers of its settings, unless it is stopped.
     fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let begun = Instant::now();
@@ -244,7 +254,7 @@ impl Server {
 }
 
 impl ServerSettings {
-    /// A run that begins at a show time as it is planned, and waits for nobody.
+    /// Settings of a run that begins at a show time, with the planned speed and travel, and does not wait for readers.
     pub fn planned(config: Config, start_s: f64) -> Self {
         let speed_mps = config.tables().head.speed_mps;
         let start = RunStart {

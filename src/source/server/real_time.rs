@@ -1,7 +1,7 @@
-//! What the loop asks of the kernel to keep its schedule: a processor, a real-time priority, memory that stays.
+//! Requests to the kernel that help the loop to keep its schedule: a processor, a real-time priority, locked memory.
 //!
-//! Everything here is about the thread that asks, but for the memory, which is the process's. What is not granted is reported,
-//! and the loop runs without it: a show that is late now and then is better than none.
+//! The requests apply to the calling thread; locked memory applies to the whole process. A rejected request is
+//! reported, and the loop runs without it: a show with occasional late frames is better than none.
 
 use std::hint::black_box;
 use std::io;
@@ -18,10 +18,11 @@ use crate::config::{Config, Priority};
 use crate::system::clock::sleep_precisely;
 use crate::system::processors::keep_on;
 
-/// Stack that the loop may use without a page fault: several times what a seek takes, the deepest that it does.
+/// Stack that the loop may use without a page fault: several times the need of a seek, which uses the most.
 const STACK_BYTES: usize = 256 << 10;
 
-/// Asks for what the configuration says, for this thread, and warns in one line of what is not granted.
+/// Requests the configured processor and priority for the calling thread, and locks memory for a real-time priority.
+/// Reports all rejected requests in one warning.
 pub(super) fn settle(config: &Config) {
     sleep_precisely();
     let mut refused = Vec::new();
@@ -50,17 +51,17 @@ pub(super) fn settle(config: &Config) {
     }
 }
 
-/// Grows the stack and has it in memory before the first tick.
-#[allow(clippy::large_stack_arrays, reason = "the stack is what this is about")]
+/// Grows the stack and maps its pages before the first tick.
+#[allow(clippy::large_stack_arrays, reason = "the function exists to use stack")]
 fn touch_stack() {
     black_box(&[0_u8; STACK_BYTES]);
 }
 
-/// Keeps all memory of the process where it is, and has every page of it there now: among it the samples of shared memory,
-/// which the loop would otherwise meet one by one.
+/// Locks all memory of the process, and maps every page of it now. Otherwise the loop would cause a page fault at each
+/// new page of shared memory.
 ///
-/// What is mapped later is locked too, unless there is a limit to it: under one a reader that comes would be too much some
-/// time, and could not be served.
+/// Later mappings are locked too, but only where the process has no limit of locked memory. Under a limit, the mapping
+/// for a new reader could exceed it and fail.
 fn lock_memory() -> io::Result<()> {
     let unlimited = getrlimit(Resource::Memlock).current.is_none()
         || capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
@@ -74,7 +75,7 @@ fn take_priority(priority: Priority, level: u8) -> io::Result<()> {
         Priority::Fifo(_) => RealtimeThreadSchedulePolicy::Fifo,
         Priority::RoundRobin(_) => RealtimeThreadSchedulePolicy::RoundRobin,
     };
-    let value = ThreadPriorityValue::try_from(level).expect("a valid priority is one of the kernel's");
+    let value = ThreadPriorityValue::try_from(level).expect("the kernel accepts every valid priority");
     set_thread_priority_and_policy(
         thread_native_id(),
         ThreadPriority::Crossplatform(value),

@@ -1,8 +1,8 @@
-//! When ticks are due.
+//! Schedule of the ticks.
 //!
 //! Release k is due at `epoch + k / rate`, computed in integers from the epoch, so that rounding never accumulates. The
-//! schedule skips a release that passes while the server is busy or suspended, and counts it; ticks are not skipped. What
-//! a missed release means for the show is up to [`super::motion::CatchUp`].
+//! schedule skips a release that passes while the server is busy or suspended, and counts it. Ticks are not skipped.
+//! [`super::motion::CatchUp`] decides how the show makes up for a missed release.
 
 /// The releases of a server, counted from its epoch.
 #[derive(Clone, Copy, Debug)]
@@ -14,20 +14,20 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// A schedule whose release 0 is due at the epoch. The rate is above 0.
+    /// Creates a schedule whose release 0 is due at the epoch. The rate is above 0.
     pub fn new(epoch_ns: u64, rate_hz: u32) -> Self {
-        assert!(rate_hz > 0, "the configuration allows no rate of 0");
+        assert!(rate_hz > 0, "the rate must be above 0");
         Self { epoch_ns, rate_hz, next: 0, overruns: 0 }
     }
 
-    /// When the next release is due, in nanoseconds of `CLOCK_MONOTONIC`.
+    /// Instant at which the next release is due, in nanoseconds of `CLOCK_MONOTONIC`.
     pub fn due_ns(&self) -> u64 {
         self.release_ns(self.next)
     }
 
-    /// Takes the next release at the end of a tick: the first one that is not past, `now_ns` being the present.
+    /// Moves to the next release at the end of a tick: the first release that is due at `now_ns` or later.
     ///
-    /// Returns how many releases it skips.
+    /// Returns the number of releases that it skips.
     pub fn advance(&mut self, now_ns: u64) -> u64 {
         self.next += 1;
         let first_ahead = if self.due_ns() < now_ns { self.first_release_from(now_ns) } else { self.next };
@@ -47,8 +47,8 @@ impl Schedule {
         self.overruns
     }
 
-    /// The release of a schedule with this epoch that is nearest to an instant, and how many nanoseconds it is away; `None`
-    /// for an instant before the epoch.
+    /// Returns the release nearest to an instant, and its distance in nanoseconds; `None` for an instant before the
+    /// epoch.
     pub fn nearest_release(epoch_ns: u64, rate_hz: u32, instant_ns: u64) -> Option<(u64, u64)> {
         let elapsed_ns = u128::from(instant_ns.checked_sub(epoch_ns)?);
         let first_ahead = Self::new(epoch_ns, rate_hz).first_release_from(instant_ns);
@@ -58,7 +58,7 @@ impl Schedule {
         Some((nearest, away_ns(nearest)))
     }
 
-    /// From the epoch to a release, in whole nanoseconds; `None` where that is longer than a clock counts.
+    /// Time from the epoch to a release, in whole nanoseconds; `None` where it exceeds a `u64`.
     pub fn from_epoch_ns(release: u64, rate_hz: u32) -> Option<u64> {
         since_epoch_ns(release, rate_hz).try_into().ok()
     }
@@ -75,7 +75,7 @@ impl Schedule {
     }
 }
 
-/// From the epoch to a release, in whole nanoseconds.
+/// Time from the epoch to a release, in whole nanoseconds.
 fn since_epoch_ns(release: u64, rate_hz: u32) -> u128 {
     u128::from(release) * 1_000_000_000 / u128::from(rate_hz)
 }

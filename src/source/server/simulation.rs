@@ -1,4 +1,4 @@
-//! The dragon from tick to tick. Pure: no clock, no bus.
+//! Simulation of the dragon from tick to tick. Pure: no clock, no bus.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use glam::DVec2;
 use crate::source::server::motion::{HeadState, Motion, MotionPlan};
 use crate::source::timecode::ShowPosition;
 
-/// What a timecode has a show do from a tick on.
+/// The timecode's effect on the show from a tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steering {
-    /// Whether the show stands, beside what the operator wants.
+    /// Whether the timecode makes the show stand. The operator's pause and hold apply in addition.
     pub stands: bool,
     /// Show seconds per second of wall time.
     pub time_scale: f64,
@@ -29,24 +29,26 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The dragon before tick 0, which begins with the first [`Motion::advance`].
+    /// Creates the dragon before tick 0, which begins with the first [`Motion::advance`].
     pub fn new(dragon: Arc<Dragon>, plan: MotionPlan) -> Self {
         Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon) }
     }
 
-    /// Begins a tick, after so many missed releases: the show goes on through those. Then come the requests that hold from this
-    /// tick on, and [`Simulation::advance`]. A server's run and the verification of its recording keep this order.
+    /// Begins a tick, and advances the show by `missed` missed releases. Afterwards the caller makes the requests that
+    /// take effect at this tick, then calls [`Simulation::advance`]. A server's run and the verification of its
+    /// recording use the same order.
     ///
-    /// `is_led`: whether a timecode said where the show is at the tick before. Then the show is never behind the clock.
+    /// `is_led`: whether a timecode determined the show time at the tick before. Then the show is never behind the
+    /// clock.
     pub fn begin_tick(&mut self, missed: u64, is_led: bool) {
         self.motion.miss(missed);
         if is_led {
-            // The follower makes up what the timecode is ahead by.
+            // The follower compensates the timecode's lead instead.
             self.motion.forget_lag();
         }
     }
 
-    /// Goes on by one period, to the tick's frame, as the timecode has it.
+    /// Advances by one period to the tick's frame, with the timecode's steering.
     pub fn advance(&mut self, steering: Option<Steering>) {
         if let Some(Steering { stands, time_scale, rate_hz }) = steering {
             self.motion.set_stands(stands);
@@ -55,21 +57,21 @@ impl Simulation {
         self.motion.advance();
     }
 
-    /// What a follower of timecode has to know.
+    /// The show's position for a follower of timecode.
     pub fn show(&self) -> ShowPosition {
         ShowPosition { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
     }
 
-    /// The header of this tick's frame, at a time scale of the show. The publisher stamps when it is sent.
+    /// Returns the header of this tick's frame, at a time scale of the show. The publisher sets `published_ns`.
     pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64) -> FrameHeader {
         let bench_count = self.chain.dragon().dimensions().benches() as u32;
         self.motion.head().header(run_id, tick, scheduled_ns, time_scale * self.motion.catch_up().pace(), bench_count)
     }
 
-    /// Writes every handle at this tick. The slice has one handle more than there are benches.
+    /// Writes every handle at this tick. `handles` has one handle more than there are benches.
     ///
     /// # Panics
-    /// Where the slice has another length.
+    /// Panics if `handles` has another length.
     pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
         let head = self.motion.head();
         self.chain
@@ -84,7 +86,7 @@ fn on_level_ground(position_m: DVec2, velocity_mps: DVec2) -> HandleState {
 }
 
 impl HeadState {
-    /// The header of the frame that shows this head. The publisher stamps when it is sent.
+    /// Returns the header of the frame that shows this head. The publisher sets `published_ns`.
     pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64, bench_count: u32) -> FrameHeader {
         FrameHeader {
             run_id,

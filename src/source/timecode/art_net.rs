@@ -1,18 +1,18 @@
-//! Timecode as Art-Net sends it: the packet `ArtTimeCode` of the Art-Net 4 protocol. Pure.
+//! Timecode in the Art-Net 4 protocol: the packet `ArtTimeCode`. Pure.
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
-//! | 0–7 | `Art-Net`, ended by a zero |
-//! | 8–9 | opcode 0x9700, the low byte first |
-//! | 10–11 | protocol version, the high byte first: 14 |
-//! | 12 | nothing |
+//! | 0–7 | `Art-Net`, terminated by a zero byte |
+//! | 8–9 | opcode 0x9700, low byte first |
+//! | 10–11 | protocol version, high byte first: 14 |
+//! | 12 | unused |
 //! | 13 | stream; 0 is the master |
 //! | 14–17 | frames, seconds, minutes, hours |
 //! | 18 | 0 film, 24 frames a second; 1 EBU, 25; 2 drop-frame, 29.97; 3 SMPTE, 30 |
 
 use super::{Clock, FrameRate, Malformed, Position};
 
-/// The UDP port of Art-Net.
+/// UDP port of Art-Net.
 pub const PORT: u16 = 6454;
 
 const ID: &[u8; 8] = b"Art-Net\0";
@@ -20,16 +20,16 @@ const TIME_CODE: u16 = 0x9700;
 const LEAST_VERSION: u16 = 14;
 const MASTER_STREAM: u8 = 0;
 
-/// The position in a packet; `None` where it is another Art-Net packet, or of another stream than the master.
+/// Returns the position in a packet; `None` for another kind of Art-Net packet, or another stream than the master.
 ///
 /// # Errors
-/// [`Malformed`] for what is no Art-Net packet, or a timecode that is cut short or never shows.
+/// [`Malformed`] for a packet that is not Art-Net, and for a timecode that is cut short or invalid.
 ///
 /// ```
 /// use bench_dragon::source::timecode::art_net::position;
 ///
 /// let packet = b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
-/// let position = position(packet).expect("it is sound").expect("it is a timecode");
+/// let position = position(packet).expect("a valid packet").expect("a timecode");
 /// assert_eq!((position.since_midnight_s, position.day_s), (62.2, 86_400.0));
 /// ```
 pub fn position(packet: &[u8]) -> Result<Option<Position>, Malformed> {

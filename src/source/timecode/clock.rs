@@ -1,23 +1,23 @@
-//! Timecode as hours, minutes, seconds and frames (SMPTE ST 12-1), and the position within a day that it stands for.
+//! Timecode as hours, minutes, seconds and frames (SMPTE ST 12-1), and its position within a day.
 
 use super::Malformed;
 
-/// Frames a second, and how they are counted.
+/// Frame rate and counting method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FrameRate {
-    /// 24, film.
+    /// Film: 24.
     Film,
-    /// 25, EBU.
+    /// EBU: 25.
     #[default]
     Ebu,
-    /// 30 000 / 1001, some 29.97, with drop-frame counting: frames are numbered as if there were 30 a second, and the numbers
-    /// 0 and 1 are left out in each minute but every tenth, so that the count keeps up with the time of day.
+    /// 30 000 / 1001, about 29.97, with drop-frame counting. Frames are numbered as at 30 a second. The numbers 0 and 1
+    /// are skipped in each minute except every tenth, so that the count follows the time of day.
     DropFrame,
-    /// 30, SMPTE.
+    /// SMPTE: 30.
     Smpte,
 }
 
-/// What a timecode shows: numbers of hours, minutes, seconds and frames.
+/// Reading of a timecode clock: hours, minutes, seconds and frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
     /// 0 to 23.
@@ -26,18 +26,18 @@ pub struct Clock {
     pub minutes: u32,
     /// 0 to 59.
     pub seconds: u32,
-    /// 0 to one less than frames are numbered a second.
+    /// From 0 to [`FrameRate::numbers_per_second`] − 1.
     pub frames: u32,
 }
 
 impl FrameRate {
-    /// The rate of so many frames a second, as people write it.
+    /// Returns the rate with this number of frames a second, as usually rounded; `None` for any other number.
     pub fn of(frames_per_second: f64) -> Option<Self> {
         match frames_per_second {
             24.0 => Some(Self::Film),
             25.0 => Some(Self::Ebu),
             30.0 => Some(Self::Smpte),
-            // 29.97 is rounded from 29.970 029…, as a float too.
+            // 29.97 is 29.970 029…, rounded. The tolerance also admits an `f32`.
             _ if (frames_per_second - 30_000.0 / 1001.0).abs() < 1e-4 => Some(Self::DropFrame),
             _ => None,
         }
@@ -51,7 +51,7 @@ impl FrameRate {
         }
     }
 
-    /// How long a day is, in seconds: with drop-frame counting some 86 ms less than the sun's.
+    /// Length of a day in seconds. With drop-frame counting it is about 86 ms less than 24 hours.
     pub fn day_s(self) -> f64 {
         let leaves_out_per_day = 24 * 6 * 9 * 2;
         let numbers = 86_400 * self.numbers_per_second();
@@ -59,7 +59,7 @@ impl FrameRate {
         f64::from(frames) / self.frames_per_second()
     }
 
-    /// How many numbers there are for the frames of a second.
+    /// Number of different frame numbers within a second.
     pub fn numbers_per_second(self) -> u32 {
         match self {
             Self::Film => 24,
@@ -70,10 +70,10 @@ impl FrameRate {
 }
 
 impl Clock {
-    /// The position that a clock at a frame rate stands for, in seconds from 00:00:00:00.
+    /// Returns the position of the clock at a frame rate, in seconds from 00:00:00:00.
     ///
     /// # Errors
-    /// [`Malformed`] for a clock that never shows: with a number out of range, or one that drop-frame counting leaves out.
+    /// [`Malformed`] for an invalid clock: a number is out of range, or drop-frame counting skips it.
     ///
     /// ```
     /// use bench_dragon::source::timecode::{Clock, FrameRate};
@@ -87,7 +87,7 @@ impl Clock {
         Ok(frame / rate.frames_per_second())
     }
 
-    /// How many frames come before the one that is shown.
+    /// Number of frames between 00:00:00:00 and this clock; `None` for an invalid clock.
     fn frame(self, rate: FrameRate) -> Option<u32> {
         let Self { hours, minutes, seconds, frames } = self;
         let numbers = rate.numbers_per_second();
@@ -107,30 +107,30 @@ impl Clock {
 pub struct Position {
     /// Seconds from 00:00:00:00.
     pub since_midnight_s: f64,
-    /// Seconds after which it is 00:00:00:00 again.
+    /// Length of the day in seconds: after it the timecode is at 00:00:00:00 again.
     pub day_s: f64,
 }
 
 impl Position {
-    /// The position that a clock at a frame rate stands for.
+    /// Returns the position of a clock at a frame rate.
     ///
     /// # Errors
-    /// [`Malformed`] for a clock that never shows.
+    /// [`Malformed`] for an invalid clock.
     pub fn of_clock(clock: Clock, rate: FrameRate) -> Result<Self, Malformed> {
         Ok(Self { since_midnight_s: clock.position_s(rate)?, day_s: rate.day_s() })
     }
 
-    /// The position so many seconds from 00:00:00:00, of a clock that tells seconds and no frames.
+    /// Returns the position at a time in seconds from 00:00:00:00, for a timecode without frames.
     ///
     /// # Errors
-    /// [`Malformed`] for what is not within a day.
+    /// [`Malformed`] for a time outside of a day.
     pub fn of_seconds(since_midnight_s: f64) -> Result<Self, Malformed> {
         const DAY_S: f64 = 86_400.0;
         let is_within = (0.0..DAY_S).contains(&since_midnight_s);
         if is_within { Ok(Self { since_midnight_s, day_s: DAY_S }) } else { Err(Malformed) }
     }
 
-    /// The way to a later position in seconds, at most half a day, negative where it is back.
+    /// Shortest step to a later position in seconds, at most half a day; negative for a step back.
     ///
     /// ```
     /// use bench_dragon::source::timecode::Position;
@@ -148,7 +148,7 @@ impl Position {
 mod tests {
     use super::*;
 
-    /// Every clock of a day in order, also those that never show.
+    /// Every clock of a day in order, including the invalid ones.
     fn clocks(numbers: u32) -> impl Iterator<Item = Clock> {
         (0..24 * 3600 * numbers).map(move |number| {
             let (second, frames) = (number / numbers, number % numbers);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn each_clock_of_a_day_that_shows_is_one_frame_after_the_one_before() {
+    fn consecutive_valid_clocks_are_one_frame_apart() {
         for (rate, day) in [
             (FrameRate::Film, 2_073_600),
             (FrameRate::Ebu, 2_160_000),
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn drop_frame_leaves_out_two_numbers_in_nine_minutes_of_ten() {
+    fn drop_frame_skips_two_numbers_in_nine_minutes_of_ten() {
         let left_out = clocks(30).filter(|clock| clock.frame(FrameRate::DropFrame).is_none());
         for clock in left_out {
             assert!(clock.minutes % 10 != 0 && clock.seconds == 0 && clock.frames < 2, "{clock:?}");
@@ -184,11 +184,11 @@ mod tests {
     }
 
     #[test]
-    fn drop_frame_keeps_up_with_the_time_of_day() {
-        let position_s = |clock: Clock| clock.position_s(FrameRate::DropFrame).expect("it shows");
+    fn drop_frame_follows_the_time_of_day() {
+        let position_s = |clock: Clock| clock.position_s(FrameRate::DropFrame).expect("a valid clock");
         let hour_s = position_s(Clock { hours: 1, ..Clock::default() });
         assert!((hour_s - 3600.0).abs() < 0.004, "{hour_s}");
-        // In between it is two frames off at most.
+        // Within the hour the difference is two frames at most.
         for clock in clocks(30).filter(|clock| clock.hours == 0 && clock.frame(FrameRate::DropFrame).is_some()) {
             let shown_s = f64::from(clock.minutes * 60 + clock.seconds) + f64::from(clock.frames) / 30.0;
             assert!((position_s(clock) - shown_s).abs() < 0.07, "{clock:?}");

@@ -1,84 +1,84 @@
-//! What a show is to do about the timecode that it follows, from tick to tick. Pure: instants are arguments.
+//! Follower of a timecode: decides from tick to tick how the show responds. Pure: instants are arguments.
 //!
-//! While the timecode runs, the time scale is that of a proportional-integral controller on the difference between where the
-//! timecode is and where the show is: the integral part learns how fast the timecode runs, the proportional part makes good
-//! the difference. It is critically damped, so that it comes near without swinging.
+//! While the timecode runs, a proportional-integral controller sets the time scale. Its input is the timecode's show
+//! time minus the show's. The integral part estimates the timecode's pace, the proportional part corrects the
+//! difference. The controller is critically damped, so that the difference decays without oscillation.
 //!
-//! A position that does not go on from the ones before moves nothing, until the next one agrees with it: one packet that is
-//! astray is no jump. Readers of linear timecode do the same.
+//! A position that does not continue the earlier ones has no effect until the next one agrees with it. So a single
+//! stray packet causes no jump. Readers of linear timecode do the same.
 
 use bench_dragon_ipc::TimecodeState;
 use serde::{Deserialize, Serialize};
 
 use super::{Position, TimecodeSample};
 
-/// Proportional gain, per second: differences are made good within some seconds.
+/// Proportional gain, per second: differences decay within some seconds.
 const GAIN_PER_S: f64 = 1.0;
-/// Integral gain, per square second, at which that is critically damped.
+/// Integral gain, per square second, of the critically damped controller.
 const INTEGRAL_GAIN_PER_S2: f64 = GAIN_PER_S * GAIN_PER_S / 4.0;
-/// How far the timecode's own pace may be from one second per second.
+/// Greatest deviation of the timecode's pace from one second per second.
 const PACE_RANGE: f64 = 0.05;
-/// By how much the time scale may be changed to make good a difference.
+/// Greatest change of the time scale for the correction of a difference.
 const CORRECTION_RANGE: f64 = 0.05;
-/// A timecode that has repeated a position for so long stands: two frames of the slowest, and more.
+/// Time after which a timecode that repeats a position stands: more than two frames of the slowest timecode.
 const STANDS_AFTER_NS: u64 = 100_000_000;
-/// A show that stands so near to its timecode stands where that does: show time is in nanoseconds.
+/// Greatest difference between a standing show and its timecode: show time has nanoseconds.
 const SAME_PLACE_S: f64 = 2e-9;
-/// How often a seek that was refused is tried again.
+/// Period at which a refused seek is retried.
 const SEEK_PERIOD_NS: u64 = 100_000_000;
-/// More than this between two positions tells nothing of the pace.
+/// Longest step between two positions that the estimate of the pace uses, in seconds.
 const LONGEST_STEP_S: f64 = 0.5;
 
-/// How to follow.
+/// Settings of a follower.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowerSettings {
     /// Show time minus the timecode's position, in seconds.
     pub offset_s: f64,
     /// Silence after which a timecode is lost, in nanoseconds.
     pub timeout_ns: u64,
-    /// The least show time that the run has, in seconds.
+    /// Show time at which the run starts, in seconds.
     pub first_s: f64,
-    /// The greatest.
+    /// Show time at which the run ends, in seconds.
     pub last_s: f64,
 }
 
 /// The show at the tick that is about to begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShowPosition {
-    /// Show time of the tick if it goes on as before, in seconds.
+    /// Show time of the tick if the show continues as before, in seconds.
     pub sim_time_s: f64,
-    /// Whether the operator has paused or held it.
+    /// Whether the operator has paused or held the show.
     pub is_stopped: bool,
 }
 
-/// What the show is to do from this tick on.
+/// Response of the show from this tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FollowerOrder {
     /// Show seconds per second.
     pub time_scale: f64,
-    /// Whether it is to stand.
+    /// Whether the show stands.
     pub stands: bool,
-    /// Show time to reposition it to, in seconds; the outcome goes to [`Follower::note_seek`].
+    /// Show time to seek, in seconds. The caller passes the outcome to [`Follower::note_seek`].
     pub seek_s: Option<f64>,
 }
 
-/// What happened to the timecode.
+/// Change of the timecode's state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum FollowerEvent {
-    /// It runs, and the show follows.
+    /// The timecode runs, and the show follows it.
     Follows {
-        /// Its position in seconds.
+        /// Position of the timecode in seconds.
         position_s: f64,
     },
-    /// It stands, and the show with it.
+    /// The timecode stands, and the show stands with it.
     Stands {
-        /// Its position in seconds.
+        /// Position of the timecode in seconds.
         position_s: f64,
     },
-    /// It is lost. The show goes on at its own pace, unless it stood.
+    /// The timecode is lost. The show continues at its own pace, unless the timecode stood before.
     Lost {
-        /// Its last position in seconds.
+        /// Last position of the timecode in seconds.
         position_s: f64,
     },
 }
@@ -87,39 +87,39 @@ pub enum FollowerEvent {
 #[derive(Clone, Copy, Debug)]
 pub struct Follower {
     settings: FollowerSettings,
-    /// [`TimecodeState::Waiting`] before the first one.
+    /// [`TimecodeState::Waiting`] before the first timecode.
     state: TimecodeState,
-    /// Whether a timecode that is lost stood.
+    /// Whether a lost timecode stood before.
     stood: bool,
-    /// The first sample of the position that was heard last.
+    /// First sample with the newest position.
     newest: Option<TimecodeSample>,
-    /// When a sample came last, of whatever position.
+    /// Arrival of the newest sample, of any position.
     heard_ns: u64,
-    /// A sample that does not go on from those before, and that none has agreed with yet.
+    /// Sample that does not continue the earlier ones, and that no later sample has confirmed yet.
     suspect: Option<TimecodeSample>,
-    /// How fast the timecode runs, as far as that is known.
+    /// Estimated pace of the timecode, in seconds per second.
     pace: f64,
     correction: f64,
-    /// The sample that the pace was last learned from.
+    /// Arrival of the sample that last updated the pace.
     learned_ns: Option<u64>,
-    /// Whether the show has been where the timecode is since the first one.
+    /// Whether the show has reached the timecode since the first sample.
     has_met: bool,
     sought_ns: Option<u64>,
-    /// By how much the show is ahead because it has gone on while its head braked, at most.
+    /// Upper bound of the show's lead in seconds: show time that passed while the head braked.
     braked_s: f64,
-    /// Show time at the last tick, where it was to stand there.
+    /// Show time at the last tick, if the show was ordered to stand there.
     stood_s: Option<f64>,
 }
 
 impl Follower {
-    /// Difference in seconds above which the show is repositioned to the timecode.
+    /// Difference in seconds above which the show seeks the timecode.
     pub const JUMP_S: f64 = 0.5;
-    /// The least time scale by which a show follows.
+    /// Least time scale of a show that follows timecode.
     pub const LEAST_TIME_SCALE: f64 = 1.0 - PACE_RANGE - CORRECTION_RANGE;
-    /// The greatest.
+    /// Greatest time scale of a show that follows timecode.
     pub const GREATEST_TIME_SCALE: f64 = 1.0 + PACE_RANGE + CORRECTION_RANGE;
 
-    /// A follower that has heard nothing yet.
+    /// Creates a follower that has received no sample.
     pub fn new(settings: FollowerSettings) -> Self {
         Self {
             settings,
@@ -138,7 +138,7 @@ impl Follower {
         }
     }
 
-    /// Takes a sample, later than those before.
+    /// Takes a sample. Samples come in the order of their arrival.
     pub fn hear(&mut self, sample: TimecodeSample) {
         let heard = self.newest.map(|newest| TimecodeSample { arrived_ns: self.heard_ns, ..newest });
         let suspect = self.suspect.take();
@@ -155,7 +155,7 @@ impl Follower {
         }
     }
 
-    /// What the show is to do from the tick on that is due now, and what has happened to the timecode.
+    /// Returns the response of the show from the tick that is due now, and a change of the timecode's state.
     pub fn steer(&mut self, now_ns: u64, show: ShowPosition) -> (FollowerOrder, Option<FollowerEvent>) {
         let Some(newest) = self.newest else {
             return (FollowerOrder { time_scale: 1.0, stands: true, seek_s: None }, None);
@@ -171,7 +171,7 @@ impl Follower {
         (order, event)
     }
 
-    /// Takes note whether the show was repositioned as the last order asked.
+    /// Takes the outcome of the last order's seek.
     pub fn note_seek(&mut self, is_there: bool) {
         if is_there {
             self.has_met = true;
@@ -179,17 +179,18 @@ impl Follower {
         }
     }
 
-    /// How the timecode is, as the status reports it.
+    /// State of the timecode, for the status.
     pub fn timecode_state(&self) -> TimecodeState {
         self.state
     }
 
-    /// Whether it is the timecode that says where the show is: one has come and is not lost.
+    /// Whether the timecode determines the show time: one has arrived and is not lost.
     pub fn leads(&self) -> bool {
         matches!(self.state, TimecodeState::Locked | TimecodeState::Standing)
     }
 
-    /// Whether a later sample is where an earlier one says that the timecode should be by then, running or standing.
+    /// Whether the later sample has the position that follows from the earlier one, for a running or a standing
+    /// timecode.
     fn agree(&self, earlier: TimecodeSample, later: TimecodeSample) -> bool {
         let elapsed_ns = later.arrived_ns.saturating_sub(earlier.arrived_ns);
         let elapsed_s = elapsed_ns as f64 * 1e-9;
@@ -212,7 +213,7 @@ impl Follower {
             return None;
         }
         self.stood = before == TimecodeState::Standing;
-        // What was learned of the pace is of a timecode that ran on.
+        // The estimate of the pace belongs to the earlier state.
         (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
         Some(event)
     }
@@ -239,7 +240,8 @@ impl Follower {
         self.order(is_before, None)
     }
 
-    /// Stands exactly where the timecode stands; where the head had to brake, and is less than a jump beyond it, there.
+    /// Stands exactly at the timecode's position. A head that braked to a point less than a jump past that
+    /// position stays at that point.
     fn stand(&mut self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let target_s = self.within_run_s(self.target_s(newest.position, show));
         let difference_s = target_s - show.sim_time_s;
@@ -250,20 +252,21 @@ impl Follower {
         self.order(true, seek_s)
     }
 
-    /// Goes on without the timecode, unless that stood. A run whose start was still to come starts when it was due.
+    /// Continues without the timecode, unless the timecode stood. A show that waits for the start of its run still
+    /// starts on time.
     fn go_on(&self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let is_before = self.running_target_s(newest, now_ns, show) < self.settings.first_s;
         self.order(self.stood || !self.has_met || is_before, None)
     }
 
-    /// Show time at which the show should be now, of a timecode that runs.
+    /// Show time of a running timecode now, in seconds.
     fn running_target_s(&self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> f64 {
         let age_s = now_ns.saturating_sub(newest.arrived_ns) as f64 * 1e-9;
         self.target_s(newest.position, show) + self.pace * age_s
     }
 
-    /// Show time of a position: of those that are a day apart the one nearest to the run and, where a run is longer than that,
-    /// to where the show is.
+    /// Show time of a position. Candidates are a day apart. The result is the candidate nearest to the run; for a run
+    /// longer than a day, the one nearest to the show.
     fn target_s(&self, position: Position, show: ShowPosition) -> f64 {
         let today_s = position.since_midnight_s + self.settings.offset_s;
         let away_s = |target_s: f64| (target_s - self.within_run_s(target_s)).abs();
@@ -272,23 +275,23 @@ impl Follower {
             let from_show_s = |target_s: f64| (target_s - show.sim_time_s).abs();
             away_s(*one).total_cmp(&away_s(*other)).then(from_show_s(*one).total_cmp(&from_show_s(*other)))
         };
-        days.into_iter().min_by(nearer).expect("there are three")
+        days.into_iter().min_by(nearer).expect("there are three candidates")
     }
 
     fn within_run_s(&self, target_s: f64) -> f64 {
         target_s.clamp(self.settings.first_s, self.settings.last_s)
     }
 
-    /// Whether the pace is not to make good a difference. What the head's braking has cost, it is: a seek would be a jump at
-    /// each stop of the timecode.
+    /// Whether a difference needs a seek. The controller corrects smaller ones. It also corrects the lead from the
+    /// head's braking: a seek would be a jump at each stop of the timecode.
     fn is_jump(&self, difference_s: f64) -> bool {
         !(-Self::JUMP_S - self.braked_s..=Self::JUMP_S).contains(&difference_s)
     }
 
-    /// Takes note of the show time that has gone by while the show was to stand.
+    /// Adds the show time that has passed since the show was ordered to stand.
     fn note_braking(&mut self, show: ShowPosition) {
         let went_on_s = self.stood_s.map_or(0.0, |stood_s| show.sim_time_s - stood_s);
-        // An operator's seek is more, or goes back.
+        // A step outside of this range is an operator's seek.
         if (0.0..Self::JUMP_S).contains(&went_on_s) {
             self.braked_s += went_on_s;
         }
@@ -304,7 +307,7 @@ impl Follower {
         let correction = GAIN_PER_S * difference_s;
         self.correction = correction.clamp(-CORRECTION_RANGE, CORRECTION_RANGE);
         if self.correction == correction {
-            // A difference that is made good as fast as may be tells nothing more of the pace.
+            // While the correction is at its limit, the difference is no measure of the pace.
             let pace = self.pace + INTEGRAL_GAIN_PER_S2 * difference_s * step_s.min(LONGEST_STEP_S);
             self.pace = pace.clamp(1.0 - PACE_RANGE, 1.0 + PACE_RANGE);
         }
@@ -314,7 +317,7 @@ impl Follower {
         FollowerOrder { time_scale: self.pace + self.correction, stands, seek_s }
     }
 
-    /// A seek, unless one was tried just before.
+    /// Returns a seek, unless the last one was tried within [`SEEK_PERIOD_NS`].
     fn seek(&mut self, target_s: f64, now_ns: u64) -> Option<f64> {
         let is_due = self.sought_ns.is_none_or(|sought_ns| now_ns.saturating_sub(sought_ns) >= SEEK_PERIOD_NS);
         is_due.then(|| {

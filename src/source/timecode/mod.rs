@@ -1,24 +1,30 @@
 //! Timecode: the clock of another machine, which a show follows.
 //!
-//! A *timecode* is a position that a desk, a sequencer or a player sends over the network some 25 times a second. A
-//! [`TimecodeReceiver`] takes it off a socket on a thread of its own, decodes it ([`art_net`], [`osc`]) and leaves the newest one
-//! in an [`SampleQueue`], where the server's loop takes it without waiting for anybody. From tick to tick a [`Follower`] says what the show is to do about it.
+//! A *timecode* is a position that a desk, a sequencer or a player sends over the network about 25 times a second. A
+//! [`TimecodeReceiver`] reads it from a socket on a separate thread and decodes it ([`art_net`], [`osc`]). It puts
+//! the samples into a [`SampleQueue`], from which the server's loop takes them without waiting. At each tick a
+//! [`Follower`] decides the response of the show.
 //!
-//! **The contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then is
-//! repositioned there. From then on it follows by its pace: every tick advances show time by `time_scale / rate`, and what
-//! changes is the time scale, between [`Follower::LEAST_TIME_SCALE`] and [`Follower::GREATEST_TIME_SCALE`]; so show time
-//! never jumps, and never goes back, but by a seek. A seek makes good a difference of more than half a second. It goes the way
-//! of a client's, so a guard refuses what is not proved, and it is tried again. Of the positions that are a day apart, that of
-//! a timecode is the one nearest to the run, so a show may pass midnight.
+//! **Contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then
+//! seeks that position. From then on only the time scale changes, between [`Follower::LEAST_TIME_SCALE`] and
+//! [`Follower::GREATEST_TIME_SCALE`]; every tick advances show time by `time_scale / rate`. So show time jumps or goes
+//! back only by a seek.
 //!
-//! **Two agree.** One packet that is astray moves nothing: the first position, and any that is not where the timecode should be by
-//! then, are believed when the next one agrees with them.
+//! **Seeks.** A difference of more than half a second leads to a seek. The seek is handled as a client's: a guarded
+//! server refuses it until its travel is proved, and the follower retries it.
 //!
-//! **Who sends.** The first sender that is heard is followed until it has been silent for long enough to be lost; others are
-//! counted. A sender that repeats a position stands, and the show with it. One that falls silent is lost: the show goes on at
-//! its own pace, unless it stood, and says so. An operator's pause and hold come first, always.
+//! **Midnight.** Positions repeat every day. The follower uses the day whose show time is nearest to the run, so a show
+//! may pass midnight.
 //!
-//! **What is hostile** is counted and dropped: what is malformed, what comes from others, what comes too fast.
+//! **Confirmation.** A single stray packet has no effect. The follower accepts the first position, and any unexpected
+//! one, only when the next position agrees with it.
+//!
+//! **Senders.** The receiver follows the first sender until its silence exceeds the timeout, and counts the packets of
+//! others. A timecode that repeats a position stands, and the show stands with it. After a silence the timecode is
+//! lost: the show reports it and continues at its own pace, unless it stood. An operator's pause and hold always take
+//! precedence.
+//!
+//! **Hostile packets** are counted and dropped: malformed ones, those of other senders, and floods.
 
 pub mod art_net;
 pub mod osc;
@@ -35,7 +41,7 @@ pub use packet_filter::SenderLock;
 pub use receiver::{ReceiverError, SampleQueue, TimecodeCounts, TimecodeReceiver};
 pub use source::TimecodeSource;
 
-/// A position that arrived.
+/// A position with the instant of its arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimecodeSample {
     /// The timecode's position.
@@ -44,6 +50,6 @@ pub struct TimecodeSample {
     pub arrived_ns: u64,
 }
 
-/// That a packet which should be a timecode is none.
+/// Error of a packet that should contain a timecode and does not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Malformed;

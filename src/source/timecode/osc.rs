@@ -1,26 +1,26 @@
 //! Timecode as OSC messages. Pure.
 //!
-//! | arguments | as |
+//! | arguments | meaning |
 //! |---|---|
 //! | `"01:02:03:04"`, `"01:02:03;04"` (drop-frame) | hours, minutes, seconds, frames |
 //! | `"01:02:03.040"`, `"62.5"` | hours, minutes, seconds with decimals |
 //! | `1 2 3 4` | four whole numbers: hours, minutes, seconds, frames |
 //! | `3723.16` | one number: seconds |
 //!
-//! Behind those with frames may stand their number a second: 24, 25, 29.97 (drop-frame) or 30.
+//! A form with frames may end with the frame rate as a further argument: 24, 25, 29.97 (drop-frame) or 30.
 
 use rosc::{OscMessage, OscPacket, OscType};
 
 use super::{Clock, FrameRate, Malformed, Position};
 
-/// Bundles in bundles are looked into so deep.
+/// Greatest depth of nested bundles.
 const DEEPEST: usize = 4;
 
-/// The position in the last message of a packet that has this address; `None` where none has. Frames whose number a second
-/// is not given are of `rate`.
+/// Returns the position in the packet's last message with this address; `None` where no message has it. `rate` applies
+/// to frames without a rate.
 ///
 /// # Errors
-/// [`Malformed`] for what is not OSC, and for a message of this address that is no timecode.
+/// [`Malformed`] for a packet that is not OSC, and for a message with this address that contains no timecode.
 pub fn position(packet: &[u8], address: &str, rate: FrameRate) -> Result<Option<Position>, Malformed> {
     let (rest, packet) = rosc::decoder::decode_udp(packet).map_err(|_| Malformed)?;
     if rest.is_empty() { position_in(&packet, address, rate, DEEPEST) } else { Err(Malformed) }
@@ -78,7 +78,7 @@ fn position_of_text(text: &str, rate: FrameRate) -> Result<Position, Malformed> 
     }
 }
 
-/// Digits and a decimal point: no sign, no exponent, no infinity.
+/// Parses digits and a decimal point, without sign, exponent or infinity.
 fn decimal(text: &str) -> Option<f64> {
     text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.').then(|| text.parse().ok())?
 }

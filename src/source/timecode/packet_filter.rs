@@ -1,10 +1,10 @@
-//! Which packets are taken: those of one sender, and no flood. Pure: the present is an argument.
+//! Filter of packets: admits one sender, and limits floods. Pure: the present is an argument.
 
 use std::net::IpAddr;
 
-/// Keeps to one sender at a time: the first that is heard, until it has been silent for long enough to be lost.
+/// Admits one sender at a time: the first one, until it has been silent for the timeout.
 ///
-/// A sender is a host: one that opens a socket for each message has another port each time.
+/// A sender is a host, without its port: some programs open a new socket for each message.
 #[derive(Clone, Copy, Debug)]
 pub struct SenderLock {
     timeout_ns: u64,
@@ -12,12 +12,12 @@ pub struct SenderLock {
 }
 
 impl SenderLock {
-    /// Nobody is followed yet; silence of so many nanoseconds loses a sender.
+    /// Creates a lock without a sender. A sender loses the lock after a silence of `timeout_ns`.
     pub fn new(timeout_ns: u64) -> Self {
         Self { timeout_ns, followed: None }
     }
 
-    /// Whether timecode that this sender sent, and that arrived now, is taken.
+    /// Whether to accept timecode of this sender that arrives now.
     pub fn admits(&mut self, sender: IpAddr, now_ns: u64) -> bool {
         let is_other = self.followed.is_some_and(|(followed, heard_ns)| {
             followed != sender && now_ns.saturating_sub(heard_ns) <= self.timeout_ns
@@ -29,19 +29,19 @@ impl SenderLock {
     }
 }
 
-/// Length of the periods in which packets are counted, in nanoseconds.
+/// Length of the counting periods, in nanoseconds.
 pub(super) const PERIOD_NS: u64 = 100_000_000;
-/// Timecodes, and packets that should be, of each period: some twenty times what a desk sends.
+/// Greatest number of timecodes, valid or malformed, in a period: about twenty times the rate of a desk.
 const MOST_TIMECODES: u32 = 200;
-/// Packets about something else: on the port of Art-Net every desk of the house may send its light, a thousand universes at 44
-/// frames a second.
+/// Greatest number of other packets in a period. On the Art-Net port every desk of a venue may send DMX: a thousand
+/// universes at 44 frames a second.
 const MOST_OTHERS: u32 = 5_000;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PacketKind {
-    /// A timecode, or what should be one.
+    /// A timecode, valid or malformed.
     Timecode,
-    /// Something else, and sound.
+    /// A valid packet of other content.
     Other,
 }
 
@@ -53,13 +53,13 @@ pub(super) struct FloodGuard {
 }
 
 impl FloodGuard {
-    /// A guard whose first period begins now.
+    /// Creates a guard whose first period begins now.
     pub(super) fn new(now_ns: u64) -> Self {
         Self { begun_ns: now_ns, timecodes: 0, others: 0 }
     }
 
-    /// Counts a packet that arrived now. Where that was the last one that is looked at in this period: how long the rest of it
-    /// is, in nanoseconds.
+    /// Counts a packet that arrives now. When the limit of the period is reached, returns the rest of the period in
+    /// nanoseconds.
     pub(super) fn count(&mut self, kind: PacketKind, now_ns: u64) -> Option<u64> {
         if now_ns.saturating_sub(self.begun_ns) >= PERIOD_NS {
             *self = Self::new(now_ns);
@@ -84,18 +84,18 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_is_left_to_the_kernel_for_the_rest_of_its_period() {
+    fn a_flood_stops_the_receiver_for_the_rest_of_the_period() {
         for (kind, most) in [(PacketKind::Timecode, MOST_TIMECODES), (PacketKind::Other, MOST_OTHERS)] {
             let mut flood_guard = FloodGuard::new(NOW_NS);
             assert_eq!(count(&mut flood_guard, kind, most - 1), None);
             assert_eq!(count(&mut flood_guard, kind, 1), Some(70_000_000));
-            assert_eq!(flood_guard.count(kind, NOW_NS + PERIOD_NS), None, "the next period begins anew");
+            assert_eq!(flood_guard.count(kind, NOW_NS + PERIOD_NS), None, "a new period begins");
         }
     }
 
-    /// A desk that plays DMX on the port of Art-Net sends 44 packets a second for each of its universes.
+    /// A desk that sends DMX on the Art-Net port sends 44 packets a second for each of its universes.
     #[test]
-    fn the_light_of_a_whole_house_leaves_the_timecode_its_room() {
+    fn dmx_of_a_whole_venue_does_not_use_up_the_limit_of_timecodes() {
         let mut flood_guard = FloodGuard::new(NOW_NS);
         assert_eq!(count(&mut flood_guard, PacketKind::Other, MOST_OTHERS - 1), None);
         assert_eq!(count(&mut flood_guard, PacketKind::Timecode, MOST_TIMECODES - 1), None);

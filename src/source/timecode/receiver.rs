@@ -1,4 +1,4 @@
-//! Taking timecode off a socket, on a thread of its own, and leaving it where the loop takes it.
+//! Receiver of timecode: a thread reads a socket and passes samples to the loop through a queue.
 
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
@@ -14,50 +14,51 @@ use super::packet_filter::{FloodGuard, PacketKind, SenderLock};
 use super::{FrameRate, Malformed, TimecodeSample, TimecodeSource};
 use crate::system::clock::monotonic_ns;
 
-/// More than any timecode has, and too little for bundles in bundles to do harm. What is longer is cut, and malformed.
+/// Greatest length of a packet: more than any timecode needs, too little for harmful nesting of bundles. A longer
+/// packet is malformed.
 const LONGEST_PACKET_BYTES: usize = 2048;
-/// How often a thread that hears nothing looks whether it is over.
+/// Period at which an idle thread checks whether to end.
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
 
-/// What has come so far.
+/// Counters of a receiver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimecodeCounts {
-    /// Timecodes that were taken.
+    /// Timecodes passed to the loop.
     pub taken: u64,
-    /// Packets that were no timecode and should have been.
+    /// Packets that should contain a timecode and do not.
     pub malformed: u64,
-    /// Timecodes of others than the sender that was followed.
+    /// Timecodes from senders other than the followed one.
     pub of_others: u64,
-    /// How often packets came so fast that they were left to the kernel for a while.
+    /// Number of times that packets came too fast, so that the receiver stopped reading for the rest of a period.
     pub floods: u64,
 }
 
-/// Why timecode cannot be received.
+/// Reason why timecode cannot be received.
 #[derive(Debug, thiserror::Error)]
 pub enum ReceiverError {
-    /// Another program has the port.
+    /// Another program uses the port.
     #[error(
-        "cannot listen for timecode on {listen}: another program has this port; end it, or have the timecode sent to another \
-         one, and name that"
+        "cannot listen for timecode on {listen}: another program uses this port; end that program or send the \
+         timecode to another port"
     )]
     Busy {
-        /// Where it was to listen.
+        /// Address to listen on.
         listen: SocketAddr,
     },
-    /// The address is not this machine's, or the port is not to be had.
+    /// The address does not belong to this machine, or the port is not available.
     #[error("cannot listen for timecode on {listen}")]
     Failed {
-        /// Where it was to listen.
+        /// Address to listen on.
         listen: SocketAddr,
-        /// What the kernel says.
+        /// The kernel's error.
         source: io::Error,
     },
 }
 
-/// The running thread.
+/// A running receiver. Dropping it ends its thread.
 #[derive(Debug)]
 pub struct TimecodeReceiver {
-    /// Where it listens.
+    /// Address that the receiver listens on.
     pub listen: SocketAddr,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
@@ -73,11 +74,11 @@ struct Shared {
 }
 
 impl TimecodeReceiver {
-    /// Binds the socket and begins to listen; samples come into the queue. Frames whose number a second is not given are of
-    /// `rate`; a sender that is silent for `timeout_ns` gives way to another.
+    /// Binds the socket and starts to receive; samples go to the queue. `rate` applies to frames of packets that do not
+    /// contain a rate. After a silence of `timeout_ns` the receiver follows another sender.
     ///
     /// # Errors
-    /// Where another program has the port, the address is not this machine's, or the port is not to be had.
+    /// Another program uses the port, the address does not belong to this machine, or the port is not available.
     pub fn start(
         source: TimecodeSource,
         rate: FrameRate,
@@ -100,7 +101,7 @@ impl TimecodeReceiver {
         Ok((Self { listen, shared, thread: Some(thread) }, inbox))
     }
 
-    /// What has come so far.
+    /// The present counters.
     pub fn counts(&self) -> TimecodeCounts {
         let Shared { taken, malformed, of_others, floods, .. } = &*self.shared;
         let [taken, malformed, of_others, floods] =
@@ -112,7 +113,7 @@ impl TimecodeReceiver {
 impl Drop for TimecodeReceiver {
     fn drop(&mut self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
-        // It does not panic, and nothing could be reported here.
+        // The thread does not panic, and an error could not be reported here.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }
@@ -131,19 +132,19 @@ impl Listening {
         let mut packet = [0; LONGEST_PACKET_BYTES + 1];
         let mut flood_guard = FloodGuard::new(monotonic_ns());
         while !self.shared.is_over.load(Ordering::Relaxed) {
-            // A failure is the silence that ends a wait, or the answer of a host that is none of ours.
+            // An error is the read timeout, or an ICMP error from some host. Both are ignored.
             let Ok((length, sender)) = self.socket.recv_from(&mut packet) else { continue };
             let arrived_ns = monotonic_ns();
             let kind = self.take(&packet[..length], sender, arrived_ns);
             if let Some(rest_ns) = flood_guard.count(kind, arrived_ns) {
-                // What comes meanwhile is the kernel's to keep or to drop.
+                // Until the end of the period the kernel buffers or drops packets.
                 count(&self.shared.floods);
                 thread::sleep(Duration::from_nanos(rest_ns));
             }
         }
     }
 
-    /// Takes what a packet has, and says what it is.
+    /// Decodes a packet, counts it, and queues its timecode. Returns the kind of the packet.
     fn take(&mut self, packet: &[u8], sender: SocketAddr, arrived_ns: u64) -> PacketKind {
         let position =
             if packet.len() > LONGEST_PACKET_BYTES { Err(Malformed) } else { self.source.position(packet, self.rate) };
@@ -164,21 +165,21 @@ fn count(counter: &AtomicU64) {
     counter.fetch_add(1, Ordering::Relaxed);
 }
 
-/// A second of the fastest timecode that is taken, for the slowest server.
+/// Capacity of the queue: a second of the fastest timecode that the receiver accepts, for the slowest server.
 const MOST_SAMPLES: usize = 2048;
 
-/// The loop's end.
+/// The loop's end of the queue.
 #[derive(Debug)]
 pub struct SampleQueue(Consumer<TimecodeSample>);
 
-/// The two ends of an empty queue. Where the loop has taken nothing for long, there is no room, and a sample is lost.
+/// Creates an empty queue. If the loop reads too slowly, the queue fills up and samples are dropped.
 fn sample_queue() -> (Producer<TimecodeSample>, SampleQueue) {
     let (samples, inbox) = RingBuffer::new(MOST_SAMPLES);
     (samples, SampleQueue(inbox))
 }
 
 impl SampleQueue {
-    /// Takes the samples that are there, oldest first.
+    /// Takes all queued samples, oldest first.
     pub fn take(&mut self) -> impl Iterator<Item = TimecodeSample> {
         (0..self.0.slots()).map_while(|_| self.0.pop().ok())
     }
@@ -190,7 +191,7 @@ mod tests {
     use crate::source::timecode::Position;
 
     #[test]
-    fn what_is_malformed_or_of_another_sender_counts_as_timecode_and_light_does_not() {
+    fn malformed_and_foreign_timecodes_count_as_timecode_and_dmx_does_not() {
         let (samples, mut inbox) = sample_queue();
         let mut listening = Listening {
             socket: UdpSocket::bind("127.0.0.1:0").expect("a port"),
@@ -217,30 +218,30 @@ mod tests {
     fn samples_are_taken_once_and_in_their_order() {
         let (mut samples, mut inbox) = sample_queue();
         assert_eq!(inbox.take().count(), 0);
-        samples.push(sample(1)).expect("there is room");
-        samples.push(sample(2)).expect("there is room");
+        samples.push(sample(1)).expect("the queue is not full");
+        samples.push(sample(2)).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1), sample(2)]);
         assert_eq!(inbox.take().count(), 0);
     }
 
     #[test]
-    fn a_loop_that_takes_nothing_keeps_nobody_waiting() {
+    fn a_full_queue_drops_samples_without_waiting() {
         let (mut samples, mut inbox) = sample_queue();
         (0..2 * MOST_SAMPLES as u64).filter(|&arrived_ns| samples.push(sample(arrived_ns)).is_ok()).count();
         assert_eq!(inbox.take().count(), MOST_SAMPLES);
-        samples.push(sample(7)).expect("there is room");
+        samples.push(sample(7)).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(7)]);
     }
 
-    /// The loop may be on the processor of a thread that it has interrupted, and at a real-time priority: whatever it waited for
-    /// would never come.
+    /// The loop may have interrupted the receiving thread on the same processor, at a real-time priority. A wait for
+    /// that thread would never end.
     #[test]
-    fn a_sample_that_is_half_left_keeps_nobody_waiting() {
+    fn the_loop_does_not_wait_for_a_sample_that_is_being_written() {
         let (mut samples, mut inbox) = sample_queue();
-        samples.push(sample(1)).expect("there is room");
-        let half_left = samples.write_chunk_uninit(1).expect("there is room");
+        samples.push(sample(1)).expect("the queue is not full");
+        let half_written = samples.write_chunk_uninit(1).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1)]);
-        half_left.fill_from_iter([sample(2)]);
+        half_written.fill_from_iter([sample(2)]);
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(2)]);
     }
 }

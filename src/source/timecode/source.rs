@@ -1,4 +1,4 @@
-//! Where timecode comes from, as people write it.
+//! Source of timecode in text form: protocol, address and port.
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -9,15 +9,15 @@ use rosc::address::verify_address;
 
 use super::{FrameRate, Malformed, Position, art_net, osc};
 
-/// Address of the OSC messages where no other is given.
+/// Address of the OSC messages if the text contains none.
 const DEFAULT_ADDRESS: &str = "/timecode";
-/// What is allowed.
+/// The allowed forms, for error messages.
 const FORMS: &str =
     "must be osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]]";
-/// Who may send where nothing is given: this machine alone.
+/// Address to listen on if the text contains none: accepts packets of this machine only.
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
-/// Where to listen, and for what: `osc:[ADDRESS:]PORT[/MESSAGE]` or `artnet[:ADDRESS[:PORT]]`.
+/// Protocol and address to listen on: `osc:[ADDRESS:]PORT[/MESSAGE]` or `artnet[:ADDRESS[:PORT]]`.
 ///
 /// ```
 /// use bench_dragon::source::timecode::TimecodeSource;
@@ -30,24 +30,24 @@ const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TimecodeSource {
-    /// Where to listen.
+    /// Address to listen on.
     pub listen: SocketAddr,
     /// Address of the OSC messages; `None` for Art-Net.
     osc_address: Option<String>,
 }
 
 impl TimecodeSource {
-    /// The same source, listened for elsewhere.
+    /// Returns the same source at another address.
     #[must_use]
     pub fn at(self, listen: SocketAddr) -> Self {
         Self { listen, ..self }
     }
 
-    /// The position in a packet; `None` where it is about something else. Frames whose number a second a
-    /// packet does not tell are of `rate`.
+    /// Returns the position in a packet; `None` for a packet of other content. `rate` applies to OSC frames without a
+    /// rate.
     ///
     /// # Errors
-    /// [`Malformed`].
+    /// [`Malformed`] for a packet that should contain a timecode and does not.
     pub fn position(&self, packet: &[u8], rate: FrameRate) -> Result<Option<Position>, Malformed> {
         match &self.osc_address {
             Some(address) => osc::position(packet, address, rate),
@@ -55,7 +55,7 @@ impl TimecodeSource {
         }
     }
 
-    /// The protocol, as the status reports it.
+    /// Protocol of the timecode, for the status.
     pub fn kind(&self) -> TimecodeKind {
         if self.osc_address.is_some() { TimecodeKind::Osc } else { TimecodeKind::ArtNet }
     }

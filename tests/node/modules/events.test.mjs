@@ -1,4 +1,4 @@
-// Alerts and contacts.
+// Tests of the alert filter and of the unacknowledged contacts.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -7,7 +7,7 @@ import { Contacts } from '../../../src/display/view/page/contacts.js';
 
 const contact = (time_s) => ({ run_id: 1, time_s, benches: [0, 8], clearance_m: 0 });
 
-test('a contact waits until it is acknowledged, also for a page that is loaded again', () => {
+test('a contact stays until it is acknowledged, also on a reloaded page', () => {
   const contacts = new Contacts('');
   contacts.take(contact(412.47));
   contacts.take(contact(412.47));
@@ -24,14 +24,14 @@ test('a contact waits until it is acknowledged, also for a page that is loaded a
   );
 });
 
-test('more contacts than are kept are counted', () => {
+test('contacts beyond the limit are counted', () => {
   const contacts = new Contacts('');
   for (let at = 0; at < 60; at += 1) contacts.take(contact(at));
   const { contacts: waiting, left_out } = contacts.waiting();
   assert.equal(waiting.length + left_out, 60);
 });
 
-test('kinds of alerts can be hidden, and the grave ones come first', () => {
+test('kinds of alerts can be hidden, and the severe ones come first', () => {
   const alerts = [...Array(73).fill({ kind: 'near' }), { kind: 'contact' }];
   assert.deepEqual(countKinds(alerts), [
     ['contact', 1],

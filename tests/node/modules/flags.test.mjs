@@ -1,4 +1,4 @@
-// Where the timeline's flags go.
+// Tests of the placement of the timeline's flags.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -6,7 +6,7 @@ import { placeFlags } from '../../../src/display/view/page/flags.js';
 
 const WIDTH = 400;
 
-/** Fails if two cover each other or one is outside. */
+/** Fails if two flags overlap or one is outside the picture. */
 function assertApart(flags, places) {
   const boxes = places.map((place, at) => place && { ...place, right: place.left + flags[at].wide }).filter(Boolean);
   for (const [at, box] of boxes.entries()) {
@@ -17,7 +17,7 @@ function assertApart(flags, places) {
   }
 }
 
-test('now and the contact never cover each other, wherever they are', () => {
+test('the flags of now and the contact never overlap', () => {
   for (let now = 0; now <= WIDTH; now += 7) {
     for (let contact = 0; contact <= WIDTH; contact += 7) {
       const flags = [
@@ -31,7 +31,7 @@ test('now and the contact never cover each other, wherever they are', () => {
   }
 });
 
-test('of many near misses those that have room are named, the first ones first', () => {
+test('of many near misses, the first ones with room get a flag', () => {
   const flags = Array.from({ length: 30 }, (_, at) => ({ x: 200 + at, wide: 50 }));
   const places = placeFlags(flags, WIDTH, 2);
   assert.notEqual(places[0], null);
@@ -39,7 +39,7 @@ test('of many near misses those that have room are named, the first ones first',
   assertApart(flags, places);
 });
 
-test('a flag stands beside its line', () => {
+test('a flag is beside its line', () => {
   assert.deepEqual(placeFlags([{ x: 100, wide: 50 }], WIDTH, 2), [{ left: 99, row: 0 }]);
   assert.deepEqual(placeFlags([{ x: 390, wide: 50 }], WIDTH, 2), [{ left: 341, row: 0 }]);
 });

@@ -1,20 +1,20 @@
-// What lies ahead, in words.
+// Tests of the forecast in words.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { outlookInWords } from '../../../src/display/view/page/outlook_words.js';
 
-test('a contact is counted down by the clock on the wall, with show time beside it', () => {
-  // 3.7 s of show time, five times as fast as the clock.
+test('the countdown to a contact is in wall time, with show time beside it', () => {
+  // 3.7 s of show time, at a time scale of 5.
   const outlook = { kind: 'contact', benches: [0, 8], travel_m: 412.47, time_s: 412.474, wall_s: 0.74 };
   const { large, small, level } = outlookInWords(outlook, 'running');
   assert.equal(large, 'Contact in 0.7 s');
   assert.equal(small, 'benches 0 and 8, at show time 412.474 s');
   assert.equal(level, 'now');
-  assert.equal(outlookInWords(outlook, 'paused').large, 'Contact 0.7 s after it goes on');
+  assert.equal(outlookInWords(outlook, 'paused').large, 'Contact after 0.7 s of walking');
 });
 
-test('where the guard will stop the head there is no talk of a contact', () => {
+test('before a stop by the guard, no contact is announced', () => {
   const outlook = { kind: 'guard_stop', benches: [0, 8], travel_m: 409, time_s: 409.5, wall_s: 8 };
   const { large, small, level } = outlookInWords(outlook, 'running');
   assert.equal(large, 'Guard stops the head in 8.0 s');
@@ -24,13 +24,13 @@ test('where the guard will stop the head there is no talk of a contact', () => {
   assert.equal(outlookInWords({ ...outlook, wall_s: 0 }, 'held').large, 'The guard stops the head here');
 });
 
-test('a head that brakes has a rest ahead and no urgency', () => {
+test('a braking head has a stop ahead and no urgency', () => {
   const outlook = { kind: 'rest', travel_m: 201.5, time_s: 203, wall_s: 1.5 };
   const { large, level } = outlookInWords(outlook, 'stopping');
-  assert.deepEqual([large, level], ['Stands in 1.5 s', 'far']);
+  assert.deepEqual([large, level], ['Head stops in 1.5 s', 'far']);
 });
 
-test('of a show that is over nothing is forecast', () => {
+test('a show that is over has no forecast', () => {
   for (const state of ['finished', 'ended']) {
     const outlook = { kind: 'contact', benches: [0, 8], travel_m: 412, time_s: 412, wall_s: 1 };
     assert.deepEqual(outlookInWords(outlook, state), { large: '–', small: 'the show is over', level: 'far' });

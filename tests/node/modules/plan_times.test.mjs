@@ -1,4 +1,4 @@
-// The planned clearance over show time.
+// Tests of the planned clearance over show time.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -15,7 +15,7 @@ const plan = {
   contact: { travel_m: 80, benches: [0, 8] },
 };
 
-test('at the planned speed the plan is all of the show', () => {
+test('at the planned speed, the plan covers the whole show', () => {
   const { curve, nearMisses, contact } = planOverTime(plan, { travel_m: 30, time_s: 30, speed_mps: 1 }, run);
   assert.deepEqual(
     curve.map(({ time_s }) => time_s),
@@ -24,7 +24,7 @@ test('at the planned speed the plan is all of the show', () => {
   assert.deepEqual([nearMisses[0].time_s, contact.time_s], [60, 80]);
 });
 
-test('at half the speed what is ahead comes later and what is behind is left out', () => {
+test('at half the speed, the plan ahead is later and the plan behind is left out', () => {
   const { curve, contact } = planOverTime(plan, { travel_m: 55, time_s: 55, speed_mps: 0.5 }, run);
   assert.deepEqual(
     curve.map(({ time_s }) => time_s),
@@ -33,16 +33,16 @@ test('at half the speed what is ahead comes later and what is behind is left out
   assert.equal(contact.time_s, 105);
 });
 
-test('between two points the plan is a line, and outside it is not known', () => {
+test('between two points the plan is linear, and outside it is unknown', () => {
   const { curve } = planOverTime(plan, { travel_m: 0, time_s: 0, speed_mps: 1 }, run);
   assert.ok(Math.abs(plannedAt(curve, 25) - 0.15) < 1e-12);
   assert.ok(Math.abs(plannedAt(curve, 60) - 0.01) < 1e-12);
   assert.ok(Number.isNaN(plannedAt(curve, 101)) && Number.isNaN(plannedAt(curve, -1)));
 });
 
-test('the plan in words counts its near misses and names its contact', () => {
+test('the plan in words has its near misses and its contact', () => {
   const times = planOverTime(plan, { travel_m: 0, time_s: 0, speed_mps: 1 }, run);
   assert.equal(planInWords(times, true, format), 'planned: 1 near miss 10.0 mm at 60.0 s · contact at 80.0 s');
-  assert.equal(planInWords(times, false, format), 'the planner is at work');
+  assert.equal(planInWords(times, false, format), 'the planner is still computing');
   assert.equal(planInWords({ curve: [], nearMisses: [], contact: null }, true, format), 'planned: no contact');
 });

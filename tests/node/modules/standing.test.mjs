@@ -1,4 +1,4 @@
-// How things stand, in words.
+// Tests of the state of the show in words.
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
@@ -20,7 +20,7 @@ function show(state, { link = LIVE, guard = { kind: 'none' }, outlook = { kind: 
 
 const stands = (state, situation) => standing(OPEN, show(state, situation), 0);
 
-test('an orderly end is no alarm, whether its process is still there or not', () => {
+test('an orderly end is no alarm, with or without a server process', () => {
   for (const link of [LIVE, GONE]) {
     const { status, word, isLive } = stands('ended', { link });
     assert.deepEqual([status, word, isLive], ['ended', 'ENDED', true]);
@@ -29,43 +29,43 @@ test('an orderly end is no alarm, whether its process is still there or not', ()
   assert.equal(standing({ ...OPEN, state: 'ended' }, show('running'), 0).word, 'VIEW ENDED');
 });
 
-test('a stopping head says why, and where it will stand', () => {
+test('a stopping head has its reason and its place of rest', () => {
   const outlook = { kind: 'rest', travel_m: 201.5, time_s: 203, wall_s: 1.5 };
   const { word, explanation } = stands('stopping', { stops: ['held'], outlook });
   assert.equal(word, 'STOPPING');
-  assert.equal(explanation, 'A hold. The head stands in 1.5 s, after 201.50 m.');
+  assert.equal(explanation, 'Hold. The head stops in 1.5 s, at 201.50 m of travel.');
   assert.match(stands('stopping', { stops: ['ending'] }).explanation, /asked to end/);
 });
 
-test("the guard's three situations are told apart", () => {
+test("the guard's situations have different texts", () => {
   const at = (guard, more = {}) => stands('held', { guard, stops: ['guard_limit'], ...more }).explanation;
-  const said = [
+  const texts = [
     at({ kind: 'waiting' }),
     at({ kind: 'at_end', for_good: true }),
     at({ kind: 'at_end', for_good: false }, { timecode: 'locked' }),
     at({ kind: 'missing' }),
   ];
-  assert.equal(new Set(said).size, 4);
-  assert.match(said[0], /proving the way ahead/);
-  assert.match(said[1], /for good/);
-  assert.doesNotMatch(said[2], /for good/);
-  assert.match(said[3], /^NO GUARD/);
+  assert.equal(new Set(texts).size, 4);
+  assert.match(texts[0], /proving the travel ahead/);
+  assert.match(texts[1], /permanently/);
+  assert.doesNotMatch(texts[2], /permanently/);
+  assert.match(texts[3], /^NO GUARD/);
 });
 
-test('a hold at the end of the grants says both', () => {
+test('a hold at the end of the grants has both texts', () => {
   const { explanation } = stands('held', { guard: { kind: 'missing' }, stops: ['held', 'guard_limit'] });
   assert.match(explanation, /release lifts it.*NO GUARD/);
   assert.equal(stands('held', { stops: ['held'] }).explanation, 'Safety stop: only a release lifts it.');
 });
 
-test('a show that stands with its timecode is not the operator’s pause', () => {
+test('a show that stands still with its timecode is not paused by the operator', () => {
   const paused = (stops, timecode) => stands('paused', { stops, timecode }).explanation;
   assert.match(paused(['paused'], 'none'), /operator/);
-  assert.match(paused(['timecode'], 'standing'), /timecode stands/);
+  assert.match(paused(['timecode'], 'standing'), /timecode stands still/);
   assert.match(paused(['timecode'], 'waiting'), /first timecode/);
 });
 
-test('no command gets through where there is no server, and a hold may where it is silent', () => {
+test('without a server no command is possible, and with a silent one a hold is', () => {
   assert.equal(obstacle(OPEN, show('running')), null);
   assert.equal(obstacle(OPEN, show('running', { link: { ...LIVE, state: 'silent' } })), null);
   assert.equal(obstacle(OPEN, show('running', { link: GONE })), 'There is no server.');
@@ -73,7 +73,7 @@ test('no command gets through where there is no server, and a hold may where it 
   assert.equal(obstacle({ ...OPEN, state: 'lost' }, show('running')), 'There is no connection to the view.');
 });
 
-test('a button offers what undoes the newest frame’s state, before the status says so', () => {
+test('a button undoes the newest frame’s state, before the status has it', () => {
   assert.deepEqual(operatorsStops(show('paused')), { isPaused: true, isHeld: false });
   assert.deepEqual(operatorsStops(show('paused', { stops: ['timecode'] })), { isPaused: false, isHeld: false });
   assert.deepEqual(operatorsStops(show('held')), { isPaused: false, isHeld: true });

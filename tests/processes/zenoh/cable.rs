@@ -1,21 +1,21 @@
-//! Two network namespaces with a cable between them, which takes root and iproute2.
+//! Two network namespaces with a virtual cable. They need root and iproute2.
 
 use std::process::Command;
 
-/// Both namespaces, which go when this does.
+/// The two namespaces. They are deleted when this is dropped.
 #[derive(Debug)]
 pub(crate) struct Cable {
     /// Name of the namespace at the near end.
     pub(crate) near: String,
-    /// Name of the one at the far end.
+    /// Name of the namespace at the far end.
     pub(crate) far: String,
 }
 
 impl Cable {
-    /// Where the near end is reached.
+    /// Endpoint of the near end.
     pub(crate) const ENDPOINT: &str = "tcp/10.99.0.1:7447";
 
-    /// `None` where this machine does not allow it.
+    /// Creates the namespaces and the cable; `None` if this machine does not allow it.
     pub(crate) fn lay() -> Option<Self> {
         let name = |side: &str| format!("bd-{}-{side}", std::process::id());
         let cable = Self { near: name("near"), far: name("far") };
@@ -32,9 +32,9 @@ impl Cable {
         laid.iter().all(|line| ip(line)).then_some(cable)
     }
 
-    /// Cuts it ("down") or joins it again ("up").
+    /// Cuts the cable ("down") or connects it again ("up").
     pub(crate) fn set(&self, state: &str) {
-        assert!(ip(&format!("-netns {} link set cable {state}", self.near)), "the cable is ours");
+        assert!(ip(&format!("-netns {} link set cable {state}", self.near)), "the cable can be switched");
     }
 }
 

@@ -1,4 +1,4 @@
-//! The program's own clients on the other side, unchanged.
+//! The program's own clients on the far bus, unchanged.
 
 use bench_dragon::recording::FrameReader;
 use bench_dragon_ipc::{Alert, AlertKind, AlertSubscriber};
@@ -10,9 +10,10 @@ use crate::reader::Reader;
 use crate::stage::Stage;
 
 #[test]
-fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
+fn echo_hz_and_record_work_on_the_far_bus() {
     let (near, far) = (Stage::new(), Stage::new());
-    let server = near.serve(&["--rate", "50", "--readers", "3"]);
+    // At this rate the bus keeps ten seconds for the near reader, which reads after the end of the far commands.
+    let server = near.serve(&["--rate", "20", "--readers", "3"]);
     let sender = Bridge::sending(&near, &[]);
     let recorder = near.start(&["record", "near.mcap"]);
     let mut receiver = Bridge::receiving(&far, &sender);
@@ -51,14 +52,14 @@ fn echo_hz_and_record_work_on_the_other_side_as_they_do_here() {
 }
 
 #[test]
-fn a_monitor_on_the_other_side_sees_the_same_contact_and_the_one_here_is_heard_there() {
+fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_alerts() {
     let (near, far) = (Stage::new(), Stage::new());
-    // Held at the start until everybody is there.
+    // The show is nearly stopped until all processes have joined.
     let server = near.serve(&["--rate", "100", "--time-scale", "0.001"]);
     let sender = Bridge::sending(&near, &[]);
     let mut receiver = Bridge::receiving(&far, &sender);
     let run_id = receiver.until("receiving")["run_id"].clone();
-    let alerts = AlertSubscriber::open(far.domain(), "test").expect("the bridge has made the services");
+    let alerts = AlertSubscriber::open(far.domain(), "test").expect("the bridge has created the services");
     let mut reader = Reader::join(&far);
     let mut monitors = [&near, &far].map(|stage| stage.start(&["monitor", "--format", "json", "--progress", "0.05"]));
     for monitor in &mut monitors {
@@ -74,7 +75,7 @@ fn a_monitor_on_the_other_side_sees_the_same_contact_and_the_one_here_is_heard_t
     for value in ["time_s", "benches", "point_m", "clearance_m"] {
         assert_eq!(here[value], there[value], "{value}");
     }
-    // Two monitors tell it there: their own, and the one here through the bridge.
+    // The far bus gets two alerts: from the monitor there, and from the near monitor through the bridge.
     let contact = || alerts.receive().expect("the bus is readable").filter(|alert| kind(alert) == AlertKind::Contact);
     for _ in 0..2 {
         let alert = eventually("an alert of the contact", contact);
@@ -82,7 +83,9 @@ fn a_monitor_on_the_other_side_sees_the_same_contact_and_the_one_here_is_heard_t
         assert_eq!(there["time_s"], alert.sim_time_ns as f64 * 1e-9);
     }
     let at_contact = reader.read_to_tick(there["tick"].as_u64().expect("a tick"));
-    assert!(at_contact.last().expect("one at least").header.sim_time_s() >= there["time_s"].as_f64().expect("a time"));
+    assert!(
+        at_contact.last().expect("at least one frame").header.sim_time_s() >= there["time_s"].as_f64().expect("a time")
+    );
     for monitor in monitors {
         monitor.terminate().expect_clean();
     }

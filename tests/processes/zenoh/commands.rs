@@ -1,4 +1,4 @@
-//! Commands from the other side.
+//! Commands from the far side.
 
 use bench_dragon_ipc::{IntoBytes as _, Request, ShowState};
 use rustix::process::Signal;
@@ -16,7 +16,7 @@ fn ctl(stage: &Stage, order: &[&str]) -> Value {
 }
 
 #[test]
-fn a_bridge_takes_no_commands_unless_it_is_told_to() {
+fn a_bridge_takes_no_commands_without_the_flag() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
@@ -25,7 +25,7 @@ fn a_bridge_takes_no_commands_unless_it_is_told_to() {
     for order in [&["pause"][..], &["seek", "100"], &["stop"]] {
         let reply = ctl(&far, order);
         assert_eq!(reply["accepted"], false, "{reply}");
-        let reason = "the server is on another host, whose bridge takes no commands without --allow-commands";
+        let reason = "the server is on another host: start its bridge with --allow-commands to send commands";
         assert_eq!(reply["reason"], reason, "{reply}");
     }
     let shot = Reader::join(&near).next();
@@ -44,10 +44,10 @@ fn a_bridge_takes_no_commands_unless_it_is_told_to() {
 }
 
 #[test]
-fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other_side() {
+fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
-    // So that ticks are not the same here and there.
+    // The ticks of the two buses then differ.
     Reader::join(&near).read_to_tick(5);
     let sender = Bridge::sending(&near, &["--allow-commands"]);
     let mut receiver = Bridge::receiving(&far, &sender);
@@ -58,16 +58,19 @@ fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other
     let paused = ctl(&far, &["pause"]);
     assert_eq!((&paused["accepted"], &paused["run_id"]), (&Value::Bool(true), &run_id), "{paused}");
     let shots = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
-    let tick = shots.last().expect("one at least").header.tick;
-    assert_eq!(paused["tick"], tick, "the tick from which it holds, as it is counted here");
+    let tick = shots.last().expect("at least one frame").header.tick;
+    assert_eq!(paused["tick"], tick, "the tick is the tick of the far bus");
 
     let odd = ctl(&far, &["seek", "1e9"]);
     let reason = odd["reason"].as_str().expect("a reason");
-    assert!(reason.starts_with("the show time is 1000000000 s, must be from 0 to 432.75"), "the server's own: {odd}");
+    assert!(
+        reason.starts_with("the show time is 1000000000 s, must be from 0 to 432.75"),
+        "the reason is not the server's: {odd}"
+    );
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
     let shots = reader.read_to_tick(sought["tick"].as_u64().expect("a tick"));
-    assert_eq!(shots.last().expect("one at least").header.sim_time_s(), 100.0);
+    assert_eq!(shots.last().expect("at least one frame").header.sim_time_s(), 100.0);
 
     assert_eq!(ctl(&far, &["stop"])["accepted"], true);
     server.summary();
@@ -76,7 +79,7 @@ fn a_bridge_that_is_told_to_takes_commands_and_answers_in_the_words_of_the_other
 }
 
 #[test]
-fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later() {
+fn a_command_refused_for_lack_of_an_answer_is_not_executed_later() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "20"]);
     let sender = Bridge::sending(&near, &["--allow-commands"]);
@@ -91,7 +94,7 @@ fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later()
     receiver.until("silent");
     sender.process.signal(Signal::CONT);
     receiver.until("resumed");
-    // It stands behind the other one, and is taken: so that one has been looked at.
+    // This command follows the refused one, and is accepted: so the refused one has been handled.
     let mut reader = Reader::join(&near);
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
@@ -104,7 +107,7 @@ fn a_command_that_was_refused_because_nobody_answered_is_not_carried_out_later()
 }
 
 #[test]
-fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
+fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     const ASKED: u64 = 12;
     let near = Stage::new();
     let server = near.serve(&["--rate", "20"]);
@@ -113,10 +116,12 @@ fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
     let command = Request::Pause.to_wire();
     server.process.signal(Signal::STOP);
     let replies: Vec<_> = (0..ASKED)
-        .map(|_| session.get(format!("{KEY}/commands")).payload(command.as_bytes()).wait().expect("it is open"))
+        .map(|_| {
+            session.get(format!("{KEY}/commands")).payload(command.as_bytes()).wait().expect("the session is open")
+        })
         .collect();
-    // It is answered, though the server answers none of those that came before it.
-    let described = session.get(format!("{KEY}/description")).wait().expect("it is open");
+    // This query is answered, although the server answers none of the commands before it.
+    let described = session.get(format!("{KEY}/description")).wait().expect("the session is open");
     let described = described.recv_timeout(DEADLINE).expect("the session is open");
     assert!(described.is_some_and(|reply| reply.result().is_ok()));
     let sent = sender.stop();
@@ -124,7 +129,7 @@ fn a_bridge_that_ends_passes_on_no_more_of_the_commands_that_wait() {
     assert!((1..ASKED).contains(&commands), "{sent}");
     assert_eq!(commands + refused, ASKED, "{sent}");
     drop(replies);
-    session.close().wait().expect("it is open");
+    session.close().wait().expect("the session is open");
     server.process.signal(Signal::CONT);
     server.stop();
 }

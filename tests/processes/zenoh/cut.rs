@@ -1,4 +1,4 @@
-//! The way between two machines, cut and joined again.
+//! The network between two machines, cut and connected again.
 
 use std::process::Command;
 
@@ -11,7 +11,7 @@ use super::cable::Cable;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Starts a bridge of a stage within a namespace.
+/// Starts a bridge of a stage in a namespace.
 fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
     let command = stage.command(&arguments(args));
     let mut within = Command::new("ip");
@@ -24,13 +24,13 @@ fn start_within(namespace: &str, stage: &Stage, args: &[&str]) -> Bridge {
 }
 
 #[test]
-fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
+fn a_run_continues_after_its_network_was_cut() {
     if !has_programs(&["ip"]) {
         return;
     }
     let Some(cable) = Cable::lay() else { return skip("network namespaces are not possible here") };
     let (near, far) = (Stage::new(), Stage::new());
-    // So slow that the reader, which waits for what the bridges say, has room for the frames of twelve seconds.
+    // At this rate, the buffer of the reader, which waits for the reports of the bridges, holds ten seconds.
     let server = near.serve(&["--rate", "20"]);
     let mut sender = start_within(&cable.near, &near, &["--listen", Cable::ENDPOINT]);
     sender.until("sending");
@@ -51,7 +51,11 @@ fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
     assert_eq!((after[0].header.tick, after[0].continuity), (before.header.tick + 1, Continuity::Next));
     for shot in &after {
         assert_eq!(receiving["run_id"], shot.header.run_id);
-        assert!(matches!(shot.continuity, Continuity::Next), "no hole in the ticks here: {:?}", shot.continuity);
+        assert!(
+            matches!(shot.continuity, Continuity::Next),
+            "a hole in the ticks of the far bus: {:?}",
+            shot.continuity
+        );
     }
     server.stop();
     let (sent, received) = (sender.process.terminate().last_json(), receiver.process.terminate().last_json());
@@ -61,5 +65,5 @@ fn a_run_whose_way_is_cut_goes_on_as_the_same_run_when_it_is_joined_again() {
         sent["frames"].as_u64() >= Some(received["frames"].as_u64().expect("a number") + lost),
         "{sent} {received}"
     );
-    assert_eq!(sent["lost"], 0, "the bridge here has read every frame of the bus meanwhile");
+    assert_eq!(sent["lost"], 0, "the near bridge has read every frame");
 }

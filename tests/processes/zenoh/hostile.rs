@@ -1,4 +1,4 @@
-//! What others put under our keys.
+//! Foreign messages under the keys of a bridge.
 
 use std::collections::HashSet;
 use std::process::Command;
@@ -23,11 +23,11 @@ pub(super) fn connected(endpoint: &str) -> Session {
         "listen": { "endpoints": [] },
         "scouting": { "multicast": { "enabled": false } },
     });
-    zenoh::open(Config::from_json5(&config.to_string()).expect("a configuration")).wait().expect("it listens")
+    zenoh::open(Config::from_json5(&config.to_string()).expect("a configuration")).wait().expect("the peer listens")
 }
 
 #[test]
-fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
+fn malformed_and_foreign_messages_are_counted_and_dropped() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
@@ -42,7 +42,7 @@ fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
             .put(format!("{KEY}/{key}"), payload)
             .congestion_control(CongestionControl::Block)
             .wait()
-            .expect("it is open");
+            .expect("the session is open");
     };
     let handles = [HandleState::default(); 3];
     let sound = FrameHeader { run_id: remote_run_id, tick: u64::MAX - 9, bench_count: 2, ..FrameHeader::default() };
@@ -54,28 +54,28 @@ fn what_is_malformed_or_foreign_is_counted_and_dropped_and_the_show_goes_on() {
         put("alerts", payload.clone());
         put("description", payload);
     }
-    // Of a dragon as sound as ours, but no run that anybody has described.
+    // A valid frame of a run without a description.
     let foreign = frame_bytes(&FrameHeader { run_id: remote_run_id ^ 1, ..sound }, &handles);
     put("frames", foreign);
-    // As sound as can be, but of a tick that the run reaches in half a billion years.
+    // A valid frame with a tick that the run reaches in half a billion years.
     let ahead = FrameHeader { bench_count: 223, ..sound };
     put("frames", frame_bytes(&ahead, &[HandleState::default(); 224]));
-    session.get(format!("{KEY}/commands")).wait().expect("it is open");
-    session.close().wait().expect("it is open");
+    session.get(format!("{KEY}/commands")).wait().expect("the session is open");
+    session.close().wait().expect("the session is open");
 
     shots.extend(reader.read_to_tick(shots[0].header.tick + 100));
     assert_accounted_for(&shots, reader.lost());
     server.stop();
     let received = receiver.stop();
     assert_eq!(received["malformed"], 3 * malformed.len(), "{received}");
-    // That one, and what may have come before the description of the run that is received.
+    // The foreign frame, and frames that came before the description of the received run.
     assert!(received["foreign"].as_u64() >= Some(1), "{received}");
     assert_eq!(received["too_fast"], 1, "{received}");
     assert_eq!((&received["lost"], &received["not_new"]), (&json!(0), &json!(0)), "{received}");
     sender.stop();
 }
 
-/// Describes a run of so many benches to whoever listens.
+/// Publishes the description of a run with this many benches.
 fn describe(session: &Session, run_id: u64, benches: u32) {
     let attached = encode_described(Described { run_id, every: 1, rate_hz: 50 });
     session
@@ -83,17 +83,17 @@ fn describe(session: &Session, run_id: u64, benches: u32) {
         .attachment(attached)
         .congestion_control(CongestionControl::Block)
         .wait()
-        .expect("it is open");
+        .expect("the session is open");
 }
 
-/// A frame of so many benches.
+/// Returns a frame with this many benches.
 fn frame_of(run_id: u64, bench_count: u32) -> Vec<u8> {
     let handles = vec![HandleState::default(); bench_count as usize + 1];
     frame_bytes(&FrameHeader { run_id, bench_count, ..FrameHeader::default() }, &handles)
 }
 
 #[test]
-fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
+fn a_frame_that_contradicts_the_description_of_its_run_is_dropped() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let sender = Bridge::sending(&near, &[]);
@@ -104,13 +104,13 @@ fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
     describe(&session, 5, 223);
     assert_eq!(receiver.until("found")["remote_run_id"], 5);
     let put = |frame| session.put(format!("{KEY}/frames"), frame).congestion_control(CongestionControl::Block).wait();
-    put(frame_of(5, 100_000)).expect("it is open");
-    // Of the dragon that it is described with: so what came before it has been looked at.
-    put(frame_of(5, 223)).expect("it is open");
+    put(frame_of(5, 100_000)).expect("the session is open");
+    // This frame matches the description. When it is received, the frame before it has been handled.
+    put(frame_of(5, 223)).expect("the session is open");
     assert_eq!(receiver.until("receiving")["remote_run_id"], 5);
     let before = reader.read_until("a frame of the next run", |header| run_id != header.run_id);
     assert!(before.iter().all(|shot| shot.header.bench_count == 223));
-    session.close().wait().expect("it is open");
+    session.close().wait().expect("the session is open");
     server.stop();
     let received = receiver.stop();
     assert_eq!((&received["malformed"], &received["runs"]), (&json!(1), &json!(2)), "{received}");
@@ -118,8 +118,8 @@ fn a_frame_of_another_dragon_than_its_run_is_described_with_begins_nothing() {
 }
 
 #[test]
-fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
-    // Room for the paper's dragon, and not for one of a hundred thousand benches.
+fn a_run_too_large_for_the_bus_is_refused_and_the_show_continues() {
+    // Shared memory has room for the paper's dragon, and not for one of a hundred thousand benches.
     let script = r#"mount -t tmpfs -o size=128m none /dev/shm && exec "$@""#;
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
     if !is_possible(&launcher) {
@@ -138,34 +138,34 @@ fn a_run_that_the_bus_has_no_room_for_is_told_of_and_the_show_goes_on() {
     receiver.until("found");
     let put =
         || session.put(format!("{KEY}/frames"), frame_of(5, 100_000)).congestion_control(CongestionControl::Block);
-    put().wait().expect("it is open");
+    put().wait().expect("the session is open");
     let refused = receiver.until("refused");
     assert_eq!(refused["remote_run_id"], 5);
     let reason = refused["reason"].as_str().expect("a text");
     assert!(reason.starts_with("/dev/shm has less than the "), "{reason}");
-    put().wait().expect("it is open");
-    session.close().wait().expect("it is open");
+    put().wait().expect("the session is open");
+    session.close().wait().expect("the session is open");
     let mut reader = Reader::join(&near);
     let begun = reader.next().header.tick;
     reader.read_to_tick(begun + 50);
     server.stop();
     let received = receiver.stop();
     assert_eq!(received["runs"], 1, "{received}");
-    // The two, and what may have come before the description of the run that is received.
+    // The two frames, and frames that came before the description of the received run.
     assert!(received["foreign"].as_u64() >= Some(2), "{received}");
     assert!(received["frames"].as_u64() >= Some(50), "{received}");
     sender.stop();
 }
 
 #[test]
-fn a_flood_of_descriptions_is_heard_a_few_times_a_second() {
+fn a_flood_of_descriptions_is_limited_to_a_few_per_second() {
     let far = Stage::new();
     let mut receiver = Bridge::start(&far, &["--receive", "--listen", ANY_PORT]);
     let begun = Instant::now();
     let session = connected(&receiver.endpoint);
     (1..=4_000).for_each(|run_id| describe(&session, run_id, 5));
     receiver.until("found");
-    session.close().wait().expect("it is open");
+    session.close().wait().expect("the session is open");
     let lines = receiver.process.terminate().expect_clean().json_lines();
     let found = lines.iter().filter(|line| line["type"] == "found");
     let runs: HashSet<u64> = found.filter_map(|line| line["remote_run_id"].as_u64()).collect();

@@ -1,4 +1,4 @@
-//! A reader that is not ours: the stock Python package.
+//! A reader of another author: the stock Python package.
 
 use std::ffi::OsStr;
 

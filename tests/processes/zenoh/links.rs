@@ -1,4 +1,4 @@
-//! How bridges find each other, and who is let in.
+//! The connections between bridges, and their access control.
 
 use std::fs;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -15,7 +15,7 @@ use super::bridges::{ANY_PORT, Bridge};
 use crate::reader::Reader;
 use crate::stage::Stage;
 
-/// Makes an authority and certificates of both sides in a folder.
+/// Creates an authority, and certificates of both sides, in a folder.
 fn make_certificates(folder: &Path) {
     let openssl = |line: &str| {
         let mut command = Command::new("openssl");
@@ -34,19 +34,19 @@ fn make_certificates(folder: &Path) {
     }
 }
 
-/// An endpoint that a bridge can connect to before another one listens on it. The socket has the port meanwhile, and lets a
-/// listener have it beside itself, as both allow the address to be reused. Until then nobody listens there.
+/// Returns an endpoint to which a bridge can connect before another bridge listens there. The socket reserves the port. A
+/// listener can bind it too, since both allow the reuse of the address. No process listens there before.
 fn reserved_endpoint() -> (OwnedFd, String) {
     let socket = socket(AddressFamily::INET, SocketType::STREAM, None).expect("a socket");
     set_socket_reuseaddr(&socket, true).expect("an option");
     bind(&socket, &SocketAddr::from((Ipv4Addr::LOCALHOST, 0))).expect("a port");
     let address = getsockname(&socket).expect("a bound socket has an address");
-    let address = SocketAddr::try_from(address).expect("an address of the internet");
+    let address = SocketAddr::try_from(address).expect("the address is an IPv4 address");
     (socket, format!("tcp/{address}"))
 }
 
 #[test]
-fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_else() {
+fn tls_of_zenohs_configuration_admits_only_certified_peers() {
     if !has_programs(&["openssl"]) {
         return;
     }
@@ -97,7 +97,7 @@ fn tls_by_zenohs_own_configuration_lets_in_whom_the_authority_knows_and_nobody_e
 }
 
 #[test]
-fn who_cannot_be_reached_yet_is_found_when_he_comes() {
+fn a_peer_that_starts_later_is_found() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let (_reserved, endpoint) = reserved_endpoint();
@@ -113,7 +113,7 @@ fn who_cannot_be_reached_yet_is_found_when_he_comes() {
 }
 
 #[test]
-fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
+fn a_sending_bridge_reports_whether_a_peer_is_connected() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--rate", "50"]);
     let (_reserved, endpoint) = reserved_endpoint();
@@ -134,17 +134,17 @@ fn a_sending_bridge_tells_that_nobody_is_connected_and_that_somebody_is() {
 }
 
 #[test]
-fn a_client_that_reaches_nobody_ends_at_a_signal() {
+fn a_client_without_a_peer_ends_at_a_signal() {
     let stage = Stage::new();
     let (_reserved, endpoint) = reserved_endpoint();
     let receiver = stage.start(&super::bridges::arguments(&["--receive", "--mode", "client", "--connect", &endpoint]));
-    assert_eq!(receiver.complaint(), format!("waiting for somebody at {endpoint}"));
+    assert_eq!(receiver.complaint(), format!("waiting for a peer at {endpoint}"));
     let ended = receiver.terminate();
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(0), ""));
 }
 
 #[test]
-fn what_cannot_be_is_said_in_one_line() {
+fn impossible_links_are_refused_in_one_line() {
     let stage = Stage::new();
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
     let endpoint = format!("tcp/127.0.0.1:{}", taken.local_addr().expect("a bound socket").port());
@@ -153,21 +153,21 @@ fn what_cannot_be_is_said_in_one_line() {
         (
             &["--listen", &endpoint],
             1,
-            &format!("error: zenoh cannot be opened: Can not create a new TCP listener bound to {endpoint}"),
+            &format!("error: cannot open the zenoh session: Can not create a new TCP listener bound to {endpoint}"),
         ),
         (&["--config", "none.json5"], 2, "error: cannot read none.json5: No such file or directory (os error 2)"),
-        (&["--config", "odd.json5"], 2, "error: odd.json5 is no configuration of zenoh's: "),
+        (&["--config", "odd.json5"], 2, "error: odd.json5 is not a zenoh configuration: "),
         (
             &["--mode", "client"],
             2,
-            "error: a client needs somebody to connect to: --connect ENDPOINT, or connect.endpoints in the configuration",
+            "error: a client needs an endpoint to connect to: set --connect ENDPOINT, or connect.endpoints in the configuration file",
         ),
         (
             &["--connect", "udp/127.0.0.1:1"],
             2,
-            "error: invalid value 'udp/127.0.0.1:1' for '--connect <ENDPOINT>': must be as tcp/10.0.0.5:7447 or tls/stage.example:7447",
+            "error: invalid value 'udp/127.0.0.1:1' for '--connect <ENDPOINT>': must be an endpoint such as tcp/10.0.0.5:7447 or tls/stage.example:7447",
         ),
-        (&["--key", "a/*"], 2, "error: invalid value 'a/*' for '--key <PREFIX>': must be words with / between them"),
+        (&["--key", "a/*"], 2, "error: invalid value 'a/*' for '--key <PREFIX>': must be words separated by /"),
         (&["--every", "0"], 2, "error: invalid value '0' for '--every <N>': must be from 1 to "),
         (&["--every", "2", "--rate", "10"], 2, "error: the argument '--every <N>' cannot be used with '--rate <HZ>'"),
         (

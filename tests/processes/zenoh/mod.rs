@@ -1,4 +1,4 @@
-//! Two buses that a pair of bridges joins over the network: what is on the one is on the other.
+//! Two buses that a pair of bridges connects over the network.
 
 mod bridges;
 mod cable;

@@ -1,4 +1,4 @@
-//! What several tests share: waits with a deadline, processes of the program, Python, and tests that are skipped.
+//! Code that several tests share: waits with a deadline, processes of the program, Python, and skipped tests.
 
 pub mod eventually;
 pub mod process;

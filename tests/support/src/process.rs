@@ -1,7 +1,8 @@
-//! A process of the program: started, read line by line, signalled, waited for. One that a failing test leaves is killed.
+//! A process of the program, which a test starts, reads line by line, signals and waits for. If the test fails, the process is
+//! killed.
 //!
-//! Each wait has a deadline. Past it, the test fails with the command line, what was waited for, and what the process has
-//! written to stderr so far.
+//! Each wait has a deadline. After it, the test fails with the command line, the awaited event, and the stderr of the process
+//! so far.
 
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
 use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
@@ -23,30 +24,30 @@ pub struct Process {
     name: String,
     child: Child,
     stdout: Option<BufReader<ChildStdout>>,
-    /// The lines of stderr, taken off it as they come, so that the process never waits for us.
+    /// The lines of stderr. A thread reads them at once, so the process never waits for the test.
     complaints: Receiver<String>,
     /// All of stderr so far.
     stderr: Arc<Mutex<String>>,
 }
 
-/// What a process has left when it has ended.
+/// The exit status and the remaining output of a process that has ended.
 #[derive(Debug)]
 pub struct Ended {
-    /// How it ended.
+    /// Exit status.
     pub status: ExitStatus,
-    /// What has not been read before.
+    /// The part of stdout that the test has not read yet.
     pub stdout: String,
-    /// All that has not been read before.
+    /// The part of stderr that the test has not read yet.
     pub stderr: String,
 }
 
 impl Process {
-    /// Starts a process that has nothing to read.
+    /// Starts a process with an empty stdin.
     pub fn start(mut command: Command) -> Self {
         Self::spawn(command.stdin(Stdio::null()))
     }
 
-    /// Starts a process that reads from us.
+    /// Starts a process, and returns it with its stdin.
     pub fn start_with_stdin(mut command: Command) -> (Self, ChildStdin) {
         let mut process = Self::spawn(command.stdin(Stdio::piped()));
         let stdin = process.child.stdin.take().expect("stdin is piped");
@@ -65,33 +66,33 @@ impl Process {
         Self { name, child, stdout, complaints, stderr }
     }
 
-    /// Its id.
+    /// Process id.
     pub fn pid(&self) -> u32 {
         self.child.id()
     }
 
-    /// The next line of stdout, without its end; `None` where the process has closed it.
+    /// Returns the next line of stdout without its line feed; `None` if the process has closed stdout.
     #[track_caller]
     pub fn next_line(&mut self) -> Option<String> {
         let mut line = Vec::new();
         self.read("the next line of stdout", |stdout| stdout.read_until(b'\n', &mut line));
-        let line = String::from_utf8(line).expect("a pipe of text");
+        let line = String::from_utf8(line).expect("the output is UTF-8");
         (!line.is_empty()).then(|| line.trim_end_matches('\n').to_owned())
     }
 
-    /// The next line of stderr, without its end.
+    /// Returns the next line of stderr without its line feed.
     #[track_caller]
     pub fn complaint(&self) -> String {
         match self.complaints.recv_timeout(DEADLINE) {
             Ok(line) => line,
             Err(RecvTimeoutError::Timeout) => self.fail_waiting("the next line of stderr"),
             Err(RecvTimeoutError::Disconnected) => {
-                panic!("{} ended before it wrote another line to stderr, which was: {}", self.name, self.stderr())
+                panic!("{} ended before another line on stderr; its stderr: {}", self.name, self.stderr())
             }
         }
     }
 
-    /// The next line of stderr with this in it.
+    /// Returns the next line of stderr that contains a text.
     #[track_caller]
     pub fn complaint_with(&self, wanted: &str) -> String {
         let begun = Instant::now();
@@ -106,7 +107,7 @@ impl Process {
         }
     }
 
-    /// The next line of stdout as JSON.
+    /// Returns the next line of stdout as JSON.
     #[track_caller]
     pub fn json(&mut self) -> Value {
         let line =
@@ -114,7 +115,8 @@ impl Process {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error} in {line}"))
     }
 
-    /// Lines of JSON up to the first one that is wanted, which comes last. `what` completes "waited until …".
+    /// Returns lines of JSON up to the first wanted one, which is the last element. `what` completes the message "waited …
+    /// until".
     #[track_caller]
     pub fn json_until(&mut self, what: &str, is_wanted: impl Fn(&Value) -> bool) -> Vec<Value> {
         let begun = Instant::now();
@@ -128,31 +130,31 @@ impl Process {
         lines
     }
 
-    /// Closes our end of its stdout, as `head` does when it has enough.
+    /// Closes the test's end of stdout, as `head` does after its last line.
     pub fn close_stdout(&mut self) {
         self.stdout = None;
     }
 
-    /// Sends it a signal.
+    /// Sends a signal.
     pub fn signal(&self, signal: Signal) {
         kill_process(Pid::from_child(&self.child), signal).expect("the process has not been waited for");
     }
 
-    /// Ends it as a crash does, and waits until it is gone.
+    /// Kills the process, and waits for its end.
     #[track_caller]
     pub fn kill(self) {
         self.signal(Signal::KILL);
         self.end();
     }
 
-    /// Asks it to end, and waits.
+    /// Sends SIGTERM, and waits for the end.
     #[track_caller]
     pub fn terminate(self) -> Ended {
         self.signal(Signal::TERM);
         self.end()
     }
 
-    /// Waits for its end.
+    /// Waits for the end.
     #[track_caller]
     pub fn end(mut self) -> Ended {
         let mut stdout = Vec::new();
@@ -166,7 +168,7 @@ impl Process {
         Ended { status, stdout: String::from_utf8_lossy(&stdout).into_owned(), stderr }
     }
 
-    /// Reads from stdout until `read` has what it wants.
+    /// Calls `read` on stdout until it does not fail for lack of input.
     #[track_caller]
     fn read(&mut self, what: &str, mut read: impl FnMut(&mut BufReader<ChildStdout>) -> std::io::Result<usize>) {
         let stdout = self.stdout.as_mut().expect("stdout is open until it is closed by the test");
@@ -179,7 +181,7 @@ impl Process {
         }
     }
 
-    /// The rest of stderr, which ends with the process.
+    /// Returns the rest of stderr, up to the end of the process.
     #[track_caller]
     fn remaining_complaints(&self) -> String {
         let begun = Instant::now();
@@ -205,50 +207,49 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        // Without effect on one that has been waited for.
+        // This has no effect if the process has been waited for.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
 impl Ended {
-    /// Its exit status; none where a signal ended it.
+    /// Exit status as a number; `None` if a signal ended the process.
     pub fn code(&self) -> Option<i32> {
         self.status.code()
     }
 
-    /// Fails unless it ended with status 0 and had nothing to complain about.
-    #[allow(clippy::return_self_not_must_use, reason = "often the check is all that a test wants")]
+    /// Fails unless the exit status is 0 and stderr is empty.
+    #[allow(clippy::return_self_not_must_use, reason = "many tests need only the check")]
     pub fn expect_clean(self) -> Self {
         assert_eq!((self.code(), self.stderr.as_str()), (Some(0), ""), "{}", self.stdout);
         self
     }
 
-    /// The lines of stdout as JSON.
+    /// Returns the lines of stdout as JSON.
     pub fn json_lines(&self) -> Vec<Value> {
         self.stdout.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|_| panic!("{line}"))).collect()
     }
 
-    /// The last line of stdout as JSON.
+    /// Returns the last line of stdout as JSON.
     pub fn last_json(&self) -> Value {
-        self.json_lines().pop().unwrap_or_else(|| panic!("nothing printed: {}", self.stderr))
+        self.json_lines().pop().unwrap_or_else(|| panic!("no line on stdout; stderr: {}", self.stderr))
     }
 }
 
-/// Reads from a pipe fail where there is nothing to read: so a wait for more can have a deadline. The process's end of the pipe
-/// stays as it is.
+/// Makes reads of an empty pipe fail, so that a wait can have a deadline. The process's end of the pipe stays unchanged.
 fn without_blocking(stdout: ChildStdout) -> BufReader<ChildStdout> {
-    let flags = fcntl_getfl(&stdout).expect("it is open");
-    fcntl_setfl(&stdout, flags | OFlags::NONBLOCK).expect("it is open");
+    let flags = fcntl_getfl(&stdout).expect("the descriptor is open");
+    fcntl_setfl(&stdout, flags | OFlags::NONBLOCK).expect("the descriptor is open");
     BufReader::new(stdout)
 }
 
-/// Takes stderr off the process line by line, to its end.
+/// Reads stderr line by line up to its end.
 fn listen(source: ChildStderr, log: &Mutex<String>, sender: &Sender<String>) {
     for line in BufReader::new(source).lines() {
-        let line = line.expect("a pipe of text");
+        let line = line.expect("the output is UTF-8");
         log.lock().unwrap_or_else(PoisonError::into_inner).extend([line.as_str(), "\n"]);
-        // Where the test is over, nobody listens any more.
+        // The send fails if the test is over.
         let _ = sender.send(line);
     }
 }

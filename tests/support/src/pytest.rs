@@ -1,4 +1,4 @@
-//! Python programs and tests, run by the interpreter that `tests/run` has installed.
+//! Python programs and tests, run by the interpreter that `tests/run` installs.
 
 use std::env;
 use std::ffi::OsStr;
@@ -8,10 +8,10 @@ use crate::eventually::DEADLINE;
 use crate::process::Process;
 
 const PYTHON: &str = "BENCH_DRAGON_PYTHON";
-/// The project's folder.
+/// Folder of the project.
 const PROJECT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// The interpreter that has the packages of tests/requirements.txt, in the project's folder.
+/// Returns the interpreter with the packages of tests/requirements.txt, with the project's folder as working directory.
 pub fn python() -> Command {
     let python = env::var_os(PYTHON).unwrap_or_else(|| {
         panic!("{PYTHON} is not set: run the tests with tests/run, which installs tests/requirements.txt and sets it")
@@ -35,8 +35,9 @@ pub fn run_at(path: &str, variables: &[(&str, &OsStr)]) {
     expect_passed(command);
 }
 
-/// pytest on a file or folder. It prints a line for each test. One that hangs is ended with the stacks of its threads, before
-/// the deadline for its line is over. Tests that were skipped are noted as those in Rust are.
+/// Returns the command that runs pytest on a file or folder. It prints one line per test. A test that hangs is ended before the
+/// deadline of its line, and the stacks of its threads are printed. Skipped tests are noted in the same list as skipped Rust
+/// tests.
 pub fn pytest(path: &str) -> Command {
     let longest = format!("faulthandler_timeout={}", (DEADLINE * 2 / 3).as_secs());
     let mut command = python();
@@ -46,12 +47,12 @@ pub fn pytest(path: &str) -> Command {
     command
 }
 
-/// Runs pytest, and fails with its report where a test failed.
+/// Runs pytest. Fails with its report if a test fails.
 #[track_caller]
 pub fn expect_passed(command: Command) {
     let mut pytest = Process::start(command);
     let mut report = String::new();
-    // Line by line, so that the deadline is that of a test, and not of all together.
+    // The report is read line by line, so the deadline applies to each test and not to all together.
     while let Some(line) = pytest.next_line() {
         report += &(line + "\n");
     }

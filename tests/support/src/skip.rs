@@ -1,5 +1,5 @@
-//! Tests that lack something on this machine. `tests/run` counts them and names them at the end; where `CI` is set, such a
-//! test fails.
+//! Skipped tests, which lack a program or a right on this machine. `tests/run` counts and names them at the end. If `CI` is
+//! set, such a test fails.
 
 use std::env;
 use std::fs::File;
@@ -8,28 +8,28 @@ use std::panic::Location;
 use std::process::{Command, Stdio};
 use std::thread;
 
-/// The file in which `tests/run` finds the tests that were skipped, a line each.
+/// Environment variable with the path of the list of skipped tests, one per line, for `tests/run`.
 const LIST: &str = "BENCH_DRAGON_SKIPPED";
 
-/// Notes that the running test does without something; `why` says what is lacking.
+/// Notes that the running test is skipped, at least in part. `why` names the missing requirement.
 ///
 /// # Panics
-/// Where `CI` is set: there, nothing may be lacking.
+/// If `CI` is set: there, no requirement may be missing.
 #[track_caller]
 pub fn skip(why: &str) {
     let line = format!("{}: {why}\n", test());
-    // The test runner keeps to itself what passing tests print; nobody may be there to read it.
+    // The test runner hides the output of passing tests, and stderr may be closed.
     let _ = write!(std::io::stderr(), "\nskipped: {line}");
     if let Some(path) = env::var_os(LIST) {
         let list = File::options().append(true).create(true).open(&path);
-        // One write, so that the lines of tests that run at the same time stay whole.
+        // One write per line keeps the lines of parallel tests whole.
         let noted = list.and_then(|mut list| list.write_all(line.as_bytes()));
         noted.unwrap_or_else(|error| panic!("{LIST} is {}: {error}", path.display()));
     }
     assert!(env::var_os("CI").is_none_or(|ci| ci.is_empty()), "skipped, and CI is set: {why}");
 }
 
-/// Whether these programs are installed; skips where one is not.
+/// Whether these programs are installed. Skips the test if one is missing.
 #[track_caller]
 pub fn has_programs(programs: &[&str]) -> bool {
     let path = env::var_os("PATH").unwrap_or_default();
@@ -40,7 +40,7 @@ pub fn has_programs(programs: &[&str]) -> bool {
     missing.is_none()
 }
 
-/// Whether a launcher starts a program that does nothing; skips where it does not.
+/// Whether a launcher can start `true`. Skips the test if it cannot.
 #[track_caller]
 pub fn is_possible(launcher: &[&str]) -> bool {
     let possible = can_start(launcher);
@@ -50,15 +50,15 @@ pub fn is_possible(launcher: &[&str]) -> bool {
     possible
 }
 
-/// Whether a launcher starts a program that does nothing.
+/// Whether a launcher can start `true`.
 pub fn can_start(launcher: &[&str]) -> bool {
     let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
     let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
     tried.is_ok_and(|status| status.success())
 }
 
-/// The name of the running test: that of its program, without cargo's hash, and of its thread. With `--test-threads=1` the thread has
-/// no name, and the place is named.
+/// Returns the name of the running test: its program without cargo's hash, and its thread. With `--test-threads=1` the thread
+/// has no name; then file and line are used.
 #[track_caller]
 fn test() -> String {
     let place = Location::caller();
@@ -68,7 +68,7 @@ fn test() -> String {
     }
 }
 
-/// The name of the running test program, as `tests/run --test` takes it.
+/// Returns the name of the running test program, as `tests/run --test` accepts it.
 fn target() -> String {
     let program = env::current_exe().expect("a test knows its program");
     let name = program.file_stem().expect("a program has a name").to_string_lossy();

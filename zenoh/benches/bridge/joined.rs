@@ -1,4 +1,4 @@
-//! Two buses that a pair of bridges joins, and a reader on each.
+//! Two buses, joined by a pair of bridges, and a reader on each.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -9,15 +9,15 @@ use bench_dragon_ipc::{Continuity, Frame, FrameSubscriber};
 use crate::cable::Cable;
 use crate::shared::{Program, domain};
 
-/// How long one wait lasts; another one follows.
+/// Length of one wait for a frame. Waits are repeated.
 const WAIT: Duration = Duration::from_millis(5);
 
-/// The processes of both sides and what their buses have had.
+/// The processes of both sides, and the frames read from both buses.
 #[derive(Debug)]
 pub(crate) struct Joined {
     near: FrameSubscriber,
     far: FrameSubscriber,
-    /// What each frame of the first bus was, by its show time.
+    /// The frames of the first bus, by show time.
     sent: HashMap<i64, Sent>,
     journey: Journey,
     receiver: Program,
@@ -28,27 +28,27 @@ pub(crate) struct Joined {
 #[derive(Clone, Copy, Debug)]
 struct Sent {
     due_ns: u64,
-    /// All its values, summed bit by bit.
+    /// Checksum of all values, bit by bit.
     check: u64,
 }
 
 /// A frame of the second bus.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Read {
-    /// When it was due on the first bus.
+    /// When the frame was due on the first bus.
     pub(crate) due_ns: u64,
-    /// When it was read on the second one.
+    /// When the frame was read on the second bus.
     pub(crate) read_ns: u64,
 }
 
-/// How the frames have fared.
+/// Losses and latencies of the frames.
 #[derive(Debug, Default)]
 pub(crate) struct Journey {
-    /// Frames put on the second bus.
+    /// Frames published on the second bus.
     pub(crate) frames: u64,
-    /// Frames lost between the buses, as the receiving bridge counts them.
+    /// Frames lost between the buses, counted by the receiving bridge.
     pub(crate) lost: u64,
-    /// Frames of the second bus that this reader was too late for.
+    /// Frames of the second bus that this reader lost.
     pub(crate) missed: u64,
     pub(crate) runs: u64,
     pub(crate) reads: Vec<Read>,
@@ -56,12 +56,12 @@ pub(crate) struct Journey {
 }
 
 impl Joined {
-    /// Two bridges on this machine.
+    /// Starts both bridges on this machine, connected over loopback.
     pub(crate) fn over_loopback() -> Self {
         Self::new([None, None], "tcp/127.0.0.1:0")
     }
 
-    /// A bridge at each end of a cable.
+    /// Starts one bridge at each end of a cable.
     pub(crate) fn over(cable: &Cable) -> Self {
         Self::new([Some(&cable.near), Some(&cable.far)], Cable::ENDPOINT)
     }
@@ -77,12 +77,12 @@ impl Joined {
         let key = ["bridge", "zenoh", "--key", "bench/bridge"];
         let mut sender = start(namespaces[0], &near, &[&key[..], &["--listen", endpoint]].concat());
         let started = sender.until("started");
-        let endpoint = started["listens"][0].as_str().expect("it listens").to_owned();
+        let endpoint = started["listens"][0].as_str().expect("the bridge listens").to_owned();
         sender.until("sending");
         let receive = [&key[..], &["--receive", "--connect", &endpoint]].concat();
         let mut receiver = start(namespaces[1], &far, &receive);
         receiver.until("receiving");
-        let open = |domain| FrameSubscriber::open(domain, "bench").expect("its source is there");
+        let open = |domain| FrameSubscriber::open(domain, "bench").expect("the source is running");
         Self {
             near: open(&near),
             far: open(&far),
@@ -94,7 +94,7 @@ impl Joined {
         }
     }
 
-    /// Reads both buses for so long.
+    /// Reads both buses for the time of a phase.
     pub(crate) fn watch_on(&mut self, phase: Duration) {
         let end = Instant::now() + phase;
         while Instant::now() < end {
@@ -110,12 +110,12 @@ impl Joined {
         }
     }
 
-    /// Reads both buses for so long, and ends all.
+    /// Reads both buses for the time of a phase, then ends all processes.
     pub(crate) fn watch(mut self, phase: Duration) -> Journey {
         self.watch_on(phase);
         let summary = self.receiver.stop("received");
         let count = |key: &str| summary[key].as_u64().expect("a number");
-        // Before the description has come, frames of a run that goes on already are passed over.
+        // The bridge skips frames of a running run until the description arrives, so `foreign` is not checked.
         assert_eq!(count("malformed") + count("not_new") + count("too_fast"), 0, "{summary}");
         Journey { frames: count("frames"), lost: count("lost"), runs: count("runs"), ..self.journey }
     }
@@ -124,15 +124,15 @@ impl Joined {
         if let Continuity::Lost(frames) = frame.continuity() {
             self.journey.missed += frames;
         }
-        // One that was sent before this reader of the first bus came.
+        // The frame was sent before the reader of the first bus was opened.
         let Some(&Sent { due_ns, check: sent }) = self.sent.get(&frame.header().sim_time_ns) else { return };
-        assert_eq!(check(frame), sent, "every value is the one that was sent");
+        assert_eq!(check(frame), sent, "every received value equals the sent value");
         self.journey.reads.push(Read { due_ns, read_ns });
         self.journey.latency_ns.push(read_ns - due_ns);
     }
 }
 
-/// All values of a frame that are the same on both buses.
+/// Returns a checksum of the values that are equal on both buses.
 fn check(frame: &Frame) -> u64 {
     let header = frame.header();
     let head = [header.head_travel_m.to_bits(), header.head_speed_mps.to_bits(), u64::from(header.state)];

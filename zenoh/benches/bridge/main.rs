@@ -1,9 +1,10 @@
-//! What the network costs: frames of the paper's dragon at 1 kHz from one bus, through a pair of zenoh bridges, to another bus.
+//! Measures the latency and the losses of a network: frames of the paper's dragon pass at 1 kHz from one bus, through a pair of
+//! zenoh bridges, to another bus.
 //!
-//! Over TCP on loopback, and over a cable between two network namespaces, which takes root. Latency is counted from the
-//! instant at which a frame was due on the first bus to the instant at which a reader of the second one has it. Last the
-//! cable is cut for five seconds: what comes back, and when. Every frame that is counted is first compared with the one that
-//! was sent.
+//! The bridges use TCP on loopback, then a virtual cable between two network namespaces, which requires root. Latency counts
+//! from the instant at which a frame was due on the first bus until a reader of the second bus has read it. At the end the
+//! cable is cut for five seconds, and the bench measures when frames return. Every frame is compared with the sent frame
+//! before it is counted.
 
 #[path = "../../../benches/shared/mod.rs"]
 mod shared;
@@ -23,11 +24,11 @@ use shared::{Figures, quantile, seconds_or};
 use cable::Cable;
 use joined::{Joined, Journey};
 
-/// How long each phase lasts where `--seconds` does not say.
+/// Default length of a phase in seconds; `--seconds` overrides it.
 const SECONDS: u32 = 20;
-/// How long the cable is cut.
+/// Duration of the cut.
 const CUT: Duration = Duration::from_secs(5);
-/// How long is waited for frames after that.
+/// Time for which the bench reads frames after the cut.
 const AFTERMATH: Duration = Duration::from_secs(15);
 
 fn main() {
@@ -43,17 +44,19 @@ fn main() {
     figures.write();
 }
 
-/// The cable between two namespaces; `None` where this machine does not allow it.
+/// Returns a cable between two namespaces; `None` if this machine does not allow it.
 #[allow(clippy::print_stdout, reason = "a bench prints")]
 fn lay_cable() -> Option<Cable> {
     let cable = Cable::lay();
     if cable.is_none() {
-        println!("no network namespaces here, they take root and iproute2: nothing is measured over a cable");
+        println!(
+            "cannot create network namespaces, which require root and iproute2: the figures over a cable are null"
+        );
     }
     cable
 }
 
-/// Tells how frames have fared; null where there was no such way.
+/// Sets the figures of one connection. They are null if it was not measured.
 fn report(figures: &mut Figures, way: &str, journey: Option<&Journey>) {
     let number = |of: fn(&Journey) -> u64| journey.map_or(Value::Null, |journey| of(journey).into());
     figures.set(&format!("{way}_frames"), number(|journey| journey.frames));
@@ -67,7 +70,7 @@ fn report(figures: &mut Figures, way: &str, journey: Option<&Journey>) {
     }
 }
 
-/// Cuts the cable and joins it again.
+/// Cuts the cable, restores it, and sets the figures of the cut.
 fn report_cut(figures: &mut Figures, cable: Option<&Cable>) {
     let keys = ["cut_first_frame_ms", "cut_first_new_frame_ms", "cut_frames_lost", "cut_frames_missed_here"];
     let Some(cable) = cable else {
@@ -80,7 +83,7 @@ fn report_cut(figures: &mut Figures, cable: Option<&Cable>) {
     let joined_ns = monotonic_ns();
     cable.set("up");
     let journey = joined.watch(AFTERMATH);
-    assert_eq!(journey.runs, 1, "a run goes on as the same run");
+    assert_eq!(journey.runs, 1, "the same run continues after the cut");
     let since = |is_wanted: &dyn Fn(u64) -> bool| {
         let first = journey.reads.iter().find(|read| read.read_ns > joined_ns && is_wanted(read.due_ns));
         first.map_or(Value::Null, |read| ((read.read_ns - joined_ns) as f64 / 1e6).into())
@@ -89,6 +92,6 @@ fn report_cut(figures: &mut Figures, cable: Option<&Cable>) {
     figures.set(keys[1], since(&|due_ns| due_ns >= joined_ns));
     figures.set(keys[2], journey.lost);
     figures.set(keys[3], journey.missed);
-    // Whatever holds the network's own threads lets go before the next bench begins.
+    // Leaves time for the network's own threads to end before the next bench.
     thread::sleep(Duration::from_millis(100));
 }

@@ -1,4 +1,4 @@
-//! The bench `latency` of the program, with two more contestants: zenoh over TCP, and over its shared memory.
+//! The program's bench `latency` with two more contestants: zenoh over TCP, and over zenoh's shared memory.
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
 #[path = "../../../benches/shared/mod.rs"]
@@ -31,7 +31,7 @@ mod zenoh;
 
 use transport::{BARE, OURS, Transport, UDP, UNIX};
 
-/// Ours comes first.
+/// The contestants. Ours must be first.
 static CONTESTANTS: [Transport; 6] = [OURS, BARE, UNIX, UDP, zenoh::TCP, zenoh::SHARED_MEMORY];
 
 fn main() {

@@ -1,5 +1,5 @@
-//! zenoh, peer to peer without scouting, its other settings as they come: over TCP on loopback, and with frames written
-//! in place into its shared memory.
+//! zenoh, peer to peer, without scouting, otherwise with its default settings: over TCP on loopback, and with frames written
+//! in place into zenoh's shared memory.
 
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use zenoh::handlers::FifoChannelHandler;
@@ -30,7 +30,7 @@ pub(crate) const SHARED_MEMORY: Transport = Transport {
     read: |setting, place| read(setting, ZenohReceiver::open(setting, place, Way::SharedMemory)),
 };
 
-/// How frames go.
+/// Transport of the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
     Tcp,
@@ -38,7 +38,7 @@ enum Way {
 }
 
 const KEY: &str = "bench-dragon/frames";
-/// Frames that the shared memory holds: as many as our own server keeps for a reader.
+/// Frames that the shared memory holds: as many as our own server buffers for a reader.
 const SHM_FRAMES: usize = 256;
 
 struct TcpSender {
@@ -81,7 +81,7 @@ impl ShmSender {
 impl Sender for ShmSender {
     fn send(&mut self, fill: impl FnOnce(&mut [HandleState]) -> FrameHeader) {
         let allocation = self.provider.alloc(FRAME_BYTES).with_policy::<BlockOn<GarbageCollect>>();
-        let mut bytes = allocation.wait().expect("readers give frames back");
+        let mut bytes = allocation.wait().expect("readers release frames");
         self.encoder.encode(fill, &mut bytes);
         self.publisher.put(bytes).wait().expect("the session is open");
     }
@@ -113,12 +113,12 @@ impl Receiver for ZenohReceiver {
         };
         let payload = sample.payload();
         let arrival = frame_bytes::read(&payload.to_bytes());
-        assert_eq!(payload.as_shm().is_some(), self.is_shared, "frames come the way that is measured");
+        assert_eq!(payload.as_shm().is_some(), self.is_shared, "frames arrive by the transport that is measured");
         Some(arrival)
     }
 }
 
-/// Removes from shared memory what processes have left that ended while others still read it.
+/// Removes shared memory of processes that ended while readers still used it.
 pub(crate) fn clear_up() {
     cleanup_orphaned_shm_segments();
 }
@@ -127,13 +127,13 @@ fn publisher(session: &Session) -> Publisher<'static> {
     session.declare_publisher(KEY).wait().expect("the session is open")
 }
 
-/// A session that listens on a free port of loopback.
+/// Opens a session that listens on a free port of loopback, and announces its endpoint.
 fn listen(way: Way) -> Session {
     let mut config = config(way);
     set(&mut config, "listen/endpoints", "[\"tcp/127.0.0.1:0\"]");
-    let session = zenoh::open(config).wait().expect("there is a free port");
+    let session = zenoh::open(config).wait().expect("a port is free");
     let locators = session.info().locators().wait();
-    announce(locators.first().expect("it listens").as_str());
+    announce(locators.first().expect("the session listens").as_str());
     session
 }
 

@@ -1,14 +1,14 @@
-//! The chain from one tick to the next: the work of some fifty instructions a handle, where the reference solver searches.
+//! Steps the chain from one tick to the next. It takes about fifty instructions a handle, where the reference solver searches.
 //!
-//! Between two ticks every handle moves little and smoothly. So each one is put where its last rates take it, and one
-//! step of Newton's method on the whole chain makes good what is lacking, in vectors of four handles. The chain is
-//! bidiagonal: a handle's correction is one of its own and a share of that of the handle ahead. The shares are the ratios
-//! of the handles' rates too, so speeds come with it.
+//! Between two ticks every handle moves little and smoothly. So each handle is extrapolated by its last rates. One step of
+//! Newton's method on the whole chain then corrects the rest, in vectors of four handles. The system of equations is
+//! bidiagonal: a handle's correction is its own error plus a multiple of the correction of the handle ahead. The same multiples
+//! are the ratios of the handles' rates, so the speeds follow without further work.
 //!
-//! The reference solver ([`ChainSolver`](super::ChainSolver)) is what the result is held against, and what takes over
-//! where a step cannot be made: at the first pose, after a jump, and where a handle comes close to a stop.
+//! The reference solver ([`ChainSolver`](super::ChainSolver)) is the standard for the result. It also takes over where a step
+//! is impossible: at the first pose, after a jump, and where a handle nearly stops.
 
-#![allow(clippy::inline_always, reason = "what is not inlined is compiled for fewer instructions than its caller")]
+#![allow(clippy::inline_always, reason = "a function that is not inlined loses the vector instructions of its caller")]
 
 mod instructions;
 mod lanes;
@@ -32,32 +32,33 @@ use pass::{Pass, Way};
 use scratch::{Ahead, Links, Scratch};
 use section::{Section, Step};
 
-/// Longest step, in shares of the shortest link, that is followed; a longer one is solved afresh.
+/// Longest step, as a share of the shortest link, that the stepper follows. After a longer one it solves the chain again.
 ///
-/// Within such a step a handle moves by far less than what lies between two parameters at the same distance from the handle
-/// ahead, so that what is followed is the chain, and not another solution.
+/// In such a step a handle moves far less than the distance between two parameters at the same distance from the handle ahead.
+/// So the stepper stays on the solution that is the chain.
 const LONGEST_STEP: f64 = 1.0 / 16.0;
-/// Longest step, in shares of the one before, over which the change of a rate is extrapolated: over a longer one its
-/// rounding would be.
+/// Longest step, as a multiple of the step before, over which the change of a rate is extrapolated. A longer step would amplify
+/// the rounding of that change.
 const LONGEST_EXTRAPOLATION: f64 = 8.0;
-/// Share of the shortest link that the corrections of a section may come to, beyond rounding, for them to be the last:
-/// their own error goes with their square, and that of the velocities is of their order.
+/// Largest corrections of a section, beyond rounding, after which no others follow, as a share of the shortest link. The
+/// remaining error is of the order of their square. The error of the velocities is of the order of the corrections.
 const LAST_CORRECTION: f64 = 1e-10;
-/// Corrections that rounding makes of a parameter, in units of the parameter's rounding.
+/// Corrections caused by rounding, in units of a parameter's rounding.
 const ROUNDINGS: f64 = 4.0;
-/// The same for them to be followed by others.
+/// Largest corrections of a section after which others follow, as a share of the shortest link.
 const LARGEST_CORRECTION: f64 = 1.0 / 64.0;
 
-/// Follows a dragon from travel to travel, in steps that are small against its links.
+/// Follows a dragon from travel to travel, in steps that are short compared to its links.
 ///
-/// A pose differs from that of the reference solver by rounding alone: some 10⁻¹² m for the paper's dragon. Which way it
-/// was come by may change its last bits; the same way gives the same bits on the same machine. No call allocates.
+/// Stepped poses differ from those of the reference solver only by rounding: about 10⁻¹² m for the paper's dragon. The last
+/// bits may depend on the sequence of travels. The same sequence gives the same bits on the same machine. No call allocates.
 #[derive(Debug)]
 pub struct ChainStepper {
     dragon: Arc<Dragon>,
     instructions: Instructions,
     kernels: Vec<Kernel>,
-    /// With as many benches as fill whole sections: those past the tail are followed, and shown to nobody.
+    /// The dragon's dimensions, with as many benches as fill whole sections. Benches past the tail are calculated but not
+    /// returned.
     dimensions: Dimensions,
     links: Box<[Links; 2]>,
     sections: Vec<Section>,
@@ -65,7 +66,7 @@ pub struct ChainStepper {
     last: Option<Last>,
 }
 
-/// The route as a step sees it.
+/// The route, with its segments as kernels.
 #[derive(Clone, Copy, Debug)]
 struct Curve<'a> {
     route: &'a Route,
@@ -73,20 +74,20 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The number of the segment on which a parameter lies; none where it is not a number.
+    /// The index of the segment that contains a parameter; `None` for NaN.
     #[inline(always)]
     fn segment_at(&self, parameter: f64) -> Option<usize> {
         self.kernels.iter().rposition(|kernel| kernel.begin() <= parameter)
     }
 }
 
-/// Where the head stood last.
+/// State of the head at the last pose.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     travel_m: f64,
     parameter: f64,
     rate: f64,
-    /// How it came there, where by a step.
+    /// Length of the step that led there; `None` if the pose was solved by the reference solver.
     step_m: Option<f64>,
 }
 
@@ -96,7 +97,7 @@ impl ChainStepper {
         Self::with_instructions(dragon, Instructions::best())
     }
 
-    /// A stepper that uses these instructions.
+    /// A stepper that uses the given instructions.
     pub fn with_instructions(dragon: Arc<Dragon>, instructions: Instructions) -> Self {
         let sections = dragon.dimensions().benches().div_ceil(HANDLES);
         let dimensions = dragon.dimensions().with_benches(sections * HANDLES);
@@ -113,19 +114,19 @@ impl ChainStepper {
         }
     }
 
-    /// The dragon that is followed.
+    /// The dragon that the stepper follows.
     pub fn dragon(&self) -> &Dragon {
         &self.dragon
     }
 
-    /// Puts the head at `travel_m` and writes a record of each handle, head first, with the velocities that belong to a
-    /// head of `speed_mps`. `record` makes one of a position in metres and a velocity in metres per second, in its place.
+    /// Moves the head to `travel_m` and writes one record per handle, head first. The velocities are those for a head speed of
+    /// `speed_mps`. `record` creates a record from a position in metres and a velocity in metres per second.
     ///
     /// # Errors
     /// The travel must lie within the dragon's run.
     ///
     /// # Panics
-    /// If there is not one record for each handle.
+    /// Panics if the number of records differs from the number of handles.
     pub fn step<H>(
         &mut self,
         travel_m: f64,
@@ -161,7 +162,7 @@ impl ChainStepper {
         Ok(())
     }
 
-    /// How the head comes to a travel, and the parameter where it stands then.
+    /// How the pass reaches a travel from the last pose, and the head's parameter at that travel.
     fn way_to(&self, travel_m: f64) -> (Way, f64) {
         let route = self.dragon.route();
         let Some(last) = self.last else { return (Way::Afresh, route.parameter(travel_m)) };
@@ -193,7 +194,7 @@ fn shortest_link_m(dimensions: &Dimensions) -> f64 {
     dimensions.link_m(0).min(dimensions.link_m(1))
 }
 
-/// The links of the section behind the handle of this index.
+/// The constants of the links in the section behind the handle of this index.
 fn links(dimensions: &Dimensions, first: usize, rounding_m: f64) -> Links {
     let shortest_m = shortest_link_m(dimensions);
     let mut squares = [0.0; HANDLES];
@@ -207,7 +208,7 @@ fn links(dimensions: &Dimensions, first: usize, rounding_m: f64) -> Links {
     }
 }
 
-/// What rounding makes of a parameter at most: at the tail as the run begins, or at the head as it ends.
+/// Largest rounding of a parameter, in metres: at the tail at the beginning of the run, or at the head at its end.
 fn rounding_m(dragon: &Dragon, dimensions: &Dimensions) -> f64 {
     let route = dragon.route();
     let body_m: f64 = dimensions.link_m(0) + (dimensions.benches() - 1) as f64 * dimensions.link_m(1);

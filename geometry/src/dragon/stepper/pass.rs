@@ -10,24 +10,24 @@ use crate::dragon::chain::{Chain, Handle};
 use crate::dragon::dimensions::Dimensions;
 use crate::dragon::meter::UNLIMITED;
 
-/// How a pass comes from the last pose to its own.
+/// How a pass reaches its pose from the last one.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Way {
     /// The pose is the last one.
     Stand,
-    /// The head has taken a small step.
+    /// The head has made a short step.
     Walk(Step),
-    /// Nothing is known of the last pose.
+    /// The last pose is unknown or of no use.
     Afresh,
 }
 
-/// The work of one pose.
+/// The input and output of one pass.
 #[derive(Debug)]
 pub(super) struct Pass<'a, H, R> {
     pub(super) curve: Curve<'a>,
-    /// The dragon's, with as many benches as fill whole sections.
+    /// The dragon's dimensions, with as many benches as fill whole sections.
     pub(super) dimensions: &'a Dimensions,
-    /// Of the first section, and of every other one.
+    /// The links of the first section, and those of every other section.
     pub(super) links: &'a [Links; 2],
     pub(super) sections: &'a mut [Section],
     pub(super) scratch: &'a mut Scratch,
@@ -35,13 +35,13 @@ pub(super) struct Pass<'a, H, R> {
     pub(super) head: Ahead,
     pub(super) speed_mps: f64,
     pub(super) records: &'a mut [H],
-    /// Makes a record of a position in metres and a velocity in metres per second.
+    /// Creates a record from a position in metres and a velocity in metres per second.
     pub(super) record: R,
 }
 
 impl<H, R: Fn(DVec2, DVec2) -> H> Pass<'_, H, R> {
-    /// Moves every section and writes every record. Compiled once for each set of instructions, and so always inlined
-    /// with all that it calls but what is rare.
+    /// Moves every section and writes every record. It is compiled once for each set of instructions. So it is always inlined,
+    /// with all that it calls except rare cases.
     #[inline(always)]
     pub(super) fn run<const FUSED: bool>(self) {
         let Self { curve, dimensions, links, sections, scratch, way, head, speed_mps, records, record } = self;
@@ -59,7 +59,7 @@ impl<H, R: Fn(DVec2, DVec2) -> H> Pass<'_, H, R> {
                 if !(matches!(way, Way::Stand) && section.is_placed()) {
                     place(section, scratch, curve, dimensions, number * HANDLES, &ahead);
                 }
-                // In the same way at the first pose as at all others, so that what stands does not stir.
+                // The first pose uses the same arithmetic as all others, so that a standing dragon does not move by rounding.
                 if section.is_placed() {
                     section.stand::<FUSED>(scratch, curve);
                 }
@@ -70,7 +70,7 @@ impl<H, R: Fn(DVec2, DVec2) -> H> Pass<'_, H, R> {
     }
 }
 
-/// Finds each handle of a section behind the one of this index by the reference solver.
+/// Solves each handle of a section behind the handle of this index by the reference solver.
 #[cold]
 #[inline(never)]
 fn place(
@@ -92,7 +92,7 @@ fn place(
     section.place(scratch, chain.map(|handle| (handle, curve.route.point(handle.parameter).speed_m_per_unit)));
 }
 
-/// Writes the records of a section's handles, as many as there are.
+/// Writes the records of a section's handles. The last section may have fewer records than handles.
 #[inline(always)]
 fn write<H>(
     section: &Section,

@@ -1,43 +1,44 @@
-//! What is worked out on the way to a pose: where handles stand and move to, and how their links hang together.
+//! Intermediate values of a pass: positions and velocities of the handles, and the linear equations of their links.
 
 use super::lanes::{HANDLES, LANES, LedValues, ROWS, Values};
 use crate::numerics::multiply_add;
 
-/// What a section knows of its links.
+/// Constants of the links of a section.
 #[derive(Clone, Debug)]
 pub(super) struct Links {
-    /// Squares of the lengths of the links ahead of each handle, in m².
+    /// Squared lengths of the links ahead of each handle, in m².
     pub(super) squares: Values,
-    /// What the corrections of a pose may come to at most, squared and summed up, for it to be taken as it is.
+    /// Largest sum of the squared corrections of a section after which no others follow, in m².
     pub(super) exact_m2: f64,
-    /// What they may come to for a pose to be corrected any further.
+    /// Largest sum of the squared corrections of a section after which others may follow, in m².
     pub(super) far_m2: f64,
 }
 
-/// A handle as the section behind it sees it.
+/// The handle ahead of a section.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ahead {
     pub(super) parameter: f64,
     pub(super) position_m: [f64; 2],
-    /// Change of the position per unit of parameter.
+    /// Change of the position per unit of the parameter, in metres.
     pub(super) tangent_m: [f64; 2],
     /// Change of the parameter per metre of the head's travel.
     pub(super) rate: f64,
 }
 
-/// What is worked out on the way to a pose, one section after the other in the same memory.
+/// Intermediate values of a pass. One section after the other uses the same memory.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Scratch {
     pub(super) x_m: LedValues,
     pub(super) y_m: LedValues,
-    /// Changes of the position per unit of parameter.
+    /// Changes of the position per unit of the parameter.
     pub(super) tangent_x_m: LedValues,
     pub(super) tangent_y_m: LedValues,
-    /// By how much each parameter must change for a link to have its length, the handle ahead staying; then from the lane's
-    /// front on.
+    /// Change of each parameter that gives its link its length while the handle ahead stays. After
+    /// [`sum_up_lanes`](Self::sum_up_lanes): while the handle ahead of the lane stays.
     pub(super) corrections: LedValues,
-    /// By how much each parameter changes as that of the handle ahead does; then of the handle ahead of the lane.
+    /// Change of each parameter per change of the parameter of the handle ahead. After [`sum_up_lanes`](Self::sum_up_lanes): of
+    /// the handle ahead of the lane.
     pub(super) ratios: LedValues,
     pub(super) velocity_x_mps: Values,
     pub(super) velocity_y_mps: Values,
@@ -58,14 +59,14 @@ impl Scratch {
         }
     }
 
-    /// Position and change of the position per unit of parameter, both in metres, of a handle.
+    /// Position of a handle and its change per unit of the parameter, both in metres.
     #[inline(always)]
     pub(super) fn get(&self, index: usize) -> [f64; 4] {
         let led = LANES + index;
         [self.x_m[led], self.y_m[led], self.tangent_x_m[led], self.tangent_y_m[led]]
     }
 
-    /// Sets the same.
+    /// Sets position and change of a handle.
     #[inline(always)]
     pub(super) fn set(&mut self, index: usize, point: [f64; 4]) {
         let led = LANES + index;
@@ -79,8 +80,8 @@ impl Scratch {
         ([self.x_m[led], self.y_m[led]], [self.velocity_x_mps[index], self.velocity_y_mps[index]])
     }
 
-    /// Puts the handles ahead of the lanes before the others: of the first lane that ahead of the section, of each other
-    /// lane the last handle of the one before.
+    /// Writes the handles ahead of the lanes in front of the others. The first lane follows the handle ahead of the section,
+    /// each other lane the last handle of the lane before.
     #[inline(always)]
     pub(super) fn lead(&mut self, ahead: &Ahead) {
         let ([x_m, y_m], [tangent_x_m, tangent_y_m]) = (ahead.position_m, ahead.tangent_m);
@@ -91,11 +92,11 @@ impl Scratch {
         }
     }
 
-    /// How each link's length goes with the parameters of its two handles.
+    /// Linearises each link's length in the parameters of its two handles.
     ///
-    /// With the chord c from a handle to the one ahead and the tangents t here and t' there, |c|² = d² is corrected to first
-    /// order by c·t·δ = (|c|² − d²)/2 + c·t'·δ'. Returns whether every handle moves towards the one ahead, by an angle under
-    /// some 75° to the chord: then no other parameter at the same distance is near.
+    /// Let c be the chord from a handle to the one ahead, t the tangent here and t' the tangent there. To first order, c·t·δ =
+    /// (|c|² − d²)/2 + c·t'·δ' restores |c|² = d². Returns whether every handle moves towards the one ahead, at an angle under
+    /// about 75° to the chord. Then no other parameter nearby has the same distance.
     #[inline(always)]
     pub(super) fn linearise<const FUSED: bool>(&mut self, links: &Links) -> bool {
         const LEAST_COSINE_SQUARE: f64 = 1.0 / 16.0;
@@ -122,7 +123,7 @@ impl Scratch {
         least.into_iter().fold(f64::INFINITY, f64::min) > 0.0
     }
 
-    /// Makes each correction and ratio one from the front of its lane on.
+    /// Accumulates the corrections and the ratios from the front of each lane.
     #[inline(always)]
     pub(super) fn sum_up_lanes<const FUSED: bool>(&mut self) {
         let Scratch { corrections, ratios, .. } = self;

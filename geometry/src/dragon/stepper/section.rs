@@ -1,4 +1,4 @@
-//! A stretch of the chain that is stepped as one, in vectors of four handles.
+//! A section of the chain, stepped as a whole in vectors of four handles.
 
 use super::Curve;
 use super::lanes::{HANDLES, LANES, ROWS, Values, index};
@@ -7,17 +7,17 @@ use crate::dragon::chain::Handle;
 use crate::numerics::{multiply_add, sine_and_cosine, small_sine_and_versine};
 use crate::route::{Kernel, PolarKernel};
 
-/// Corrections of a step that are tried before it is given up.
+/// Largest number of corrections in a step. A step that needs more fails.
 const MAX_CORRECTIONS: usize = 6;
-/// Angle from its anchor, in radians, up to which a handle's sine and cosine are worked out from the anchor's.
+/// Largest angle from its anchor, in radians, at which a handle's sine and cosine are derived from those of the anchor.
 const ANCHOR_RANGE: f64 = 1.0 / 64.0;
 
-/// How the head moves from the last pose to the next.
+/// Step of the head from the last pose to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// Metres.
+    /// Length of the step, in metres.
     pub(super) step_m: f64,
-    /// Half of the step squared ÷ the step before, in metres; 0 if there was none.
+    /// Half of the step squared, divided by the step before, in metres; 0 if there was none.
     pub(super) bend_m: f64,
 }
 
@@ -28,18 +28,18 @@ pub(super) struct Section {
     parameters: Values,
     /// Changes of the parameters per metre of the head's travel.
     rates: Values,
-    /// The same one pose earlier.
+    /// The rates one pose earlier.
     last_rates: Values,
-    /// Places near the present ones at which sine and cosine are known.
+    /// Parameters near the present ones at which sine and cosine are known.
     anchors: Values,
     anchor_sines: Values,
     anchor_cosines: Values,
-    /// Number of the segment on which the anchors lie; none if they are not to be used.
+    /// Index of the segment that contains the anchors; `None` if the anchors are invalid.
     anchored_on: Option<usize>,
 }
 
 impl Section {
-    /// A section without handles: it has to be [`placed`](Self::place).
+    /// A section without handles. [`place`](Self::place) must set them.
     pub(super) fn new() -> Self {
         let none = [f64::NAN; HANDLES];
         Self {
@@ -53,8 +53,7 @@ impl Section {
         }
     }
 
-    /// Puts the section where its handles have been found, front first. Where there are too few of them to fill it, it
-    /// cannot be stepped.
+    /// Sets the handles of the section, front first. A section with too few handles to fill it cannot be stepped.
     pub(super) fn place(&mut self, scratch: &mut Scratch, handles: impl Iterator<Item = (Handle, f64)>) {
         *self = Self::new();
         for (i, (handle, speed_m_per_unit)) in handles.take(HANDLES).enumerate() {
@@ -67,13 +66,13 @@ impl Section {
         self.last_rates = self.rates;
     }
 
-    /// Whether every handle has its place.
+    /// Whether every handle has a position.
     #[inline(always)]
     pub(super) fn is_placed(&self) -> bool {
         !self.parameters[HANDLES - 1].is_nan()
     }
 
-    /// Works out the velocities with the head at this speed.
+    /// Calculates the velocities for this speed of the head.
     #[inline(always)]
     pub(super) fn set_velocities(&self, scratch: &mut Scratch, speed_mps: f64) {
         for k in 0..HANDLES {
@@ -83,7 +82,7 @@ impl Section {
         }
     }
 
-    /// The last handle.
+    /// The last handle of the section.
     #[inline(always)]
     pub(super) fn last(&self, scratch: &Scratch) -> Ahead {
         let (last, k) = (HANDLES - 1, LANES + HANDLES - 1);
@@ -95,11 +94,12 @@ impl Section {
         }
     }
 
-    /// Follows the handle ahead by a step. Returns whether it could: if not, the section has to be placed anew.
+    /// Follows the handle ahead by one step. Returns whether the step succeeded. If it failed, the section must be placed
+    /// again.
     ///
-    /// Each handle is put where its last two rates take it. Newton's method on the squares of the links' lengths then
-    /// corrects all of them at once, until the correction is small enough for its own error, which goes with its square,
-    /// to vanish.
+    /// Each handle is extrapolated by its last two rates. Newton's method on the squares of the links' lengths then corrects
+    /// all handles at once. It repeats until the correction is so small that its own error, which is of the order of its
+    /// square, vanishes.
     #[inline(always)]
     pub(super) fn follow<const FUSED: bool>(
         &mut self,
@@ -116,7 +116,7 @@ impl Section {
             let walks = scratch.linearise::<FUSED>(links);
             scratch.sum_up_lanes::<FUSED>();
             let moved_m2 = self.correct::<FUSED>(scratch, ahead.rate);
-            // Not a number is neither.
+            // A NaN meets neither condition.
             if !(walks && moved_m2 <= links.far_m2) {
                 return false;
             }
@@ -127,11 +127,11 @@ impl Section {
         false
     }
 
-    /// Works out positions and tangents where the handles stand.
+    /// Calculates positions and tangents at the handles' parameters.
     #[inline(always)]
     pub(super) fn stand<const FUSED: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
         let [rear, front] = [HANDLES - 1, 0].map(|end| curve.segment_at(self.parameters[end]));
-        // A parameter that is not a number lies nowhere: the step that gave it is refused.
+        // A NaN parameter lies on no segment. The step that produced it fails.
         let (Some(rear), Some(front)) = (rear, front) else { return };
         match &curve.kernels[front] {
             Kernel::Polar(polar) if rear == front => self.stand_on_polar::<FUSED>(scratch, front, polar),
@@ -160,7 +160,8 @@ impl Section {
         }
     }
 
-    /// All handles on one arc or spiral. Their sines and cosines are those of their anchors, turned by the angle from there.
+    /// Places all handles on one arc or spiral. Their sines and cosines are those of their anchors, rotated by the angle from
+    /// the anchor.
     #[inline(always)]
     fn stand_on_polar<const FUSED: bool>(&mut self, scratch: &mut Scratch, number: usize, polar: &PolarKernel) {
         if self.anchored_on != Some(number) || self.farthest_from_anchor() > ANCHOR_RANGE {
@@ -176,8 +177,8 @@ impl Section {
         }
     }
 
-    /// Those handles that stand behind the beginning of a segment as if the segment went on for ever: the next segment corrects
-    /// those that it does not hold.
+    /// Places the handles behind the beginning of a segment, as if the segment had no end. The call for the next segment
+    /// overwrites the handles beyond that end.
     #[inline(always)]
     fn stand_from_its_begin_on<const FUSED: bool>(&self, scratch: &mut Scratch, kernel: &Kernel) {
         match kernel {
@@ -224,7 +225,7 @@ impl Section {
         }
     }
 
-    /// Joins the lanes and applies the corrections. Returns the sum of their squares, in m².
+    /// Joins the lanes and applies the corrections. Returns the sum of the squared corrections, in m².
     #[inline(always)]
     fn correct<const FUSED: bool>(&mut self, scratch: &mut Scratch, rate_ahead: f64) -> f64 {
         let Scratch { x_m, y_m, tangent_x_m, tangent_y_m, corrections, ratios, .. } = scratch;

@@ -1,28 +1,31 @@
-//! The smallest pitch at which the head comes in to a circle with no contact on the way, or with a clearance kept.
+//! The smallest pitch at which the head reaches a circle without a contact, or with a minimum clearance.
 //!
-//! A pitch is *feasible* if the spiral starts outside the circle, with the head's link spanning less than half a turn,
-//! and the dragon walks from there to where the head is on the circle, every handle moving forward and no two boards
-//! touching. Where a clearance is asked for, boards *touch* or *overlap* here once they are within it. The feasible pitches need not be an interval: a tighter spiral shifts the benches of the next turn along
-//! the head's board, and may so bring a gap to where a wider one has a corner. So the threshold cannot be bisected.
+//! A pitch is *feasible* if three conditions hold. The spiral starts outside the circle. At the start, the head's link spans
+//! less than half a turn. The dragon walks from the start until the head is on the circle, with every handle moving forward and
+//! no two boards touching. If a clearance is required, boards *touch* or *overlap* here once they are within it.
 //!
-//! It is climbed to instead, from the lowest pitch that can be thought of, in steps over which every pitch is proved to
-//! be infeasible: by a *witness*, which is a radius of the head where two boards overlap, or where the head's link stops,
-//! at all pitches of the step. Where no witness is found, a search of the whole way decides: what it finds is the next
-//! witness, and if it finds nothing, this pitch is feasible and all below are not. Nothing is assumed of the feasible set;
-//! only parts of it narrower than the tolerance could be passed over, where one witness ends and the next begins.
+//! The feasible pitches need not be an interval. A tighter spiral shifts the benches of the next turn along the head's board.
+//! So a gap may lie where a wider spiral has a corner. Therefore the threshold cannot be bisected.
 //!
-//! How a witness covers a step is told in its module. Both rest on what a link does on spirals r = b·θ, with its front
-//! handle at the radius r and its rear handle the first point behind at the distance d, further out by the angle Δ:
+//! Instead, the search climbs from the lowest possible pitch, in steps over which every pitch is proved infeasible. The proof
+//! is a *witness*: a radius of the head. At that radius, two boards overlap or the head's link stops, at all pitches of the
+//! step. If no witness is found, a contact search of the whole lead-in decides. A contact is the next witness. Without a
+//! contact, this pitch is feasible and all below it are not. The search assumes nothing about the set of feasible pitches. It
+//! can miss only parts narrower than the tolerance, between the end of one witness and the beginning of the next.
 //!
-//! - Δ falls as b or r grows: for the distance of the point Δ further out grows with both, at each Δ, so it comes
-//!   sooner to d.
-//! - The rear handle's radius grows with b, at the same r: it lies on a circle of radius d around the front handle, on
-//!   the part that is further from the centre than the tangents to it, where a smaller Δ lies further out.
-//! - It grows with r, at the same b, while the link walks, which K·d < 2 ensures (see `dragon::run`); and over all b the
-//!   curvature K at the radius r is at most 2·1.5^(-3/2)/r.
+//! The modules of the witnesses prove their steps. Both proofs use the following facts about a link of length d on spirals r =
+//! b·θ. Its front handle is at the radius r. Its rear handle is the first point behind it at the distance d, further out by the
+//! angle Δ:
 //!
-//! So with the head held at one radius, and each link behind the first walking, all handles move outward and towards the
-//! head's direction as the pitch grows.
+//! - Δ falls as b or r grows. For each Δ, the distance to the point Δ further out grows with both, so it reaches d at a smaller
+//!   Δ.
+//! - The rear handle's radius grows with b, at the same r. The handle lies on a circle of radius d around the front handle, on
+//!   the part beyond the tangents to it from the centre. On that part a smaller Δ lies further out.
+//! - The rear handle's radius grows with r, at the same b, while the link walks. K·d < 2 ensures that it walks (see
+//!   `dragon::run`). Over all b, the curvature K at the radius r is at most 2·1.5^(-3/2)/r.
+//!
+//! Take the head at a fixed radius, with each link behind the first one walking. As the pitch grows, all handles then move
+//! outward and towards the head's direction.
 
 mod overlap;
 mod stop;
@@ -40,58 +43,60 @@ use crate::route::{Route, RouteError};
 use overlap::Overlap;
 use stop::Stop;
 
-/// Greatest pitch looked at, in metres: that of a route.
+/// Greatest pitch of the search, in metres: that of a route.
 const MAX_PITCH_M: f64 = 1_000.0;
 
-/// Exactness of the answer, in radii of the start: a few hundred times the rounding of a handle's position.
+/// Tolerance of the answer, in radii of the start: a few hundred times the rounding of a handle's position.
 const TOLERANCE_PER_RADIUS: f64 = 1e-13;
 
-/// Bound on searches of the whole way. Each finds another witness or steps on by the tolerance; a dozen are usual.
+/// Bound on contact searches of the whole lead-in. Each search finds another witness or advances by the tolerance. A dozen are
+/// usual.
 const MAX_SEARCHES: usize = 10_000;
 
-/// Smallest circle looked at, in lengths of the head's link: towards the centre of a spiral the head turns ever faster,
-/// and pitches that let its link follow differ ever less in what they do there.
+/// Smallest circle, in lengths of the head's link. Towards the centre of a spiral the head turns ever faster. There, pitches at
+/// which the head's link can follow differ less and less in their effect.
 const LEAST_CIRCLE_PER_LINK: f64 = 0.01;
 
-/// A body link of length d walks wherever its front handle is further out than this times d, 1.5^(-3/2): K·d < 2 there.
+/// Smallest radius of a front handle at which a body link of length d always walks, divided by d: 1.5^(-3/2). There, K·d < 2.
 const LEAST_RADIUS_PER_LINK: f64 = 0.544_331_053_951_817_4;
 
-/// Why there is no smallest pitch.
+/// Reason why there is no smallest pitch.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum PitchError {
-    /// Not a number of turns.
+    /// The number of turns is out of range.
     #[error("{0}")]
     Route(RouteError),
-    /// No spiral that may be configured starts outside the circle, or the circle is too tight for the benches.
+    /// No valid spiral starts outside the circle, or the circle is too tight for the benches.
     #[error(
-        "turn_diameter_m is {}, must be above {} and under {}, where start_turns {} begin at the greatest pitch",
+        "turn_diameter_m is {}, must be above {} and under {}, the diameter at start_turns {} and the greatest pitch",
         Number(*turn_diameter_m),
         Number(*least_m),
         Number(2.0 * start_turns * MAX_PITCH_M),
         Number(*start_turns)
     )]
     TurnDiameter {
-        /// Metres.
+        /// Diameter of the circle, in metres.
         turn_diameter_m: f64,
-        /// Bound on the diameter in metres: a hundredth of the head's link, or more if the head's is not longer than the body's by a tenth.
+        /// Lower limit of the diameter in metres: a hundredth of the head's link. It is larger if the head's link is not more
+        /// than 1.089 times as long as a body link.
         least_m: f64,
         /// Full turns from the centre to the start.
         start_turns: f64,
     },
-    /// Every pitch up to the greatest is infeasible.
-    #[error("no pitch up to {MAX_PITCH_M} m lets the head come to a circle of diameter {} m", Number(*turn_diameter_m))]
+    /// Every pitch up to the greatest one is infeasible.
+    #[error("no pitch up to {MAX_PITCH_M} m lets the head reach a circle of diameter {} m", Number(*turn_diameter_m))]
     NoPitch {
-        /// Metres.
+        /// Diameter of the circle, in metres.
         turn_diameter_m: f64,
     },
-    /// More searches than allowed.
-    #[error("no pitch up to {} m is feasible, and {MAX_SEARCHES} searches do not tell of wider ones", Number(*pitch_m))]
+    /// The number of searches exceeds its bound.
+    #[error("no pitch up to {} m is feasible; {MAX_SEARCHES} searches did not decide wider pitches", Number(*pitch_m))]
     Undecided {
         /// All pitches below are infeasible.
         pitch_m: f64,
     },
-    /// The work that was allowed is done.
-    #[error("no pitch up to {} m is feasible, and of wider ones it is not known: {spent}", Number(*pitch_m))]
+    /// The limit of work is reached.
+    #[error("no pitch up to {} m is feasible; wider pitches are undecided: {spent}", Number(*pitch_m))]
     TooMuchWork {
         /// All pitches below are infeasible.
         pitch_m: f64,
@@ -103,31 +108,32 @@ pub enum PitchError {
 /// The smallest feasible pitch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmallestPitch {
-    /// Metres. All pitches under it, but for the tolerance, are infeasible; it is feasible itself.
+    /// The smallest feasible pitch, in metres. All pitches below it are infeasible, up to the tolerance.
     pub pitch_m: f64,
-    /// Why none under it is.
+    /// The reason why smaller pitches are infeasible.
     pub limit: PitchLimit,
 }
 
-/// What goes wrong at a pitch just under the smallest.
+/// Reason why a pitch just below the smallest one is infeasible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PitchLimit {
     /// Two boards touch, or come within the clearance.
     Contact(Contact),
-    /// The head's link cannot follow: handle 1 stops, or jumps, before the head is at the circle.
+    /// The head's link cannot follow: handle 1 stops or jumps before the head reaches the circle.
     Stop,
-    /// The spiral starts inside the circle, or so near to its centre that the head's link spans half a turn.
+    /// The spiral starts inside the circle, or so near its centre that the head's link spans half a turn.
     Start,
-    /// A route's pitch is above the width of the boards.
+    /// The pitch of a route must exceed the width of the boards.
     Width,
 }
 
-/// The smallest pitch at which a dragon, led in from `start_turns` turns out, comes to where its head is on the circle of
-/// diameter `turn_diameter_m` around the centre with no two boards overlapping on the way, or with all of them further apart
-/// than `clearance_m`, which is not negative.
+/// Finds the smallest pitch at which a dragon reaches a circle around the centre. The head starts `start_turns` turns from the
+/// centre and walks in until it is on the circle of diameter `turn_diameter_m`. On this lead-in no two boards overlap, and all
+/// stay further apart than `clearance_m`, which is not negative.
 ///
-/// It is the infimum of the feasible pitches, to some 10⁻¹³ of the start's radius and never under it. Works by proved
-/// steps from below, as the module tells, and ends with a contact search of the whole way at the pitch that it returns.
+/// The result is the infimum of the feasible pitches, to about 10⁻¹³ of the start's radius, and never below it. The search
+/// climbs by the proved steps that the module describes. It ends with a contact search of the whole lead-in at the returned
+/// pitch.
 ///
 /// ```
 /// use bench_dragon_geometry::{dragon::{Dimensions, Meter}, planner::smallest_pitch};
@@ -139,9 +145,9 @@ pub enum PitchLimit {
 /// ```
 ///
 /// # Errors
-/// The diameter must be above a hundredth of the head's link and such that some spiral starts outside, the turns as a
-/// route has them. A circle within which body links could stop, which they cannot if the head's link is longer by a tenth,
-/// is refused. There may be no such pitch, or it is not found by the work that the meter allows.
+/// The diameter must exceed a hundredth of the head's link, some spiral must start outside the circle, and the turns must be
+/// valid for a route. A circle in which body links could stop is rejected. They cannot stop if the head's link is more than
+/// 1.089 times as long as a body link. There may be no such pitch, or the meter's limit may be reached first.
 pub fn smallest_pitch(
     dimensions: &Dimensions,
     start_turns: f64,
@@ -152,7 +158,7 @@ pub fn smallest_pitch(
     Route::spiral(MAX_PITCH_M, start_turns).map_err(PitchError::Route)?;
     let link_radius_m = LEAST_RADIUS_PER_LINK * dimensions.link_m(1);
     let smallest_m = LEAST_CIRCLE_PER_LINK * dimensions.link_m(0);
-    // No handle but the first is nearer to the centre than half of the head's link.
+    // All handles except the head are at least half of the head's link from the centre.
     let walks = dimensions.benches() == 1 || 0.5 * dimensions.link_m(0) > link_radius_m;
     let least_m = if walks { smallest_m } else { smallest_m.max(2.0 * link_radius_m) };
     if !(turn_diameter_m > least_m && turn_diameter_m < 2.0 * start_turns * MAX_PITCH_M) {
@@ -163,7 +169,7 @@ pub fn smallest_pitch(
 
 fn climb(lead_in: &LeadIn<'_>) -> Result<SmallestPitch, PitchError> {
     let (start_m, width_m) = (lead_in.least_start_m(), lead_in.dimensions.width_m());
-    // All pitches up to this one are infeasible, the last of them for this reason.
+    // All pitches up to this one are infeasible. `limit` is the reason for the last of them.
     let mut pitch_m = start_m.max(width_m);
     let mut limit = if start_m >= width_m { PitchLimit::Start } else { PitchLimit::Width };
     for _ in 0..MAX_SEARCHES {
@@ -186,7 +192,7 @@ fn climb(lead_in: &LeadIn<'_>) -> Result<SmallestPitch, PitchError> {
     Err(PitchError::Undecided { pitch_m })
 }
 
-/// The lead-in of a dragon: its head's way from the start to the circle.
+/// The lead-in of a dragon: the head's walk from the start to the circle.
 #[derive(Clone, Copy, Debug)]
 struct LeadIn<'a> {
     dimensions: &'a Dimensions,
@@ -197,12 +203,12 @@ struct LeadIn<'a> {
 }
 
 impl LeadIn<'_> {
-    /// The spiral of a pitch, if it is not over the greatest.
+    /// The spiral of a pitch; `None` above the greatest pitch.
     fn spiral(&self, pitch_m: f64) -> Option<Route> {
         Route::spiral(pitch_m, self.start_turns).ok()
     }
 
-    /// The chain with the head at a parameter of that spiral.
+    /// The chain with its head at a parameter of that spiral.
     fn chain<'b>(&'b self, spiral: &'b Route, parameter: f64) -> Chain<'b> {
         Chain::new(spiral, self.dimensions, self.meter, parameter)
     }
@@ -219,30 +225,30 @@ impl LeadIn<'_> {
         -parameter * pitch_m / TAU
     }
 
-    /// The pitch above which the spiral starts outside the circle, and with the head's link spanning less than half a
-    /// turn: a point half a turn behind the start is two start radii and half a pitch away.
+    /// The pitch above which the spiral starts outside the circle, with the head's link spanning less than half a turn. A point
+    /// half a turn behind the start is two start radii and half a pitch away from it.
     fn least_start_m(&self) -> f64 {
         let outside_m = self.circle_radius_m / self.start_turns;
         outside_m.max(self.dimensions.link_m(0) / (2.0 * self.start_turns + 0.5))
     }
 
-    /// How near to each other two pitches are alike.
+    /// Tolerance of a pitch, in metres.
     fn tolerance_m(&self, pitch_m: f64) -> f64 {
         TOLERANCE_PER_RADIUS * self.start_radius_m(pitch_m)
     }
 }
 
-/// What is known of a pitch: whether it is feasible, or else what may prove wider ones infeasible too.
+/// Result for one pitch: feasible, or a witness that may prove wider pitches infeasible too.
 enum Verdict {
     Feasible,
     Overlaps(Overlap),
     Stops(Stop),
-    /// The head's link stops so late that no radius was seen at which it does.
+    /// The head's link stops so late that no radius of the search shows it.
     StopsLate,
 }
 
 impl Verdict {
-    /// Looks for a witness where one is likely, and searches the whole way if there is none.
+    /// Searches for a witness where one is likely, and otherwise searches the whole lead-in.
     ///
     /// # Errors
     /// The meter is spent.

@@ -1,11 +1,11 @@
-//! A pair of boards that overlap while the head is at one radius.
+//! Witness: a pair of boards that overlap with the head at one radius.
 //!
-//! With the head held there, handle k has the radius r and the angle φ behind the front handle of the pair's first
-//! bench, and as the pitch grows r only grows and φ only falls, as `pitch` tells. So a handle that is at (r, φ) at one
-//! pitch and at (r', φ') at a greater one is at all pitches between within |(r' − r, √(r·r')·(φ − φ'))| of where it is
-//! at first. Links keep their length d, so if a board's handles move by η and η' at most, none of its points moves by more
-//! than max(η, η') + o·(η + η')/d, with o the distance from a handle to the corners around it. A clearance changes by at
-//! most as much as its two boards move. So boards that overlap deeper than that overlap all along.
+//! The head stays at that radius. Handle k has the radius r and the angle φ behind the front handle of the pair's first bench.
+//! As the pitch grows, r only grows and φ only falls (see `pitch`). Take a handle at (r, φ) at one pitch and at (r', φ') at a
+//! greater pitch. At all pitches between, it is within |(r' − r, √(r·r')·(φ − φ'))| of its first position. Links keep their
+//! length d. Let o be the distance from a handle to the corners around it. If a board's handles move by at most η and η', none
+//! of its points moves by more than max(η, η') + o·(η + η')/d. A clearance changes by at most the sum of its two boards'
+//! displacements. So boards that overlap deeper than that sum also overlap at all pitches between.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,24 +13,25 @@ use super::{LeadIn, MAX_PITCH_M};
 use crate::clearance::{ClearanceSearch, Contact};
 use crate::dragon::{Board, Handle};
 
-/// A step aims at this part of what the depth seems to allow, so that most are proved at once.
+/// Target of a step, as a share of the step that the depth appears to allow, so that most steps are proved at the first
+/// attempt.
 const STEP_SAFETY: f64 = 0.9;
 
-/// When this part of the depth is left, a deeper overlap of the same pair is looked for nearby.
+/// Share of the depth at which a deeper overlap of the same pair is searched for nearby.
 const DEPTH_LEFT: f64 = 0.1;
 
-/// First and last step of that look, in depths: since the last one the radius of the deepest overlap has moved by some
-/// depths, and the depth changes by no more than some steps.
+/// First and last step of that search, in depths. Since the last search, the radius of the deepest overlap has moved by some
+/// depths. The depth changes by at most a few steps.
 const FIRST_LOOK: f64 = 16.0;
 const LAST_LOOK: f64 = 1e-3;
 
-/// Poses looked at before the circle, over the arc of a body link: then they recur, with the next bench.
+/// Number of poses evaluated before the circle, over the arc of a body link. Beyond that arc, poses recur with the next bench.
 const POSES: u32 = 16;
 
-/// Turns behind the head that are looked at there.
+/// Number of turns behind the head that are evaluated in those poses.
 const TURNS: f64 = 3.0;
 
-/// Two benches and the head's radius at which they overlap.
+/// Two benches, and a radius of the head at which they overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Overlap {
     pub(super) benches: [usize; 2],
@@ -39,10 +40,11 @@ pub(super) struct Overlap {
 
 /// The pair at one pitch.
 struct Stand {
-    /// Radius and angle of the front and the rear handle of either bench.
+    /// Radius and angle of the front and the rear handle of each bench.
     handles: [[(f64, f64); 2]; 2],
     boards: [Board; 2],
-    /// How far the boards are within the clearance, with a clearance of 0 how deep they overlap; negative where they are not.
+    /// Depth of the boards within the clearance; for a clearance of 0, the depth of their overlap. Negative if they are
+    /// outside.
     depth_m: f64,
     benches: [usize; 2],
 }
@@ -65,8 +67,8 @@ impl Overlap {
         (depth_m > 0.0).then_some(overlap)
     }
 
-    /// A pitch up to which this pair proves all to be infeasible, from one at which it touches, and where it still
-    /// touches there.
+    /// Returns a pitch up to which this pair proves all pitches infeasible, and an overlap at that pitch. At `pitch_m` the pair
+    /// touches.
     pub(super) fn proves_up_to(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> (f64, Self) {
         let (mut proved_m, mut overlap) = (pitch_m, *self);
         loop {
@@ -79,7 +81,7 @@ impl Overlap {
         }
     }
 
-    /// The contact, with the head at this radius.
+    /// The contact with the head at this radius.
     pub(super) fn contact(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Contact {
         let travel_m =
             lead_in.spiral(pitch_m).expect("a pitch within range").travel(LeadIn::parameter(pitch_m, self.radius_m));
@@ -87,7 +89,7 @@ impl Overlap {
         Contact { travel_m, benches: self.benches, point: first.approach(&second).point }
     }
 
-    /// Steps on until little of the depth is left.
+    /// Steps to greater pitches until little of the depth is left.
     fn proves_at_its_radius(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> f64 {
         let Some(mut here) = self.stand(lead_in, pitch_m) else { return pitch_m };
         let (mut proved_m, enough_m) = (pitch_m, DEPTH_LEFT * here.depth_m);
@@ -105,7 +107,7 @@ impl Overlap {
         proved_m
     }
 
-    /// The radius nearby, within the way, at which the pair overlaps most: a compass search.
+    /// Finds the radius nearby, between circle and start, at which the pair overlaps most, by a compass search.
     fn deepest_nearby(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Self {
         let lowest_m = lead_in.circle_radius_m;
         let highest_m = lead_in.start_radius_m(pitch_m);
@@ -125,7 +127,7 @@ impl Overlap {
         best
     }
 
-    /// The pair at a pitch, if the chain reaches it and its first link could have walked there.
+    /// The pair at a pitch; `None` if the chain ends before the pair, or if the head's link could not have walked there.
     fn stand(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Option<Stand> {
         let spiral = lead_in.spiral(pitch_m)?;
         let parameter = LeadIn::parameter(pitch_m, self.radius_m);
@@ -148,12 +150,12 @@ impl Overlap {
     }
 }
 
-/// How far two boards are within a clearance.
+/// Depth of two boards within a clearance.
 fn depth_m([first, second]: &[Board; 2], clearance_m: f64) -> f64 {
     if clearance_m == 0.0 { -first.separation(second).0 } else { clearance_m - first.clearance(second) }
 }
 
-/// The boards of a few turns, with the head at a radius.
+/// The boards of the turns nearest to the head, with the head at a radius.
 fn nearest_turns(lead_in: &LeadIn<'_>, pitch_m: f64, radius_m: f64) -> Vec<Board> {
     let spiral = lead_in.spiral(pitch_m).expect("a pitch within range");
     let parameter = LeadIn::parameter(pitch_m, radius_m);
@@ -168,7 +170,7 @@ fn board(lead_in: &LeadIn<'_>, bench: usize, front: &Handle, rear: &Handle) -> B
 }
 
 impl Stand {
-    /// How far the boards move at most, both together, on the way to a greater pitch.
+    /// Upper bound on the sum of both boards' displacements up to a greater pitch.
     fn moved_m(&self, greater: &Self, lead_in: &LeadIn<'_>) -> f64 {
         let moved = |(radius_m, angle): (f64, f64), (new_radius_m, new_angle): (f64, f64)| {
             (new_radius_m - radius_m).hypot((radius_m * new_radius_m).sqrt() * (angle - new_angle))

@@ -1,36 +1,37 @@
-//! A radius at which the head's link does not walk.
+//! Witness: a radius of the head at which its link does not walk.
 //!
-//! With the head there and the rear handle further out by Δ, the link, from front to rear, has the components q outward
-//! and q' across, q² + q'² = d². A link that has walked in from where Δ < π still has Δ < π and makes less than a right angle with
-//! the tangent: b·q + r·q' > 0. For at Δ = π it would not, and a jump is no walk.
+//! The head is at that radius, and the rear handle is further out by Δ. The link, from front to rear, has the component q
+//! outward and the component q' across, with q² + q'² = d². A link that has walked in from where Δ < π still has Δ < π, and its
+//! angle with the tangent is less than a right angle: b·q + r·q' > 0. At Δ = π this condition would fail, and a jump is not a
+//! walk.
 //!
-//! As the pitch grows from p to p', Δ only falls, so the link turns outward: q only grows, and q' with it as long as
-//! q < 0. So if Δ ≥ π at p', the link walks at no pitch of the step; nor if, with q and q' as they are at p', q < 0 and
+//! As the pitch grows from p to p', Δ only falls, so the link turns outward. q only grows, and q' grows with it as long as
+//! q < 0. So the link walks at no pitch of the step in two cases. Δ ≥ π at p'. Or, with q and q' as they are at p', q < 0 and
 //! b·q + r·q' < 0 even with the b of p.
 
 use std::f64::consts::{PI, TAU};
 
 use super::{LeadIn, MAX_PITCH_M};
 
-/// Radii looked at for the one with the most to prove.
+/// Number of radii sampled for the one with the strongest proof.
 const LOOKS: u32 = 64;
 
-/// First step, in pitches.
+/// First step, as a share of the pitch.
 const FIRST_STEP: f64 = 0.1;
 
-/// The head's radius at which its link does not walk.
+/// A radius of the head at which its link does not walk.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stop {
     radius_m: f64,
 }
 
 impl Stop {
-    /// The radius between the circle and the start at which the link is furthest from walking, if there is one at which
-    /// it does not.
+    /// Finds the radius between circle and start at which the link is furthest from walking. Returns `None` if the link walks
+    /// at every sample.
     pub(super) fn tightest(lead_in: &LeadIn<'_>, pitch_m: f64) -> Option<Self> {
         let span_m = lead_in.start_radius_m(pitch_m) - lead_in.circle_radius_m;
         let looks = (0..=LOOKS).map(|look| {
-            // Denser towards the circle, where the curve is tighter.
+            // Samples are denser towards the circle, where the curve is tighter.
             let part = f64::from(look) / f64::from(LOOKS);
             let stop = Self { radius_m: lead_in.circle_radius_m + part * part * span_m };
             (stop.walk(lead_in, pitch_m, pitch_m), stop)
@@ -39,7 +40,7 @@ impl Stop {
         (walk < 0.0).then_some(stop)
     }
 
-    /// A pitch up to which the link provably does not walk here, from one at which it stops.
+    /// Returns a pitch up to which the link provably does not walk at this radius. At `pitch_m` it does not walk.
     pub(super) fn proves_up_to(self, lead_in: &LeadIn<'_>, pitch_m: f64) -> f64 {
         let mut proved_m = pitch_m;
         let mut step_m = FIRST_STEP * pitch_m;
@@ -54,8 +55,8 @@ impl Stop {
         proved_m
     }
 
-    /// Greatest cosine between link and tangent over all pitches from one to a greater one, in m²: not over 0 if the link
-    /// walks at none of them.
+    /// Upper bound on b·q + r·q' over all pitches from `pitch_m` to `greater_m`, in m². If it is not above 0, the link walks at
+    /// none of them.
     fn walk(self, lead_in: &LeadIn<'_>, pitch_m: f64, greater_m: f64) -> f64 {
         let Some(spiral) = lead_in.spiral(greater_m) else { return f64::INFINITY };
         let parameter = LeadIn::parameter(greater_m, self.radius_m);

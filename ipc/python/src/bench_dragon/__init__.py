@@ -1,12 +1,15 @@
 """The bench dragon's poses as numpy arrays on shared memory, and commands to its server.
 
-A server publishes the state of every bench at a fixed rate into iceoryx2 shared memory; a `Dragon` reads it in place.
+A bench dragon is a chain of N benches, hinged end to end, that walks along a route. Its N + 1 hinges are called
+handles. A server publishes the state of every handle at a fixed rate into iceoryx2 shared memory. A `Dragon` reads it
+in place, without a copy.
 
-- *Who waits:* no reader ever delays the server. One that falls behind by more than its buffer loses its own oldest
+- *Waiting:* no reader ever delays the server. A reader that falls behind by more than its buffer loses its own oldest
   frames, and counts them.
-- *What another process may change:* nothing in a frame that is held. Between two frames the server may be restarted.
-- *Units:* metres, seconds, radians; x right, y away, z up. Times with `_ns` are nanoseconds, clocks are
-  `CLOCK_MONOTONIC`. Speeds are metres per show second.
+- *Changes by other processes:* a frame does not change while it is held. Between two frames the server may be
+  restarted.
+- *Units:* metres, seconds, radians; x right, y away, z up. Times with `_ns` are integers in nanoseconds, clocks are
+  `CLOCK_MONOTONIC`. Speeds are metres per show second; multiply them by `FrameHeader.time_scale` for wall time.
 """
 
 from bench_dragon.alert import Alert, AlertKind

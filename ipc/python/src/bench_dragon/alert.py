@@ -1,4 +1,4 @@
-"""An alert: what the monitor has seen."""
+"""Alerts: events that a monitor detects."""
 
 import ctypes
 
@@ -12,20 +12,20 @@ _NO_BENCH = 2**32 - 1
 
 
 class AlertKind(WireCode):
-    """What happened."""
+    """Kind of an alert."""
 
     NEAR = 0
     """Two benches came nearer than the configured `near_m`."""
     CONTACT = 1
     """Two benches touched."""
     PARTED = 2
-    """Two benches that touched are apart again."""
+    """Two benches that had touched are apart again."""
     HELD = 3
     """The show is held."""
     FAULT = 4
     """The frames do not agree with the published description."""
     RESTARTED = 5
-    """The source of the frames was started again."""
+    """The source of the frames was restarted."""
 
 
 class Alert(WireType):
@@ -36,9 +36,10 @@ class Alert(WireType):
     run_id: int
     """Run in which it happened."""
     tick: int
-    """First tick at which it was so."""
+    """First tick at which the event held."""
     sim_time_ns: int
-    """Show time of the event in nanoseconds: exact for contact and parted, that of the frame for the others."""
+    """Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
+    """
     forecast_ns: int
     """Show time of the forecast contact in nanoseconds, coded. Read it with `forecast_s`."""
     clearance_m: float
@@ -69,7 +70,7 @@ class Alert(WireType):
 
     @property
     def alert_kind(self) -> AlertKind | None:
-        """The kind; `None` for a number that this version does not know."""
+        """The kind; `None` for a number that this version does not support."""
         return decoded(AlertKind, self.kind)
 
     @property
@@ -89,14 +90,15 @@ class Alert(WireType):
 
 
 class AlertReader:
-    """Reads the alerts of an instance from now on, oldest first."""
+    """Reads the alerts of an instance, oldest first, from its creation on."""
 
     def __init__(self, member: Member) -> None:
         self._subscriber = member.subscriber(ALERTS, Alert)
         self._waking = Waking(member, ALERTS)
 
     def read(self, deadline: Deadline) -> list[Alert]:
-        """The alerts that have not been read yet, waiting for one where there are none."""
+        """Returns all unread alerts. If there are none, waits for one until the deadline and may return an empty list.
+        """
         alerts = self._unread()
         while not alerts and self._waking.wait(deadline):
             alerts = self._unread()

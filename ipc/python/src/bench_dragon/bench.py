@@ -1,8 +1,8 @@
 """The benches of a frame: their boards' centres, headings and velocities.
 
-A bench lies between its two handles, the hinges at its front and rear, which sit equally far from the board's ends. So
-the board's centre is the midpoint of the two, and since the board is rigid, the centre's velocity is the mean of
-theirs.
+A bench lies between its two handles, the hinges at its front and rear. Both handles have the same distance from the
+board's ends. So the board's centre is the midpoint of the handles. The board is rigid, so the centre's velocity is the
+mean of the handles' velocities.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Benches:
-    """Where the benches are and how they move, head first."""
+    """Positions and motion of the N benches of a frame, head first."""
 
     centres: NDArray[np.float64]
     """Centres of the boards in metres: shape (N, 3)."""
@@ -22,11 +22,13 @@ class Benches:
     velocities: NDArray[np.float64]
     """Velocities of the centres in metres per show second: shape (N, 3)."""
     turn_rates: NDArray[np.float64]
-    """How fast the headings turn, in radians per show second, counter-clockwise: shape (N,)."""
+    """Rates of the headings in radians per show second, counter-clockwise: shape (N,)."""
 
     @classmethod
     def between(cls, positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> "Benches":
-        """The benches between these handles, given in metres and metres per show second: one fewer than handles.
+        """Returns the N benches between N + 1 handles.
+
+        `positions` are in metres and `velocities` in metres per show second, both of shape (N + 1, 3), head first.
 
         >>> benches = Benches.between(np.array([[1.0, 3.0, 0.0], [1.0, 1.0, 0.0]]), np.array([[-0.5, 0, 0], [0, 0, 0]]))
         >>> benches.centres.tolist(), benches.velocities.tolist(), benches.turn_rates.tolist()
@@ -50,4 +52,5 @@ class Benches:
         return speeds
 
     def __len__(self) -> int:
+        """Number N of benches."""
         return len(self.centres)

@@ -1,4 +1,4 @@
-"""Commands to the server, each answered once."""
+"""Commands to the server, which replies to each once."""
 
 import ctypes
 import math
@@ -17,41 +17,41 @@ _POLL_PERIOD_S = 0.0002
 
 
 class CommandKind(WireCode):
-    """What a client asks of the server."""
+    """Kind of a command to the server."""
 
     PAUSE = 0
     """Stop walking until `RESUME`."""
     RESUME = 1
-    """Go on after `PAUSE`."""
+    """Walk on after `PAUSE`."""
     SPEED = 2
     """Walk at this speed of the head, in metres per show second, 0 to 10."""
     SEEK = 3
-    """Go to this show time, in seconds."""
+    """Seek to this show time, in seconds."""
     HOLD = 4
-    """Stop for safety; only `RELEASE` lifts it."""
+    """Stop for safety. Only `RELEASE` lifts the hold."""
     RELEASE = 5
     """Lift a `HOLD`."""
     STOP = 6
-    """End the server: the head comes to rest first, and the last frame of the run says `ENDED`."""
+    """End the server. The head comes to rest first, and the last frame of the run has the state `ENDED`."""
 
 
 class Command(WireType):
-    """A command as it lies in shared memory."""
+    """A command in its shared-memory layout."""
 
     TYPE_NAME = "bench_dragon.Command.v3"
 
     kind: int
     """A `CommandKind` as its number."""
     sender: int
-    """The kind of program that sends it: 0 for a client of the library."""
+    """The kind of program that sends the command: 0 for a client of the library."""
     run_id: int
-    """The run that it is for; 0 where it is for any."""
+    """Run for which the command is meant; 0 for any run."""
     values: ctypes.Array[ctypes.c_double]
-    """The command's values, the first ones first; 0 where it has fewer."""
+    """Values of the command in their order; 0 for unused ones."""
     pid: int
     """Process id of the sender."""
     flags: int
-    """Always 0: only a guard's grants have flags."""
+    """Always 0: only the grants of a guard have flags."""
 
     _fields_ = [
         ("kind", ctypes.c_uint32),
@@ -64,20 +64,20 @@ class Command(WireType):
 
 
 class CommandReply(WireType):
-    """The server's answer as it lies in shared memory."""
+    """The server's reply in its shared-memory layout."""
 
     TYPE_NAME = "bench_dragon.CommandReply.v1"
 
     run_id: int
-    """Run of the server that answers."""
+    """Run of the server that replies."""
     tick: int
-    """Tick from which an accepted command holds; the tick at which it was refused otherwise."""
+    """Tick from which an accepted command holds; for a refused command, the tick at which it was refused."""
     lowest: float
-    """Least value that a refused value may have."""
+    """Least allowed value, where a value was out of range; else 0."""
     highest: float
-    """Greatest value that a refused value may have."""
+    """Greatest allowed value, where a value was out of range; else 0."""
     refusal: int
-    """0 where the command was accepted, else a `Refusal` as its number."""
+    """0 if the command was accepted, else a `Refusal` as its number."""
     reserved: int
     """Always 0."""
 
@@ -92,57 +92,57 @@ class CommandReply(WireType):
 
 
 class Refusal(WireCode):
-    """Why a command was refused."""
+    """Reason for which a server refuses a command."""
 
     UNKNOWN = 1
-    """The server does not know this kind of command, or this version does not know the reason."""
+    """The server does not support this kind of command, or this version does not support the server's reason."""
     OUT_OF_RANGE = 2
-    """The value is not a number between the two that `Refused` names."""
+    """The value is outside the range from `Refused.lowest` to `Refused.highest`, or NaN."""
     HELD = 3
-    """The show is held, and only `release` lifts that."""
+    """The show is held. Only `release` lifts the hold."""
     NOT_HELD = 4
     """There is no hold to release."""
     FINISHED = 5
-    """The show is over; a `seek` starts it again."""
+    """The show is finished. A `seek` starts it again."""
     NOT_GUARDED = 6
-    """The server takes no grants: it was not started with `--guarded`."""
+    """The server accepts no grants, because it was started without `--guarded`."""
     NOT_PROVED = 7
-    """The server is guarded, and its guard has not proved that the benches are apart where the seek goes."""
+    """The server is guarded, and its guard has not yet proved that the benches are apart at the sought show time."""
     OTHER_RUN = 8
     """The grant is for another run."""
     HELD_BY_GUARD = 9
-    """The guard holds the dragon, and only its next grant moves it on."""
+    """The guard holds the dragon. It walks on with the guard's next grant."""
     REPLAYED = 10
-    """The source replays a recording, which is as it is."""
+    """The source replays a recording, which commands cannot change."""
     UNREACHABLE = 11
     """The source is on another host, which does not answer."""
     NOT_TAKEN = 12
-    """The source is on another host, whose bridge takes no commands: it was not started with `--allow-commands`."""
+    """The source is on another host, and its bridge accepts no commands: it was started without `--allow-commands`."""
     TOO_MANY = 13
-    """More commands at a time than a bridge to another host passes on."""
+    """More commands at a time than a bridge forwards to another host."""
     FOLLOWED = 14
-    """The show follows timecode, which says where it is: a seek would be undone at once."""
+    """The show follows timecode, which determines the show time. The timecode would undo a seek immediately."""
 
 
 REASONS = {
-    Refusal.UNKNOWN: "the server does not know this command",
+    Refusal.UNKNOWN: "the server does not support this command",
     Refusal.HELD: "the show is held: release it first",
     Refusal.NOT_HELD: "the show is not held",
     Refusal.FINISHED: "the show is finished: seek to start it again",
     Refusal.NOT_GUARDED: "the server is not guarded: start it with --guarded",
     Refusal.NOT_PROVED: "no guard has proved that the benches are apart there",
     Refusal.OTHER_RUN: "the grant is for another run",
-    Refusal.HELD_BY_GUARD: "the guard holds the dragon: it walks on when the guard has proved the way ahead",
-    Refusal.REPLAYED: "a recording is replayed: all that it can be told is to stop",
+    Refusal.HELD_BY_GUARD: "the guard holds the dragon: it walks on when the guard has proved the travel ahead",
+    Refusal.REPLAYED: "the source replays a recording: it accepts only stop",
     Refusal.UNREACHABLE: "the server is on another host, which does not answer",
-    Refusal.NOT_TAKEN: "the server is on another host, whose bridge takes no commands without --allow-commands",
-    Refusal.TOO_MANY: "more commands at a time than are passed on to another host: try again",
-    Refusal.FOLLOWED: "the show follows timecode: seek on what sends it",
+    Refusal.NOT_TAKEN: "the server is on another host: start its bridge with --allow-commands to send commands",
+    Refusal.TOO_MANY: "more commands at a time than the bridge forwards to another host: try again",
+    Refusal.FOLLOWED: "the show follows timecode: seek on the device that sends it",
 }
 
 
 class Refused(BusError):
-    """The server has refused a command. The text is its reason."""
+    """The server refused a command. The text is the reason."""
 
     def __init__(self, command: Command, reply: CommandReply) -> None:
         self.refusal = decoded(Refusal, reply.refusal) or Refusal.UNKNOWN
@@ -152,7 +152,7 @@ class Refused(BusError):
         self.run_id = reply.run_id
         """The run of the server that refused it."""
         self.lowest, self.highest = reply.lowest, reply.highest
-        """What the value must be from and to, where it was out of range; else 0."""
+        """Least and greatest allowed value, where the value was out of range; else 0."""
         if self.refusal is Refusal.OUT_OF_RANGE:
             super().__init__(_out_of_range(command, self.lowest, self.highest))
         else:
@@ -167,10 +167,10 @@ class CommandClient:
         self._client = member.client(COMMANDS, Command, CommandReply)
 
     def call(self, kind: CommandKind, value: float, deadline: Deadline) -> int:
-        """Sends one command and waits for its reply. Returns the tick from which it holds.
+        """Sends one command and waits for its reply until the deadline. Returns the tick from which the command holds.
 
-        Raises `Refused`; at once `NoServer` where no server took the command, or it ended before it answered; and
-        `NoAnswer` where it has not answered in time.
+        Raises `Refused` with the server's reason. Raises `NoServer` at once if no server is connected, or if the server
+        ends before it replies. Raises `NoAnswer` if no reply arrives in time.
         """
         command = Command(kind, 0, 0, (ctypes.c_double * 2)(value), os.getpid(), 0)
         reply = self._reply(command, deadline)
@@ -183,7 +183,7 @@ class CommandClient:
         if pending.number_of_server_connections == 0:
             raise NoServer(self._instance)
         while True:
-            # Asked before the reply is looked for: a server lets go of a command as soon as it has answered.
+            # Read before the reply is received: a server disconnects from a command as soon as it has replied.
             is_gone, is_late = not pending.is_connected, not deadline.left_s()
             response = _received(pending)
             if response is not None:
@@ -209,11 +209,12 @@ def _received(pending: Any) -> Any | None:
 
 
 _VALUES: dict[int, tuple[str, str]] = {CommandKind.SPEED: ("speed", "m/s"), CommandKind.SEEK: ("show time", "s")}
-"""What the value of a command is, and its unit."""
+"""Name and unit of a command's value."""
 
 
 def _out_of_range(command: Command, lowest: float, highest: float) -> str:
-    """Which value was refused, and what is allowed: to three decimals, rounded to the side that is."""
+    """Returns the text for a refused value: the value and the allowed range. Limits have three decimals and are rounded
+    towards the inside of the range."""
     name, unit = _VALUES.get(command.kind, ("value", ""))
     least, most = math.ceil(lowest * 1e3) / 1e3, math.floor(highest * 1e3) / 1e3
     text = f"the {name} is {_plain(command.values[0])} {unit}, must be from {_plain(least)} to {_plain(most)} {unit}"
@@ -221,5 +222,5 @@ def _out_of_range(command: Command, lowest: float, highest: float) -> str:
 
 
 def _plain(number: float) -> str:
-    """The shortest form that reads back the same, never with an exponent."""
+    """Returns the shortest text that parses to the same number, without an exponent."""
     return np.format_float_positional(number, trim="-")

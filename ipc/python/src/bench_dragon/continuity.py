@@ -1,23 +1,23 @@
-"""Whether a frame follows on the one before it."""
+"""Continuity of frames: whether a frame directly follows the previous one."""
 
 import enum
 
 
 class Continuity(enum.Enum):
-    """How a frame stands to the one received before it."""
+    """Relation of a frame to the previously received one."""
 
     FIRST = enum.auto()
     """The first frame that this reader has received."""
     NEXT = enum.auto()
     """The next tick of the same run."""
     LOST = enum.auto()
-    """The same run, but frames between the two never reached the reader."""
+    """The same run, but frames between the two did not reach the reader."""
     RESTARTED = enum.auto()
-    """Another run: the server was started again. What the reader lost of either run is not known."""
+    """Another run: the server was restarted. The number of frames lost from either run is unknown."""
 
 
 class ContinuityTracker:
-    """Follows run and tick from frame to frame.
+    """Tracks run and tick from frame to frame.
 
     >>> tracker = ContinuityTracker()
     >>> [tracker.track(run_id, tick)[1] for run_id, tick in [(7, 100), (7, 101), (7, 105), (8, 0)]]
@@ -29,10 +29,11 @@ class ContinuityTracker:
     def __init__(self) -> None:
         self._last: tuple[int, int] | None = None
         self.lost = 0
-        """Frames lost since the first one, over all runs."""
+        """Number of frames lost since the first one, over all runs."""
 
     def track(self, run_id: int, tick: int) -> tuple[Continuity, int]:
-        """Takes the next frame's run and tick, and says how it stands to the one before and how many were lost."""
+        """Takes the next frame's run and tick. Returns its relation to the previous frame and the number of frames lost
+        between them."""
         last, self._last = self._last, (run_id, tick)
         if last is None:
             return Continuity.FIRST, 0

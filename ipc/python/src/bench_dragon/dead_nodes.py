@@ -1,5 +1,5 @@
-"""Removing the nodes of killed processes while others are in the domain, with a journal for each of them. This is what
-`ipc/src/dead_nodes.rs` does, which says why, in the same steps and with the same files."""
+"""Removes the nodes of killed processes while other processes are in the domain, with a journal per node. The steps and
+files are those of `ipc/src/dead_nodes.rs`, which gives the reasons."""
 
 import contextlib
 import fcntl
@@ -23,7 +23,7 @@ _MOST_LOOKS = 20
 
 
 def remove_dead_nodes(domain: Domain) -> None:
-    """Removes all dead nodes that nobody else is removing.
+    """Removes all dead nodes that no other process is removing.
 
     Raises `OSError` where the domain's directory cannot be written.
     """
@@ -31,7 +31,7 @@ def remove_dead_nodes(domain: Domain) -> None:
     prefix = _journal_prefix(domain)
     ids = [path.name.removeprefix(prefix) for path in domain.root.iterdir() if path.name.startswith(prefix)]
     for id in ids:
-        # Only to make again what is missing, so that the node is listed.
+        # Opening a journal restores the node's missing files, so that the node is listed.
         if journal := _Journal.open(domain, id):
             journal.close()
     try:
@@ -46,8 +46,8 @@ def remove_dead_nodes(domain: Domain) -> None:
 
 
 def _settle(domain: Domain) -> None:
-    """Removes segments that a process was killed in making, before they had a size: iceoryx2 waits for those without
-    end. `ipc/src/half_made_segments.rs` says why."""
+    """Removes empty segments whose creator was killed before they had a size: iceoryx2 waits for them without a time
+    limit. `ipc/src/half_made_segments.rs` gives the reasons."""
     sightings: dict[tuple[Path, int], int] = {}
     for _ in range(_MOST_LOOKS):
         sightings = {segment: sightings.get(segment, 0) + 1 for segment in _empty_segments(domain)}
@@ -72,7 +72,7 @@ def _remove(view: iox2.DeadNodeView, journal: "_Journal") -> None:
     try:
         view.try_remove_stale_resources()
     except iox2.NodeCleanupFailure as failure:
-        # Otherwise the journal stays, and the next member tries again.
+        # On any other failure the journal remains, and the next member tries again.
         if str(failure) == "ResourcesAlreadyCleanedUp":
             journal.finish()
     else:
@@ -82,12 +82,13 @@ def _remove(view: iox2.DeadNodeView, journal: "_Journal") -> None:
 
 
 def _journal_prefix(domain: Domain) -> str:
-    """By the domain's prefix, so that it is swept away with the domain."""
+    """Returns the prefix of journal names. It begins with the domain's prefix, so a journal is removed with the domain.
+    """
     return f"{domain.prefix}cleaning-"
 
 
 class _Journal:
-    """The journal of one dead node. This process alone removes that node until it is closed."""
+    """Journal of one dead node. While it is open, only this process removes that node."""
 
     def __init__(self, domain: Domain, id: str, path: Path, file: int) -> None:
         nodes = domain.root / "nodes"
@@ -101,7 +102,7 @@ class _Journal:
 
     @classmethod
     def open(cls, domain: Domain, id: str) -> "_Journal | None":
-        """`None` where another process removes the node, or where it has just been removed."""
+        """Opens a journal. Returns `None` if another process removes the node, or has just removed it."""
         path = domain.root / f"{_journal_prefix(domain)}{id}"
         journal = cls(domain, id, path, os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
         try:
@@ -133,7 +134,7 @@ class _Journal:
         return False
 
     def finish(self) -> None:
-        """Removes the journal, after the files that a killed process may have left of a node that is gone."""
+        """Removes the journal, after the files that a killed process may have left of a removed node."""
         for path in (self._monitor, self._owner_lock, self._context):
             path.unlink(missing_ok=True)
         with contextlib.suppress(FileNotFoundError):
@@ -163,7 +164,7 @@ class _Journal:
 
 
 def _make(path: Path, content: bytes, mode: int) -> None:
-    """Makes a file, unless it is there."""
+    """Creates a file, unless it exists."""
     with contextlib.suppress(FileExistsError):
         file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
         try:

@@ -1,4 +1,4 @@
-"""The configuration of a run, as the server published it."""
+"""Configuration of a run, as the server published it."""
 
 import tomllib
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Description:
-    """The dragon, its route and how it is served."""
+    """Configuration of a run: the dragon, its route and the server's settings."""
 
     run_id: int
-    """The run that it belongs to."""
+    """Run of the configuration."""
     toml: str
-    """The whole configuration as TOML."""
+    """The complete configuration as TOML."""
 
     @cached_property
     def config(self) -> dict[str, Any]:

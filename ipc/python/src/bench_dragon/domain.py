@@ -1,6 +1,6 @@
-"""Where an instance lives: its name, its directory and its iceoryx2 configuration.
+"""Domain of an instance: its name, its directory and its iceoryx2 configuration.
 
-Each instance is an iceoryx2 domain of its own, so that two shows on one machine never meet. Root path:
+Each instance is an iceoryx2 domain of its own, so two shows on one machine do not interfere. Root path:
 `$XDG_RUNTIME_DIR/bench-dragon/NAME`, else `/tmp/bench-dragon-UID/NAME`; prefix `bd_UID_NAME_`.
 """
 
@@ -17,14 +17,15 @@ import iceoryx2 as iox2
 from bench_dragon.errors import DomainError, MissingDirectory
 
 MAX_ROOT_PATH_LEN = 60
-"""Longest root path in bytes: what iceoryx2 appends to it has to fit into a socket address."""
+"""Exclusive limit of the root path's length, in bytes. The path plus iceoryx2's suffixes must fit into a socket
+address."""
 
 
 class Domain:
-    """The iceoryx2 domain of an instance of the user who runs this process. Touches nothing on disk by itself.
+    """iceoryx2 domain of an instance of the user who runs this process. The constructor accesses nothing on disk.
 
-    Raises `DomainError` for a name that is not 1 to 24 of a-z, 0-9 and -, and where the root path is relative, not
-    UTF-8 or too long.
+    Raises `DomainError` for a name that is not 1 to 24 characters of a-z, 0-9 and -. Raises it also for a root path that
+    is relative, has 60 bytes or more, or has characters that iceoryx2 does not allow.
     """
 
     def __init__(self, instance: str) -> None:
@@ -38,7 +39,7 @@ class Domain:
         self.root = base / instance
         """The root path."""
         self.prefix = f"bd_{user}_{instance}_"
-        """The prefix of everything that the domain puts into shared memory."""
+        """Prefix of all names of the domain in shared memory."""
         encoded = os.fsencode(self.root)
         if not self.root.is_absolute() or not _is_usable(encoded) or len(encoded) >= MAX_ROOT_PATH_LEN:
             shown = re.sub(r"[\x00-\x1f\x7f-\x9f]", "\ufffd", encoded.decode(errors="replace"))
@@ -48,7 +49,8 @@ class Domain:
             )
 
     def iceoryx2_config(self) -> Any:
-        """The configuration of every iceoryx2 node of this domain. Dead nodes are removed by us, when a member joins."""
+        """Returns the configuration of every iceoryx2 node of this domain. iceoryx2's own removal of dead nodes is
+        disabled: a member removes them when it joins."""
         config = iox2.config.default()
         config.global_cfg.root_path = iox2.Path.new(str(self.root))
         config.global_cfg.prefix = iox2.FileName.new(self.prefix)
@@ -58,28 +60,29 @@ class Domain:
         return config
 
     def set_fallback_configuration(self) -> None:
-        """Makes this domain's configuration the one that iceoryx2 falls back on in this process: it does so where the
-        details of a node that was killed cannot be read, and would look for its remains in another domain."""
+        """Makes this domain's configuration the fallback of iceoryx2 in this process. iceoryx2 uses the fallback where
+        it cannot read the details of a killed node; without it, iceoryx2 would search another domain for the node's
+        files."""
         if not self.iceoryx2_toml_path.exists():
-            # By the prefix, so that one that a killed process leaves is swept away.
+            # The name has the domain's prefix, so a draft that a killed process leaves is removed with the domain.
             draft = self.root / f"{self.prefix}{os.getpid()}.draft"
             draft.write_text(
                 f"[global]\nroot-path = {json.dumps(str(self.root))}\nprefix = {json.dumps(self.prefix)}\n"
             )
             draft.rename(self.iceoryx2_toml_path)
-        # Another domain's of this process may be there already.
+        # A configuration of another domain may already be set in this process.
         with contextlib.suppress(Exception):
             iox2.config.setup_global_config_from_file(iox2.FilePath.new(str(self.iceoryx2_toml_path)))
 
     @property
     def iceoryx2_toml_path(self) -> Path:
-        """Where the domain's iceoryx2 configuration lies while somebody is in it."""
+        """Path of the domain's iceoryx2 configuration file, which exists while a process is in the domain."""
         return self.root / "iceoryx2.toml"
 
     def check_directory(self) -> None:
-        """Checks that the directory is ours alone.
+        """Checks that this user owns the directory and that other users may not write into it.
 
-        Raises `MissingDirectory` where it is not there, and `DomainError` with the path that is wrong.
+        Raises `MissingDirectory` if it does not exist, and `DomainError` with the path in question for other errors.
         """
         _check_runtime_directory(self.root.parent.parent)
         _check_own(self.root.parent)
@@ -87,17 +90,17 @@ class Domain:
 
 
 def _is_usable(encoded: bytes) -> bool:
-    """Whether iceoryx2 takes these characters in a path."""
+    """Whether iceoryx2 allows these bytes in a path."""
     return all(0x20 <= byte < 0x7F and byte not in b'<>"|?*' for byte in encoded)
 
 
 def _check_runtime_directory(path: Path) -> None:
-    """Checks the directory that ours are in: others may write into it only as into `/tmp`, without removing what is not
-    theirs."""
+    """Checks the parent of the domain's directories. Other users may write into it only if it is sticky like `/tmp`, so
+    that they cannot remove foreign files."""
     try:
         mode = path.stat().st_mode
     except OSError as error:
-        raise DomainError(f"XDG_RUNTIME_DIR is {path}, must be a directory that is there: {error.strerror}") from error
+        raise DomainError(f"XDG_RUNTIME_DIR is {path}, must be an existing directory: {error.strerror}") from error
     if not stat.S_ISDIR(mode):
         raise DomainError(f"{path} is not a directory: remove it")
     if mode & 0o022 and not mode & stat.S_ISVTX:
@@ -108,7 +111,7 @@ def _check_own(path: Path) -> None:
     try:
         metadata = path.lstat()
     except FileNotFoundError as error:
-        raise MissingDirectory(f"the bus directory {path} is not there") from error
+        raise MissingDirectory(f"the bus directory {path} does not exist") from error
     except PermissionError as error:
         raise DomainError(
             f"permission denied on the bus directory {path}: run as the user who runs the server"

@@ -1,6 +1,6 @@
-"""A frame: the dragon at one tick, as it lies in shared memory.
+"""A frame: the state of the dragon at one tick, in its shared-memory layout.
 
-A dragon of N benches has N + 1 handles: handle i is the front hinge of bench i, handle N the rear hinge of the last
+A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i, and handle N the rear hinge of the last
 bench.
 """
 
@@ -18,31 +18,31 @@ from bench_dragon.wire import WireCode, WireType, decoded
 
 
 class ShowState(WireCode):
-    """What the show is doing."""
+    """State of the show."""
 
     RUNNING = 0
     """The head walks."""
     PAUSED = 1
-    """The operator's pause: `resume` goes on."""
+    """Paused by the operator. `resume` continues."""
     HELD = 2
-    """A safety stop: only `release` lifts it."""
+    """Stopped for safety. Only `release` lifts the hold."""
     FINISHED = 3
-    """The end of the route, of the run, or of the time asked for is reached."""
+    """The show has reached the end of the route, of the run or of the requested time."""
     STOPPING = 4
-    """A pause, a hold, a stop or the timecode has the head come to rest: it still walks, and brakes."""
+    """The head still walks and brakes, because of a pause, a hold, a stop or the timecode."""
     ENDED = 5
-    """The run has ended in order: this is its last frame."""
+    """The run has ended in order. This is its last frame."""
 
 
 class FrameHeader(WireType):
-    """What a frame says about the whole dragon."""
+    """Values of a frame that concern the whole dragon."""
 
     TYPE_NAME = "bench_dragon.FrameHeader.v1"
 
     run_id: int
-    """Number of the run; another value means that the server was started again."""
+    """Random number of the run, under 2^53. It changes when the server is restarted."""
     tick: int
-    """Number of the frame in its run, from 0, without a hole."""
+    """Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames."""
     sim_time_ns: int
     """Show time in nanoseconds."""
     scheduled_ns: int
@@ -52,7 +52,7 @@ class FrameHeader(WireType):
     head_travel_m: float
     """Signed arc length that the head has walked since t = 0, in metres."""
     head_speed_mps: float
-    """Speed of the head in metres per show second; 0 while paused, held or finished."""
+    """Speed of the head in metres per show second; 0 while the head stands."""
     time_scale: float
     """Show seconds per wall-clock second."""
     bench_count: int
@@ -75,7 +75,7 @@ class FrameHeader(WireType):
 
     @property
     def show_state(self) -> ShowState | None:
-        """The state of the show; `None` for a number that this version does not know."""
+        """The state of the show; `None` for a number that this version does not support."""
         return decoded(ShowState, self.state)
 
     @property
@@ -85,36 +85,36 @@ class FrameHeader(WireType):
 
     @property
     def lateness_ns(self) -> int:
-        """How long after its due instant the frame was sent, in nanoseconds."""
+        """Time between the due instant and the sending of the frame, in nanoseconds."""
         return max(0, self.published_ns - self.scheduled_ns)
 
 
 class HandleState(WireType):
-    """Where one handle is and how it moves. x right, y away, z up."""
+    """Position and velocity of one handle. x right, y away, z up; z is 0 on a flat stage."""
 
     TYPE_NAME = "bench_dragon.HandleState.v1"
 
     position_m: ctypes.Array[ctypes.c_double]
     """Position in metres."""
     velocity_mps: ctypes.Array[ctypes.c_double]
-    """Velocity in metres per show second; 0 while paused, held or finished."""
+    """Velocity in metres per show second; 0 while the head stands."""
 
     _fields_ = [("position_m", ctypes.c_double * 3), ("velocity_mps", ctypes.c_double * 3)]
 
 
 class Frame:
-    """One frame. Nothing of it is copied but its header, and nobody writes to it while it is held.
+    """One frame. Only its header is copied, and no process writes to it while it is held.
 
-    It is held for as long as the frame, or an array that came from it, is referred to. A reader may hold four, of which
-    a loop takes two: the frame in hand, and the next one.
+    A frame is held while a reference to it, or to one of its arrays, exists. A reader may hold four frames. A loop
+    needs two of them: the current frame and the next one.
     """
 
     header: FrameHeader
-    """What the frame says about the whole dragon."""
+    """Values of the frame that concern the whole dragon."""
     continuity: Continuity
-    """How the frame stands to the one that was received before it."""
+    """Relation of the frame to the previously received one."""
     lost: int
-    """Frames between the one that was received before and this one that never reached this reader."""
+    """Number of frames lost between the previously received one and this one."""
 
     def __init__(self, header: FrameHeader, memory: "SharedMemory", continuity: Continuity, lost: int) -> None:
         self.header = header
@@ -130,12 +130,13 @@ class Frame:
     @property
     def velocities(self) -> NDArray[np.float64]:
         """Velocities of the handles in metres per show second, head first: shape (N + 1, 3), read-only, on shared
-        memory. They are 0 while paused, held or finished."""
+        memory. They are 0 while the head stands."""
         return self._handles[:, 1]
 
     @cached_property
     def benches(self) -> Benches:
-        """Centres, headings and velocities of the benches, head first; arrays of their own, which hold no frame."""
+        """Centres, headings, velocities and turn rates of the N benches, head first. The arrays are new ones and do not
+        hold the frame."""
         return Benches.between(self.positions, self.velocities)
 
     def __repr__(self) -> str:
@@ -143,12 +144,12 @@ class Frame:
 
 
 class SharedMemory(Heirloom):
-    """The handles of a frame in shared memory: what is at the bottom of each array on them, and keeps them there."""
+    """The handles of a frame in shared memory. It is the base of all arrays of the frame, and keeps the frame held."""
 
     def __init__(self, sample: Any, member: object, handle_count: int) -> None:
         self._sample = sample
         self._member = member
-        # numpy's own protocol, https://numpy.org/doc/stable/reference/arrays.interface.html: `True` is read-only.
+        # numpy's protocol, https://numpy.org/doc/stable/reference/arrays.interface.html: `True` means read-only.
         self.__array_interface__ = {
             "version": 3,
             "typestr": "<f8",
@@ -158,10 +159,10 @@ class SharedMemory(Heirloom):
         super().__init__()
 
     def disown(self) -> None:
-        """Leaves the frame to the parent."""
+        """Leaves the frame to the parent process."""
         never_destroy(self._sample)
 
     def __del__(self) -> None:
-        # In this order: the last one to leave a domain clears it away, and is not the last while a sample is held.
+        # In this order: the last member to leave removes the domain, and is not the last while a sample is held.
         del self._sample
         del self._member

@@ -1,4 +1,4 @@
-"""Reading frames."""
+"""Reader of frames."""
 
 import iceoryx2 as iox2
 
@@ -20,29 +20,29 @@ class FrameSubscriber:
         self._waking = Waking(member, FRAMES)
 
     def receive(self) -> Frame | None:
-        """The oldest frame that has not been read yet. Never waits."""
+        """Returns the oldest unread frame, or `None` if all are read. Never waits."""
         sample = self._subscriber.receive()
         if sample is None:
             return None
         header = FrameHeader.copy_from(sample.user_header_ptr)
         handle_count = header.bench_count + 1
-        # Not by the length of the package's own slice: it counts bytes where it means elements.
+        # The header is used because the length of the package's slice counts bytes instead of elements.
         if sample.header.number_of_elements != handle_count:
             raise VersionMismatch(FRAMES)
         continuity, lost = self._tracker.track(header.run_id, header.tick)
         return Frame(header, SharedMemory(sample, self._member, handle_count), continuity, lost)
 
     def latest(self) -> Frame | None:
-        """The newest frame. Never waits."""
+        """Returns the newest unread frame, or `None` if all are read. Never waits."""
         frame = self.receive()
         while frame is not None and self._subscriber.has_unread():
-            # Let go of it before the next one is received.
+            # Released before the next frame is received.
             frame = None
             frame = self.receive()
         return frame
 
     def wait(self, deadline: Deadline) -> Frame | None:
-        """The oldest frame that has not been read yet, waiting for it."""
+        """Returns the oldest unread frame, and waits for one until the deadline; else `None`."""
         frame = self.receive()
         while frame is None and self._waking.wait(deadline):
             frame = self.receive()

@@ -1,8 +1,8 @@
-"""What a forked child inherits of the bus, and must not touch.
+"""Objects of the bus that a forked child inherits and must not destroy.
 
-Node, ports and samples stand in shared memory under the name of the process that made them. A child that closed its
-copies, be it by exiting, would take them from its parent. So a child lets go of nothing of iceoryx2's: what it inherits
-is never destroyed there, and ends with the process.
+Nodes, ports and samples are registered in shared memory under the process that made them. A child that closed its
+copies, also by exiting, would remove those of its parent. So a child never destroys inherited iceoryx2 objects. They
+end with the process.
 """
 
 import ctypes
@@ -12,18 +12,18 @@ from abc import ABC, abstractmethod
 
 
 class Heirloom(ABC):
-    """Something that holds objects of iceoryx2's."""
+    """An object that holds iceoryx2 objects."""
 
     def __init__(self) -> None:
         _HEIRLOOMS.add(self)
 
     @abstractmethod
     def disown(self) -> None:
-        """Called in a forked child, before anything else runs there."""
+        """Leaves the iceoryx2 objects to the parent. Called in a forked child, before any other code runs there."""
 
 
 def never_destroy(thing: object) -> None:
-    """Keeps an object beyond the last reference to it, and beyond the interpreter's end."""
+    """Keeps an object alive after its last reference, and after the end of the interpreter."""
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(thing))
 
 

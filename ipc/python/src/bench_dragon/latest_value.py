@@ -1,4 +1,4 @@
-"""A service that keeps its latest value for late joiners."""
+"""Reader of a service that keeps its latest value for late joiners."""
 
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
@@ -10,18 +10,18 @@ Value = TypeVar("Value")
 
 
 class LatestValue(Generic[Value]):
-    """Reads such a service."""
+    """Reads the latest value of such a service."""
 
     def __init__(self, instance: str, subscriber: Subscriber, copied: Callable[[Any], Value]) -> None:
-        """Takes the instance's name, the port, and what makes a copy of its samples."""
+        """`copied` returns a copy of a sample's value."""
         self._instance = instance
         self._subscriber = subscriber
         self._copied = copied
         self._latest: Value | None = None
 
     def read(self) -> Value:
-        """The latest value, that of a server that has ended too. Never waits. Raises `NoServer` where none has come
-        yet."""
+        """Returns the latest value, also from a server that has ended. Never waits. Raises `NoServer` if no value has
+        arrived yet."""
         while (value := self._receive()) is not None:
             self._latest = value
         if self._latest is None:
@@ -29,6 +29,6 @@ class LatestValue(Generic[Value]):
         return self._latest
 
     def _receive(self) -> Value | None:
-        # One sample may be held at a time: this one is let go of at the return.
+        # Only one sample may be held at a time: this one is released at the return.
         sample = self._subscriber.receive()
         return None if sample is None else self._copied(sample)

@@ -1,4 +1,4 @@
-"""Which processes hold a lock, and whether they will act on it again. This is what `ipc/src/lock_holders.rs` does.
+"""Finds the processes that hold a lock, and whether they are ending, as `ipc/src/lock_holders.rs` does.
 
 The kernel drops the locks of a killed process when it closes the files of that process, some time after the signal.
 `/proc/locks` names the holders of a lock, and `/proc/PID` shows which of them are ending.
@@ -17,11 +17,11 @@ class Holders(enum.Enum):
     """The processes that hold a lock."""
 
     LIVING = enum.auto()
-    """All of them run, or could."""
+    """All of them run, or are stopped and can continue."""
     ENDING = enum.auto()
     """At least one of them is ending: it was killed, or exits."""
     UNSEEN = enum.auto()
-    """None is listed: the lock has just been dropped, or this process may not see its holders."""
+    """None is listed: the lock was dropped just now, or this process may not see its holders."""
 
 
 def holders(file: int) -> Holders:
@@ -43,7 +43,8 @@ def _pids(inode: int) -> Iterator[int]:
 
 
 def is_ending(pid: int) -> bool:
-    """Whether a process is ending, or has ended. One that is stopped, or of which nothing can be read, is not."""
+    """Whether a process is ending or has ended. A stopped process is not ending, nor is one whose files cannot be read.
+    """
     folder = Path(f"/proc/{pid}")
     try:
         # The program's name, in parentheses, may contain anything.

@@ -38,21 +38,22 @@ COMMANDS = "bench-dragon/commands"
 
 Opened = TypeVar("Opened")
 
-# Where a frame is held at the end of the process, its node finds that the last to leave has cleared the domain away.
-# That is as it should be, and not to be warned of.
+# If a frame is held at the end of the process, its node finds that the last member to leave has removed the domain.
+# This is correct and needs no warning.
 atexit.register(iox2.set_log_level, iox2.LogLevel.Fatal)
 
 
 class Member(Heirloom):
-    """A process's membership in a domain. It lasts for as long as it is referred to, at most as the process.
+    """A process's membership in a domain. It lasts until its last reference is gone, or until the process ends.
 
-    Only the server creates services; a member opens what is there. A forked child is no member.
+    Only the server creates services; a member opens existing ones. A forked child is no member.
     """
 
     def __init__(self, domain: Domain, name: str) -> None:
-        """Joins under a name that `iox2 node list` shows.
+        """Joins under a node name that `iox2 node list` shows.
 
-        Raises `NoServer` where the domain is empty, `DomainError`, `PermissionDenied` and `OutOfResources`.
+        Raises `NoServer` if the domain is empty, `DomainError`, `PermissionDenied`, `OutOfResources`, and `BusError`
+        for a name that iceoryx2 does not allow.
         """
         self.instance = domain.instance
         """The instance's name."""
@@ -74,14 +75,14 @@ class Member(Heirloom):
         self._nodes = [node]
         self._ports: list[Any] = []
         self._membership = membership
-        # Called at the end of the process as well, which does not tell iceoryx2 by itself.
+        # Also called at the end of the process, where Python does not destroy iceoryx2's objects by itself.
         self._leaving = weakref.finalize(self, _leave, self._nodes, membership)
         super().__init__()
 
     def subscriber(self, service: str, payload: Any, user_header: Any = None) -> Subscriber:
-        """Reads a publish-subscribe service.
+        """Opens a reader of a publish-subscribe service.
 
-        Raises, as every port: `NoServer`, `HalfMade`, `VersionMismatch`, `PermissionDenied`, `TooManyClients`,
+        Raises, like every port: `NoServer`, `HalfMade`, `VersionMismatch`, `PermissionDenied`, `TooManyClients`,
         `BusError`.
         """
 
@@ -94,23 +95,23 @@ class Member(Heirloom):
         return Subscriber(service, self._open(service, create))
 
     def listener(self, service: str) -> Any:
-        """Is woken by an event service."""
+        """Opens a listener on an event service."""
         return self._open(service, lambda: self._service(service).event().open().listener_builder().create())
 
     def client(self, service: str, request: type[ctypes.Structure], response: type[ctypes.Structure]) -> Any:
-        """Sends requests to a service."""
+        """Opens a client that sends requests to a service."""
         return self._open(
             service,
             lambda: self._service(service).request_response(request, response).open().client_builder().create(),
         )
 
     def close_ports(self) -> None:
-        """Closes all ports. What was received stays as it is."""
+        """Closes all ports. Received values and frames stay valid."""
         while self._ports:
             self._ports.pop().delete()
 
     def disown(self) -> None:
-        """Leaves everything to the parent."""
+        """Leaves all iceoryx2 objects to the parent process."""
         self.is_inherited = True
         for thing in (*self._nodes, *self._ports):
             never_destroy(thing)
@@ -130,9 +131,9 @@ class Member(Heirloom):
         return port
 
     def _sorted(self, service: str, error: Exception) -> BusError:
-        """What an error of iceoryx2, which is the name of a variant, comes down to."""
+        """Converts an error of iceoryx2, by the name of its variant."""
         match str(error):
-            # Another process is making it or taking it away at this moment.
+            # `IsMarkedForDestruction`: another process is removing the service at this moment.
             case "DoesNotExist" | "IsMarkedForDestruction":
                 return NoServer(self.instance)
             case "HangsInCreation":
@@ -168,7 +169,7 @@ _OPEN_ERRORS = (
 
 
 def _require_services(domain: Domain) -> None:
-    """Whether there is anything to open, without the cost of joining: a client that waits asks often."""
+    """Checks that there are services to open. This is cheaper than joining, and a waiting client calls it often."""
     path = domain.root / "services"
     try:
         if any(path.iterdir()):
@@ -195,6 +196,6 @@ def _create_node(domain: Domain, name: str) -> Any:
 
 
 def _leave(nodes: list[Any], membership: Membership) -> None:
-    # Where a frame is held at the end of the process, the node outlives this.
+    # If a frame is held at the end of the process, the node outlives this call.
     nodes.clear()
     membership.leave()

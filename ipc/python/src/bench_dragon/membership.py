@@ -1,6 +1,6 @@
-"""Who is in a domain. Every membership holds a shared lock (`flock`) on one file of the domain's directory,
-`members.lock`. The first to join and the last to leave remove what killed processes have left, and what iceoryx2 itself
-never removes. This is what `ipc/src/membership.rs` does, which proves the steps.
+"""Membership of a domain. Every membership holds a shared lock (`flock`) on one file of the domain's directory,
+`members.lock`. The first member to join and the last to leave remove everything that killed processes have left, and
+everything that iceoryx2 itself never removes. The steps are those of `ipc/src/membership.rs`, which proves them.
 """
 
 import contextlib
@@ -18,34 +18,34 @@ from bench_dragon.errors import DomainError, MissingDirectory
 from bench_dragon.lock_holders import Holders, holders, is_ending
 
 SHARED_MEMORY = Path("/dev/shm")
-"""Where shared memory lives in the file system."""
+"""Folder of shared memory in the file system."""
 
 _DIRECTORIES = ("nodes", "services")
-_PATIENCE_S = 10.0
-"""How long a member that leaves waits for processes that are ending, and one that joins for a sweep: far longer than
+_END_TIMEOUT_S = 10.0
+"""Timeout of a leaving member for processes that are ending, and of a joining member for a sweep: much longer than
 either takes."""
-_PATIENCE_UNSEEN_S = 0.02
-"""How long it waits for holders that it cannot see."""
+_UNSEEN_TIMEOUT_S = 0.02
+"""Timeout of a leaving member for holders that this process cannot see."""
 _TRY_PERIOD_S = 0.001
 
 
 class _Company(enum.Enum):
-    """Who else is in a domain."""
+    """Other processes in a domain."""
 
     NOBODY = enum.auto()
-    """Nobody; this member holds the exclusive lock."""
+    """None; this member holds the exclusive lock."""
     LIVING = enum.auto()
-    """Somebody who will leave after this member."""
+    """At least one lives, and will leave after this member."""
     ENDING = enum.auto()
-    """Somebody who is ending."""
+    """At least one is ending."""
     UNSEEN = enum.auto()
-    """Somebody who cannot be seen."""
+    """There are some, but this process cannot see which."""
     REMOVED = enum.auto()
     """The domain has been removed."""
 
 
 class Membership:
-    """One membership in a domain whose directory is there. Waits only while another process sweeps, at most ten
+    """One membership in a domain whose directory exists. Joining waits only while another process sweeps, at most ten
     seconds."""
 
     def __init__(self, domain: Domain) -> None:
@@ -53,7 +53,7 @@ class Membership:
         try:
             self._file = self._join()
         except FileNotFoundError as error:
-            raise MissingDirectory(f"the bus directory {domain.root} is not there") from error
+            raise MissingDirectory(f"the bus directory {domain.root} does not exist") from error
         except OSError as error:
             raise DomainError(f"{error.filename or _lock_path(domain)}: {error.strerror}") from error
 
@@ -66,7 +66,7 @@ class Membership:
                 if _company(self._domain, file, own_pid=None) is _Company.NOBODY:
                     _sweep(self._domain)
                 _share(file, path)
-                # The last one to leave may have removed the file before it let go.
+                # The last member to leave may have removed the file before it dropped the lock.
                 if _is_at(file, path):
                     return file
             except BaseException:
@@ -75,30 +75,30 @@ class Membership:
             os.close(file)
 
     def leave(self) -> None:
-        """Gives the membership up. The last one takes the whole domain away, even where a node of its own process is
-        still there: at the end of a process, a frame that is held keeps its node."""
+        """Ends the membership. The last member removes the whole domain, even if a node of its own process still
+        exists. At the end of a process, a held frame keeps such a node."""
         begun_s = time.monotonic()
         while True:
             match _company(self._domain, self._file, own_pid=os.getpid()):
                 case _Company.NOBODY:
-                    # Whatever stays is swept by the next one to join.
+                    # The next process to join sweeps any remains.
                     with contextlib.suppress(OSError):
                         _dissolve(self._domain)
                     break
                 case _Company.LIVING | _Company.REMOVED:
                     break
                 case _Company.ENDING:
-                    patience_s = _PATIENCE_S
+                    timeout_s = _END_TIMEOUT_S
                 case _Company.UNSEEN:
-                    patience_s = _PATIENCE_UNSEEN_S
-            if time.monotonic() - begun_s > patience_s:
+                    timeout_s = _UNSEEN_TIMEOUT_S
+            if time.monotonic() - begun_s > timeout_s:
                 break
             time.sleep(_TRY_PERIOD_S)
         os.close(self._file)
 
     def disown(self) -> None:
-        """Closes the file in a forked child. A lock by `flock` is the open file's, which the parent has too: it stays
-        until the parent closes it, and a child that lives on does not prolong it."""
+        """Closes the file in a forked child. A `flock` lock belongs to the open file, which the parent shares. It lasts
+        until the parent closes the file, and the child does not prolong it."""
         os.close(self._file)
 
 
@@ -107,23 +107,23 @@ def _lock_path(domain: Domain) -> Path:
 
 
 def _share(file: int, path: Path) -> None:
-    """Takes the shared lock. A process that sweeps holds the exclusive one for some milliseconds, unless it is
-    stopped."""
+    """Takes the shared lock. A sweeping process holds the exclusive lock for some milliseconds, unless it is stopped.
+    """
     begun_s = time.monotonic()
     while True:
         try:
             return fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            if time.monotonic() - begun_s > _PATIENCE_S:
+            if time.monotonic() - begun_s > _END_TIMEOUT_S:
                 raise DomainError(
-                    f"{path} is held by a process that clears the bus and does not go on: continue or kill it"
+                    f"{path} is held by a process that is clearing the bus and makes no progress: resume or kill it"
                 ) from error
         time.sleep(_TRY_PERIOD_S)
 
 
 def _company(domain: Domain, file: int, own_pid: int | None) -> _Company:
-    """Who else is in the domain, beside this process where its id is given. Tries for the exclusive lock; where it is
-    refused, the shared one is lost."""
+    """Returns which other processes are in the domain; a given `own_pid` is not counted. Tries for the exclusive lock;
+    a refused attempt drops the shared one."""
     if _lock_exclusively(file):
         return _owners_of_nodes(domain, own_pid) if _is_at(file, _lock_path(domain)) else _Company.REMOVED
     match holders(file):
@@ -151,7 +151,7 @@ def _is_at(file: int, path: Path) -> bool:
 
 
 def _owners_of_nodes(domain: Domain, own_pid: int | None) -> _Company:
-    """Who has a node that lives, other than this process where its id is given."""
+    """Returns whether other processes have a living node; a given `own_pid` is not counted."""
     try:
         nodes = iox2.Node.list(iox2.ServiceType.Ipc, domain.iceoryx2_config())
     except iox2.NodeListFailure:
@@ -172,8 +172,8 @@ def _owners_of_nodes(domain: Domain, own_pid: int | None) -> _Company:
 
 
 def _sweep(domain: Domain) -> None:
-    """Removes everything of iceoryx2's from a domain in which nobody is. Files of other users in shared memory stay,
-    and so does a file there that cannot be removed: they are in nobody's way."""
+    """Removes all files of iceoryx2 from a domain without processes. Files of other users in shared memory, and files
+    there that cannot be removed, are kept: they do no harm."""
     for path in SHARED_MEMORY.iterdir():
         if path.name.startswith(domain.prefix) and path.lstat().st_uid == os.geteuid():
             with contextlib.suppress(OSError):
@@ -187,7 +187,7 @@ def _sweep(domain: Domain) -> None:
 
 
 def _remove(path: Path) -> None:
-    """Removes a file, a link or a directory; never what a link leads to."""
+    """Removes a file, a link or a directory. The target of a link is not touched."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
@@ -205,14 +205,13 @@ def _dissolve(domain: Domain) -> None:
 
 
 def _clear_abandoned(path: Path) -> None:
-    """Removes a lock file that nobody holds. Waits for a holder that is ending, until the kernel has dropped its
-    lock."""
+    """Removes a lock file without a holder. Waits for a holder that is ending until the kernel drops its lock."""
     with contextlib.suppress(FileNotFoundError):
         file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
         begun_s = time.monotonic()
         try:
             while not _lock_exclusively(file):
-                if holders(file) is Holders.LIVING or time.monotonic() - begun_s > _PATIENCE_S:
+                if holders(file) is Holders.LIVING or time.monotonic() - begun_s > _END_TIMEOUT_S:
                     return
                 time.sleep(_TRY_PERIOD_S)
             path.unlink()

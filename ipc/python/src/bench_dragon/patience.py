@@ -1,4 +1,4 @@
-"""Looking again and again for what no event announces."""
+"""Repeats an attempt for values that no event announces."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -12,9 +12,9 @@ Found = TypeVar("Found")
 
 
 def look(deadline: Deadline, attempt: Callable[[], Found]) -> Found:
-    """What the attempt returns, made at least once, and again for as long as it raises `NoServer` and there is time.
+    """Calls `attempt` and returns its result. Repeats it while it raises `NoServer` and time is left.
 
-    Raises the last `NoServer`, and at once whatever else the attempt raises.
+    Raises the last `NoServer` at the deadline, and any other error at once.
     """
     while True:
         try:

@@ -1,4 +1,4 @@
-"""All that a dragon has open. What is read or sent for the first time is opened then."""
+"""Open ports of a dragon. Each port, except the frames, is opened at its first use."""
 
 import ctypes
 from functools import cached_property
@@ -26,24 +26,24 @@ class Ports:
 
     @cached_property
     def descriptions(self) -> LatestValue[Description]:
-        """The configuration of the run."""
+        """Reader of the configuration."""
         subscriber = self.member.subscriber(DESCRIPTION, iox2.Slice[ctypes.c_uint8], ctypes.c_uint64)
         return LatestValue(self.member.instance, subscriber, _described)
 
     @cached_property
     def statuses(self) -> LatestValue[Status]:
-        """The server's reports."""
+        """Reader of the server's status."""
         subscriber = self.member.subscriber(STATUS, Status)
         return LatestValue(self.member.instance, subscriber, lambda sample: Status.copy_from(sample.payload_ptr))
 
     @cached_property
     def alerts(self) -> AlertReader:
-        """The monitor's alerts."""
+        """Reader of the monitors' alerts."""
         return AlertReader(self.member)
 
     @cached_property
     def commands(self) -> CommandClient:
-        """Commands to the server."""
+        """Sender of commands to the server."""
         return CommandClient(self.member)
 
 

@@ -1,4 +1,5 @@
-"""What a client needs of the machine. iceoryx2 finds out by a SIGBUS, or in the middle of a service."""
+"""Checks that the machine has enough resources for a client. Without them, iceoryx2 would be killed by SIGBUS or fail
+while it opens a service."""
 
 import errno
 import os
@@ -11,8 +12,8 @@ _OPEN_FILES = 32
 
 
 def require_shared_memory() -> None:
-    """Checks that shared memory has room for a client, by taking as much for a moment: what a quota or a control group
-    allows counts too."""
+    """Checks that shared memory has space for a client, by allocating as much for a moment. This also respects a quota
+    or the limit of a control group."""
     try:
         file = os.open(SHARED_MEMORY, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600)
         try:
@@ -22,14 +23,14 @@ def require_shared_memory() -> None:
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
             needed_mb = _SHARED_MEMORY_BYTES * 1e-6
-            text = f"has less than the {needed_mb:.1f} MB free that this needs: free some or mount it larger"
+            text = f"has less than the {needed_mb:.1f} MB free that this process needs: free some or mount it larger"
         else:
             text = f"cannot be written ({error.strerror}): mount it, `mount -t tmpfs -o mode=1777 tmpfs /dev/shm`"
         raise OutOfResources(f"{SHARED_MEMORY} {text}") from error
 
 
 def require_open_files() -> None:
-    """Checks that this process may open as many files as a client does, by opening as many for a moment."""
+    """Checks that this process may open as many files as a client needs, by opening that many for a moment."""
     files: list[int] = []
     try:
         while len(files) < _OPEN_FILES:

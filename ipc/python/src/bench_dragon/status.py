@@ -1,4 +1,4 @@
-"""The server's account of itself."""
+"""Status of the server."""
 
 import ctypes
 import enum
@@ -8,14 +8,14 @@ from bench_dragon.wire import WireCode, WireType, decoded
 
 
 class TimeHistogram(WireType):
-    """Times, each counted in the bucket that it lies in: below 64 ns a bucket a nanosecond, from there 32 an octave."""
+    """Counts of times per bucket. Below 64 ns each bucket is 1 ns wide; from there on, every octave has 32 buckets."""
 
     TYPE_NAME = "bench_dragon.TimeHistogram.v1"
 
     max_ns: int
-    """The longest time, exactly, in nanoseconds; 0 where there is none."""
+    """The longest time, exact, in nanoseconds; 0 without any time."""
     counts: ctypes.Array[ctypes.c_uint64]
-    """How many times lie in each bucket."""
+    """Number of times in each bucket."""
 
     _fields_ = [("max_ns", ctypes.c_uint64), ("counts", ctypes.c_uint64 * 1024)]
 
@@ -32,7 +32,7 @@ class SourceKind(WireCode):
 
 
 class GuardState(WireCode):
-    """Whether a guard watches over the head."""
+    """State of the guard."""
 
     NONE = 0
     """The server was not started with `--guarded`."""
@@ -43,60 +43,61 @@ class GuardState(WireCode):
 
 
 class TimecodeState(WireCode):
-    """How the timecode is that the server follows."""
+    """State of the timecode that the server follows."""
 
     NONE = 0
     """The server follows no timecode."""
     WAITING = 1
-    """No timecode has come yet; the show stands."""
+    """No timecode has arrived yet; the show stands."""
     LOCKED = 2
     """The timecode runs, and the show follows."""
     STANDING = 3
-    """The timecode stands, and the show with it."""
+    """The timecode stands, and so does the show."""
     LOST = 4
-    """The timecode is lost: the show goes on at its own pace, unless it stood."""
+    """The timecode is lost. The show runs on at its own speed, unless it was standing."""
 
 
 class Stops(enum.IntFlag):
-    """What keeps the head from walking, or has it brake. Several may hold at once."""
+    """Reasons for which the head stands or brakes. Several may hold at once."""
 
     PAUSED = 1
     """The operator's pause."""
     HELD = 2
     """A safety hold. `release` lifts it."""
     GUARD_LIMIT = 4
-    """The end of the travel that the guard has granted."""
+    """The head is at the end of the granted travel."""
     TIMECODE = 8
-    """The timecode stands, or has not come yet."""
+    """The timecode stands, or has not arrived yet."""
     ENDING = 16
-    """The server was asked to end."""
+    """The server is ending."""
     RUN_END = 32
-    """The end of the route, of the run, or of the time asked for."""
+    """The end of the route, of the run or of the requested time."""
 
 
 class Status(WireType):
-    """How the server keeps its schedule. Published ten times a second and once more at the end.
+    """State and timing of the server. Published ten times a second and once more at the end.
 
-    Lateness is from when a release was due to the start of its tick, `tick` times are until the loop was ready for the
-    next one; both since the start of the run. Percentiles are those of the histograms, so at most 1/32 too much.
+    Lateness is the time from the due instant of a tick to its start. A tick's duration lasts until the loop is ready
+    for the next tick. Both are counted since the start of the run. Percentiles are from the histograms, so they are at
+    most 1/32 too large.
     """
 
     TYPE_NAME = "bench_dragon.Status.v4"
 
     run_id: int
-    """Run that this is about."""
+    """Run of the server."""
     tick: int
     """Last tick published."""
     sim_time_ns: int
     """Show time of that tick in nanoseconds."""
     overruns: int
-    """Releases that were missed since the start of the run. The show jumps a few of them; it is behind by those of a longer
-    standstill."""
+    """Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+    forward. After a longer standstill the show is behind; see `behind_ns`."""
     behind_ns: int
-    """How far the show is behind the clock, in nanoseconds of wall time: what is left of standstills, which the show makes up
-    for."""
+    """Time by which the show is behind the clock, in nanoseconds of wall time: the rest of standstills, for which the
+    show makes up."""
     most_behind_ns: int
-    """The furthest that the show has been behind since the start of the run, in nanoseconds of wall time."""
+    """Greatest value of `behind_ns` since the start of the run."""
     lateness_p50_ns: int
     """Median of the lateness, in nanoseconds."""
     lateness_p99_ns: int
@@ -114,13 +115,13 @@ class Status(WireType):
     tick_max_ns: int
     """Greatest duration, in nanoseconds."""
     granted_to_m: float
-    """Travel up to which a guarded server may move the head, in metres; not a number for one that is not guarded."""
+    """Travel up to which a guarded server may move the head, in metres; NaN for a server without a guard."""
     asked_m: float
-    """Travel that a refused seek asked a guarded server for, in metres, or not a number: its guard proves it."""
+    """Travel of a refused seek on a guarded server, in metres, or NaN. The guard is asked to prove it."""
     guard_end_m: float
-    """Travel at which the proven travel ends for good, in metres; not a number where the guard has not reached it."""
+    """Travel at which the proven travel ends permanently, in metres; NaN where the guard has not reached it."""
     rate_hz: int
-    """Ticks a second of wall time."""
+    """Ticks per second of wall time."""
     state: int
     """A `ShowState` as its number. Read it with `show_state`."""
     pid: int
@@ -134,7 +135,7 @@ class Status(WireType):
     timecode_kind: int
     """The protocol of the timecode: 0 none, 1 Art-Net, 2 OSC."""
     stops: int
-    """What keeps the head from walking, as bits: see `Stops`."""
+    """Reasons for which the head stands or brakes, as bits: see `Stops`."""
     lateness: TimeHistogram
     """Lateness of every release since the start of the run."""
     tick_time: TimeHistogram
@@ -172,7 +173,7 @@ class Status(WireType):
 
     @property
     def show_state(self) -> ShowState | None:
-        """The state of the show; `None` for a number that this version does not know."""
+        """The state of the show; `None` for a number that this version does not support."""
         return decoded(ShowState, self.state)
 
     @property
@@ -182,15 +183,15 @@ class Status(WireType):
 
     @property
     def source_kind(self) -> SourceKind | None:
-        """The kind of source; `None` for a number that this version does not know."""
+        """The kind of source; `None` for a number that this version does not support."""
         return decoded(SourceKind, self.source)
 
     @property
     def guard_state(self) -> GuardState | None:
-        """The state of the guard; `None` for a number that this version does not know."""
+        """The state of the guard; `None` for a number that this version does not support."""
         return decoded(GuardState, self.guard)
 
     @property
     def timecode_state(self) -> TimecodeState | None:
-        """The state of the timecode; `None` for a number that this version does not know."""
+        """The state of the timecode; `None` for a number that this version does not support."""
         return decoded(TimecodeState, self.timecode)

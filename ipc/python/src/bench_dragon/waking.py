@@ -1,4 +1,4 @@
-"""Waiting for what an event service tells of."""
+"""Waits for the wake-ups of an event service."""
 
 from typing import Any
 
@@ -8,16 +8,16 @@ from bench_dragon.deadline import Deadline
 from bench_dragon.errors import BusError, NoServer
 from bench_dragon.member import Member
 
-# The socket behind a listener takes a timeout of 0 microseconds for no timeout at all.
+# The socket behind a listener treats a timeout of 0 microseconds as no timeout.
 _LEAST_WAIT_S = 1e-6
-# A signal that comes just before the wait does not end it; Python looks at it after this time at the latest.
+# A signal that arrives just before the wait does not end it. Python handles it after this time at the latest.
 _LONGEST_WAIT_S = 0.1
-# How often a server that is gone is looked for.
+# Period in which a reader looks for a server while none runs.
 _LOOK_PERIOD_S = 0.02
 
 
 class Waking:
-    """Wakes a reader. There is a listener from the first wait on: it costs the sender a system call an event."""
+    """Wakes a reader. The listener exists from the first wait on, and costs the sender one system call per event."""
 
     def __init__(self, member: Member, service: str) -> None:
         self._member = member
@@ -25,7 +25,8 @@ class Waking:
         self._listener: Any = None
 
     def wait(self, deadline: Deadline) -> bool:
-        """Waits until something may have come, with other threads running. False where the deadline had passed."""
+        """Waits until new samples may have arrived or the deadline is reached. Other threads run during the wait.
+        Returns `False` if the deadline had already passed."""
         left_s = deadline.left_s()
         if left_s < _LEAST_WAIT_S:
             return False
@@ -40,11 +41,12 @@ class Waking:
         return True
 
     def _listen(self, deadline: Deadline) -> bool:
-        """Makes the listener. What was sent before there was one wakes nobody, so the reader has to look again."""
+        """Creates the listener. Events before its creation do not wake it, so the reader has to check for samples
+        again."""
         try:
             self._listener = self._member.listener(self._service)
             return True
         except NoServer:
-            # The server is gone, and what it left is kept by readers that only poll: nobody would wake this one.
+            # The server is gone, and readers that only poll keep its services. Nothing would wake this reader.
             pass
         return deadline.sleep(_LOOK_PERIOD_S)

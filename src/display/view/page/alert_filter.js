@@ -1,9 +1,9 @@
 // @ts-check
-// Which kinds of alerts are listed.
+// The filter of the list of alerts, by kind.
 
 /** @typedef {import('./show.js').Alert} Alert */
 
-/** In the order of their weight. */
+/** Kinds of alerts, the most severe first. */
 const KINDS = ['contact', 'held', 'fault', 'restarted', 'parted', 'near'];
 
 export class AlertFilter {
@@ -26,7 +26,7 @@ export class AlertFilter {
 }
 
 /**
- * The kinds that there are, the grave ones first, and how many of each.
+ * The kinds among some alerts, the most severe first, with the number of alerts of each.
  * @param {readonly Alert[]} alerts
  * @returns {[string, number][]}
  */

@@ -9,7 +9,7 @@ const list = element('alerts', HTMLOListElement);
 const kinds = element('alert-kinds', HTMLElement);
 const none = element('no-alerts', HTMLElement);
 const filter = new AlertFilter();
-/** Why nobody looks for contacts; `null` where a monitor does. @type {string | null} */
+/** The reason for which no monitor searches for contacts; `null` if one does. @type {string | null} */
 let unwatched = null;
 /** @type {readonly Alert[]} */
 let alerts = [];
@@ -17,10 +17,10 @@ let alerts = [];
 let run_id;
 
 /**
- * Lists the alerts, newest first; what is listed already stays as it is. Those of earlier runs step back.
+ * Lists the alerts, newest first. Existing rows are kept. Alerts of earlier runs are grey.
  * @param {readonly Alert[]} newest oldest first
- * @param {number | undefined} shown_run_id of the run that is shown
- * @param {string | null} reason why nobody looks for contacts
+ * @param {number | undefined} shown_run_id the shown run
+ * @param {string | null} reason the reason for which no monitor searches for contacts; `null` if one does
  */
 export function listAlerts(newest, shown_run_id, reason) {
   [alerts, run_id, unwatched] = [newest, shown_run_id, reason];
@@ -38,7 +38,7 @@ export function listAlerts(newest, shown_run_id, reason) {
   write(element('alerts-count', HTMLElement), alerts.length === 0 ? '' : String(alerts.length));
 }
 
-/** A button for each kind that there is, as long as there are several alerts. */
+/** Makes a button for each kind among the alerts, if there are several alerts. */
 function offerKinds() {
   const counts = alerts.length > 1 ? countKinds(alerts) : [];
   const text = JSON.stringify(counts.map(([kind, count]) => [kind, count, filter.isShown(kind)]));
@@ -65,7 +65,7 @@ function kindButton(kind, count) {
   return made;
 }
 
-/** Tells alerts of different views and runs apart. @param {Alert} alert */
+/** The key of an alert, unique over views and runs. @param {Alert} alert */
 export function alertKey({ number, run_id, kind, time_s }) {
   return `${number} ${run_id} ${kind} ${time_s}`;
 }

@@ -1,5 +1,5 @@
 // @ts-check
-// What a screen reader says by itself: changes of state and alerts, never every frame.
+// Announcements for screen readers: changes of state and alerts, never every frame.
 
 import { element } from './element.js';
 import * as format from './format.js';
@@ -22,16 +22,16 @@ export class Announcer {
     (status === 'held' ? this.#assertive : this.#polite).textContent = `${word}. ${explanation}`;
   }
 
-  /** Several that come at once are told as one. @param {Alert} alert */
+  /** Announces an alert. Alerts within a quarter of a second share one announcement. @param {Alert} alert */
   alert(alert) {
     this.#alerts.push(alert);
     if (this.#alerts.length > 1) return;
     setTimeout(() => {
       const alerts = this.#alerts;
       this.#alerts = [];
-      const told = alerts.findLast(({ kind }) => URGENT.has(kind)) ?? alerts[alerts.length - 1];
+      const chosen = alerts.findLast(({ kind }) => URGENT.has(kind)) ?? alerts[alerts.length - 1];
       const more = alerts.length > 1 ? ` ${alerts.length} alerts in all.` : '';
-      (URGENT.has(told.kind) ? this.#assertive : this.#polite).textContent = sentence(told) + more;
+      (URGENT.has(chosen.kind) ? this.#assertive : this.#polite).textContent = sentence(chosen) + more;
     }, GATHER_MS);
   }
 }

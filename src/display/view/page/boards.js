@@ -1,5 +1,5 @@
 // @ts-check
-// The boards of a frame: bench i lies between handles i and i + 1, and sticks out beyond both.
+// The boards of a frame: bench i lies between handles i and i + 1, and extends beyond both.
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./show.js').Run} Run */
@@ -13,7 +13,7 @@
  * @property {number} halfWidth_m
  */
 
-/** What is drawn while the dragon's dimensions are not known: its links. */
+/** Dimensions that are used while the dragon's are unknown: the boards are then as long as the links. */
 const UNKNOWN = { hole_offset_m: 0, width_m: 0.1 };
 
 /**
@@ -54,7 +54,7 @@ export function addOutline(path, { x, y, ux, uy, halfLength_m, halfWidth_m }) {
 }
 
 /**
- * The bench at a point, or the nearest one within a reach.
+ * The bench at a point, or the nearest bench within `reach_m`; `null` if there is none.
  * @param {Frame} frame
  * @param {Run | null} run
  * @param {[number, number]} point_m

@@ -1,11 +1,11 @@
 // @ts-check
-// Which part of the plane is on the screen. y points up in the plane and down on the screen.
+// The part of the plane on the screen. y points up in the plane and down on the screen.
 
 const LEAST_SCALE = 0.05;
 const LARGEST_SCALE = 4000;
-/** Pixels a metre at which the head's surroundings are read well. */
+/** Smallest scale, in pixels per metre, at which the head is followed. */
 const FOLLOW_SCALE = 56;
-/** Part of the screen that stays free at each side of all. */
+/** Free margin at each side, as a share of the screen. */
 const MARGIN = 0.02;
 
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Box */
@@ -14,7 +14,7 @@ const MARGIN = 0.02;
 export class Camera {
   x = 0;
   y = 0;
-  /** Pixels a metre. */
+  /** Pixels per metre. */
   scale = 40;
   width = 1;
   height = 1;
@@ -26,7 +26,7 @@ export class Camera {
     this.height = height;
   }
 
-  /** Shows all of a box, and stands still while that grows or shrinks a little. @param {Box} box */
+  /** Shows all of a box. Small changes of the box do not move the view. @param {Box} box */
   fit(box) {
     const { x0, y0, x1, y1 } = rounded(box);
     const [wide, high] = [Math.max(x1 - x0, 0.1), Math.max(y1 - y0, 0.1)];
@@ -55,7 +55,7 @@ export class Camera {
   }
 
   /**
-   * Zooms so that the point under a pixel stays there; while the head is followed, around the head.
+   * Zooms around the point under a pixel; while the head is followed, around the head.
    * @param {number} factor
    * @param {number} [px]
    * @param {number} [py]
@@ -79,14 +79,14 @@ export class Camera {
     return [this.width / 2 + (x - this.x) * this.scale, this.height / 2 - (y - this.y) * this.scale];
   }
 
-  /** What is on the screen, and some metres around it. @param {number} around_m @returns {Box} */
+  /** The part on the screen, with a margin of some metres. @param {number} around_m @returns {Box} */
   seen(around_m) {
     const [halfWide, halfHigh] = [this.width / 2 / this.scale + around_m, this.height / 2 / this.scale + around_m];
     return { x0: this.x - halfWide, y0: this.y - halfHigh, x1: this.x + halfWide, y1: this.y + halfHigh };
   }
 }
 
-/** The least box of whole steps, each between a 32nd and a 64th of its size, around a box. @param {Box} box @returns {Box} */
+/** The smallest box around a box, on a grid of between a 32nd and a 64th of its size. @param {Box} box @returns {Box} */
 function rounded({ x0, y0, x1, y1 }) {
   const step = 2 ** Math.floor(Math.log2(Math.max(x1 - x0, y1 - y0, 0.1) / 32));
   const [down, up] = [Math.floor, Math.ceil].map((round) => (/** @type {number} */ at) => round(at / step) * step);

@@ -1,14 +1,14 @@
 // @ts-check
-// A canvas that is as fine as the screen, up to twice as fine as the page: more nobody sees, and it costs.
+// A canvas with the screen's resolution, at most twice the page's: a finer one looks the same and costs more.
 
 const FINEST = 2;
 const FAMILY = getComputedStyle(document.body).fontFamily;
 
-/** The page's font, for a canvas. @param {number} weight @param {number} size_px */
+/** The page's font for a canvas. @param {number} weight @param {number} size_px */
 export const font = (weight, size_px) => `${weight} ${size_px}px ${FAMILY}`;
 
 /**
- * Keeps a canvas at the size that it is shown at, and returns how to begin a picture: in the page's pixels.
+ * Keeps a canvas at its displayed size. Returns functions that begin and clear a picture, in the page's pixels.
  * @param {HTMLCanvasElement} canvas
  * @param {(width: number, height: number) => void} resized
  */
@@ -26,7 +26,7 @@ export function fineCanvas(canvas, resized) {
   measure();
   return {
     context,
-    /** @returns {number} the screen's own pixels for one of the page's */
+    /** @returns {number} canvas pixels per pixel of the page */
     ratio: () => ratio,
     begin() {
       context.setTransform(ratio, 0, 0, ratio, 0, 0);

@@ -6,7 +6,7 @@ import { tokenHeaders } from './token.js';
 /** @typedef {{command: 'pause' | 'resume' | 'hold' | 'release'} | {command: 'speed' | 'seek', value: number}} Command */
 /** @typedef {{isAccepted: boolean, text: string}} Reply */
 
-/** The view waits five seconds for the server, and twice that where a hold has to be proven; it is to speak first. */
+/** Timeout for the view's answer. The view itself waits five seconds, or ten if it must send the command again. */
 const ANSWER_WITHIN_MS = 12_000;
 const DONE = {
   pause: 'paused',
@@ -14,11 +14,11 @@ const DONE = {
   hold: 'held',
   release: 'released',
   speed: 'new speed',
-  seek: 'put there',
+  seek: 'new show time',
 };
-/** Statuses with which the view has refused a command before the server heard of it. */
+/** Statuses with which the view refuses a command before it sends it to the server. */
 const REFUSED = new Set([400, 401, 403, 413, 415]);
-/** The view has asked, and the server has said nothing. */
+/** Status with which the view reports that the server has not answered. */
 const NO_ANSWER = 504;
 
 /**
@@ -41,7 +41,7 @@ export async function sendCommand(command, token) {
     if (REFUSED.has(response.status)) return not(`${name} refused: ${reply.error}`);
     return not(response.status === NO_ANSWER ? `${name}: no answer: ${reply.error}` : `${name}: ${reply.error}`);
   } catch {
-    return not(`${name}: no answer from the view; it may have been taken`);
+    return not(`${name}: no answer from the view; the command may have been accepted`);
   }
 }
 

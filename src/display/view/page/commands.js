@@ -1,5 +1,5 @@
 // @ts-check
-// The newest commands: who did what, and what became of it.
+// The list of the newest commands, with their senders and outcomes.
 
 import { element, write } from './element.js';
 import * as format from './format.js';
@@ -10,18 +10,18 @@ import * as format from './format.js';
  * @property {number} run_id
  * @property {number} tick
  * @property {number} time_s show time
- * @property {number} pid of the sender; 0 where it is not known
- * @property {string} clock wall time where the view runs
+ * @property {number} pid process id of the sender; 0 if it is unknown
+ * @property {string} clock wall time of the view's machine
  * @property {string} sender
  * @property {string} action
  * @property {boolean} accepted
- * @property {string | null} reason why it was refused
+ * @property {string | null} reason of a refusal
  */
 
 const list = element('commands', HTMLOListElement);
 
 /**
- * Lists the commands, newest first; what is listed already stays as it is.
+ * Lists the commands, newest first. Existing rows are kept.
  * @param {readonly CommandEvent[]} events oldest first
  */
 export function listCommands(events) {

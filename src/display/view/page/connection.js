@@ -1,5 +1,5 @@
 // @ts-check
-// The stream from the view: opened, read, and opened again when it is lost.
+// The stream from the view. The page opens it, reads it, and opens it again after a loss.
 
 import { readFrame } from './frame.js';
 import { tokenHeaders } from './token.js';
@@ -12,13 +12,13 @@ import { tokenHeaders } from './token.js';
  * @property {(access: Access) => void} access
  * @property {(frame: import('./frame.js').Frame) => void} frame
  * @property {(message: {type: string}) => void} message
- * @property {() => void} line the line stands differently
+ * @property {() => void} line called when the state of the connection has changed
  */
 
 const PROTOCOL = 'bench-dragon.view.v1';
 const TOKEN_PROTOCOL = 'bench-dragon.token.';
 const GOING_AWAY = 1001;
-/** The view speaks five times a second, whatever the show does. */
+/** Silence after which the connection counts as lost. The view always sends a status five times a second. */
 const SILENT_AFTER_MS = 1500;
 const LOOK_PERIOD_MS = 100;
 const OPEN_WITHIN_MS = 3000;
@@ -31,7 +31,7 @@ export class Connection {
   #listener;
   /** @type {WebSocket | null} */ #socket = null;
   #delay_ms = FIRST_DELAY_MS;
-  /** Counts the attempts, so that what comes late of an earlier one is known. */
+  /** Number of the present attempt. Events of earlier attempts are ignored. */
   #attempt = 0;
   #hasWarned = false;
 
@@ -57,14 +57,14 @@ export class Connection {
     if (access === null) return this.#retry();
     if (typeof access === 'string') return this.#refuse(access);
     this.#listener.access(access);
-    if (!access.may_view) return this.#refuse('Seeing this show needs the address with the token.');
+    if (!access.may_view) return this.#refuse('This view needs the address with the token.');
     if (access.viewers >= access.max_viewers)
-      return this.#refuse(`${access.viewers} pages are open already, the most that there may be.`);
+      return this.#refuse(`${access.viewers} pages are open already, which is the limit.`);
     this.#openSocket(attempt);
   }
 
   /**
-   * What the view allows; a reason where it refuses; `null` where it is not there.
+   * The rights that the view grants; the reason if it refuses; `null` if it is unreachable.
    * @returns {Promise<Access | string | null>}
    */
   async #askForAccess() {
@@ -126,14 +126,14 @@ export class Connection {
     else this.#listener.message(message);
   }
 
-  /** Once is enough: a view of another version would send the same for ever. @param {string} what */
+  /** Warns once: a view of another version would send the same kind of message again and again. @param {string} what */
   #warn(what) {
     if (!this.#hasWarned)
-      console.warn(`bench-dragon: ${what} of the view's was not understood; is the view of another version?`);
+      console.warn(`bench-dragon: cannot read ${what} from the view; it may be of another version`);
     this.#hasWarned = true;
   }
 
-  /** A hidden tab hears little, and that is no fault of the view's. Shown again, it must not pass off an old picture. */
+  /** Checks for silence. A hidden tab receives little, so it is exempt. When shown again, an old picture must not look live. */
   #lookWhetherSilent() {
     const isSilent = performance.now() - this.line.heard_ms > SILENT_AFTER_MS;
     if (this.line.state !== 'open' || !isSilent || document.visibilityState === 'hidden') return;
@@ -153,7 +153,7 @@ export class Connection {
     this.#retry('refused');
   }
 
-  /** @param {Line['state']} [state] as which the line stands from now on; none where that stays as it was */
+  /** @param {Line['state']} [state] the new state of the connection; without it, only `open` changes, to `lost` */
   #retry(state) {
     if (state !== undefined) this.#set(state);
     else if (this.line.state === 'open') this.#set('lost');

@@ -1,5 +1,5 @@
 // @ts-check
-// The notice of contacts that nobody has acknowledged yet. What was acknowledged is kept in the tab.
+// The notice of unacknowledged contacts. The tab's storage keeps the acknowledgements.
 
 import { Contacts } from './contacts.js';
 import { element, write } from './element.js';

@@ -1,11 +1,11 @@
 // @ts-check
-// Contacts that somebody has to take note of: each stays until it is acknowledged, also after the show has gone on.
+// Contacts that an operator must acknowledge. Each stays until then, also after the show has continued.
 
 /** @typedef {{run_id: number, time_s: number, benches: [number, number] | null, clearance_m: number | null}} Contact */
 
-/** Acknowledgements that are remembered at most. */
+/** Greatest number of stored acknowledgements. */
 const MOST_KEPT = 200;
-/** Contacts that wait for theirs at most; more are counted. */
+/** Greatest number of stored unacknowledged contacts. Further ones are only counted. */
 const MOST_WAITING = 50;
 
 export class Contacts {
@@ -13,12 +13,12 @@ export class Contacts {
   /** @type {Map<string, Contact>} */ #waiting = new Map();
   #left_out = 0;
 
-  /** @param {string} kept what `acknowledge` returned in an earlier life of the page; empty for none */
+  /** @param {string} kept the last result of `acknowledge` in this tab; empty for none */
   constructor(kept) {
     this.#acknowledged = new Set(kept === '' ? [] : kept.split('\n'));
   }
 
-  /** Takes note of a contact, unless it is known. @param {Contact} contact */
+  /** Records a contact, unless it is known. @param {Contact} contact */
   take(contact) {
     const key = keyOf(contact);
     if (this.#acknowledged.has(key) || this.#waiting.has(key)) return;
@@ -26,12 +26,12 @@ export class Contacts {
     else this.#waiting.set(key, contact);
   }
 
-  /** The contacts that wait, oldest first, and how many more there are. */
+  /** The unacknowledged contacts, oldest first, and the number of those that are not stored. */
   waiting() {
     return { contacts: [...this.#waiting.values()], left_out: this.#left_out };
   }
 
-  /** Acknowledges all that wait. Returns what has to be kept. */
+  /** Acknowledges all contacts. Returns the text that the tab must store. */
   acknowledge() {
     for (const key of this.#waiting.keys()) this.#acknowledged.add(key);
     this.#waiting.clear();
@@ -41,7 +41,11 @@ export class Contacts {
   }
 }
 
-/** An overlap that the view has measured itself counts once a run. The same contact is reported by a view that was started anew, under another number. @param {Contact} contact */
+/**
+ * The key of a contact. All overlaps that the view itself measures in a run have one key. The alert's number is not part of the
+ * key, since a restarted view gives the same contact another number.
+ * @param {Contact} contact
+ */
 function keyOf({ run_id, time_s, benches }) {
   return benches === null ? `${run_id} overlap` : `${run_id} ${time_s} ${benches.join(' ')}`;
 }

@@ -1,6 +1,6 @@
 // @ts-check
-// What steers the show. Hold is always one press; release lifts a safety stop, and a seek puts the dragon elsewhere, so that
-// their buttons ask once more. A control that would be refused is off, and says why.
+// The controls of the show. Hold always takes one press. A release lifts a safety stop, and a seek makes the dragon jump, so
+// their buttons ask for confirmation. A control whose command would be refused is disabled, and shows the reason.
 
 import { sendCommand } from './command.js';
 import { element, write } from './element.js';
@@ -18,7 +18,7 @@ const section = element('controls', HTMLElement);
 const reply = element('reply', HTMLElement);
 const released = button('release');
 const releaseWord = element('release-word', HTMLElement);
-/** Kept, for a page of a read-only view takes them out. */
+/** These elements are kept here, since the page of a read-only view removes them. */
 const [pauseButton, holdButton, speedButton, seekButton] = ['pause', 'hold', 'speed-set', 'seek-set'].map(button);
 const pauseWord = element('pause-word', HTMLElement);
 const pauseShape = element('pause-shape', SVGUseElement);
@@ -31,13 +31,13 @@ export class Controls {
   #isPaused = false;
   #isHeld = false;
   /** @type {Refusals | null} */ #refusals = null;
-  /** Why no command gets through at all. @type {string | null} */ #obstacle = 'There is no server.';
+  /** The reason for which no command can reach the server. @type {string | null} */ #obstacle = 'There is no server.';
   #mayControl = false;
   #isReadOnly = false;
   #sent = 0;
-  /** The number of the newest hold, and what became of it if it failed. */
+  /** The number of the newest hold, and the reason if it failed. */
   #hold = { number: 0, failure: '' };
-  /** The button that asks whether it is meant, and until when. @type {{button: HTMLButtonElement, end: number} | null} */
+  /** The button that asks for confirmation, and its timer. @type {{button: HTMLButtonElement, end: number} | null} */
   #asking = null;
 
   /** @param {string | null} token */
@@ -67,7 +67,7 @@ export class Controls {
     else if (reply.dataset.tone === 'quiet') say('', '');
   }
 
-  /** The range of show time that may be sought, and the speed that is planned. @param {import('./show.js').Run} run */
+  /** Sets the range of show time for seeks, and the planned speed. @param {import('./show.js').Run} run */
   takeRun(run) {
     fields.seek.min = String(run.start_s);
     fields.seek.max = String(run.end_s);
@@ -76,10 +76,10 @@ export class Controls {
   }
 
   /**
-   * What each command would come to now.
+   * Takes over the expected outcome of each command.
    * @param {Refusals | null} refusals
-   * @param {{isPaused: boolean, isHeld: boolean}} stops of the operator's
-   * @param {string | null} obstacle why no command gets through at all
+   * @param {{isPaused: boolean, isHeld: boolean}} stops the operator's stops
+   * @param {string | null} obstacle the reason for which no command can reach the server; `null` if one can
    */
   takeSituation(refusals, { isPaused, isHeld }, obstacle) {
     if (isPaused !== this.#isPaused) {
@@ -106,15 +106,19 @@ export class Controls {
     if (this.#isHeld) void this.#send({ command: 'release' });
   }
 
-  /** Puts a show time into the field; it is sought when somebody says so. @param {number} time_s */
+  /** Writes a show time into the field. Only the button or the enter key seeks it. @param {number} time_s */
   proposeSeek(time_s) {
     if (this.#isReadOnly) return;
-    // In tenths, and not beyond an end that lies between two.
+    // Rounds to tenths within the range, whose ends may lie between tenths.
     const tenths = Math.min(Math.round(time_s * 10), Math.floor(Number(fields.seek.max) * 10));
     fields.seek.value = (Math.max(tenths, Math.ceil(Number(fields.seek.min) * 10)) / 10).toFixed(1);
   }
 
-  /** Why a command's button is off; a key asks the server in any case, for what the page knows may be old. @param {Command['command']} command */
+  /**
+   * The reason for which a command's button is disabled; `null` if it is enabled. The keys for pause, resume and hold send
+   * their command nevertheless, since the page's data may be old.
+   * @param {Command['command']} command
+   */
   #refusal(command) {
     if (!this.#mayControl) return WITHOUT_TOKEN;
     return this.#obstacle ?? this.#refusals?.[command] ?? null;
@@ -146,7 +150,7 @@ export class Controls {
         return say(`Press again to seek: the dragon jumps to ${format.fixed(value, 1)} s of show time.`, '');
       }
       void this.#send({ command, value });
-      // So that the keys are at hand again.
+      // Without focus, the field no longer blocks keyboard shortcuts.
       fields[command].blur();
     });
     fields[command].addEventListener('input', () => {
@@ -159,10 +163,10 @@ export class Controls {
   }
 
   /**
-   * Whether a button is pressed for the second time; after the first time it asks.
+   * Whether a button is pressed for the second time. The first press asks for confirmation.
    * @param {HTMLButtonElement} pressed
    * @param {string} question
-   * @param {string} word that it has otherwise
+   * @param {string} word the button's usual text
    */
   #isMeant(pressed, question, word) {
     const isMeant = this.#asking?.button === pressed;
@@ -184,7 +188,7 @@ export class Controls {
     this.#asking = null;
   }
 
-  /** The newest command's reply is shown, and that a hold has failed whatever came after it. @param {Command} command */
+  /** Sends a command. Shows its reply unless a newer command was sent; always shows a failed hold. @param {Command} command */
   async #send(command) {
     if (!this.#mayControl || this.#token === null) return;
     const number = (this.#sent += 1);
@@ -202,7 +206,7 @@ export class Controls {
   }
 }
 
-/** Where a button has its word. @param {HTMLButtonElement} asked */
+/** The element with a button's text. @param {HTMLButtonElement} asked */
 function wordOf(asked) {
   return asked === released ? releaseWord : asked;
 }

@@ -1,5 +1,5 @@
 // @ts-check
-// The bench that is looked at: chosen by a tap or by its number, or, for as long as it is there, by the pointer.
+// The details of one bench: the bench under the pointer, else the one chosen by a tap or by its number.
 
 import { board } from './boards.js';
 import { element, write } from './element.js';
@@ -44,14 +44,14 @@ export class Details {
     field.value = bench === null ? '' : String(bench);
   }
 
-  /** Whether another one is pointed at than before. @param {number | null} bench */
+  /** Sets the bench under the pointer. Returns whether it has changed. @param {number | null} bench */
   point(bench) {
     const isOther = bench !== this.#pointed;
     this.#pointed = bench;
     return isOther;
   }
 
-  /** The bench that is shown. */
+  /** The bench whose details are shown. */
   bench() {
     return this.#pointed ?? this.#chosen;
   }
@@ -70,7 +70,7 @@ export class Details {
     if (!isThere) {
       write(
         role,
-        bench === null || frame === null ? 'point at one, or type its number' : `there are 0 to ${frame.benches - 1}`,
+        bench === null || frame === null ? 'point at a bench, or type its number' : `must be 0 to ${frame.benches - 1}`,
       );
       return;
     }

@@ -1,5 +1,5 @@
 // @ts-check
-// The dragon as paths, in metres; parts that are out of sight are left out.
+// The dragon as paths, in metres. Parts out of view are left out.
 
 import { addOutline, board } from './boards.js';
 
@@ -7,15 +7,15 @@ import { addOutline, board } from './boards.js';
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./camera.js').Camera} Camera */
 
-/** Boards in one path: the cost of filling a path grows faster than its length. */
+/** Boards per path: the cost of filling a path grows faster than its length. */
 const BOARDS_A_PATH = 16;
-/** Links in one line. */
+/** Links per line. */
 const LINKS_A_PATH = 64;
 const HINGE_RADIUS_M = 0.028;
-/** A line leaves out hinges that are nearer to each other than half of this. */
+/** Approximate distance of a line's points, in pixels. Hinges between them are left out. */
 const STRETCH_PX = 6;
 
-/** The dragon and its route. @param {Frame} frame @param {Run | null} run */
+/** The box around the dragon and its route. @param {Frame} frame @param {Run | null} run */
 export function extent(frame, run) {
   const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
   const include = (/** @type {ArrayLike<number>} */ values, /** @type {number} */ stride) => {
@@ -31,7 +31,7 @@ export function extent(frame, run) {
   return box;
 }
 
-/** Every so many handles, and the last one. @param {Float32Array} handles @param {number} step */
+/** A line through every `step`th handle and the last one. @param {Float32Array} handles @param {number} step */
 function polyline(handles, step) {
   const path = new Path2D();
   const last = handles.length - 3;
@@ -41,12 +41,12 @@ function polyline(handles, step) {
 }
 
 /**
- * The dragon as lines, each of a part of it, with a hinge for every few pixels; those out of sight are left out.
+ * The dragon as lines, one for each part in view, with a point every few pixels.
  * @param {Frame} frame
  * @param {Camera} camera
  */
 export function* lines({ handles, benches }, camera) {
-  // The last link's length is that of nearly all.
+  // All links but the first have the length of the last one.
   const end = handles.subarray(-6);
   const link_px = Math.hypot(end[0] - end[3], end[1] - end[4]) * camera.scale;
   const step = Math.max(Math.round(STRETCH_PX / link_px), 1);
@@ -58,7 +58,7 @@ export function* lines({ handles, benches }, camera) {
 }
 
 /**
- * The boards that are in sight, and their hinges.
+ * The boards in view, and their hinges.
  * @param {Frame} frame
  * @param {Run | null} run
  * @param {Camera} camera

@@ -14,7 +14,7 @@ export function element(id, type) {
 }
 
 /**
- * Writes a text where it is another one: to set the same would still cost a layout.
+ * Writes a text only if it differs, since setting an equal text also causes a layout.
  * @param {Element} target
  * @param {string} text
  */

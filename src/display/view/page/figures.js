@@ -1,5 +1,5 @@
 // @ts-check
-// The numbers at the side of the plan.
+// The numbers beside the plan.
 
 import { element, write } from './element.js';
 import * as format from './format.js';
@@ -39,13 +39,13 @@ function writeClearance(show) {
 }
 
 /**
- * The least clearance so far: the view tells it five times a second, and the frame is newer.
- * @param {Status['least']} told
+ * The least clearance so far. The view reports it five times a second, so the frame's clearance may be newer.
+ * @param {Status['least']} reported
  * @param {import('./frame.js').Nearest | null} nearest
  * @param {number} time_s
  */
-function lowest(told, nearest, time_s) {
-  if (told === null || nearest === null || told.clearance_m <= nearest.clearance_m) return told;
+function lowest(reported, nearest, time_s) {
+  if (reported === null || nearest === null || reported.clearance_m <= nearest.clearance_m) return reported;
   return { clearance_m: nearest.clearance_m, time_s };
 }
 

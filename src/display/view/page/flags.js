@@ -1,11 +1,11 @@
 // @ts-check
-// Where flags go, so that none covers another: on rows above the picture, each beside its line.
+// The placement of flags: in rows above the picture, each beside its line, without overlaps.
 
 /**
  * @typedef {object} Flag
- * @property {number} x of its line
+ * @property {number} x position of its line
  * @property {number} wide
- * @property {boolean} [isNeeded] whether it is shown even where it has to be moved away from its line
+ * @property {boolean} [isNeeded] whether it is shown even at a distance from its line
  */
 /** @typedef {{left: number, row: number}} Place */
 
@@ -13,10 +13,10 @@ const GAP_PX = 4;
 const EDGE_PX = 2;
 
 /**
- * A place for each flag, the first ones first: right of its line, left of it, or around it, on the first row that has room.
- * One that has no room has no place; a needed one moves along the last row.
- * @param {readonly Flag[]} flags in the order of their importance
- * @param {number} width of the picture
+ * A place for each flag, in their order: right of its line, left of it, or around it, in the first row that has room. A flag
+ * without room has no place. A needed flag without room gets the nearest free place.
+ * @param {readonly Flag[]} flags the most important first
+ * @param {number} width width of the picture
  * @param {number} rows
  * @returns {(Place | null)[]}
  */
@@ -37,7 +37,7 @@ export function placeFlags(flags, width, rows) {
 }
 
 /**
- * The free place that is nearest to a line.
+ * The free place nearest to a line; `null` if there is none.
  * @param {number} x
  * @param {number} wide
  * @param {number} width

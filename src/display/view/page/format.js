@@ -1,5 +1,5 @@
 // @ts-check
-// Numbers as people read them. A value that is not known is a dash.
+// Numbers for people. An unknown value is a dash.
 
 const UNKNOWN = '–';
 const MINUS = '−';
@@ -19,7 +19,7 @@ export function fixed(value, digits) {
 /** @param {Maybe} seconds */
 export const showTime = (seconds) => fixed(seconds, 2);
 
-/** @param {Maybe} metres in metres, written in millimetres */
+/** @param {Maybe} metres length in metres, written in millimetres */
 export const millimetres = (metres) => fixed(metres === null || metres === undefined ? metres : metres * 1e3, 1);
 
 /** @param {readonly number[]} benches */
@@ -33,7 +33,7 @@ export function shortTime(microseconds) {
   return `${fixed(microseconds / 1e6, 1)} s`;
 }
 
-/** @param {Maybe} value a whole number, in groups of three */
+/** @param {Maybe} value an integer, written in groups of three digits */
 export function count(value) {
   if (value === null || value === undefined) return UNKNOWN;
   return Math.round(value)
@@ -41,13 +41,13 @@ export function count(value) {
     .replace(/\B(?=(\d{3})+$)/g, '\u202f');
 }
 
-/** @param {number} seconds how long ago */
+/** @param {number} seconds age in seconds */
 export function age(seconds) {
   if (seconds < 100) return `${fixed(seconds, 1)} s`;
   return seconds < 6000 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds / 3600, 1)} h`;
 }
 
-/** @param {number} seconds as minutes and seconds */
+/** @param {number} seconds time in seconds, written in minutes and seconds */
 export function minutes(seconds) {
   const whole = Math.floor(Math.abs(seconds));
   return `${seconds < 0 ? MINUS : ''}${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;

@@ -1,5 +1,6 @@
 // @ts-check
-// A frame as it comes over the wire, little-endian like every machine that has a browser.
+// The binary form of a frame, little-endian. The handles are read in the machine's byte order: every machine with a browser is
+// little-endian.
 
 const KIND = 1;
 const HEADER_LENGTH = 96;
@@ -17,7 +18,7 @@ const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', '
 /**
  * @typedef {object} Frame
  * @property {number} sequence
- * @property {number} benches N
+ * @property {number} benches number of benches, N
  * @property {ShowState} state
  * @property {number} run_id
  * @property {number} tick
@@ -26,11 +27,11 @@ const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', '
  * @property {number} speed_mps
  * @property {number} time_scale
  * @property {Nearest | null} nearest
- * @property {Float32Array} handles x, y and speed of each of the N + 1 handles, one after the other
+ * @property {Float32Array} handles x, y and speed of each of the N + 1 handles, one after another
  */
 
 /**
- * The frame in a message; `null` where there is none.
+ * The frame in a message; `null` if the message is invalid.
  * @param {ArrayBuffer} message
  * @returns {Frame | null}
  */

@@ -4,7 +4,7 @@
 /** @typedef {[number, number]} Point */
 
 /**
- * The two points, one on each board, that are nearest to each other, where the boards are apart: one of them is a corner.
+ * The two nearest points of two boards that are apart, one on each board. One of them is a corner.
  * @param {Board} a
  * @param {Board} b
  * @returns {[Point, Point]}

@@ -1,12 +1,12 @@
 // @ts-check
-// Keyboard shortcuts, and the list of them, where they can be switched off: whoever dictates to a browser, or shakes, types
-// letters that were not meant. With Ctrl, Alt or Meta a key is the browser's.
+// Keyboard shortcuts and their list. A switch in the list turns them off, for users who dictate to the browser or have a
+// tremor, and press letters unintentionally. Keys with Ctrl, Alt or Meta are left to the browser.
 
 import { element } from './element.js';
 import { ofBrowser } from './storage.js';
 
 /**
- * What each key does, by its name; letters in upper case, after `Shift+` with Shift.
+ * The action of each key, by its name. Letters are in upper case, after `Shift+` with Shift.
  * @typedef {Record<string, () => void>} Keys
  */
 
@@ -16,8 +16,8 @@ const areOn = element('keys-are-on', HTMLInputElement);
 const plan = element('plan-area', HTMLElement);
 
 /**
- * @param {() => void} hold what H does: wherever the focus is, in either case, over the list of keys too
- * @param {Keys} keys the others, where nothing else wants them
+ * @param {() => void} hold action of H: wherever the focus is, with or without Shift, and while the list is open
+ * @param {Keys} keys the other actions, used unless the focused element needs the key
  */
 export function listenToKeys(hold, keys) {
   offerSwitch();
@@ -43,21 +43,21 @@ function offerSwitch() {
   });
 }
 
-/** What a key does, if anything. @param {Keys} keys @param {KeyboardEvent} event */
+/** The action of a key; `undefined` if there is none. @param {Keys} keys @param {KeyboardEvent} event */
 function wanted(keys, { key, shiftKey, target }) {
   if (shortcuts.open || (target instanceof Element && isTakenBy(target, key))) return undefined;
   if (key === '?') return () => shortcuts.showModal();
   return keys[/^[a-z]$/i.test(key) ? (shiftKey ? 'Shift+' : '') + key.toUpperCase() : key];
 }
 
-/** Whether what has the focus uses the key itself. @param {Element} target @param {string} key */
+/** Whether the focused element uses the key itself. @param {Element} target @param {string} key */
 function isTakenBy(target, key) {
   if (target.matches('input')) return true;
   if (key === ' ') return target.matches('button, a');
   return key.startsWith('Arrow') && target !== plan;
 }
 
-/** An h holds, except in a text; no number has one. @param {KeyboardEvent} event */
+/** Whether the key is H, outside of text fields. Number fields do not accept an H. @param {KeyboardEvent} event */
 function isHold({ key, target }) {
   const isText = target instanceof HTMLInputElement && ['text', 'password'].includes(target.type);
   return key.toUpperCase() === 'H' && !isText;

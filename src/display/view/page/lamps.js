@@ -1,20 +1,20 @@
 // @ts-check
-// The row of lamps: what the show consists of, and how each part is.
+// The row of lamps: the state of each part of the show.
 
 import { element } from './element.js';
 
 /** @typedef {import('./show.js').Lamp} Lamp */
 
-/** Lamps that are only there while they are lit: most shows have no such part, or nothing to say of it. */
+/** Lamps that are hidden while off, since most shows do not have these parts. */
 const OPTIONAL = new Set(['source', 'psn', 'osc', 'zenoh', 'readers']);
-/** What is only worth a lamp where it is not as usual. */
+/** Lamps that are hidden while good. */
 const QUIET = new Set(['source', 'readers']);
 
 const row = element('lamps', HTMLUListElement);
 let written = '';
 
 /**
- * Lights the lamps. Where nothing is known any more, all are out.
+ * Draws the lamps. If their state is no longer known, all are off.
  * @param {readonly Lamp[]} lamps
  * @param {boolean} isKnown
  */
@@ -22,7 +22,7 @@ export function lightLamps(lamps, isKnown) {
   const there = lamps.filter(
     ({ name, level }) => !(OPTIONAL.has(name) && level === 'off') && !(QUIET.has(name) && level === 'good'),
   );
-  const shown = isKnown ? there : there.map(({ name }) => ({ name, level: 'off', text: 'not known' }));
+  const shown = isKnown ? there : there.map(({ name }) => ({ name, level: 'off', text: 'unknown' }));
   const text = JSON.stringify(shown);
   if (text === written) return;
   written = text;

@@ -2,24 +2,24 @@
 
 /** @typedef {import('./show.js').Chart} Chart */
 
-/** Clearances that have a line. */
+/** Clearances that have a line, in metres. */
 const LINES_M = [5, 2, 1, 0.5, 0.2, 0.1, 0.05, 0.02, 0];
-/** The range where nothing was outside it. */
+/** The smallest range of the axis. */
 const MOST_M = 0.2;
 const LEAST_M = -0.004;
-/** Deeper overlaps stand out at the bottom: boards do not go through each other, and the clearances need the room. */
+/** Lowest end of the axis. Deeper overlaps are drawn there: real boards cannot overlap, and clearances need the room. */
 const DEEPEST_M = -0.02;
 
-/** Heights of clearances, by their square roots, so that little ones are told apart and big ones have room. */
+/** Heights of clearances on a square-root scale, which separates small values and leaves room for large ones. */
 export class Levels {
   #top_px;
   #bottom_px;
 
   /**
-   * @param {Chart | null} chart what has to fit in
-   * @param {readonly import('./plan_times.js').Point[]} planned the same; overlaps of it may stand out at the bottom
-   * @param {number} top_px where the largest one is
-   * @param {number} bottom_px where the least one is
+   * @param {Chart | null} chart the measured clearances, which must fit
+   * @param {readonly import('./plan_times.js').Point[]} planned the planned clearances, which must fit except overlaps
+   * @param {number} top_px height of the largest clearance
+   * @param {number} bottom_px height of the least clearance
    */
   constructor(chart, planned, top_px, bottom_px) {
     this.#top_px = top_px;
@@ -29,7 +29,7 @@ export class Levels {
     this.least_m = Math.max(Math.min(LEAST_M, ...seen), DEEPEST_M);
   }
 
-  /** Those that have a line. */
+  /** The clearances in range that have a line. */
   lines_m() {
     return LINES_M.filter((one) => one <= this.most_m);
   }

@@ -1,6 +1,6 @@
 // @ts-check
-// The page of `bench-dragon view`. It takes what comes from the view into a Show, and draws it: the plan at the screen's
-// rate and only when something has changed, the numbers and the timeline ten times a second.
+// The page of `bench-dragon view`. It stores the view's messages in a Show and draws it: the plan at the screen's rate, only
+// after changes; the numbers and the timeline ten times a second.
 
 import { alertKey, listAlerts } from './alerts.js';
 import { Announcer } from './announcer.js';
@@ -33,7 +33,7 @@ const TEXT_PERIOD_MS = 2000;
 const ZOOM_STEP = 1.35;
 const PAN_STEP_PX = 60;
 const MOST_HEARD = 1000;
-/** How far from a bench a pointer may be to mean it. */
+/** Distance in pixels up to which a pointer selects a bench. */
 const REACH_PX = { mouse: 4, touch: 20 };
 
 const show = new Show();
@@ -42,7 +42,7 @@ const pace = new Pace();
 const announcer = new Announcer();
 const area = element('plan-area', HTMLElement);
 const canvas = element('plan', HTMLCanvasElement);
-/** Kinds and times of the alerts that have been heard, also by a view that was there before. @type {Set<string>} */
+/** Keys of the handled alerts, including those of an earlier view. @type {Set<string>} */
 const heard = new Set();
 let instance = '';
 let isPlanDue = false;
@@ -99,7 +99,7 @@ function useToken(token) {
   connection.useToken(token);
 }
 
-/** Has the plan drawn with the screen's next picture. */
+/** Schedules a drawing of the plan for the screen's next picture. */
 function drawSoon() {
   if (isPlanDue) return;
   isPlanDue = true;
@@ -114,7 +114,7 @@ function drawSoon() {
   });
 }
 
-/** Has everything but the plan written with the screen's next picture. */
+/** Schedules a writing of everything but the plan for the screen's next picture. */
 function renewSoon() {
   if (isRenewalDue) return;
   isRenewalDue = true;
@@ -145,21 +145,21 @@ function renew() {
   canvas.dataset.fps = String(perSecond);
 }
 
-/** Why nobody looks for contacts, where that is so. */
+/** The reason for which no monitor searches for contacts; `null` if one does. */
 function unwatchedReason() {
   const monitor = show.status?.lamps.find(({ name }) => name === 'monitor');
   if (monitor === undefined || monitor.level === 'good' || monitor.level === 'off') return null;
   return `Contacts may go unreported. Monitor: ${monitor.text}.`;
 }
 
-/** Without a monitor an overlap that the view has measured is noticed all the same. */
+/** Without a monitor, reports an overlap that the view has measured. */
 function noticeOverlap() {
   const least = show.status?.least ?? null;
   if (show.frame === null || least === null || least.clearance_m > 0) return;
   noticeContact({ run_id: show.frame.run_id, benches: null, ...least });
 }
 
-/** The plan in words, for who cannot see it. */
+/** Writes the plan in words, for screen readers. */
 function describe() {
   const { frame } = show;
   if (frame === null) return;

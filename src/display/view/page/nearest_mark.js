@@ -1,5 +1,5 @@
 // @ts-check
-// The mark of the nearest pair: a ring around the place, the gap itself where it is wide enough to be seen, and its size.
+// The mark of the nearest pair: a ring around the place, a line across the gap, and the clearance.
 
 import { board } from './boards.js';
 import { font } from './canvas.js';
@@ -11,7 +11,7 @@ import { gap } from './gap.js';
 /** @typedef {import('./show.js').Run} Run */
 /** @typedef {{text: string, ink: string, ground: string, halo: string}} Look */
 
-/** What the buttons at the right take of the plan. */
+/** Width of the buttons at the right of the plan. */
 const LENSES_PX = 72;
 const LEAST_RADIUS_PX = 13;
 const LARGEST_RADIUS_PX = 60;
@@ -46,7 +46,7 @@ export function drawNearestMark(context, camera, frame, run, { clearance_m, benc
 }
 
 /**
- * Up and to the right of the ring, or to the left where the plan ends.
+ * Draws the label above and to the right of the ring, or to the left at the plan's right end.
  * @param {CanvasRenderingContext2D} context
  * @param {Camera} camera
  * @param {{x: number, y: number, radius: number}} ring

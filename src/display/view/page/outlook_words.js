@@ -1,5 +1,5 @@
 // @ts-check
-// What lies ahead, in words. Count-downs are those of the clock on the wall; show time stands beside them.
+// The forecast in words. Countdowns are in seconds of wall time, with show time beside them.
 
 import * as format from './format.js';
 
@@ -8,13 +8,13 @@ import * as format from './format.js';
  * @typedef {object} OutlookWords
  * @property {string} large
  * @property {string} small
- * @property {'far' | 'soon' | 'now'} level how urgent it is
+ * @property {'far' | 'soon' | 'now'} level urgency
  */
 
-/** A contact that is nearer than this, in seconds of wall time, is one to get ready for, and one to act upon. */
+/** Wall time until a contact, in seconds, up to which it needs attention, and up to which it needs action. */
 const SOON_S = 60;
 const NOW_S = 15;
-/** Nearer than this, in seconds, the head is where it will stop. */
+/** Wall time until a stop, in seconds, below which a standing head is already at its stop. */
 const AT_ONCE_S = 0.05;
 
 /**
@@ -28,7 +28,7 @@ export function outlookInWords(outlook, state) {
   switch (outlook.kind) {
     case 'contact':
       return {
-        large: walks ? `Contact in ${wall(outlook)}` : `Contact ${wall(outlook)} after it goes on`,
+        large: walks ? `Contact in ${wall(outlook)}` : `Contact after ${wall(outlook)} of walking`,
         small: `${format.pair(outlook.benches)}, at show time ${format.fixed(outlook.time_s, 3)} s`,
         level: urgency(outlook.wall_s),
       };
@@ -36,15 +36,15 @@ export function outlookInWords(outlook, state) {
       return guardStop(outlook, walks);
     case 'rest':
       return far(
-        `Stands in ${wall(outlook)}`,
-        `after ${format.fixed(outlook.travel_m, 2)} m, at show time ${format.showTime(outlook.time_s)} s`,
+        `Head stops in ${wall(outlook)}`,
+        `at ${format.fixed(outlook.travel_m, 2)} m of travel, show time ${format.showTime(outlook.time_s)} s`,
       );
     case 'free':
       return outlook.is_end
-        ? far('Free to the end', `no contact up to show time ${format.showTime(outlook.time_s)} s`)
-        : far(`Free for ${wall(outlook)}`, `up to show time ${format.showTime(outlook.time_s)} s; still looking ahead`);
+        ? far('No contact to the end', `searched up to show time ${format.showTime(outlook.time_s)} s`)
+        : far(`No contact for ${wall(outlook)}`, `up to show time ${format.showTime(outlook.time_s)} s; the search continues`);
     case 'unknown':
-      return far('–', 'nothing is known of what lies ahead');
+      return far('–', 'no forecast available');
   }
 }
 
@@ -55,7 +55,7 @@ function guardStop(stop, walks) {
     return far('The guard stops the head here', benches === null ? 'no guard runs' : format.pair(benches));
   const why = benches === null ? 'no guard runs' : `before ${format.pair(benches)} come too near`;
   return {
-    large: walks ? `Guard stops the head in ${wall(stop)}` : `Guard stops it ${wall(stop)} after it goes on`,
+    large: walks ? `Guard stops the head in ${wall(stop)}` : `Guard stops the head after ${wall(stop)} of walking`,
     small: `${why}, at show time ${format.fixed(time_s, 3)} s`,
     level: urgency(stop.wall_s) === 'far' ? 'far' : 'soon',
   };
@@ -72,7 +72,7 @@ function far(large, small) {
   return { large, small, level: 'far' };
 }
 
-/** @param {number} left_s until a contact, on the clock on the wall @returns {OutlookWords['level']} */
+/** @param {number} left_s wall time until a contact @returns {OutlookWords['level']} */
 function urgency(left_s) {
   if (left_s > SOON_S) return 'far';
   return left_s > NOW_S ? 'soon' : 'now';

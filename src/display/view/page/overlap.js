@@ -1,12 +1,12 @@
 // @ts-check
-// Which boards overlap. Looked for only where the frame says that some do: then there are more than the deepest pair.
+// The boards that overlap. They are searched for only if the frame's nearest pair overlaps, since other pairs may overlap too.
 
 import { board, longestBoard } from './boards.js';
 
 /** @typedef {import('./boards.js').Board} Board */
 
 /**
- * The benches that overlap one that is not their neighbour.
+ * The benches that overlap a bench other than a neighbour.
  * @param {import('./frame.js').Frame} frame
  * @param {import('./show.js').Run | null} run
  * @returns {Set<number>}
@@ -15,7 +15,8 @@ export function overlapping(frame, run) {
   /** @type {Set<number>} */ const found = new Set();
   /** @type {Map<string, number[]>} */ const cells = new Map();
   const boards = Array.from({ length: frame.benches }, (_, bench) => board(frame, run, bench));
-  // Two boards that overlap have their centres less than the longest one apart, so in the same cell or in touching ones.
+  // The centres of two overlapping boards are nearer than the length of the longest board. So they lie in the same cell or in
+  // adjacent ones.
   const cell_m = longestBoard(frame, run);
   boards.forEach((one, bench) => {
     const [column, row] = [Math.floor(one.x / cell_m), Math.floor(one.y / cell_m)];
@@ -35,7 +36,7 @@ export function overlapping(frame, run) {
 }
 
 /**
- * Rectangles are apart if and only if they are so along a side of one of them.
+ * Whether two boards overlap: two rectangles are apart if and only if their projections on some side of one of them are apart.
  * @param {Board} a
  * @param {Board} b
  */

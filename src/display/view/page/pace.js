@@ -2,7 +2,7 @@
 
 const WINDOW_MS = 1000;
 
-/** Counts what was drawn in the last second. */
+/** Counts the pictures drawn in the last second. */
 export class Pace {
   /** @type {number[]} */ #drawn = [];
 

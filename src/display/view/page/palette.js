@@ -1,5 +1,5 @@
 // @ts-check
-// The style sheet's colours for what is drawn on a canvas, which knows no variables.
+// The style sheet's colours for canvases, which cannot use its variables.
 
 const NAMES = /** @type {const} */ ([
   'ink',

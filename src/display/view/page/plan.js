@@ -1,5 +1,5 @@
 // @ts-check
-// Draws the dragon on its route, from above.
+// The plan: the dragon on its route, from above.
 
 import { addOutline, board } from './boards.js';
 import { fineCanvas } from './canvas.js';
@@ -17,20 +17,20 @@ import { drawScaleBar } from './scale_bar.js';
 /** @typedef {import('./palette.js').Palette} Palette */
 /** @typedef {import('./camera.js').Camera} Camera */
 
-/** Boards that are narrower than this, in pixels, are drawn as one line: nobody sees their ends. */
+/** Width of a board, in pixels, below which it is drawn as a line, since its ends are invisible. */
 const LINE_BELOW_PX = 2.5;
-/** Lines that are narrower than this, in the screen's own pixels, are drawn one pixel wide. */
+/** Width of a line, in canvas pixels, below which it is drawn one pixel wide. */
 const WIDE_LINE_PX = 1.5;
-/** A little less than a pixel, so that it is not a little more after rounding. */
+/** Width of such a line: slightly below one pixel, so that rounding does not exceed one pixel. */
 const HAIRLINE = 0.99;
-/** Boards of at least this width show their hinges. */
+/** Width of a board, in pixels, from which on its hinges are drawn. */
 const HINGES_FROM_PX = 11;
 
 export class Plan {
   #canvas;
   #camera;
   #screen;
-  /** The nearest pair's clearance, as it is read. */
+  /** The nearest pair's clearance as text. */
   #label = '';
   /** @type {Palette} */ #palette;
   #route = new RouteLayer();
@@ -52,7 +52,8 @@ export class Plan {
   }
 
   /**
-   * Has the plan show the clearance that the figures show: digits that change with each picture nobody reads.
+   * Takes over the clearance that the figures show. Digits that change with each picture would be unreadable. Returns whether
+   * the text has changed.
    * @param {Show} show
    */
   read({ frame }) {
@@ -116,7 +117,7 @@ export class Plan {
     const width_px = board(frame, run, 0).halfWidth_m * 2 * scale;
     if (width_px < LINE_BELOW_PX) {
       context.strokeStyle = colours.wood;
-      // At least one of the screen's own pixels: lines of one are drawn several times as fast as wider ones.
+      // At least one canvas pixel: lines of one pixel are drawn several times as fast as wider ones.
       const ratio = this.#screen.ratio();
       context.lineWidth = (width_px * ratio < WIDE_LINE_PX ? HAIRLINE / ratio : width_px) / scale;
       for (const path of lines(frame, this.#camera)) context.stroke(path);
@@ -137,7 +138,7 @@ export class Plan {
   }
 
   /**
-   * The nearest pair, whatever overlaps, and the bench that is looked at.
+   * Draws the nearest pair, all overlapping boards, and the bench whose details are shown.
    * @param {Frame} frame
    * @param {Run | null} run
    * @param {number | null} bench
@@ -191,7 +192,7 @@ export class Plan {
     return run !== null && nearest.clearance_m <= run.near_m ? this.#palette.near : this.#palette.pair;
   }
 
-  /** Where the head is, and where it goes. @param {Frame} frame @param {Run | null} run */
+  /** Draws the head's position and heading. @param {Frame} frame @param {Run | null} run */
   #drawHeadMark(frame, run) {
     const { ux, uy } = board(frame, run, 0);
     const { context } = this.#screen;

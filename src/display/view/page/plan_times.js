@@ -1,6 +1,6 @@
 // @ts-check
-// The planned clearance over show time. The plan is against the head's travel, because the state of a dragon is a function
-// of its travel alone; when the head comes to a travel depends on its speed.
+// The planned clearance over show time. The plan is a function of the head's travel, because the state of a dragon is a
+// function of its travel alone. The show time at which the head reaches a travel depends on its speed.
 
 /** @typedef {import('./show.js').Clock} Clock */
 /** @typedef {import('./show.js').PlannedClearance} PlannedClearance */
@@ -13,7 +13,10 @@
  * @property {{time_s: number, benches: [number, number]} | null} contact
  */
 
-/** How far the start may be from where the clock puts it, in parts of the show, for the past of the plan to be shown. */
+/**
+ * Greatest difference between the planned start and the clock's start at which the past of the plan is shown, as a share of
+ * the show.
+ */
 const SAME_START = 0.01;
 
 /** Show time at which the head is at a travel. @param {Clock} clock @param {number} travel_m */
@@ -22,8 +25,8 @@ export function timeAt(clock, travel_m) {
 }
 
 /**
- * The plan as the clock on the stage will count it. Where the speed was changed, what is behind the head was walked at another
- * one, and is left out.
+ * Converts the plan to show time. After a change of speed, the part behind the head was walked at another speed, so it is
+ * left out.
  * @param {PlannedClearance} plan
  * @param {Clock} clock
  * @param {{start_s: number, end_s: number}} run
@@ -51,7 +54,7 @@ export function planOverTime({ curve, near_misses, contact }, clock, run) {
 }
 
 /**
- * The planned clearance at a show time, between two points by a line; not a number outside the plan.
+ * The planned clearance at a show time, interpolated between two points; NaN outside the plan.
  * @param {readonly Point[]} curve
  * @param {number} time_s
  */
@@ -66,13 +69,13 @@ export function plannedAt(curve, time_s) {
 }
 
 /**
- * What the plan says, in a line.
+ * The plan's near misses and contact, in one line.
  * @param {PlanTimes} times
  * @param {boolean} isComplete
  * @param {{millimetres: (metres: number) => string, fixed: (value: number, digits: number) => string}} format
  */
 export function planInWords({ nearMisses, contact }, isComplete, { millimetres, fixed }) {
-  if (!isComplete) return 'the planner is at work';
+  if (!isComplete) return 'the planner is still computing';
   const words = [];
   if (nearMisses.length > 0) {
     const nearest = nearMisses.reduce((least, miss) => (miss.clearance_m < least.clearance_m ? miss : least));

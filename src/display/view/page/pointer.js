@@ -1,5 +1,5 @@
 // @ts-check
-// Mouse, pen and fingers on the plan: one drags, two pinch, the wheel zooms, a press without a drag is a tap.
+// Mouse, pen and touch on the plan: one pointer drags, two pinch, the wheel zooms, and a press without a drag is a tap.
 
 const TAP_WITHIN_PX = 6;
 const WHEEL_RATE = 0.0016;

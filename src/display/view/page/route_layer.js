@@ -1,11 +1,11 @@
 // @ts-check
-// The route, which stays as it is while the dragon moves: drawn once for each camera, and copied.
+// The route. It is constant while the dragon moves, so it is drawn once for each camera, and then copied.
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {import('./camera.js').Box} Box */
 /** @typedef {import('./show.js').Run} Run */
 
-/** Points in one path: the cost of stroking a path grows faster than its length. */
+/** Points per path: the cost of stroking a path grows faster than its length. */
 const POINTS_A_PATH = 64;
 
 export class RouteLayer {
@@ -16,7 +16,7 @@ export class RouteLayer {
   /** @type {{path: Path2D, box: Box}[]} */ #parts = [];
 
   /**
-   * Draws the ground, and the route on it.
+   * Draws the ground and the route.
    * @param {CanvasRenderingContext2D} context
    * @param {Camera} camera
    * @param {Run | null} run

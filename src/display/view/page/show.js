@@ -1,10 +1,10 @@
 // @ts-check
-// All that the page knows of the show: the newest of everything that has come.
+// The page's data about the show: the newest of each kind of message.
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./commands.js').CommandEvent} CommandEvent */
 /**
- * @typedef {object} Run what stays the same through a run
+ * @typedef {object} Run the constant properties of a run
  * @property {number} run_id
  * @property {number} benches
  * @property {number} head_length_m
@@ -21,15 +21,15 @@
  * @property {number[]} route x, y, x, y, …
  */
 /** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */
-/** @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival show time there, and seconds of wall time until then */
+/** @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival travel, its show time, and wall time until then */
 /**
  * @typedef {{kind: 'unknown'} | ({kind: 'free', is_end: boolean} & Arrival)
  *   | ({kind: 'contact', benches: [number, number]} & Arrival)
  *   | ({kind: 'guard_stop', benches: [number, number] | null} & Arrival) | ({kind: 'rest'} & Arrival)} Outlook
  */
 /**
- * @typedef {object} Server its account of itself
- * @property {number} tick that the rest is of
+ * @typedef {object} Server the server's status
+ * @property {number} tick tick of these values
  * @property {number} rate_hz
  * @property {number} overruns
  * @property {number} behind_s
@@ -42,15 +42,15 @@
 /** @typedef {{kind: 'none' | 'waiting' | 'working' | 'missing'} | {kind: 'at_end', for_good: boolean}} Guard */
 /** @typedef {{name: string, level: 'off' | 'good' | 'warning' | 'danger', text: string}} Lamp */
 /**
- * @typedef {Record<'pause' | 'resume' | 'hold' | 'release' | 'speed' | 'seek', string | null>} Refusals why each command would be
- *   refused; null where it would not
+ * @typedef {Record<'pause' | 'resume' | 'hold' | 'release' | 'speed' | 'seek', string | null>} Refusals the reason for which
+ *   each command would be refused; null if it would be accepted
  */
 /**
- * @typedef {object} Status how things are, five times a second
+ * @typedef {object} Status the view's status, sent five times a second
  * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'ended' | 'failed', age_s: number | null, reason: string | null}} link
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
  * @property {Server | null} server
- * @property {Guard} guard what the guard does
+ * @property {Guard} guard situation of the guard
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
  * @property {Outlook} outlook
@@ -65,7 +65,7 @@
  * @property {number} speed_mps
  */
 /**
- * @typedef {object} PlannedClearance what lies ahead in a whole run, against the head's travel
+ * @typedef {object} PlannedClearance the planned clearance of a whole run, over the head's travel
  * @property {number} run_id
  * @property {boolean} is_complete
  * @property {number[]} curve travel and clearance, travel and clearance, …
@@ -84,20 +84,20 @@
  * @property {[number, number] | null} point_m
  * @property {number | null} forecast_s
  */
-/** @typedef {{start_s: number, step_s: number, least_m: Float64Array}} Chart not a number where nothing has been seen */
+/** @typedef {{start_s: number, step_s: number, least_m: Float64Array}} Chart NaN without a measurement */
 
 const KEPT_ALERTS = 200;
 const KEPT_COMMANDS = 100;
 
 export class Show {
   /** @type {Frame | null} */ frame = null;
-  /** When it came, on the page's clock. */
+  /** Time of arrival, on the page's clock. */
   frame_ms = 0;
-  /** Tick of the first frame that had its state. */
+  /** Tick of the first frame in the present state. */
   state_tick = 0;
   /** @type {Run | null} */ run = null;
   /** @type {Status | null} */ status = null;
-  /** When it came, on the page's clock. */
+  /** Time of arrival, on the page's clock. */
   status_ms = 0;
   /** @type {Chart | null} */ chart = null;
   /** @type {PlannedClearance | null} */ plan = null;
@@ -140,7 +140,7 @@ export class Show {
   }
 
   /**
-   * Whether it is one that was not known.
+   * Records an alert. Returns whether it is new.
    * @param {Alert} alert
    */
   takeAlert(alert) {
@@ -159,13 +159,13 @@ export class Show {
     if (this.commands.length > KEPT_COMMANDS) this.commands.shift();
   }
 
-  /** A view that has been started anew counts its alerts and commands from 0, and has heard others. */
+  /** Drops alerts and commands. A restarted view numbers its own from 0. */
   forgetEvents() {
     this.alerts = [];
     this.commands = [];
   }
 
-  /** The frame's run, where it is known. */
+  /** The frame's run, if it is known. */
   runOfFrame() {
     return this.frame !== null && this.run?.run_id === this.frame.run_id ? this.run : null;
   }

@@ -1,5 +1,5 @@
 // @ts-check
-// How things stand, in one word: a picture that is not live must never pass for one that is.
+// The state of the show in one word. A picture that is not live must never look live.
 
 import { age, fixed } from './format.js';
 
@@ -9,10 +9,10 @@ import { age, fixed } from './format.js';
 /** @typedef {import('./show.js').Status} Status */
 /** @typedef {Pick<Show, 'frame' | 'status' | 'status_ms' | 'state_tick'>} Known */
 /**
- * @typedef {object} Line how the page stands to the view
+ * @typedef {object} Line the page's connection to the view
  * @property {'connecting' | 'open' | 'lost' | 'ended' | 'refused'} state
- * @property {number} heard_ms when something came last, on the page's clock
- * @property {string | null} reason in one line, where it is refused
+ * @property {number} heard_ms time of the last message, on the page's clock
+ * @property {string | null} reason reason of a refusal, in one line
  */
 /**
  * @typedef {object} Standing
@@ -20,7 +20,7 @@ import { age, fixed } from './format.js';
  * @property {string} word
  * @property {string} shape
  * @property {string} explanation
- * @property {boolean} isLive whether the picture is of now, or of an orderly end
+ * @property {boolean} isLive whether the picture is current, or the last one of an orderly end
  */
 
 /**
@@ -32,17 +32,17 @@ import { age, fixed } from './format.js';
 export function standing(line, show, now_ms) {
   switch (line.state) {
     case 'connecting':
-      return dead('connecting', 'CONNECTING', 'waiting', 'Looking for the view.');
+      return dead('connecting', 'CONNECTING', 'waiting', 'Connecting to the view.');
     case 'refused':
       return dead('refused', 'REFUSED', 'refused', line.reason ?? '');
     case 'ended':
-      return dead('view-ended', 'VIEW ENDED', 'ended', 'The view has ended. This page goes on when it is back.');
+      return dead('view-ended', 'VIEW ENDED', 'ended', 'The view has ended. This page reconnects when the view runs again.');
     case 'lost':
       return dead(
         'view-lost',
         'VIEW LOST',
         'lost',
-        `No word from the view for ${since(line.heard_ms, now_ms)}. Connecting again.`,
+        `The view has sent nothing for ${since(line.heard_ms, now_ms)}. Reconnecting.`,
       );
     case 'open':
       return ofShow(show, now_ms);
@@ -50,7 +50,7 @@ export function standing(line, show, now_ms) {
 }
 
 /**
- * Why no command gets through; `null` where one may. A server that is silent may still take a hold.
+ * The reason for which no command can reach the server; `null` if one can. A silent server may still accept a hold.
  * @param {Line} line
  * @param {Known} show
  */
@@ -63,8 +63,8 @@ export function obstacle(line, { frame, status }) {
 }
 
 /**
- * Whether the operator has paused or held the show. The status knows it, but is older than the frame: while it is of a tick
- * before the frame's state, the state has to do.
+ * Whether the operator has paused or held the show. The status contains this, but may be older than the frame. If the status
+ * is older than the frame's state, that state decides.
  * @param {Known} show
  */
 export function operatorsStops({ frame, status, state_tick }) {
@@ -85,7 +85,7 @@ export function operatorsStops({ frame, status, state_tick }) {
 
 /** @param {Known} show @param {number} now_ms @returns {Standing} */
 function ofShow({ frame, status, status_ms }, now_ms) {
-  if (status === null) return dead('connecting', 'CONNECTING', 'waiting', 'Looking for the view.');
+  if (status === null) return dead('connecting', 'CONNECTING', 'waiting', 'Connecting to the view.');
   const { state, age_s, reason } = status.link;
   const old = age((age_s ?? 0) + (now_ms - status_ms) / 1e3);
   if (state === 'failed') return dead('failed', 'NO BUS', 'lost', reason ?? 'The bus cannot be read.');
@@ -97,7 +97,7 @@ function ofShow({ frame, status, status_ms }, now_ms) {
     return live('finished', 'FINISHED', explanation);
   }
   if (state === 'silent')
-    return dead('silent', 'SILENT', 'silent', `The server is there, but has said nothing for ${old}.`);
+    return dead('silent', 'SILENT', 'silent', `The server's process exists, but has sent nothing for ${old}.`);
   if (state === 'gone') return dead('lost', 'SERVER LOST', 'lost', `The server is gone. This picture is ${old} old.`);
   switch (frame.state) {
     case 'running':
@@ -111,20 +111,20 @@ function ofShow({ frame, status, status_ms }, now_ms) {
   }
 }
 
-/** Why the head brakes, and where it will stand. @param {Status} status */
+/** The reason for which the head brakes, and its place of rest. @param {Status} status */
 function stopping({ server, outlook }) {
   const stops = server?.stops ?? [];
   const why = stops.includes('ending')
     ? 'The server was asked to end. '
     : stops.includes('held')
-      ? 'A hold. '
+      ? 'Hold. '
       : stops.includes('paused')
-        ? 'A pause. '
+        ? 'Pause. '
         : stops.includes('timecode')
-          ? 'The timecode stands. '
+          ? 'The timecode stands still. '
           : '';
   if (outlook.kind !== 'rest') return `${why}The head brakes.`;
-  return `${why}The head stands in ${fixed(outlook.wall_s, 1)} s, after ${fixed(outlook.travel_m, 2)} m.`;
+  return `${why}The head stops in ${fixed(outlook.wall_s, 1)} s, at ${fixed(outlook.travel_m, 2)} m of travel.`;
 }
 
 /** @param {Server | null} server */
@@ -132,12 +132,13 @@ function paused(server) {
   const isOperators = server === null || server.stops.includes('paused');
   const timecode = timecodeOf(server);
   if (!isOperators && timecode === 'waiting') return 'The show waits for its first timecode.';
-  if (!isOperators && timecode !== 'none') return 'The timecode stands, and the show with it.';
+  if (!isOperators && timecode !== 'none') return 'The timecode stands still, so the show stands still.';
   return 'The operator has paused the show.';
 }
 
 /**
- * A hold is lifted by a release. Where the guard holds the dragon, it waits, has come to the end, or is dead.
+ * The reason for which the show is held. A release lifts an operator's hold. If the guard holds the dragon, the guard waits,
+ * has reached the end of the proven travel, or is missing.
  * @param {Status} status
  */
 function held({ server, guard }) {
@@ -154,10 +155,10 @@ function guardHolds(guard) {
       return 'NO GUARD: the dragon stays here until a guard runs (bench-dragon monitor --guard).';
     case 'at_end':
       return guard.for_good
-        ? 'The guard holds for good: further on, benches come nearer than its margin. Only a seek moves the dragon on.'
-        : 'The guard holds: further on, benches come nearer than its margin. Timecode may move the dragon on.';
+        ? 'The guard holds the dragon permanently: ahead, benches come nearer than the margin. Only a seek moves the dragon.'
+        : 'The guard holds the dragon: ahead, benches come nearer than the margin. Timecode can move the dragon.';
     default:
-      return 'The guard is proving the way ahead: the dragon walks on by itself.';
+      return 'The guard is proving the travel ahead. Then the dragon walks on without a command.';
   }
 }
 

@@ -1,19 +1,19 @@
 // @ts-check
-// What a browser keeps for the page, where it lets it: with site data blocked, it is kept for as long as the page is open.
+// The page's storage in the browser. If the user has blocked site data, values last until the page is closed.
 
 /** @typedef {{read: () => string | null, write: (text: string) => void}} Kept */
 
-/** Of this tab, until it is closed. @param {string} key */
+/** A value of this tab, until it is closed. @param {string} key */
 export function ofTab(key) {
   return kept(() => sessionStorage, key);
 }
 
-/** Of this browser. @param {string} key */
+/** A value of this browser. @param {string} key */
 export function ofBrowser(key) {
   return kept(() => localStorage, key);
 }
 
-/** @param {() => Storage} storage to ask for it may throw already @param {string} key @returns {Kept} */
+/** @param {() => Storage} storage may throw @param {string} key @returns {Kept} */
 function kept(storage, key) {
   /** @type {string | null} */ let here = null;
   return {
@@ -29,7 +29,7 @@ function kept(storage, key) {
       try {
         storage().setItem(key, text);
       } catch {
-        // It is here.
+        // The value is still in `here`.
       }
     },
   };

@@ -1,5 +1,5 @@
 // @ts-check
-// How things stand: the strip on top, the banner over a picture that is not live, the page's title.
+// The state of the show: the strip on top, the banner over a picture that is not live, and the page's title.
 
 import { element, write } from './element.js';
 
@@ -17,7 +17,7 @@ export function writeStrip({ status, word, shape, explanation, isLive }, instanc
   if (dataset.status !== status) {
     dataset.status = status;
     dataset.live = String(isLive);
-    // How long the page went on as if the last picture were live.
+    // Time from the arrival of the last picture until the page stopped showing it as live.
     dataset.shownAfterMs = String(Math.round(performance.now() - show.frame_ms));
     for (const id of ['shape', 'banner-shape']) element(id, SVGUseElement).setAttribute('href', `#shape-${shape}`);
     html('banner').hidden = isLive;

@@ -1,9 +1,9 @@
 // @ts-check
-// Tabs: one panel at a time, changed by a press or with the arrow keys.
+// Tabs: one panel at a time. A press or the arrow keys change it.
 
 import { element } from './element.js';
 
-/** @param {readonly string[]} names each with a tab `NAME-tab` and a panel `NAME-panel` */
+/** @param {readonly string[]} names names; each has a tab `NAME-tab` and a panel `NAME-panel` */
 export function offerTabs(names) {
   const tabs = names.map((name) => element(`${name}-tab`, HTMLButtonElement));
   const choose = (/** @type {number} */ chosen) => {

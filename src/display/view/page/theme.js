@@ -5,7 +5,7 @@ import { ofBrowser } from './storage.js';
 const kept = ofBrowser('bench-dragon.theme');
 
 /**
- * Light or dark as the system has it, until somebody chooses.
+ * Offers a light and a dark theme. The system's setting applies until the user chooses one.
  * @param {() => void} changed
  */
 export function offerThemes(changed) {

@@ -1,6 +1,6 @@
 // @ts-check
-// The show from its start to its end: the planned clearance, over it the measured one, where the show is now and what is
-// ahead. A time is chosen by a press or with the arrow keys; to look at one changes nothing.
+// The timeline of the show: the planned clearance, the measured clearance over it, the current show time and the forecast.
+// A press or the arrow keys choose a time. Choosing a time sends nothing.
 
 import { fineCanvas, font } from './canvas.js';
 import { element, write } from './element.js';
@@ -19,7 +19,7 @@ import { drawMeasured, drawPlan } from './timeline_curves.js';
 const FLAG_ROWS = 2;
 const FLAG_ROW_PX = 18;
 const FLAG_HIGH_PX = 16;
-/** How near to a mark the pointer means the mark. */
+/** Distance in pixels up to which a time counts as that of a mark. */
 const MARK_REACH_PX = 5;
 /** @type {PlanTimes} */
 const NO_PLAN = { curve: [], nearMisses: [], contact: null };
@@ -91,7 +91,7 @@ export class Timeline {
     const { plan, chart, status } = show;
     const clock = status?.clock ?? null;
     this.#times = plan === null || clock === null ? NO_PLAN : planOverTime(plan, clock, run);
-    // A head that walks slower than planned is on its way beyond the planned end.
+    // A head that walks slower than planned still walks after the planned end.
     const end_s = Math.max(run.end_s, this.#times.curve.at(-1)?.time_s ?? run.end_s);
     this.#axis = new Axis(run.start_s, end_s, this.#width, this.#height);
     const { context } = this.#screen;
@@ -108,7 +108,7 @@ export class Timeline {
     this.#area.dataset.plannedPoints = String(this.#times.curve.length);
   }
 
-  /** Where a key moves the chosen time to. @param {string} key */
+  /** The chosen time after a key; `null` for other keys. @param {string} key */
   #stepped(key) {
     if (this.#run === null) return null;
     const from_s = this.#chosen_s ?? Number(this.#area.dataset.nowS);
@@ -133,7 +133,7 @@ export class Timeline {
     }
   }
 
-  /** What has happened. @param {Show} show */
+  /** Draws the alerts of this run. @param {Show} show */
   #drawAlerts({ alerts, frame }) {
     const { context } = this.#screen;
     for (const { run_id, kind, time_s } of alerts) {
@@ -144,7 +144,7 @@ export class Timeline {
     }
   }
 
-  /** Now, the contact, and the nearest near misses, as far as there is room for their flags. @param {Show} show */
+  /** Draws the flags of now, the stop, the contact, and the nearest near misses if they have room. @param {Show} show */
   #drawFlags({ frame, status }) {
     const { contact: ink, near, panel } = this.#palette;
     const flags = [];
@@ -153,10 +153,10 @@ export class Timeline {
       flags.push({ time_s: Math.min(frame.time_s, this.#axis.end_s), text, ground: this.#palette.ink, dash: [], isNeeded: true });
     }
     const outlook = status?.outlook ?? /** @type {const} */ ({ kind: 'unknown' });
-    // Where the head will stand comes before a contact that it does not reach.
+    // The head's stop takes precedence over a contact that the head does not reach.
     const willStand = outlook.kind === 'guard_stop' || outlook.kind === 'rest';
     if (willStand) {
-      const text = `${outlook.kind === 'rest' ? 'stands' : 'guard stop'} ${format.fixed(outlook.time_s, 1)}`;
+      const text = `${outlook.kind === 'rest' ? 'stop' : 'guard stop'} ${format.fixed(outlook.time_s, 1)}`;
       flags.push({ time_s: outlook.time_s, text, ground: this.#palette.pair, dash: [6, 2], isNeeded: true });
     }
     const contact_s = this.#times.contact?.time_s ?? (outlook.kind === 'contact' ? outlook.time_s : null);
@@ -235,7 +235,8 @@ export class Timeline {
     const summary = plan === null ? '' : planInWords(this.#times, plan.is_complete, format);
     const reading = time_s === null ? summary : this.#readingAt(time_s, chart);
     write(this.#reading, reading);
-    // A slider that runs with the show would be read out without end: it is of the chosen time, or of the start.
+    // A screen reader would announce a slider that moves with the show without end. So its value is the chosen time, or the
+    // start.
     const [valuenow, valuetext] =
       this.#chosen_s === null
         ? [run.start_s, `no time chosen. ${summary}`]
@@ -244,7 +245,7 @@ export class Timeline {
     for (const [name, value] of Object.entries(aria)) this.#area.setAttribute(`aria-${name}`, String(value));
   }
 
-  /** What is known of a time; near a mark, what the mark stands for. @param {number} time_s @param {Show['chart']} chart */
+  /** The clearances at a time in words; near a mark, the mark's event. @param {number} time_s @param {Show['chart']} chart */
   #readingAt(time_s, chart) {
     const isAt = (/** @type {{time_s: number}} */ mark) =>
       Math.abs(this.#axis.x(mark.time_s) - this.#axis.x(time_s)) <= MARK_REACH_PX;
@@ -262,8 +263,8 @@ export class Timeline {
     const measured_m = chart?.least_m[Math.min(bin, chart.least_m.length - 1)] ?? NaN;
     const planned_m = plannedAt(curve, time_s);
     const words = [];
-    if (Number.isFinite(measured_m)) words.push(`measured at least ${format.millimetres(measured_m)} mm`);
+    if (Number.isFinite(measured_m)) words.push(`measured minimum ${format.millimetres(measured_m)} mm`);
     if (Number.isFinite(planned_m)) words.push(`planned ${format.millimetres(planned_m)} mm`);
-    return `${at(time_s, 1)}: ${words.join(', ') || 'not known'}`;
+    return `${at(time_s, 1)}: ${words.join(', ') || 'unknown'}`;
   }
 }

@@ -13,7 +13,7 @@ export const TOP_PX = 40;
 export const BOTTOM_PX = 22;
 const TICKS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400];
 const TICK_PX = 64;
-/** From this length on, in seconds, times are written in minutes and seconds. */
+/** Length of the show, in seconds, from which on times are in minutes and seconds. */
 const LONG_S = 1200;
 
 export class Axis {
@@ -46,7 +46,7 @@ export class Axis {
   }
 
   /**
-   * Lines of clearances, in millimetres, and that from which on pairs are near.
+   * Draws the lines of clearances, in millimetres, and the line at and below which pairs are near.
    * @param {CanvasRenderingContext2D} context
    * @param {Levels} levels
    * @param {number} near_m
@@ -73,7 +73,7 @@ export class Axis {
     context.setLineDash([]);
   }
 
-  /** Times along the bottom, and what they are. @param {CanvasRenderingContext2D} context @param {Palette} palette */
+  /** Draws the times at the bottom, and their caption. @param {CanvasRenderingContext2D} context @param {Palette} palette */
   drawTimes(context, palette) {
     const length_s = this.end_s - this.start_s;
     const least_s = (length_s * TICK_PX) / (this.right - this.left);

@@ -1,5 +1,5 @@
 // @ts-check
-// The timeline's curves: thin, what is planned; over it, what was measured.
+// The timeline's curves: the planned clearance as a thin line, and the measured clearance over it.
 
 import { line } from './timeline_axis.js';
 
@@ -13,7 +13,7 @@ import { line } from './timeline_axis.js';
 const MARK_PX = 4;
 
 /**
- * The planned clearance, fainter beyond the contact, and a mark at each near miss and at the contact.
+ * Draws the planned clearance, fainter after the contact, and a mark at each near miss.
  * @param {CanvasRenderingContext2D} context
  * @param {Axis} axis
  * @param {Levels} levels
@@ -62,7 +62,7 @@ function stroke(context, axis, levels, points) {
 }
 
 /**
- * The least measured clearance of each stretch, filled in the colour of its level.
+ * Draws the least measured clearance of each part of the run, filled in the colour of its level.
  * @param {CanvasRenderingContext2D} context
  * @param {Axis} axis
  * @param {Levels} levels

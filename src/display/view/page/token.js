@@ -1,12 +1,12 @@
 // @ts-check
-// The token that control needs. It comes in the address's fragment, which no browser sends anywhere, and leaves the address
-// bar at once, so that a look over the shoulder or a shared screen does not give it away.
+// The token that commands need. It arrives in the address's fragment, which no browser sends anywhere. The page removes it from
+// the address bar at once, so that other people at the screen do not see it.
 
 import { ofTab } from './storage.js';
 
 const kept = ofTab('bench-dragon.token');
 
-/** Takes the token out of the address, where there is one, and returns the one that this tab has. */
+/** Moves the token from the address, if it has one, to the tab's storage. Returns the tab's token. */
 export function takeToken() {
   const token = tokenIn(location.hash);
   if (token !== null) {
@@ -16,7 +16,7 @@ export function takeToken() {
   return kept.read();
 }
 
-/** Another address pasted into an open tab changes its fragment alone. @param {(token: string) => void} taken */
+/** Listens for an address pasted into an open tab, which changes only its fragment. @param {(token: string) => void} taken */
 export function listenToAddress(taken) {
   addEventListener('hashchange', () => {
     const isGiven = tokenIn(location.hash) !== null;
@@ -31,7 +31,7 @@ export function keepToken(token) {
 }
 
 /**
- * How a request shows the token: `Authorization` is left to a proxy that asks for a password.
+ * The headers of a request with the token. `Authorization` stays free for a proxy that requires a password.
  * @param {string} token
  */
 export function tokenHeaders(token) {
@@ -39,7 +39,7 @@ export function tokenHeaders(token) {
 }
 
 /**
- * The token in an address, or in what somebody has pasted: the address, its fragment or the token alone.
+ * The token in a pasted text: an address, its fragment, or only the token; `null` if there is none.
  * @param {string} text
  * @returns {string | null}
  */

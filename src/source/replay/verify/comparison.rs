@@ -1,4 +1,4 @@
-//! The comparison of recorded frames with simulated ones: their bits, and when they were due.
+//! Comparison of recorded frames with simulated ones: their bits and their due times.
 
 use std::fmt;
 
@@ -9,10 +9,10 @@ use super::RunVerdict;
 use crate::recording::RecordedFrame;
 use crate::source::server::schedule::Schedule;
 
-/// Rounding makes no greater difference, in metres or metres per second.
+/// Greatest difference that rounding can cause, in metres or metres per second.
 const ROUNDING: f64 = 1e-6;
 
-/// What differs between a recording and its simulation, at the first tick at which something does.
+/// First difference between a recording and its simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
     /// The tick.
@@ -21,7 +21,7 @@ pub struct Difference {
     pub time_s: f64,
     /// The field, as the frame's message names it.
     pub field: String,
-    /// Index of the handle; null where the field is not of one.
+    /// Index of the handle; null where the field does not belong to a handle.
     pub handle: Option<u64>,
     /// The recorded value.
     pub recorded: Value,
@@ -33,14 +33,14 @@ pub struct Difference {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// A finite number. Two of them differ in their bits.
+    /// A finite number. Two numbers are equal where their bits are equal.
     Number(f64),
-    /// Anything else, in words.
+    /// Any other value, in words.
     Text(String),
 }
 
 impl Difference {
-    /// The verdict on a difference that is not in a number of the frame.
+    /// Verdict with a difference between two values in words.
     pub(super) fn in_words(header: &FrameHeader, field: &str, recorded: String, simulated: String) -> RunVerdict {
         RunVerdict::Differs { difference: Self::of(header, field, None, [recorded, simulated].map(Value::Text)) }
     }
@@ -50,7 +50,7 @@ impl Difference {
         Self { tick, time_s, field: field.to_owned(), handle, recorded, simulated }
     }
 
-    /// Whether it may be one of rounding alone: that of another processor's instructions or another C library.
+    /// Whether rounding alone may cause the difference: by other processor instructions or another C library.
     pub fn may_be_rounding(&self) -> bool {
         match (&self.recorded, &self.simulated) {
             (Value::Number(recorded), Value::Number(simulated)) => {
@@ -100,7 +100,8 @@ impl From<f64> for Value {
     }
 }
 
-/// The first bits of a recorded frame that are not those of the simulated one. The stamps are not compared.
+/// Returns the first field of a recorded frame whose bits differ from the simulated frame. `scheduled_ns` and
+/// `published_ns` are not compared.
 pub(super) fn difference(
     recorded: &RecordedFrame,
     header: &FrameHeader,
@@ -140,20 +141,20 @@ fn state_text(header: &FrameHeader) -> Value {
     )
 }
 
-/// When the ticks were due.
+/// Releases of the recorded ticks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Releases {
     rate_hz: u32,
-    /// When release 0 was due, with those that were missed before the first frame left out.
+    /// Due time of release 0, as if no release had been missed before the first frame.
     epoch_ns: Option<u64>,
     last: Option<u64>,
-    /// Releases missed before the first frame; `None` where the recording does not say.
+    /// Releases missed before the first frame; `None` where the recording does not contain the number.
     missed_before: Option<u64>,
     missed: u64,
 }
 
 impl Releases {
-    /// No frame yet, of a server with this rate.
+    /// Creates the releases of a server with this rate, before its first frame.
     pub(super) fn at(rate_hz: u32) -> Self {
         Self { rate_hz, epoch_ns: None, last: None, missed_before: None, missed: 0 }
     }
@@ -162,19 +163,19 @@ impl Releases {
         self.last.is_none()
     }
 
-    /// Releases missed so far, as far as that is known.
+    /// Known number of missed releases so far.
     pub(super) fn overruns(&self) -> u64 {
         self.missed_before.unwrap_or(0).saturating_add(self.missed)
     }
 
-    /// Takes a frame behind so many missing ones. Returns how many releases were missed before it.
+    /// Takes a frame after `missing` lost ones. Returns the number of releases missed before it.
     pub(super) fn take(&mut self, header: &FrameHeader, missing: u64) -> Result<u64, RunVerdict> {
         let wrong = |simulated: String| {
             let recorded = header.scheduled_ns.to_string();
             Difference::in_words(header, "scheduled_ns", recorded, simulated)
         };
         let Some(last) = self.last else {
-            // The first frame's release counts as the one of its tick: missed ones before it are added.
+            // The first frame gets the release of its tick, so releases missed before it shift the epoch.
             let epoch_ns = Schedule::from_epoch_ns(header.tick, self.rate_hz)
                 .and_then(|elapsed_ns| header.scheduled_ns.checked_sub(elapsed_ns));
             self.epoch_ns = Some(epoch_ns.ok_or_else(|| wrong("a later instant".to_owned()))?);
@@ -185,10 +186,10 @@ impl Releases {
         let epoch_ns = self.epoch_ns.expect("known since the first frame");
         let (release, off_ns) = Schedule::nearest_release(epoch_ns, self.rate_hz, header.scheduled_ns)
             .ok_or_else(|| wrong("a later instant".to_owned()))?;
-        // Where the first frame's release is not known for certain, rounding may fall otherwise.
+        // If the first frame's release is uncertain, rounding may differ by 1 ns.
         let tolerance_ns = u64::from(self.missed_before != Some(0));
         if off_ns > tolerance_ns {
-            return Err(wrong(format!("a release, the nearest of which is {off_ns} ns away")));
+            return Err(wrong(format!("a release (the nearest is {off_ns} ns away)")));
         }
         let missed = release.checked_sub(last).and_then(|ahead| ahead.checked_sub(missing.saturating_add(1)));
         let missed = missed.ok_or_else(|| wrong("a later release".to_owned()))?;
@@ -197,11 +198,11 @@ impl Releases {
         Ok(missed)
     }
 
-    /// Checks that an event counts as many missed releases as the frames show.
+    /// Checks that an event has the same number of missed releases as the frames show.
     pub(super) fn agree_with(&mut self, event: &CommandEvent, header: Option<&FrameHeader>) -> Result<(), RunVerdict> {
         let before = self.missed_before.or_else(|| event.overruns.checked_sub(self.missed));
         if before.is_some_and(|before| before + self.missed == event.overruns) {
-            // An event before the first frame that counts none proves nothing of those after it.
+            // An event before the first frame cannot confirm the number for the later frames.
             let is_behind_first = header.is_some();
             self.missed_before = if is_behind_first { before } else { self.missed_before };
             return Ok(());
@@ -209,7 +210,7 @@ impl Releases {
         let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
         let shown = self.overruns();
         let field = format!("overruns of command event {}", event.number);
-        let (recorded, simulated) = (event.overruns.to_string(), format!("{shown} by the frames"));
+        let (recorded, simulated) = (event.overruns.to_string(), format!("{shown}, counted from the frames"));
         Err(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated))
     }
 }

@@ -1,4 +1,4 @@
-//! What verification reads: several files one behind the other, and the events of commands that they hold, run by run.
+//! Input of a verification: several files read as one recording, and their command events, run by run.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,12 +9,13 @@ use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, RunStart};
 use super::{FlawedFile, VerifyError};
 use crate::recording::{Configuration, Flaws, FrameReader, ReadError, Recorded};
 
-/// Events of commands that a verification keeps in memory at most: 120 bytes each. A guard makes some ten a second.
+/// Greatest number of command events that a verification keeps in memory, 120 bytes each. A guard causes about ten a
+/// second.
 pub const MOST_EVENTS: usize = 1 << 20;
-/// Frames that are passed over before it is looked whether to go on.
+/// Number of frames that are skipped between two checks of `stop`.
 const STRIDE: u64 = 256;
 
-/// Reads the events of all runs, and passes over the frames. Returns them by run, and how many bytes were read.
+/// Reads the events of all runs and skips the frames. Returns the events by run, and the number of bytes read.
 pub(super) fn events_of_runs(
     files: &[PathBuf],
     stop: &AtomicBool,
@@ -42,30 +43,30 @@ pub(super) fn events_of_runs(
     Ok((runs, recordings.bytes_read()))
 }
 
-/// The events of a run as far as none is missing, from its start on.
+/// The events of a run from its start up to the first missing event.
 pub(super) struct RunEvents {
     pub(super) start: RunStart,
-    /// Those after the start, in the order in which the server took them.
+    /// Events after the start, in the order in which the server took them.
     pub(super) events: std::iter::Peekable<std::vec::IntoIter<CommandEvent>>,
-    /// Tick from which on events may be missing, and how many are.
+    /// Tick from which on events may be missing, and the number of missing events.
     pub(super) gap: Option<(u64, u64)>,
     /// Tick of the last event, where that is not the end of the run.
     pub(super) open_end_tick: Option<u64>,
 }
 
 impl RunEvents {
-    /// Sorts the events of a run. The error is why they cannot be used at all.
+    /// Sorts the events of a run. The error is the reason why they are unusable.
     pub(super) fn new(mut events: Vec<CommandEvent>) -> Result<Self, String> {
-        // Files that were joined by other tools may hold them in another order, or twice.
+        // Other tools may join files so that events are out of order or occur twice.
         events.sort_by_key(|event| event.number);
         events.dedup_by_key(|event| event.number);
         let first = events.first().ok_or(
-            "it has no record of commands: it is of an earlier version, of a replay, or of a server on another host",
+            "it has no record of commands: it comes from an earlier version, a replay, or a server on another host",
         )?;
         let start = match (first.number, first.run_start()) {
             (0, Some(start)) => start,
             (0, None) => {
-                return Err("its record of commands does not begin with a start: it is no run of a server".into());
+                return Err("its record of commands does not begin with a start: it is not a run of a server".into());
             }
             (missing, _) => {
                 return Err(format!(
@@ -93,7 +94,7 @@ pub(super) struct Recordings<'a> {
     files: std::slice::Iter<'a, PathBuf>,
     reader: Option<(&'a Path, FrameReader)>,
     configuration: Option<Configuration>,
-    /// Bytes of the files that were read to their ends.
+    /// Total size of the files that were read completely.
     bytes_before: u64,
     flawed: Vec<FlawedFile>,
 }
@@ -124,7 +125,7 @@ impl<'a> Recordings<'a> {
         }
     }
 
-    /// The configuration of the frame that was read last.
+    /// The configuration at the last frame.
     pub(super) fn configuration(&self) -> Option<&Configuration> {
         self.reader.as_ref().and_then(|(_, reader)| reader.configuration()).or(self.configuration.as_ref())
     }

@@ -1,22 +1,24 @@
-//! Verification: a recording simulated again, and compared with itself bit for bit.
+//! Verification: simulates a recording again, and compares it with its frames bit for bit.
 //!
-//! A recording holds all that decides on its frames: the configuration, how the run began, and every command with the tick
-//! from which it holds. [`verify`] gives these to the simulation of the server ([`Simulation`]) and compares every
-//! recorded frame with the simulated one, all bits of header and handles. It needs neither a bus nor a server.
+//! A recording contains everything that determines its frames: the configuration, the start of the run, and every
+//! command with the tick at which it took effect. [`verify`] passes these to the simulation of the server
+//! ([`Simulation`]). It compares every recorded frame with the simulated one: all bits of header and handles. It needs
+//! neither a bus nor a server.
 //!
-//! **Releases that were missed** follow from the frames: each was due at `epoch + release / rate`, in integers.
+//! **Missed releases** follow from the frames: each frame was due at `epoch + release / rate`, in integers.
 //!
-//! **Frames that the recorder lost** are simulated as well, but not compared. Releases that were missed meanwhile, or a
-//! timecode that led the show, leave open how; there the verification of the run ends.
+//! **Lost frames** are simulated, but not compared. If the server missed releases among them, or a timecode led the
+//! show, the frames are not determined. Then the verification of the run ends.
 //!
-//! **What a verification takes from the frames:** the instants at which they were due, and the time scale while a timecode
-//! leads the show, which only they have. `published_ns` is when a frame was sent; nothing can be compared with it.
+//! **Values taken from the frames:** the due times, and the time scale while a timecode leads the show. Only the frames
+//! contain these. `published_ns` is the time of sending, and is not compared.
 //!
-//! **The same bits** come from the same instructions: on a machine without AVX2 and FMA handles differ by rounding from those
-//! of a machine that has them ([`Instructions`]). The route's functions are those of the C library.
+//! **Same bits** need the same instructions: handles computed without AVX2 and FMA differ by rounding from handles
+//! computed with them ([`Instructions`]). The functions of the route come from the C library.
 //!
-//! **Bounds.** Files are read twice, one chunk in memory at a time: first the events of commands, [`MOST_EVENTS`] at most, and
-//! then the frames. For an event may be recorded behind the frames of its tick.
+//! **Bounds.** Files are read twice, with one chunk in memory at a time. The first pass reads the command events, at
+//! most [`MOST_EVENTS`]; the second reads the frames. Two passes are needed because an event may be recorded after the
+//! frames of its tick.
 //!
 //! [`Simulation`]: crate::source::server::Simulation
 //! [`Instructions`]: bench_dragon_geometry::dragon::Instructions
@@ -40,92 +42,92 @@ pub use events::MOST_EVENTS;
 use events::{Recordings, events_of_runs};
 use run_check::RunCheck;
 
-/// What a verification found.
+/// Results of a verification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verification {
     /// The runs, in the recorded order.
     pub runs: Vec<RunVerification>,
-    /// The files that could not be read whole.
+    /// Files that could not be read completely.
     pub flawed: Vec<FlawedFile>,
-    /// Whether it was broken off.
+    /// Whether the verification was interrupted.
     pub is_interrupted: bool,
 }
 
-/// A file that could not be read whole.
+/// A file that could not be read completely.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FlawedFile {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// What could not be read.
+    /// Parts that could not be read.
     #[serde(flatten)]
     pub flaws: Flaws,
 }
 
-/// What a verification found of one run.
+/// Results of the verification of one run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunVerification {
-    /// The run.
+    /// Number of the run.
     pub run_id: u64,
-    /// Its frames in the recording.
+    /// Number of its recorded frames.
     pub frames: u64,
-    /// Those that are as simulated: all from the first one on, unless the verdict names where that ends.
+    /// Number of frames that equal the simulated ones. They are consecutive from the first frame on.
     pub verified: u64,
     /// Tick of the first recorded frame.
     pub first_tick: u64,
     /// Tick of the last recorded frame.
     pub last_tick: u64,
-    /// Frames that are missing in the recording up to the last verified one, from tick 0 on. They were simulated.
+    /// Frames missing in the recording, from tick 0 up to the last verified frame. They were simulated.
     pub missing: u64,
     /// Releases that the server missed, up to the last verified frame.
     pub overruns: u64,
-    /// Accepted commands that were applied, grants excepted.
+    /// Accepted commands that were applied, without grants.
     pub commands: u64,
     /// Grants that were applied.
     pub grants: u64,
-    /// Changes of what the timecode had the show do.
+    /// Recorded changes of the timecode's effect on the show.
     pub timecode: u64,
-    /// The result.
+    /// Verdict on the run.
     #[serde(flatten)]
     pub verdict: RunVerdict,
 }
 
-/// The result of a verification.
+/// Verdict on a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum RunVerdict {
-    /// Every recorded frame is as simulated.
+    /// Every recorded frame equals the simulated one.
     #[default]
     Verified,
-    /// A frame is not: the first one.
+    /// A frame differs. The verdict names the first one.
     Differs {
-        /// What differs, and where.
+        /// The first difference.
         difference: Difference,
     },
     /// Some frames cannot be verified.
     Unverifiable {
-        /// The tick from which on.
+        /// First tick that cannot be verified.
         from_tick: u64,
-        /// Why not.
+        /// Reason, in words.
         reason: String,
     },
 }
 
-/// Why recordings could not be verified at all.
+/// Reason why recordings could not be verified at all.
 #[derive(Debug, thiserror::Error)]
 pub enum VerifyError {
     /// A file cannot be read as a recording.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// More events of commands than are kept in memory.
+    /// The recording has more command events than fit into memory.
     #[error("the recording holds more than {MOST_EVENTS} events of commands: verify the files of one run at a time")]
     TooManyEvents,
-    /// There is nothing to verify.
+    /// The recording has no frames.
     #[error("there are no frames in the recording")]
     NoFrames,
 }
 
-/// Verifies the runs of a recording: its files, oldest first. `look` is shown how many bytes were read, of twice the bytes of
-/// all files; `stop` breaks it off.
+/// Verifies the runs of a recording. `files` are its files, oldest first. `look` receives the number of bytes read so
+/// far, of twice the size of all files. `stop` interrupts the verification.
 ///
 /// # Errors
 /// [`VerifyError`].
@@ -153,7 +155,7 @@ pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -
     Ok(Verification { runs, flawed: recordings.into_flawed(), is_interrupted })
 }
 
-/// The run of a frame: the last one, or another that follows it.
+/// Returns the run of a frame: the last run, or a new one.
 fn run_of<'a>(
     runs: &'a mut Vec<RunInProgress>,
     frame: &RecordedFrame,
@@ -173,13 +175,13 @@ fn run_of<'a>(
         };
         runs.push(RunInProgress::new(frame, check));
     }
-    runs.last_mut().expect("begun where it was missing")
+    runs.last_mut().expect("a missing run has been added")
 }
 
-/// A run whose frames are being read, or have been.
+/// A run during or after the reading of its frames.
 struct RunInProgress {
     found: RunVerification,
-    /// `None` where it cannot be simulated. It goes on as long as the verdict is [`RunVerdict::Verified`].
+    /// `None` for a run that cannot be simulated. The check continues while the verdict is [`RunVerdict::Verified`].
     check: Option<RunCheck>,
 }
 
@@ -208,8 +210,8 @@ impl RunInProgress {
         }
     }
 
-    /// A server or a recorder that is killed leaves the commands of its last moments unrecorded. Where a frame differs only
-    /// there, nothing is known of why.
+    /// Ends the run. A killed server or recorder does not record the last commands. A difference in those last moments
+    /// has an unknown cause, so the verdict is then [`RunVerdict::Unverifiable`].
     fn finish(&mut self) {
         let open_end = self.check.take().and_then(|check| check.open_end());
         if let RunVerdict::Differs { difference } = &self.found.verdict
@@ -218,7 +220,7 @@ impl RunInProgress {
             && self.found.last_tick.saturating_sub(difference.tick) <= last_moments
         {
             let reason = format!(
-                "the record of commands has no end, as after a crash: some of its last moments may be missing; as recorded, \
+                "the record of commands has no end, as after a crash: its last commands may be missing; as recorded, \
                  the run differs {difference}"
             );
             self.found.verdict = RunVerdict::Unverifiable { from_tick: difference.tick, reason };

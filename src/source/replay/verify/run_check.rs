@@ -1,4 +1,4 @@
-//! One run of a recording, simulated again from tick 0 on and compared frame by frame.
+//! Check of one run of a recording: simulates it from tick 0 on, and compares frame by frame.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,51 +13,52 @@ use crate::source::server::motion::MotionPlan;
 use crate::source::server::{Simulation, Steering};
 use crate::source::timecode::Follower;
 
-/// Ticks in a row without a frame that are simulated at most: a day at 1 kHz.
+/// Greatest number of consecutive missing frames that are simulated: a day at 1 kHz.
 const MOST_MISSING: u64 = 86_400_000;
-/// Ticks without a frame that are simulated before it is looked whether to go on.
+/// Number of simulated missing frames between two checks of `stop`.
 const STRIDE: u64 = 1024;
 
-/// A server publishes its events ten times a second; on a busy machine later. In parts of a second.
+/// Length of a run's last moments, as a fraction of a second: 2 is half a second. A server publishes its events ten
+/// times a second, or later on a busy machine.
 const LAST_MOMENTS: u64 = 2;
 
-/// That frames from a tick on cannot be verified.
+/// Verdict that frames from a tick on cannot be verified.
 fn unverifiable(from_tick: u64, reason: impl Into<String>) -> RunVerdict {
     RunVerdict::Unverifiable { from_tick, reason: reason.into() }
 }
 
-/// The run, simulated as far as its frames have been read.
+/// A run, simulated up to the last frame that has been read.
 pub(super) struct RunCheck {
     run_id: u64,
     config: Config,
     start: RunStart,
     simulation: Simulation,
     events: RunEvents,
-    /// What the timecode has the show do, where the show follows one.
+    /// The timecode's effect on the show, once the run has recorded one.
     timecode: Option<Timecode>,
     pub(super) releases: Releases,
     next_tick: u64,
     handles: Vec<HandleState>,
 }
 
-/// What a timecode was last recorded to have the show do.
+/// The timecode's effect on the show as last recorded.
 #[derive(Clone, Copy, Debug)]
 struct Timecode {
     stands: bool,
-    /// Whether it says where the show is. Then the time scale is the frames'.
+    /// Whether the timecode determines the show time. Then the time scale comes from the frames.
     leads: bool,
     time_scale: f64,
 }
 
 impl RunCheck {
-    /// The run before tick 0, or why it cannot be simulated.
+    /// Creates the run before tick 0. The error is the reason why it cannot be simulated.
     pub(super) fn begin(
         run_id: u64,
         configuration: Option<&Configuration>,
         events: Vec<CommandEvent>,
     ) -> Result<Self, String> {
         let Configuration { toml, .. } = configuration.ok_or("its configuration is not in the recording")?;
-        let config = Config::from_toml(toml).map_err(|error| format!("its configuration: {error}"))?;
+        let config = Config::from_toml(toml).map_err(|error| format!("its configuration is not valid: {error}"))?;
         let events = RunEvents::new(events)?;
         let start = events.start;
         require_start(&config, &start)?;
@@ -79,13 +80,12 @@ impl RunCheck {
         })
     }
 
-    /// Where no event says that the run has ended: the tick of the last event, and how many ticks before the run's end are its
-    /// last moments.
+    /// For a run without a recorded end: the tick of its last event, and the length of its last moments in ticks.
     pub(super) fn open_end(&self) -> Option<(u64, u64)> {
         Some((self.events.open_end_tick?, u64::from(self.config.tables().serve.rate_hz) / LAST_MOMENTS))
     }
 
-    /// Simulates up to a frame and compares it. Counts in `found` what was simulated.
+    /// Simulates up to a frame and compares it. Adds the simulated missing frames, events and commands to `found`.
     pub(super) fn take(
         &mut self,
         frame: &RecordedFrame,
@@ -107,7 +107,8 @@ impl RunCheck {
             None => Ok(()),
             Some(difference) if begins_late => {
                 let reason = format!(
-                    "the recording begins at tick {}, and its first frame is not as simulated without a missed release: {}",
+                    "the recording begins at tick {}, and its first frame differs from a simulation without missed \
+                     releases: {}",
                     header.tick, difference
                 );
                 Err(unverifiable(header.tick, reason))
@@ -130,26 +131,24 @@ impl RunCheck {
         let stop_at_first =
             |what: &str| Err(unverifiable(first, format!("{missing} frames are missing there, {what}")));
         if missed > 0 {
-            return stop_at_first(&format!(
-                "and the server missed {missed} releases meanwhile: between which is not known"
-            ));
+            return stop_at_first(&format!("and the server missed {missed} releases among them, at unknown ticks"));
         }
         if missing > MOST_MISSING {
-            return stop_at_first(&format!("at most {MOST_MISSING} in a row are simulated"));
+            return stop_at_first(&format!("more than the {MOST_MISSING} in a row that can be simulated"));
         }
         for tick in first..tick {
             if tick % STRIDE == 0 && stop.load(Ordering::Relaxed) {
-                return Err(unverifiable(tick, "it was broken off"));
+                return Err(unverifiable(tick, "the verification was interrupted"));
             }
             self.simulate(tick, 0, None, found)?;
-            // The stepper's rounding depends on each step.
+            // Each step of the stepper affects its rounding.
             self.simulation.write(&mut self.handles);
             found.missing += 1;
         }
         Ok(())
     }
 
-    /// Simulates a tick. Returns the time scale of its frame, but for the pace of catching up.
+    /// Simulates a tick. Returns the time scale of its frame, without the pace of catching up.
     fn simulate(
         &mut self,
         tick: u64,
@@ -168,14 +167,14 @@ impl RunCheck {
         self.simulation.advance(steering.map(|(stands, time_scale)| Steering { stands, time_scale, rate_hz }));
         match steering {
             None if self.start.follows_timecode => {
-                Err(unverifiable(tick, "what the timecode had the show do is not recorded"))
+                Err(unverifiable(tick, "the timecode's effect on the show is not recorded"))
             }
             None => Ok(self.config.tables().serve.time_scale),
             Some((_, time_scale)) => Ok(time_scale),
         }
     }
 
-    /// Takes the events of a tick. Returns whether one of them is what the timecode has the show do.
+    /// Takes the events of a tick. Returns whether one of them changes the timecode's effect on the show.
     fn take_events(
         &mut self,
         tick: u64,
@@ -199,13 +198,15 @@ impl RunCheck {
 
     fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), RunVerdict> {
         let [leads, time_scale, ..] = event.values;
-        require_time_scale(time_scale).map_err(|reason| unverifiable(event.tick, reason))?;
+        require_time_scale(time_scale).map_err(|range| {
+            unverifiable(event.tick, format!("the recorded time scale is {time_scale}, must be {range}"))
+        })?;
         let stands = event.event_kind() == Some(EventKind::Stand);
         self.timecode = Some(Timecode { stands, leads: leads != 0.0, time_scale });
         Ok(())
     }
 
-    /// Makes a recorded request again, which must be answered in the same way.
+    /// Repeats a recorded request. The simulation must give the recorded reply.
     fn request(
         &mut self,
         request: Request,
@@ -214,7 +215,8 @@ impl RunCheck {
         found: &mut RunVerification,
     ) -> Result<(), RunVerdict> {
         let recorded = event.outcome();
-        // Refused by the server and not by the simulation; and of a grant for another run that run is not recorded.
+        // The server, not its simulation, refuses seeks under timecode (`Followed`) and unknown commands. The other run of
+        // a grant (`OtherRun`) is not recorded.
         if let Err(Refusal::Followed | Refusal::OtherRun | Refusal::Unknown) = recorded {
             return Ok(());
         }
@@ -234,7 +236,7 @@ impl RunCheck {
         Ok(())
     }
 
-    /// Whether the timecode has the show stand, and the time scale, from this tick on; `None` without timecode.
+    /// The timecode's effect from this tick on: whether the show stands, and the time scale. `None` without timecode.
     fn steering(
         &self,
         tick: u64,
@@ -245,18 +247,19 @@ impl RunCheck {
         if !timecode.leads || has_changed {
             return Ok(Some((timecode.stands, timecode.time_scale)));
         }
-        // While the timecode leads, nothing is made up for, so that a frame has the very time scale.
+        // While the timecode leads, the show does not catch up, so the frame contains the timecode's time scale itself.
         let Some(header) = header else {
             let reason = "its frame is missing, and with it the time scale by which the show followed the timecode";
             return Err(unverifiable(tick, reason));
         };
-        require_time_scale(header.time_scale)
-            .map_err(|range| Difference::in_words(header, "time_scale", header.time_scale.to_string(), range))?;
+        require_time_scale(header.time_scale).map_err(|range| {
+            Difference::in_words(header, "time_scale", header.time_scale.to_string(), format!("a value {range}"))
+        })?;
         Ok(Some((timecode.stands, header.time_scale)))
     }
 }
 
-/// What a server checks of its arguments.
+/// Checks the start of the run as a server checks its arguments.
 fn require_start(config: &Config, start: &RunStart) -> Result<(), String> {
     let dragon = config.dragon();
     let travels = dragon.start_travel_m()..=dragon.end_travel_m();
@@ -264,14 +267,14 @@ fn require_start(config: &Config, start: &RunStart) -> Result<(), String> {
         && travels.contains(&start.travel_m)
         && (0.0..=Request::MAX_SPEED_MPS).contains(&start.speed_mps)
         && start.until_s.is_none_or(f64::is_finite);
-    if is_sound { Ok(()) } else { Err("its start is not one of this dragon".to_owned()) }
+    if is_sound { Ok(()) } else { Err("its start is out of range for its dragon".to_owned()) }
 }
 
-/// What a follower of timecode makes of the time scale.
+/// Checks that a follower of timecode can give this time scale.
 fn require_time_scale(time_scale: f64) -> Result<(), String> {
     let (least, greatest) = (Follower::LEAST_TIME_SCALE, Follower::GREATEST_TIME_SCALE);
     if (least - 1e-9..=greatest + 1e-9).contains(&time_scale) {
         return Ok(());
     }
-    Err(format!("from {least} to {greatest} while it follows timecode"))
+    Err(format!("from {least} to {greatest} with timecode"))
 }

@@ -1,15 +1,15 @@
-//! How far a guarded head may walk: the movement authority, as railway signalling calls it.
+//! Movement authority of a guarded head: how far it may walk. The term is from railway signalling.
 
 use bench_dragon_ipc::Refusal;
 
 use super::Limits;
 
-/// A stretch of travel that the guard has proved free.
+/// An interval of travel that the guard has proved free of contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Stretch {
     from_m: f64,
     to_m: f64,
-    /// Whether the proven travel ends there for good.
+    /// Whether the proven travel ends permanently at `to_m`.
     is_final: bool,
 }
 
@@ -18,7 +18,7 @@ impl Stretch {
         (self.from_m..=self.to_m).contains(&travel_m)
     }
 
-    /// Both stretches, which overlap, as one.
+    /// Joins two overlapping intervals into one.
     fn joined(self, other: Self) -> Self {
         let reaches = |stretch: Self, to_m: f64| stretch.is_final && stretch.to_m == to_m;
         let to_m = self.to_m.max(other.to_m);
@@ -26,31 +26,31 @@ impl Stretch {
     }
 }
 
-/// What the guard of a run has granted.
+/// The intervals that the guard of a run has granted.
 ///
-/// A proof is about the run's geometry and stays true, so nothing is ever taken back: what overlaps is joined.
+/// A proof is about the run's geometry and stays valid, so no grant is ever revoked. Overlapping grants are joined.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Authority {
     run_id: u64,
-    /// The stretch on which the head is.
+    /// The interval that contains the head.
     present: Option<Stretch>,
-    /// A stretch on which it is not: where a seek was asked to.
+    /// An interval without the head: the guard proved it for a refused seek.
     prepared: Option<Stretch>,
     asked_m: Option<f64>,
 }
 
 impl Authority {
-    /// None yet, for a run.
+    /// The authority of a run before any grant.
     pub(super) fn none(run_id: u64) -> Self {
         Self { run_id, present: None, prepared: None, asked_m: None }
     }
 
-    /// Travel up to which a head at `travel_m` may walk.
+    /// Travel up to which a head at `travel_m` may walk, in metres.
     pub(super) fn limit_m(&self, travel_m: f64) -> f64 {
         self.present.map_or(travel_m, |present| present.to_m)
     }
 
-    /// Takes a grant, finite and not backwards, while the head is at `travel_m`.
+    /// Adds a grant while the head is at `travel_m`. Its ends are finite and in order.
     ///
     /// # Errors
     /// [`Refusal::OtherRun`].
@@ -71,7 +71,7 @@ impl Authority {
         Ok(())
     }
 
-    /// Lets the head be repositioned, where that is proved; otherwise notes where it was asked to go.
+    /// Moves the head to `travel_m` where that travel is proved. Otherwise keeps `travel_m` as the requested travel.
     ///
     /// # Errors
     /// [`Refusal::NotProved`].
@@ -88,7 +88,7 @@ impl Authority {
         Ok(())
     }
 
-    /// What a guard has to do with a head at `travel_m`.
+    /// Returns the limits of a head at `travel_m`, for its guard.
     pub(super) fn limits(&self, travel_m: f64) -> Limits {
         let end_m = self.present.filter(|present| present.is_final).map(|present| present.to_m);
         Limits { granted_to_m: Some(self.limit_m(travel_m)), asked_m: self.asked_m, end_m }

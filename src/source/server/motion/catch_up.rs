@@ -1,53 +1,55 @@
-//! How a show keeps time with the clock although releases are missed. Pure.
+//! Rule by which a show keeps time with the clock although releases are missed. Pure.
 //!
-//! - *A jump.* A show that has missed a few releases goes on by as many periods at once, so that the next frame shows the
-//!   dragon where it should be when that frame is due.
-//! - *Making up.* After a longer standstill the show is *behind* by all the releases missed. Every tick from then on goes on
-//!   by a tenth of a period more than it should, until the show is behind by nothing.
+//! - *Jump.* After a few missed releases the show advances by as many periods at once. So the next frame shows the
+//!   dragon at the position that is due.
+//! - *Catch-up.* After a longer standstill the show is *behind* by all missed releases. Each later tick advances by a
+//!   tenth of a period more than usual, until the lag is zero.
 //!
-//! Show time is counted in *parts*, ten to a period: whole numbers, so that nothing drifts, and a show that has caught up is
-//! exactly where it would have been. Only a running show falls behind or makes up; one that stands keeps what it is behind.
+//! Show time is counted in *parts*, ten to a period. Parts are whole numbers, so nothing drifts: a show that has caught
+//! up has exactly the time of one that missed nothing. Only a running show falls behind or catches up. A standing show
+//! keeps its lag.
 
 /// Parts of a period.
 pub(super) const PARTS: u64 = 10;
 
-/// The most that a show which makes up goes on by, in times its pace.
+/// Greatest pace of a show that catches up, in multiples of its normal pace.
 pub const FASTEST: f64 = (PARTS + 1) as f64 / PARTS as f64;
 
-/// How far a show is behind the clock, and what it does about missed releases.
+/// Lag of a show behind the clock, and the response to missed releases.
 #[derive(Clone, Copy, Debug)]
 pub struct CatchUp {
     most_jumped: u64,
     behind: u64,
     most_behind: u64,
-    /// Releases jumped since the last tick, and the parts that the show went on by.
+    /// Releases jumped since the last tick, and the parts by which the show advanced for them.
     jumped: (u64, u64),
     pace: f64,
 }
 
 impl CatchUp {
-    /// A show that is on time, and that jumps at most so many releases at once.
+    /// Creates the state of a show that is on time. It jumps at most `most_jumped` releases at once.
     pub(super) fn new(most_jumped: u64) -> Self {
         Self { most_jumped, behind: 0, most_behind: 0, jumped: (0, 0), pace: 1.0 }
     }
 
-    /// How far the show is behind the clock, in nanoseconds of wall time, at a rate.
+    /// Lag of the show behind the clock, in nanoseconds of wall time, at a rate.
     pub fn behind_ns(&self, rate_hz: u32) -> u64 {
         duration_ns(self.behind, rate_hz)
     }
 
-    /// The furthest that it has been behind, in nanoseconds of wall time, at a rate.
+    /// Greatest lag so far, in nanoseconds of wall time, at a rate.
     pub fn most_behind_ns(&self, rate_hz: u32) -> u64 {
         duration_ns(self.most_behind, rate_hz)
     }
 
-    /// How fast show time went on to the last tick, over the releases since the tick before: 1, or up to [`FASTEST`] while
-    /// the show makes up.
+    /// Pace of show time up to the last tick, over the releases since the tick before: 1, or up to [`FASTEST`] while
+    /// the show catches up.
     pub fn pace(&self) -> f64 {
         self.pace
     }
 
-    /// Parts by which a running show goes on because of missed releases, before its tick: none after a longer standstill.
+    /// Returns the parts by which a running show advances for missed releases, before its tick: 0 after a longer
+    /// standstill.
     pub(super) fn miss(&mut self, releases: u64) -> u64 {
         if releases > self.most_jumped {
             self.behind = self.behind.saturating_add(releases.saturating_mul(PARTS));
@@ -58,7 +60,7 @@ impl CatchUp {
         parts
     }
 
-    /// Parts by which a tick goes on, if the show runs.
+    /// Returns the parts by which a tick advances if the show runs.
     pub(super) fn tick(&mut self, runs: bool) -> u64 {
         self.most_behind = self.most_behind.max(self.behind);
         let (releases, parts) = std::mem::take(&mut self.jumped);
@@ -71,7 +73,7 @@ impl CatchUp {
         self.behind = 0;
     }
 
-    /// Parts of so many periods, and of what is made up in them.
+    /// Returns the parts of `releases` periods, plus the lag that the show makes up in them.
     fn go_on(&mut self, releases: u64) -> u64 {
         let made_up = self.behind.min(releases);
         self.behind -= made_up;
@@ -89,14 +91,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_short_miss_is_jumped_at_the_same_pace() {
+    fn a_show_jumps_a_few_missed_releases_at_its_normal_pace() {
         let mut catch_up = CatchUp::new(5);
         assert_eq!((catch_up.miss(5), catch_up.tick(true), catch_up.pace()), (50, 10, 1.0));
         assert_eq!((catch_up.behind_ns(1000), catch_up.most_behind_ns(1000)), (0, 0));
     }
 
     #[test]
-    fn a_standstill_is_made_up_by_a_tenth_more_a_tick_and_no_more() {
+    fn after_a_standstill_each_tick_makes_up_a_tenth_of_a_period() {
         let mut catch_up = CatchUp::new(5);
         assert_eq!((catch_up.miss(6), catch_up.behind_ns(1000)), (0, 6_000_000));
         let parts: Vec<u64> = (0..62).map(|_| catch_up.tick(true)).collect();
@@ -105,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_while_it_makes_up_makes_up_for_each_release() {
+    fn a_jump_during_catch_up_makes_up_a_tenth_for_each_release() {
         let mut catch_up = CatchUp::new(5);
         catch_up.miss(6);
         assert_eq!((catch_up.miss(3), catch_up.tick(true), catch_up.pace()), (33, 11, 1.1));
@@ -113,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_show_that_stands_makes_up_nothing_and_a_seek_puts_it_on_time() {
+    fn a_standing_show_keeps_its_lag_and_a_seek_clears_it() {
         let mut catch_up = CatchUp::new(0);
         catch_up.miss(1);
         assert_eq!((catch_up.tick(false), catch_up.pace(), catch_up.behind_ns(1000)), (10, 1.0, 1_000_000));

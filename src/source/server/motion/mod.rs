@@ -1,15 +1,16 @@
-//! The head's way through the show: from ticks and requests to show time, travel, speed and state.
+//! Motion of the head: from ticks and requests to show time, travel, speed and state.
 //!
-//! Pure: no clock, no geometry. Every running tick advances show time by exactly one period, `time_scale / rate`; the one
-//! in which the head comes to rest ends at that instant. Show time is counted in periods from the last seek, such a rest, or
-//! change of the time scale, and travel in closed form from the last change of speed, so rounding does not grow.
+//! Pure: no clock, no geometry. Every running tick advances show time by exactly one period, `time_scale / rate`. A
+//! tick in which the head comes to rest ends at that instant. Show time is counted in periods from the last seek, such
+//! a rest, or change of the time scale. Travel is in closed form from the last change of speed. So rounding does not
+//! grow.
 //!
-//! The show keeps time with the clock: before a tick, [`Motion::miss`] advances the show by the releases that were missed
-//! ([`CatchUp`]). Nothing depends on how periods are grouped, so a show that missed releases has the same show time and
+//! The show keeps time with the clock: before a tick, [`Motion::miss`] advances the show by the missed releases
+//! ([`CatchUp`]). The grouping of periods has no effect. So a show that missed releases has the same show time and
 //! travel, to the bit, as one that did not.
 //!
-//! A guarded head starts where it is and goes no further than its guard has granted ([`Request::Grant`]); there it stands
-//! held, until a further grant moves it on.
+//! A guarded head walks only up to the travel that its guard has granted ([`Request::Grant`]). There it is held until a
+//! further grant.
 
 mod authority;
 mod catch_up;
@@ -24,24 +25,24 @@ pub use plan::{HeadState, Limits, MotionPlan, MotionPlanError, MotionSettings};
 use authority::Authority;
 use walk::Walk;
 
-/// A stretch of the show in which time goes on evenly.
+/// An interval of the show with ticks of one length.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
     start_s: f64,
-    /// Tenths of a period since its start.
+    /// Tenths of a period since the leg's start.
     parts: u64,
-    /// Whether the tick that shows its start has begun.
+    /// Whether the tick that shows the leg's start has begun.
     shown: bool,
 }
 
 /// The motion of the head.
-#[allow(clippy::struct_excessive_bools, reason = "each is the word of somebody else")]
+#[allow(clippy::struct_excessive_bools, reason = "each flag has its own cause")]
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
     plan: MotionSettings,
     leg: Leg,
     walk: Walk,
-    /// Speed to walk at unless something stops the head.
+    /// Speed to walk at while nothing stops the head.
     speed_mps: f64,
     authority: Option<Authority>,
     catch_up: CatchUp,
@@ -50,14 +51,14 @@ pub struct Motion {
     follows: bool,
     stands: bool,
     ending: bool,
-    /// Whether the show time at which the show is over has been reached.
+    /// Whether the show has reached its end time.
     over: bool,
-    /// Whether the head was repositioned and has not walked since.
+    /// Whether a seek has moved the head, and it has not walked since.
     repositioned: bool,
 }
 
 impl Motion {
-    /// The motion before tick 0, which begins with the first [`Motion::advance`].
+    /// Creates the motion before tick 0, which begins with the first [`Motion::advance`].
     pub fn new(plan: MotionPlan) -> Self {
         let plan = plan.settings();
         let mut motion = Self {
@@ -79,9 +80,9 @@ impl Motion {
         motion
     }
 
-    /// Begins the next tick, after the requests that hold from it on.
+    /// Begins the next tick, after the requests that take effect at it.
     ///
-    /// A tick that starts a leg, by a seek or as the first of all, shows the leg's start.
+    /// The first tick of a run, and the first after a seek, shows the start of its leg.
     pub fn advance(&mut self) {
         let starts_leg = !std::mem::replace(&mut self.leg.shown, true);
         let runs = !starts_leg && self.state().walks();
@@ -91,10 +92,10 @@ impl Motion {
         }
     }
 
-    /// Takes note of releases that were missed since the last tick, before the requests of the next one.
+    /// Takes the number of releases that were missed since the last tick, before the requests of the next one.
     ///
-    /// A running show goes on by as many periods, as if it had ticked; where they are more than may be jumped, it is behind
-    /// by them instead.
+    /// A running show advances by as many periods, as if it had ticked. Where they exceed the limit of a jump, the show
+    /// falls behind by them instead.
     pub fn miss(&mut self, releases: u64) {
         if releases > 0 && self.leg.shown && self.state().walks() {
             let parts = self.catch_up.miss(releases);
@@ -102,17 +103,17 @@ impl Motion {
         }
     }
 
-    /// Forgets how far the show is behind: something else steers it to where it should be.
+    /// Sets the lag of the show to zero. The follower of timecode corrects the show time instead.
     pub fn forget_lag(&mut self) {
         self.catch_up.clear();
     }
 
-    /// How the show keeps time.
+    /// The show's lag and pace.
     pub fn catch_up(&self) -> &CatchUp {
         &self.catch_up
     }
 
-    /// Lets show time go on within a leg.
+    /// Advances show time within a leg.
     fn go_on(&mut self, parts: u64) {
         if parts == 0 {
             return;
@@ -127,12 +128,12 @@ impl Motion {
         self.stop_time_at_rest();
     }
 
-    /// Takes a request at the start of a tick, from which on it holds. After a `Stop` the head comes to rest, and the state
-    /// there is [`ShowState::Ended`].
+    /// Takes a request at the start of a tick. It takes effect at this tick. After a `Stop` the head brakes to rest,
+    /// and the state is then [`ShowState::Ended`].
     ///
     /// # Errors
-    /// The reason for which it is refused; then nothing has changed, but that a refused `Seek` of a guarded head is
-    /// remembered for its guard.
+    /// The reason of the refusal. A refused request changes nothing, with one exception: the travel of a refused `Seek`
+    /// is kept for the guard.
     pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
         match request {
             Request::Pause => self.paused = true,
@@ -148,7 +149,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Lets show time go on by so much with each running tick from the next one on.
+    /// Sets the show seconds by which each running tick advances, from the next tick on.
     pub fn set_tick(&mut self, tick_s: f64) {
         if tick_s == self.plan.tick_s {
             return;
@@ -160,13 +161,13 @@ impl Motion {
         self.plan.tick_s = tick_s;
     }
 
-    /// Lets the show follow timecode: it stands until the first one.
+    /// Makes the show follow timecode. The show stands until the first timecode.
     pub fn follow(&mut self) {
         self.follows = true;
         self.set_stands(true);
     }
 
-    /// Has the show stand, paused, or walk on. The operator's pause and hold are kept beside it.
+    /// Makes the show stand, paused, or walk on. The operator's pause and hold stay as they are.
     pub fn set_stands(&mut self, stands: bool) {
         self.stands = stands;
         self.steer();
@@ -177,7 +178,7 @@ impl Motion {
         self.paused || self.held
     }
 
-    /// Show time of the next tick if it runs, in seconds.
+    /// Show time of the next tick if the show runs, in seconds.
     pub fn next_sim_s(&self) -> f64 {
         let runs = self.leg.shown && self.state().walks();
         if runs { self.sim_s_at(self.ticks() + 1.0) } else { self.sim_s() }
@@ -190,12 +191,12 @@ impl Motion {
         HeadState { sim_time_ns: (self.sim_s() * 1e9).round() as i64, travel_m: self.travel_m(), speed_mps, state }
     }
 
-    /// What a guard has to do with this head.
+    /// Limits of this head, for its guard.
     pub fn limits(&self) -> Limits {
         self.authority.map(|authority| authority.limits(self.travel_m())).unwrap_or_default()
     }
 
-    /// What keeps the head from walking, or has it brake.
+    /// The reasons for which the head stands or brakes.
     pub fn stops(&self) -> Stops {
         let rests = self.walk.rests_since().is_some();
         Stops {
@@ -226,14 +227,15 @@ impl Motion {
         }
     }
 
-    /// A run that was given an end is over there; any other goes on publishing the finished show. A timecode that jumps
-    /// beyond the end may jump back: with timecode only a walk there ends the run.
+    /// State at the end of the run. A run with an end time ends there; any other continues to publish the finished
+    /// show. A timecode that jumps past the end may jump back, so with timecode the run ends only when the head walks
+    /// to its end.
     fn state_at_end(&self) -> ShowState {
         let ends = self.plan.until_s.is_some() && !(self.follows && self.repositioned);
         if ends { ShowState::Ended } else { ShowState::Finished }
     }
 
-    /// Whether somebody has the head come to rest.
+    /// Whether the operator, the timecode or a stop brings the head to rest.
     fn is_to_stand(&self) -> bool {
         self.held || self.paused || self.stands || self.ending
     }
@@ -258,14 +260,14 @@ impl Motion {
         self.walk.travel_m(self.ticks())
     }
 
-    /// Tells the walk what all requests so far come to.
+    /// Sets the walk's target speed and limit from all requests so far.
     fn steer(&mut self) {
         let target_mps = if self.is_to_stand() { 0.0 } else { self.speed_mps };
         let granted_to_m = self.granted_to_m().unwrap_or(f64::INFINITY);
         self.walk.steer(self.ticks(), target_mps, granted_to_m.min(self.plan.end_travel_m));
     }
 
-    /// Lets a leg begin at the instant at which the head has come to rest, where that is within this tick.
+    /// Begins a leg at the instant at which the head came to rest, if that is within this tick.
     fn stop_time_at_rest(&mut self) {
         if let Some(since) = self.walk.rests_since()
             && since <= self.ticks()
@@ -275,9 +277,9 @@ impl Motion {
         }
     }
 
-    /// Ends the show at the time asked for, unless the head has come to rest for good before.
+    /// Ends the show at its end time, unless the head has come to rest permanently before.
     fn end_show(&mut self) {
-        let until_s = self.plan.until_s.expect("asked for only where there is such a time");
+        let until_s = self.plan.until_s.expect("called only where the plan has an end time");
         let until = (until_s - self.leg.start_s) / self.plan.tick_s;
         self.walk.advance_to(until);
         match self.walk.rests_since() {
@@ -289,7 +291,7 @@ impl Motion {
         }
     }
 
-    /// Begins a leg at an instant of the present one, which has been shown.
+    /// Begins a leg at an instant of the present leg, which has been shown.
     fn begin_leg(&mut self, start_s: f64, ticks: f64) {
         self.walk.count_from(ticks);
         self.leg = Leg { start_s, parts: 0, shown: true };
@@ -345,7 +347,7 @@ impl Motion {
     }
 }
 
-/// Periods of so many parts: exact where they are whole, and the same bits however they were counted up.
+/// Converts parts to periods. Whole periods are exact, and the result does not depend on how the parts were added up.
 fn periods(parts: u64) -> f64 {
     parts as f64 / catch_up::PARTS as f64
 }

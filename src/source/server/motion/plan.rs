@@ -1,4 +1,4 @@
-//! What a motion starts from, and what it says of the head.
+//! The settings of a motion, and its results.
 
 use bench_dragon_ipc::{Request, RunStart, ShowState};
 
@@ -7,10 +7,10 @@ use crate::config::Config;
 #[cfg(doc)]
 use super::Motion;
 
-/// What a motion is planned with, not yet checked.
+/// Settings of a motion, not yet checked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionSettings {
-    /// Speed of the head that travel is planned with, above 0, in metres per show second.
+    /// Planned speed of the head, above 0, in metres per show second.
     pub speed_mps: f64,
     /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
     pub accel_mps2: Option<f64>,
@@ -22,26 +22,26 @@ pub struct MotionSettings {
     pub start_travel_m: f64,
     /// Speed to walk at from tick 0 on, from 0 to [`Request::MAX_SPEED_MPS`], in metres per show second.
     pub start_speed_mps: f64,
-    /// Show time of the run's start: the least that may be sought.
+    /// Show time of the run's start, the earliest for a seek.
     pub first_s: f64,
-    /// Show time of the run's end at the planned speed: the most that may be sought.
+    /// Show time of the run's end at the planned speed, the latest for a seek.
     pub last_s: f64,
     /// Travel at which the run ends, in metres.
     pub end_travel_m: f64,
-    /// Show time at which the show is over, where that comes first.
+    /// Show time at which the show ends, if it has not ended before.
     pub until_s: Option<f64>,
     /// Whether tick 0 is held.
     pub held: bool,
     /// Whether tick 0 is paused, or will be once the hold is lifted.
     pub paused: bool,
-    /// The run whose guard's grants the head waits for; without one it walks freely.
+    /// Number of the run whose guard must grant travel to the head; without one the head walks freely.
     pub guarded_run: Option<u64>,
-    /// Releases that may be missed in one go and jumped; a longer standstill is made up slowly.
+    /// Missed releases up to which the show jumps at once; after a longer standstill it catches up slowly.
     pub most_jumped: u64,
 }
 
 impl MotionSettings {
-    /// A run at 1 m/s, between two travels, of which nothing else is wanted. It jumps all missed releases.
+    /// Settings of a run at 1 m/s between two travels, with no other options. It jumps all missed releases.
     pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
         Self {
             speed_mps: 1.0,
@@ -62,11 +62,11 @@ impl MotionSettings {
     }
 }
 
-/// Settings that a motion can be made of: they are finite, and in the ranges that [`MotionSettings`] names.
+/// Checked settings: finite values in the ranges that [`MotionSettings`] states.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionPlan(MotionSettings);
 
-/// A value that no motion can be made of.
+/// Error of a setting that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} of a motion is {value}, must be {allowed}")]
 pub struct MotionPlanError {
@@ -76,10 +76,10 @@ pub struct MotionPlanError {
 }
 
 impl MotionPlan {
-    /// Checks settings.
+    /// Checks the settings.
     ///
     /// # Errors
-    /// The first value that is not in its range.
+    /// The first value that is out of range.
     pub fn new(settings: MotionSettings) -> Result<Self, MotionPlanError> {
         let MotionSettings { speed_mps, accel_mps2, tick_s, start_s, start_travel_m, start_speed_mps, .. } = settings;
         let MotionSettings { first_s, last_s, end_travel_m, until_s, .. } = settings;
@@ -95,19 +95,19 @@ impl MotionPlan {
             ("until_s", until_s.unwrap_or(0.0), is_finite, "finite"),
             ("travel_m", start_travel_m, is_finite, "finite"),
             ("end_travel_m", end_travel_m, is_finite, "finite"),
-            ("start_speed_mps", start_speed_mps, is_speed, "a speed that may be asked for"),
+            ("start_speed_mps", start_speed_mps, is_speed, "from 0 to the greatest speed of a command"),
         ] {
             if !is_allowed(value) {
                 return Err(MotionPlanError { name, value, allowed });
             }
         }
         if !last_s.is_finite() || last_s < first_s {
-            return Err(MotionPlanError { name: "last_s", value: last_s, allowed: "finite and first_s at least" });
+            return Err(MotionPlanError { name: "last_s", value: last_s, allowed: "finite and at least first_s" });
         }
         Ok(Self(settings))
     }
 
-    /// The plan of a server's run.
+    /// Returns the plan of a server's run.
     ///
     /// # Errors
     /// As [`MotionPlan::new`].
@@ -144,17 +144,17 @@ pub struct HeadState {
     pub travel_m: f64,
     /// Speed in metres per show second; 0 where the head stands.
     pub speed_mps: f64,
-    /// What the show is doing.
+    /// State of the show.
     pub state: ShowState,
 }
 
-/// What a guard has to do with a head. Without a guard there is nothing.
+/// Limits of a guarded head, for its guard. Without a guard all are `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Travel up to which the head may walk, in metres.
     pub granted_to_m: Option<f64>,
-    /// Travel that a seek has asked for and that is not proved yet.
+    /// Travel that a refused seek requested and that no guard has proved yet, in metres.
     pub asked_m: Option<f64>,
-    /// Travel at which the granted stretch ends for good, in metres, where the guard has reached it.
+    /// Travel at which the proven travel ends permanently, in metres; `None` where the guard has not reached it.
     pub end_m: Option<f64>,
 }

@@ -1,8 +1,8 @@
-//! How the head walks: at the target speed, never past a limit, and with bounded acceleration where there is a bound.
+//! Walk of the head: at the target speed, never past a limit, and with bounded acceleration where there is a bound.
 //!
-//! A walk is a sequence of phases of constant acceleration. A phase ends where the target speed is reached, where
-//! braking has to begin so that the head rests exactly at the limit, or where it rests. Those instants lie between ticks;
-//! they are computed in closed form, so where the head rests does not depend on the ticks.
+//! A walk is a sequence of phases of constant acceleration. A phase ends in one of three cases: the head reaches the
+//! target speed, it must begin to brake so that it rests exactly at the limit, or it rests. The instants of these ends
+//! lie between ticks and are computed in closed form. So the head's resting point does not depend on the ticks.
 
 /// The head's walk. Instants are counted in ticks, as fractions.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +15,7 @@ pub(super) struct Walk {
     phase: Phase,
 }
 
-/// A stretch of constant acceleration.
+/// An interval of constant acceleration.
 #[derive(Clone, Copy, Debug)]
 struct Phase {
     start: Instant,
@@ -34,21 +34,22 @@ struct Instant {
 #[derive(Clone, Copy, Debug)]
 struct End {
     at: Instant,
-    /// Whether the next phase brakes to the limit, however that compares with the greatest acceleration in rounding.
+    /// Whether the next phase brakes to the limit. A flag, because rounding could make a comparison of braking
+    /// distances fail.
     brakes: bool,
 }
 
 impl Walk {
-    /// A head that rests, and has nowhere to go.
+    /// Creates the walk of a head that rests and has no travel ahead.
     pub(super) fn at_rest(tick_s: f64, accel_mps2: Option<f64>, travel_m: f64) -> Self {
         let start = Instant { ticks: 0.0, travel_m, speed_mps: 0.0 };
         let phase = Phase { start, accel_mps2: 0.0, end: None };
         Self { tick_s, accel_mps2, target_mps: 0.0, limit_m: travel_m, phase }
     }
 
-    /// Sets the speed to walk at and the travel to stop at, from an instant of the present phase on.
+    /// Sets the target speed and the travel to stop at, from an instant of the present phase on.
     ///
-    /// The limit may be so near that the head brakes harder than it should, but it is not passed.
+    /// A near limit may make the head brake harder than the greatest acceleration. The head never passes the limit.
     pub(super) fn steer(&mut self, ticks: f64, target_mps: f64, limit_m: f64) {
         if (target_mps, limit_m) != (self.target_mps, self.limit_m) {
             let now = self.at(ticks);
@@ -65,7 +66,7 @@ impl Walk {
         }
     }
 
-    /// The same walk with the instants counted from a later one on.
+    /// Counts instants from a later one on. The walk stays the same.
     pub(super) fn count_from(&mut self, ticks: f64) {
         self.phase.start.ticks -= ticks;
         if let Some(end) = &mut self.phase.end {
@@ -73,7 +74,7 @@ impl Walk {
         }
     }
 
-    /// The same walk with ticks of another length, as seen from the instant that instants are counted from.
+    /// Counts instants in ticks of another length, from the same zero. The walk stays the same.
     pub(super) fn count_in(&mut self, tick_s: f64) {
         let shorter = self.tick_s / tick_s;
         self.tick_s = tick_s;
@@ -83,7 +84,7 @@ impl Walk {
         }
     }
 
-    /// Since when the head has rested, if it does.
+    /// Instant since which the head rests; `None` while it walks.
     pub(super) fn rests_since(&self) -> Option<f64> {
         (self.phase.start.speed_mps == 0.0 && self.phase.accel_mps2 == 0.0).then_some(self.phase.start.ticks)
     }
@@ -105,26 +106,26 @@ impl Walk {
         if accel_mps2 == 0.0 {
             return Instant { ticks, travel_m, ..start };
         }
-        // Rounding must carry the head neither past the limit nor backwards.
+        // Rounding must move the head neither past the limit nor backwards.
         let travel_m = (travel_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s).min(self.limit_m.max(start.travel_m));
         Instant { ticks, travel_m, speed_mps: (start.speed_mps + accel_mps2 * elapsed_s).max(0.0) }
     }
 
-    /// The phase that begins at an instant.
+    /// Plans the phase that begins at an instant.
     fn plan(&self, start: Instant, brakes: bool) -> Phase {
         let ahead_m = self.limit_m - start.travel_m;
         match self.accel_mps2 {
             None => self.walk_at_once(start, ahead_m),
             Some(_) if ahead_m <= 0.0 => rest(start),
-            Some(accel_mps2) if brakes || braking_way_m(start.speed_mps, accel_mps2) > ahead_m => {
+            Some(accel_mps2) if brakes || braking_distance_m(start.speed_mps, accel_mps2) > ahead_m => {
                 self.brake_to_limit(start, ahead_m)
             }
             Some(accel_mps2) if start.speed_mps > self.target_mps => self.change_speed(start, -accel_mps2),
             Some(_) if self.target_mps == 0.0 => rest(start),
             Some(accel_mps2) if start.speed_mps < self.target_mps => self.speed_up(start, accel_mps2, ahead_m),
             Some(accel_mps2) => {
-                let way_m = ahead_m - braking_way_m(start.speed_mps, accel_mps2);
-                let at = self.after(start, way_m / start.speed_mps, start.travel_m + way_m, start.speed_mps);
+                let cruise_m = ahead_m - braking_distance_m(start.speed_mps, accel_mps2);
+                let at = self.after(start, cruise_m / start.speed_mps, start.travel_m + cruise_m, start.speed_mps);
                 Phase { start, accel_mps2: 0.0, end: Some(End { at, brakes: true }) }
             }
         }
@@ -139,7 +140,7 @@ impl Walk {
         Phase { start, accel_mps2: 0.0, end: Some(End { at, brakes: false }) }
     }
 
-    /// Brakes evenly, to rest exactly at the limit.
+    /// Brakes with constant deceleration, to rest exactly at the limit.
     fn brake_to_limit(&self, start: Instant, ahead_m: f64) -> Phase {
         let accel_mps2 = -start.speed_mps * start.speed_mps / (2.0 * ahead_m);
         let at = self.after(start, 2.0 * ahead_m / start.speed_mps, self.limit_m, 0.0);
@@ -153,9 +154,10 @@ impl Walk {
         Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
     }
 
-    /// Speeds up, to the target or to where braking has to begin.
+    /// Speeds up to the target speed, or to the point where braking must begin.
     fn speed_up(&self, start: Instant, accel_mps2: f64, ahead_m: f64) -> Phase {
-        // There the square of the speed, v² + 2·a·x, is what may still be braked away: 2·a·(ahead − x).
+        // At that point the square of the speed, v² + 2·a·x, equals the square that braking can remove: 2·a·(ahead −
+        // x).
         let top_mps = (0.5 * start.speed_mps * start.speed_mps + accel_mps2 * ahead_m).sqrt();
         if top_mps >= self.target_mps {
             return self.change_speed(start, accel_mps2);
@@ -175,8 +177,8 @@ fn rest(start: Instant) -> Phase {
     Phase { start: Instant { speed_mps: 0.0, ..start }, accel_mps2: 0.0, end: None }
 }
 
-/// What the head walks from this speed to rest, in metres.
-fn braking_way_m(speed_mps: f64, accel_mps2: f64) -> f64 {
+/// Braking distance from this speed to rest, in metres.
+fn braking_distance_m(speed_mps: f64, accel_mps2: f64) -> f64 {
     speed_mps * speed_mps / (2.0 * accel_mps2)
 }
 
@@ -194,7 +196,7 @@ mod tests {
         walk
     }
 
-    /// Travel and speed after so many seconds.
+    /// Travel and speed after a number of seconds.
     fn after(mut walk: Walk, seconds: f64) -> (f64, f64) {
         walk.advance_to(seconds / TICK_S);
         (walk.travel_m(seconds / TICK_S), walk.speed_mps(seconds / TICK_S))
@@ -217,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_ramp_leads_up_to_speed_and_down_to_rest_at_the_limit() {
-        // 2 s and 2 m to reach 2 m/s, 3 s and 6 m at it, 2 s and 2 m to rest.
+        // 2 s and 2 m to reach 2 m/s, 3 s and 6 m at 2 m/s, 2 s and 2 m to rest.
         let walk = walk(Some(1.0), 2.0, 10.0);
         assert_near(after(walk, 1.0), (0.5, 1.0));
         assert_near(after(walk, 2.0), (2.0, 2.0));
@@ -227,14 +229,14 @@ mod tests {
     }
 
     #[test]
-    fn on_a_short_way_braking_begins_before_the_speed_is_reached() {
+    fn on_a_short_travel_the_head_brakes_before_it_reaches_the_target_speed() {
         let walk = walk(Some(1.0), 5.0, 4.0);
         assert_near(after(walk, 2.0), (2.0, 2.0));
         assert_eq!(after(walk, 4.1), (4.0, 0.0));
     }
 
     #[test]
-    fn ticks_of_another_length_change_nothing_but_their_number() {
+    fn another_tick_length_changes_only_the_number_of_ticks() {
         for accel_mps2 in [None, Some(1.0)] {
             let mut walk = walk(accel_mps2, 2.0, 10.0);
             walk.advance_to(1.0 / TICK_S);
@@ -248,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn a_longer_way_ends_the_braking() {
+    fn a_farther_limit_ends_the_braking() {
         let mut walk = walk(Some(1.0), 2.0, 10.0);
         walk.advance_to(6.0 / TICK_S);
         walk.steer(6.0 / TICK_S, 2.0, 100.0);
@@ -256,8 +258,8 @@ mod tests {
     }
 
     proptest! {
-        /// At any instants, with any orders in between, a walk passes no limit, goes never back, and changes its speed no
-        /// faster than it may, unless a limit has come nearer than it can brake.
+        /// At any instants, with any orders in between, a walk passes no limit and never goes back. Its speed changes
+        /// no faster than the greatest acceleration.
         #[test]
         fn a_walk_keeps_its_limits(
             orders in prop::collection::vec((0.0..10.0_f64, 0.0..5.0_f64, 0.0..300.0_f64), 1..40),
@@ -275,13 +277,13 @@ mod tests {
                 if let Some(accel_mps2) = accel_mps2 {
                     let change_mps: f64 = speed_mps - last.1;
                     prop_assert!(change_mps.abs() <= accel_mps2 * ticks_on * TICK_S * (1.0 + 1e-9) + 1e-9);
-                    prop_assert!(braking_way_m(speed_mps, accel_mps2) <= (limit_m - travel_m) * (1.0 + 1e-9) + 1e-9);
+                    prop_assert!(braking_distance_m(speed_mps, accel_mps2) <= (limit_m - travel_m) * (1.0 + 1e-9) + 1e-9);
                 }
                 last = (travel_m, speed_mps);
             }
         }
 
-        /// However the ticks fall, the head rests exactly at the limit, at the same instant.
+        /// For any steps, the head rests exactly at the limit, at the same instant.
         #[test]
         fn the_rest_does_not_depend_on_the_ticks(
             target_mps in 0.1..10.0_f64,
@@ -292,7 +294,7 @@ mod tests {
             let at_once = {
                 let mut walk = walk(accel_mps2, target_mps, limit_m);
                 walk.advance_to(1e9);
-                walk.rests_since().expect("the way has an end")
+                walk.rests_since().expect("the walk ends at the limit")
             };
             let mut stepped = walk(accel_mps2, target_mps, limit_m);
             let mut ticks = 0.0;

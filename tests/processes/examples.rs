@@ -1,0 +1,124 @@
+//! The files of `examples/`: every configuration is planned and played, and every program reads a show.
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+use test_support::process::Process;
+use test_support::pytest::python;
+use test_support::skip::has_programs;
+
+use crate::c_compiler::Language::C99;
+use crate::c_compiler::Linkage::Shared;
+use crate::c_compiler::compile_at;
+use crate::clients_page::assert_goes_on;
+use crate::stage::{Stage, program};
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
+}
+
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn configurations() -> Vec<PathBuf> {
+    let entries = fs::read_dir(example("")).expect("the folder can be read").flatten();
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    paths.sort();
+    paths
+}
+
+fn contact_s(config: &Path) -> Value {
+    let mut solve = program(&["solve", "contact", "--format", "json", "--config"]);
+    solve.arg(config);
+    Process::start(solve).end().expect_clean().last_json()["time_s"].clone()
+}
+
+#[test]
+fn every_configuration_is_listed_planned_and_played() {
+    let listed = text(&example("README.md"));
+    let configurations = configurations();
+    assert!(configurations.len() >= 3, "{configurations:?}");
+    for config in &configurations {
+        let name = config.file_name().expect("a file has a name").to_string_lossy();
+        assert!(listed.contains(&format!("]({name})")), "{name} is not in the list");
+        let config = config.to_str().expect("the path is UTF-8");
+        let stage = Stage::new();
+        let played = ["show", "--config", config, "--rate", "50", "--time-scale", "20", "--out", "out"];
+        let until = ["--until", if name == "paper.toml" { "20" } else { "-40" }];
+        let ended = stage.run(&[&played[..], &until].concat());
+        assert_eq!(ended.code(), Some(0), "{name}: {}{}", ended.stdout, ended.stderr);
+    }
+    let paper_s = contact_s(&example("paper.toml")).as_f64().expect("the paper's dragon touches itself");
+    assert!((paper_s - 412.473_838).abs() < 1e-6, "{paper_s}");
+    assert_eq!(contact_s(&example("turnaround.toml")), Value::Null);
+    assert_eq!(contact_s(&example("stage.toml")), Value::Null);
+}
+
+#[test]
+fn the_stage_configuration_has_every_key() {
+    let stage = text(&example("stage.toml"));
+    let reference = text(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/configuration.md")));
+    let rows = reference.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next());
+    let keys: Vec<&str> = rows.filter(|key| !key.starts_with('[')).collect();
+    assert!(keys.len() >= 20, "{keys:?}");
+    for key in keys {
+        let is_there = stage.lines().any(|line| line.trim_start_matches(['#', ' ']).starts_with(&format!("{key} =")));
+        assert!(is_there, "{key} is not in examples/stage.toml");
+    }
+}
+
+/// Starts a program with output line by line, although stdout is not a terminal.
+fn by_lines(program: &Path, stage: &Stage) -> Process {
+    let mut unbuffered = Command::new("stdbuf");
+    unbuffered.arg("--output=L").arg(program).arg(stage.domain().instance().as_str());
+    Process::start(unbuffered)
+}
+
+#[test]
+fn the_c_program_reads_a_show() {
+    if !has_programs(&["gcc", "pkg-config"]) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    assert_goes_on(by_lines(&compile_at(&example("head.c"), stage.path("head"), C99, Shared), &stage));
+    server.stop();
+}
+
+#[test]
+fn the_python_program_reads_a_show() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let mut client = python();
+    client.arg(example("head.py")).arg(stage.domain().instance().as_str());
+    assert_goes_on(Process::start(client));
+    server.stop();
+}
+
+#[test]
+fn the_rust_program_reads_a_show() {
+    let tests = env::current_exe().expect("a process knows its program");
+    let folder = tests.parent().and_then(Path::parent).expect("a test is in target/PROFILE/deps");
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    assert_goes_on(by_lines(&folder.join("examples/head"), &stage));
+    server.stop();
+}
+
+#[test]
+fn the_page_about_clients_shows_these_programs() {
+    let page = text(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/clients.md")));
+    for name in ["head.rs", "head.c", "head.py"] {
+        // Lints are this project's own.
+        let program = text(&example(name));
+        let program: String =
+            program.split_inclusive('\n').filter(|line| !line.starts_with("#![allow(clippy")).collect();
+        assert!(page.contains(&format!("\n{program}```\n")), "{name} is not on the page as it is");
+        assert!(program.lines().count() <= 20, "{name} has too many lines");
+    }
+}
