@@ -609,7 +609,8 @@ void bd_dragon_close(bd_dragon_t *dragon);
  * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
  * `BD_OK`.
  */
-bd_result_t bd_dragon_next(const bd_dragon_t *dragon, bd_frame_t **frame);
+bd_result_t bd_dragon_next(const bd_dragon_t *dragon,
+                           bd_frame_t **frame);
 
 /**
  * Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
