@@ -122,6 +122,16 @@ fn every_page_opens_with_its_readers() {
 }
 
 #[test]
+fn no_document_has_a_placeholder() {
+    for path in files(root(), &[".md"]) {
+        let text = read(&path);
+        let words =
+            text.split_whitespace().filter(|word| word.len() > 2 && word.starts_with('@') && word.ends_with('@'));
+        assert_eq!(words.collect::<Vec<_>>(), [""; 0], "{}", path.display());
+    }
+}
+
+#[test]
 fn the_index_lists_every_page() {
     let index = root().join("docs/README.md");
     let listed: BTreeSet<PathBuf> = Page::read(&index)

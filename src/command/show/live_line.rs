@@ -99,7 +99,7 @@ impl NearAlerts {
         let Self { count, times_s: [from_s, to_s], nearest, .. } = std::mem::take(self);
         self.last_line = Some(now);
         let nearest = nearest.map_or(String::new(), |(clearance_m, [a, b])| {
-            format!(", the nearest {:.1} mm, benches {a} and {b}", 1000.0 * clearance_m)
+            format!(", raised at {:.1} mm or more, the nearest of benches {a} and {b}", 1000.0 * clearance_m)
         });
         (count > 0).then(|| format!("{from_s:.6} to {to_s:.6} s: {}{nearest}", Counted(count, "more near alert")))
     }
@@ -130,7 +130,7 @@ mod tests {
             .collect();
         assert_eq!(lines, ["100.000000 s: near, benches 0 and 9"]);
         assert_eq!(near.due(begin + PERIOD.saturating_sub(Duration::from_millis(1))), None);
-        let line = "100.010000 to 102.990000 s: 299 more near alerts, the nearest 18.0 mm, benches 200 and 209";
+        let line = "100.010000 to 102.990000 s: 299 more near alerts, raised at 18.0 mm or more, the nearest of benches 200 and 209";
         assert_eq!(near.due(begin + PERIOD).as_deref(), Some(line));
         assert_eq!(near.rest(begin + PERIOD), None, "each alert is reported once");
     }

@@ -108,7 +108,7 @@ fn live_server(snapshot: &Snapshot) -> Lamp {
             text = format!("{text}, {:.2} s behind", behind_ns as f64 * 1e-9);
         }
         if overruns > 0 {
-            text = format!("{text}, {overruns} missed release{}", if overruns == 1 { "" } else { "s" });
+            text = format!("{text}, {overruns} overrun{}", if overruns == 1 { "" } else { "s" });
             let releases = status.tick.saturating_add(overruns);
             if overruns > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
                 level = LampLevel::Warning;
@@ -345,9 +345,9 @@ mod tests {
         let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
         for (tick, overruns, behind_ns, level, text) in [
             (100_000, 0, 0, LampLevel::Good, "1000 Hz"),
-            (10, 1, 0, LampLevel::Good, "1000 Hz, 1 missed release"),
-            (100_000, 100, 0, LampLevel::Good, "1000 Hz, 100 missed releases"),
-            (100_000, 101, 0, LampLevel::Warning, "1000 Hz, 101 missed releases"),
+            (10, 1, 0, LampLevel::Good, "1000 Hz, 1 overrun"),
+            (100_000, 100, 0, LampLevel::Good, "1000 Hz, 100 overruns"),
+            (100_000, 101, 0, LampLevel::Warning, "1000 Hz, 101 overruns"),
             (100_000, 0, 1_500_000_000, LampLevel::Warning, "1000 Hz, 1.50 s behind"),
         ] {
             check(&snapshot(&Status { tick, overruns, behind_ns, ..status }, &[]), "server", level, text);
