@@ -96,12 +96,15 @@ impl NearAlerts {
 
     /// Returns the line about all counted alerts, due or not.
     pub(super) fn rest(&mut self, now: Instant) -> Option<String> {
+        if self.count == 0 {
+            return None;
+        }
         let Self { count, times_s: [from_s, to_s], nearest, .. } = std::mem::take(self);
         self.last_line = Some(now);
         let nearest = nearest.map_or(String::new(), |(clearance_m, [a, b])| {
             format!(", raised at {:.1} mm or more, the nearest of benches {a} and {b}", 1000.0 * clearance_m)
         });
-        (count > 0).then(|| format!("{from_s:.6} to {to_s:.6} s: {}{nearest}", Counted(count, "more near alert")))
+        Some(format!("{from_s:.6} to {to_s:.6} s: {}{nearest}", Counted(count, "more near alert")))
     }
 }
 
@@ -139,7 +142,9 @@ mod tests {
     fn an_alert_after_a_quiet_period_is_reported_at_once() {
         let (mut near, begin) = (NearAlerts::default(), Instant::now());
         for period in [0, 1, 2] {
-            let line = near.take(&alert(1.0, [0, 8], 0.01), begin + PERIOD * period);
+            let now = begin + PERIOD * period;
+            assert_eq!(near.due(now), None, "no alert has been counted");
+            let line = near.take(&alert(1.0, [0, 8], 0.01), now);
             assert_eq!(line.as_deref(), Some("1.000000 s: near, benches 0 and 8"));
         }
     }
