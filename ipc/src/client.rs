@@ -1,6 +1,7 @@
 //! Readers of the description, the status, the alerts and the command events, and the client that commands the server.
 
 use core::time::Duration;
+use std::rc::Rc;
 use std::time::Instant;
 
 use iceoryx2::port::client::Client;
@@ -14,7 +15,11 @@ use crate::domain::Domain;
 use crate::error::BusError;
 use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
 use crate::status::Status;
-use crate::subscriber::LEAST_WAIT;
+use crate::source_lock::SourceLock;
+
+/// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
+/// timeout.
+const LEAST_WAIT: Duration = Duration::from_micros(1);
 
 /// The configuration of a run, as the server published it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +34,7 @@ pub struct Description {
 #[derive(Debug)]
 pub struct DescriptionReader {
     subscriber: Subscriber<Service, [u8], u64>,
-    _member: Member,
+    _member: Rc<Member>,
 }
 
 impl DescriptionReader {
@@ -38,13 +43,17 @@ impl DescriptionReader {
     /// # Errors
     /// As [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
-        let member = Member::join(domain, name, Role::Client)?;
+        Self::of(&Rc::new(Member::join(domain, name, Role::Client)?))
+    }
+
+    /// Opens the description as one of several ports of a member.
+    pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
         let subscriber = member
             .description()?
             .subscriber_builder()
             .create()
             .map_err(|error| BusError::failed(DESCRIPTION, error))?;
-        Ok(Self { subscriber, _member: member })
+        Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
     /// Returns the description if it is new since the last call. Never waits.
@@ -67,7 +76,7 @@ impl DescriptionReader {
 #[derive(Debug)]
 pub struct StatusReader {
     subscriber: Subscriber<Service, Status, ()>,
-    _member: Member,
+    _member: Rc<Member>,
 }
 
 impl StatusReader {
@@ -76,10 +85,14 @@ impl StatusReader {
     /// # Errors
     /// As [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
-        let member = Member::join(domain, name, Role::Client)?;
+        Self::of(&Rc::new(Member::join(domain, name, Role::Client)?))
+    }
+
+    /// Opens the status as one of several ports of a member.
+    pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
         let subscriber =
             member.status()?.subscriber_builder().create().map_err(|error| BusError::failed(STATUS, error))?;
-        Ok(Self { subscriber, _member: member })
+        Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
     /// Returns the status if it is new since the last call. Never waits.
@@ -182,7 +195,7 @@ impl CommandEventReader {
 pub struct CommandClient {
     client: Client<Service, Command, (), CommandReply, ()>,
     sender: Sender,
-    instance: String,
+    domain: Domain,
     _member: Member,
 }
 
@@ -194,8 +207,7 @@ impl CommandClient {
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
         let client = member.commands()?.client_builder().create().map_err(|error| BusError::failed(COMMANDS, error))?;
-        let instance = domain.instance().to_string();
-        Ok(Self { client, sender: Sender::Client, instance, _member: member })
+        Ok(Self { client, sender: Sender::Client, domain: domain.clone(), _member: member })
     }
 
     /// Returns the same client. Its commands are recorded with this kind of sender.
@@ -209,8 +221,8 @@ impl CommandClient {
     /// The server replies at the start of its next tick, so a reply takes about one period.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server is connected or the server ended before it replied, [`BusError::NoAnswer`]
-    /// where no reply arrived in time, else [`BusError::Failed`].
+    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
+    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
         self.call_unless(request, timeout, || false)
     }
@@ -226,26 +238,35 @@ impl CommandClient {
         timeout: Duration,
         is_given_up: impl Fn() -> bool,
     ) -> Result<CommandReply, BusError> {
-        const POLL_PERIOD: Duration = Duration::from_micros(200);
+        let instance = || self.domain.instance().to_string();
+        let is_absent = || !SourceLock::is_held(&self.domain);
         let command = Command { sender: self.sender.to_wire(), pid: std::process::id(), ..request.to_wire() };
         let pending = self.client.send_copy(command).map_err(|error| BusError::failed(COMMANDS, error))?;
-        if pending.number_of_server_connections() == 0 {
-            return Err(BusError::NoServer { instance: self.instance.clone() });
+        if pending.number_of_server_connections() == 0 || is_absent() {
+            return Err(BusError::NoServer { instance: instance() });
         }
         let began = Instant::now();
-        loop {
-            // Read before the reply is received: a server disconnects from a command as soon as it has replied.
-            let (is_gone, is_late) = (!pending.is_connected(), began.elapsed() >= timeout || is_given_up());
+        for poll in 1.. {
+            // Read before the reply is received: a server disconnects from a command as soon as it has replied. A killed
+            // server stays connected, but no longer holds its lock.
+            let is_gone = !pending.is_connected() || poll % POLLS_PER_LOOK == 0 && is_absent();
+            let is_late = began.elapsed() >= timeout || is_given_up();
             if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
                 return Ok(*reply.payload());
             }
             if is_gone {
-                return Err(BusError::NoServer { instance: self.instance.clone() });
+                break;
             }
             if is_late {
-                return Err(BusError::NoAnswer { instance: self.instance.clone(), waited: timeout });
+                return Err(BusError::NoAnswer { instance: instance(), waited: timeout });
             }
             std::thread::sleep(POLL_PERIOD);
         }
+        Err(BusError::NoServer { instance: instance() })
     }
 }
+
+/// Period in which a client looks for the reply to its command.
+const POLL_PERIOD: Duration = Duration::from_micros(200);
+/// Polls after which a client looks whether the server still lives: about 20 ms.
+const POLLS_PER_LOOK: u32 = 100;

@@ -68,12 +68,15 @@ mod report_publisher;
 mod service_layout;
 mod shortage;
 mod source_lock;
+mod source_state;
 mod space;
 mod status;
 mod subscriber;
 mod sweep;
 mod time_histogram;
 mod trouble;
+mod wake_page;
+mod wake_word;
 
 pub use alert::{Alert, AlertKind};
 pub use bench::BenchState;
@@ -93,10 +96,12 @@ pub use reader_report::ReaderReport;
 pub use reader_reports::ReaderReports;
 pub use service_layout::ServiceLayout;
 pub use source_lock::SourceLock;
+pub use source_state::SourceState;
 pub use space::require_shared_memory;
 pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
 pub use subscriber::{Frame, FrameSubscriber};
 pub use time_histogram::TimeHistogram;
+pub use wake_page::WakePage;
 /// Traits that convert the bus's layouts to and from their bytes.
 pub use zerocopy::{FromBytes, IntoBytes};
 

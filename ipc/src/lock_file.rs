@@ -59,6 +59,12 @@ pub(crate) fn holder(path: &Path) -> Option<u32> {
     holds.then_some(pid)
 }
 
+/// Whether a process holds the lock file at a path. Unlike [`holder`], it also detects a process of another container. It
+/// takes a shared lock for a moment, so a process that takes the exclusive lock just then has to try again.
+pub(crate) fn is_held(path: &Path) -> bool {
+    File::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
 fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
     match file.try_lock() {
         Ok(()) => Ok(()),

@@ -71,6 +71,11 @@ impl SourceLock {
         lock_file::holder(&lock_path(domain))
     }
 
+    /// Whether a source runs in a domain. The lock of a killed source is free as soon as the kernel has ended the process.
+    pub fn is_held(domain: &Domain) -> bool {
+        lock_file::is_held(&lock_path(domain))
+    }
+
     /// Removes the lock file of a killed source.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))

@@ -1,10 +1,9 @@
 //! Reader of frames.
 
 use core::time::Duration;
+use std::rc::Rc;
 use std::sync::Arc;
-use std::thread;
 
-use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::sample::Sample;
 
@@ -16,13 +15,9 @@ use crate::frame::{FrameHeader, HandleState};
 use crate::membership::Membership;
 use crate::report_publisher::ReportPublisher;
 use crate::service::{FRAMES, Member, Role, Service};
-
-/// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
-/// timeout.
-pub(crate) const LEAST_WAIT: Duration = Duration::from_micros(1);
-
-/// Period in which a reader looks for a source while none runs.
-const LOOK_PERIOD: Duration = Duration::from_millis(20);
+use crate::source_state::{SourceState, SourceWatch};
+use crate::wake_page::WakePage;
+use crate::wake_word;
 
 /// Age of the last report, in report periods, from which a reader that always finds another frame sends a report before
 /// it returns that frame.
@@ -30,7 +25,7 @@ const OVERDUE_PERIODS: u64 = 2;
 
 /// Reads the frames of an instance, oldest first.
 ///
-/// Only the caller of [`FrameSubscriber::wait`] waits. A reader that is too slow loses its own oldest frames, counts
+/// Only the caller of [`FrameSubscriber::wait`] waits, and the server wakes all waiting readers in one system call. A reader that is too slow loses its own oldest frames, counts
 /// them, and never delays the server or another reader. A subscriber outlives a server: the frames of the next server
 /// follow with [`Continuity::Restarted`].
 ///
@@ -40,15 +35,16 @@ const OVERDUE_PERIODS: u64 = 2;
 /// about ten microseconds and one allocation; reading itself does not allocate. The times in the frames serve as its
 /// clock. A report that cannot be sent has no effect on reading.
 ///
-/// One thread uses a subscriber at a time.
+/// One thread uses a subscriber, the one that opened it; [`Dragon`](crate::Dragon) is for several threads.
 #[derive(Debug)]
 pub struct FrameSubscriber {
     // Dropped in this order: first the port that sends the last report, and all ports before their node.
     reports: ReportPublisher,
     subscriber: Subscriber<Service, [HandleState], FrameHeader>,
-    listener: Option<Listener<Service>>,
-    member: Member,
+    member: Rc<Member>,
+    wake: Arc<WakePage>,
     tracker: ContinuityTracker,
+    source: SourceWatch,
 }
 
 impl FrameSubscriber {
@@ -57,7 +53,11 @@ impl FrameSubscriber {
     /// # Errors
     /// [`BusError::NoServer`] where no source has published yet; else as [`Member::join`] and [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
-        let member = Member::join(domain, name, Role::Client)?;
+        Self::of(&Rc::new(Member::join(domain, name, Role::Client)?), domain, name)
+    }
+
+    /// Opens the frames of a domain as one of several ports of a member.
+    pub(crate) fn of(member: &Rc<Member>, domain: &Domain, name: &str) -> Result<Self, BusError> {
         let subscriber = member.frames()?.subscriber_builder().create().map_err(|error| {
             use iceoryx2::port::subscriber::SubscriberCreateError as Create;
             match error {
@@ -65,8 +65,11 @@ impl FrameSubscriber {
                 error => BusError::failed(FRAMES, error),
             }
         })?;
-        let reports = ReportPublisher::open(&member, name, subscriber.id().value());
-        Ok(Self { reports, subscriber, listener: None, member, tracker: ContinuityTracker::default() })
+        // The source creates the page before the frames.
+        let wake = Arc::new(WakePage::open(domain)?);
+        let reports = ReportPublisher::open(member, name, subscriber.id().value());
+        let (tracker, source) = (ContinuityTracker::default(), SourceWatch::new(domain));
+        Ok(Self { reports, subscriber, member: Rc::clone(member), wake, tracker, source })
     }
 
     /// Returns the oldest unread frame, or `None` if all are read. Never waits.
@@ -86,6 +89,7 @@ impl FrameSubscriber {
         self.report(OVERDUE_PERIODS);
         let continuity = self.tracker.track(sample.user_header());
         self.reports.count(sample.user_header(), self.tracker.lost());
+        self.source.note(sample.user_header());
         Ok(Some(Frame { sample, _membership: self.member.membership(), continuity }))
     }
 
@@ -112,45 +116,26 @@ impl FrameSubscriber {
     /// Returns the oldest unread frame. Waits for one at most `timeout` and then returns `None`. A signal ends the wait
     /// early.
     ///
-    /// The first call creates a listener, which costs the server one system call per frame; a reader that only polls
-    /// costs none. While no source runs, a wait may end early with `None`.
+    /// The wait lasts through a restart of the source. One system call of the source wakes all readers that wait; a source
+    /// whose readers are awake makes none.
     ///
     /// # Errors
     /// As [`FrameSubscriber::receive`].
     pub fn wait(&mut self, timeout: Duration) -> Result<Option<Frame>, BusError> {
-        if let Some(frame) = self.receive()? {
-            return Ok(Some(frame));
-        }
-        if timeout < LEAST_WAIT {
-            return Ok(None);
-        }
-        if self.listener.is_none() {
-            match self.listen() {
-                // A frame that was sent before the listener existed does not wake it.
-                Ok(()) => {
-                    if let Some(frame) = self.receive()? {
-                        return Ok(Some(frame));
-                    }
-                }
-                // The source is gone, and readers that only poll keep its services. Nothing would wake this reader.
-                Err(error) if error.is_absent() => {
-                    thread::sleep(timeout.min(LOOK_PERIOD));
-                    return self.receive();
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        let listener = self.listener.as_ref().expect("the listener was created above");
-        match listener.timed_wait(|_| (), timeout) {
-            Ok(_) | Err(ListenerWaitError::InterruptSignal) => self.receive(),
-            Err(error) => Err(BusError::failed(FRAMES, error)),
-        }
+        let wake = Arc::clone(&self.wake);
+        wake_word::wait(&*wake, timeout, || self.receive())
     }
 
-    fn listen(&mut self) -> Result<(), BusError> {
-        let events = self.member.frame_events()?;
-        self.listener = Some(events.listener_builder().create().map_err(|error| BusError::failed(FRAMES, error))?);
-        Ok(())
+    /// The page of the instance's wake word.
+    pub(crate) fn wake_page(&self) -> &Arc<WakePage> {
+        &self.wake
+    }
+
+    /// Returns whether the source publishes, and if not, why. Frames that this reader has not read yet do not count, so
+    /// call it after [`FrameSubscriber::wait`] has returned `None`. `limit` is the age from which the newest frame that
+    /// was read is too old: several periods of the source.
+    pub fn source_state(&self, limit: Duration) -> SourceState {
+        self.source.state(limit)
     }
 
     /// Number of frames lost: published between the first and the last frame that this reader has read, but not received

@@ -8,7 +8,7 @@ use bench_dragon_ipc::service::{
 };
 use bench_dragon_ipc::{
     BusError, Command, CommandEvent, CommandReply, Description, Domain, FrameHeader, HandleState, Refusal, Request,
-    SourceKind, SourceLock, require_shared_memory,
+    SourceKind, SourceLock, WakePage, require_shared_memory,
 };
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
@@ -35,7 +35,8 @@ pub(crate) struct SourcePorts {
     publisher: Publisher<Service, [HandleState], FrameHeader>,
     notifier: Notifier<Service>,
     frames: FrameService,
-    _frame_events: EventService,
+    frame_events: EventService,
+    wake: WakePage,
     handle_count: usize,
     commands: Server<Service, Command, (), CommandReply, ()>,
     _commands: CommandService,
@@ -75,6 +76,7 @@ impl SourcePorts {
         let readers = member.readers()?;
         let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
         require_shared_memory(domain, service::frame_memory(bench_count))?;
+        let wake = WakePage::create(domain)?;
         // These services are created last: clients take their existence as the sign that all services exist.
         let (frames, frame_events) = (member.frames()?, member.frame_events()?);
         let handle_count = bench_count + 1;
@@ -93,7 +95,8 @@ impl SourcePorts {
                 .create()
                 .map_err(|error| BusError::failed(service::FRAMES, error))?,
             frames,
-            _frame_events: frame_events,
+            frame_events,
+            wake,
             handle_count,
             commands,
             _commands: command_service,
@@ -125,8 +128,11 @@ impl SourcePorts {
         let header = fill(sample.payload_mut());
         *sample.user_header_mut() = FrameHeader { published_ns: monotonic_ns(), ..header };
         sample.send().map_err(|error| BusError::failed(service::FRAMES, error))?;
-        // A reader that is gone, or whose queue of wake-ups is full, is not an error of the source.
-        let _ = self.notifier.notify();
+        self.wake.raise();
+        // Only stock iceoryx2 clients listen. One that is gone, or whose queue is full, is not an error of the source.
+        if self.frame_events.dynamic_config().number_of_listeners() > 0 {
+            let _ = self.notifier.notify();
+        }
         self.next = Some(loan(&self.publisher, self.handle_count)?);
         Ok(())
     }
