@@ -5,6 +5,7 @@ use std::io;
 use std::time::Duration;
 
 use crate::domain_error::DomainError;
+use crate::service::MAX_BORROWED_FRAMES;
 use crate::shortage::shortage;
 
 /// Reason for which a process cannot use the bus.
@@ -79,6 +80,18 @@ pub enum BusError {
         /// The service.
         service: &'static str,
     },
+    /// This reader holds [`MAX_BORROWED_FRAMES`] frames.
+    TooManyFrames,
+    /// The dragon was closed, perhaps by another thread.
+    Closed {
+        /// The instance.
+        instance: String,
+    },
+    /// The dragon was opened in a parent process, before this process was forked.
+    Inherited {
+        /// The instance.
+        instance: String,
+    },
     /// Any other error: the resource that is short, or iceoryx2's name of the error.
     Failed {
         /// The service or the operation.
@@ -107,7 +120,10 @@ impl fmt::Display for BusError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoServer { instance } => {
-                write!(formatter, "no server runs on instance {instance:?}: start one with `bench-dragon serve`")
+                write!(
+                    formatter,
+                    "no server runs on instance {instance:?}: start one with `bench-dragon serve --instance {instance}`"
+                )
             }
             Self::NoAnswer { instance, waited } => write!(
                 formatter,
@@ -161,6 +177,15 @@ impl fmt::Display for BusError {
             Self::TooManyClients { service } => {
                 write!(formatter, "{service} has as many clients as it allows: stop one of them")
             }
+            Self::TooManyFrames => write!(
+                formatter,
+                "{MAX_BORROWED_FRAMES} frames are held, the most that a reader may hold: release one, or keep copies"
+            ),
+            Self::Closed { instance } => write!(formatter, "the dragon of instance {instance:?} is closed"),
+            Self::Inherited { instance } => write!(
+                formatter,
+                "the dragon of instance {instance:?} was opened in another process: open one here"
+            ),
             Self::Failed { service, reason } => write!(formatter, "{service}: {reason}"),
         }
     }

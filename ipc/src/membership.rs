@@ -37,6 +37,7 @@
 
 use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -46,6 +47,7 @@ use iceoryx2::prelude::{CallbackProgression, Node, NodeState};
 
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
+use crate::forks::{ClosedInChildren, Process};
 use crate::lock_file::{is_at, lock_at};
 use crate::lock_holders::{self, Holders};
 use crate::service::Service;
@@ -62,7 +64,9 @@ const TRY_PERIOD: Duration = Duration::from_millis(1);
 #[derive(Debug)]
 pub(crate) struct Membership {
     domain: Domain,
-    file: File,
+    file: Option<File>,
+    process: Process,
+    in_children: Option<ClosedInChildren>,
 }
 
 /// Other processes in a domain.
@@ -100,14 +104,15 @@ impl Membership {
             }
             error => error,
         })?;
-        Ok(Self { domain: domain.clone(), file })
+        let (process, in_children) = (Process::this(), ClosedInChildren::new(&file));
+        Ok(Self { domain: domain.clone(), file: Some(file), process, in_children: Some(in_children) })
     }
 
     /// Does steps 2 to 7. The next process to join sweeps any remains.
-    fn leave(&self) {
+    fn leave(&self, file: &File) {
         let begun = Instant::now();
         loop {
-            let timeout = match others(&self.file, &self.domain) {
+            let timeout = match others(file, &self.domain) {
                 OtherMembers::Nobody => {
                     let _ = dissolve(&self.domain, &lock_path(&self.domain));
                     return;
@@ -126,7 +131,13 @@ impl Membership {
 
 impl Drop for Membership {
     fn drop(&mut self) {
-        self.leave();
+        let (file, in_children) = (self.file.take(), self.in_children.take());
+        if self.process.is_this() {
+            file.iter().for_each(|file| self.leave(file));
+        } else {
+            // A forked child is no member, and has closed the file.
+            mem::forget((file, in_children));
+        }
     }
 }
 

@@ -1,13 +1,14 @@
 //! Status of the server: the latest value on the `bench-dragon/status` service.
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{Immutable, IntoBytes, KnownLayout};
 
 use crate::frame::ShowState;
 use crate::time_histogram::TimeHistogram;
 
 /// State and timing of the server. Published ten times a second and once more at the end.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.Status.v4")]
 pub struct Status {
     /// Run of the server.

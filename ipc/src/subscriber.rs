@@ -106,11 +106,17 @@ impl FrameSubscriber {
     /// # Errors
     /// As [`FrameSubscriber::receive`].
     pub fn latest(&mut self) -> Result<Option<Frame>, BusError> {
-        let mut latest = None;
-        while let Some(frame) = self.receive()? {
-            latest = Some(frame);
+        let mut latest = self.receive()?;
+        while latest.is_some() && self.has_unread()? {
+            // Released before the next frame is received, so that one frame is held at a time.
+            drop(latest);
+            latest = self.receive()?;
         }
         Ok(latest)
+    }
+
+    fn has_unread(&self) -> Result<bool, BusError> {
+        self.subscriber.has_samples().map_err(|error| BusError::failed(FRAMES, error))
     }
 
     /// Returns the oldest unread frame. Waits for one at most `timeout` and then returns `None`. A signal ends the wait

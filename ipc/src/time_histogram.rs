@@ -5,6 +5,7 @@
 //! all times above [`TimeHistogram::LIMIT_NS`].
 
 use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{Immutable, IntoBytes, KnownLayout};
 
 /// Number of bits of a bucket's index within its octave.
 const SUB_BITS: u32 = 5;
@@ -15,7 +16,7 @@ const LIMIT_BITS: u32 = 36;
 
 /// Counts of times per bucket.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.TimeHistogram.v1")]
 pub struct TimeHistogram {
     /// The longest time, exact, in nanoseconds; 0 without any time.

@@ -31,7 +31,10 @@ fn without_a_server_a_client_fails_with_no_server_and_leaves_no_files() {
     assert!(error.is_absent(), "{error}");
     assert_eq!(
         error.to_string(),
-        format!("no server runs on instance \"{}\": start one with `bench-dragon serve`", domain.instance())
+        format!(
+            "no server runs on instance \"{instance}\": start one with `bench-dragon serve --instance {instance}`",
+            instance = domain.instance()
+        )
     );
     assert_left_empty(&domain);
 }

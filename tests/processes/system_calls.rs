@@ -5,8 +5,9 @@ use std::sync::mpsc::{self, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::Duration;
 
+use bench_dragon_ipc::service::{Member, Role};
 use bench_dragon_ipc::{FrameHeader, FrameSubscriber};
-use nix::libc::{SYS_clock_nanosleep, SYS_sendto, c_long};
+use nix::libc::{SYS_clock_nanosleep, SYS_futex, SYS_sendto, c_long};
 use nix::sys::ptrace::{self, Options};
 use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
@@ -129,25 +130,58 @@ fn assert_only_sleeps(stage: &Stage, server: Server) {
 }
 
 #[test]
-fn each_woken_reader_takes_one_more_call() {
+fn all_woken_readers_together_take_one_more_call_and_a_reader_that_gave_up_at_most_one() {
     let stage = Stage::new();
-    let server = stage.serve(&["--readers", "1"]);
-    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
-    eventually("the first frame", || reader.receive().expect("the bus is readable").map(drop));
+    let server = stage.serve(&["--readers", "2"]);
+    let open = || FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
+    let mut readers = [open(), open()];
+    for reader in &mut readers {
+        eventually("the first frame", || reader.receive().expect("the bus is readable").map(drop));
+    }
     let Some(traced) = Traced::at_sleep(&server.process) else {
         server.stop();
         return;
     };
-    // The reader creates its listener, and the server finds the listener at the next tick.
-    read_all_and_wait(&mut reader);
-    while traced.next() != SYS_clock_nanosleep {}
-    read_all_and_wait(&mut reader);
+    let mut wait = || readers.each_mut().map(read_all_and_wait);
+    wait();
     for tick in 0..TICKS {
-        assert_eq!([traced.next(), traced.next()], [SYS_sendto, SYS_clock_nanosleep], "after {tick} ticks");
-        assert!(read_all_and_wait(&mut reader).is_some());
+        assert_eq!([traced.next(), traced.next()], [SYS_futex, SYS_clock_nanosleep], "after {tick} ticks");
+        assert!(wait().iter().all(Option::is_some));
+    }
+    assert_eq!(traced.next(), SYS_futex, "the readers may still wait");
+    for tick in 0..TICKS {
+        assert_eq!(traced.next(), SYS_clock_nanosleep, "after {tick} ticks without a waiting reader");
     }
     traced.let_go();
-    drop(reader);
+    drop(readers);
+    server.stop();
+}
+
+#[test]
+fn a_stock_listener_takes_one_more_call_of_its_own() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--readers", "1"]);
+    let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
+    eventually("the first frame", || reader.receive().expect("the bus is readable").map(drop));
+    let member = Member::join(stage.domain(), "stock", Role::Client).expect("a server runs");
+    let events = member.frame_events().expect("a server has created the services");
+    let listener = events.listener_builder().create().expect("no other listener exists");
+    let Some(traced) = Traced::at_sleep(&server.process) else {
+        server.stop();
+        return;
+    };
+    let wake_ups = || {
+        let mut count = 0;
+        listener.try_wait(|_| count += 1).expect("the listener is open");
+        count
+    };
+    wake_ups();
+    for tick in 0..TICKS {
+        assert_eq!([traced.next(), traced.next()], [SYS_sendto, SYS_clock_nanosleep], "after {tick} ticks");
+        assert_eq!(wake_ups(), 1);
+    }
+    traced.let_go();
+    drop((reader, listener, events, member));
     server.stop();
 }
 

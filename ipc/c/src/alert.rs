@@ -3,9 +3,9 @@
 use core::mem::MaybeUninit;
 use std::time::Duration;
 
-use bench_dragon_ipc::{Alert, AlertSubscriber};
+use bench_dragon_ipc::Alert;
 
-use crate::dragon::bd_dragon_t;
+use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
 
@@ -71,17 +71,15 @@ pub enum bd_alert_kind_t {
 /// unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_alert(
-    dragon: Option<&bd_dragon_t>,
+    dragon: *const bd_dragon_t,
     timeout_ns: u64,
     alert: Option<&mut MaybeUninit<bd_alert_t>>,
 ) -> bd_result_t {
     answer(|| {
         let alert = alert.ok_or_else(|| Failure::missing("alert"))?;
-        let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?;
-        let mut port = dragon.alerts.lock();
-        let told = dragon.origin.open(&mut port, AlertSubscriber::open)?.wait(Duration::from_nanos(timeout_ns))?;
-        Ok(told.map(|told| {
-            alert.write((&told).into());
+        let received = opened(dragon)?.alert(Duration::from_nanos(timeout_ns))?;
+        Ok(received.map(|received| {
+            alert.write((&received).into());
         }))
     })
 }

@@ -3,9 +3,9 @@
 use core::mem::MaybeUninit;
 use std::time::Duration;
 
-use bench_dragon_ipc::{CommandClient, CommandReply, Request};
+use bench_dragon_ipc::{CommandReply, Request};
 
-use crate::dragon::bd_dragon_t;
+use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
 
@@ -95,18 +95,16 @@ pub enum bd_refusal_t {
 /// nevertheless. `BD_INVALID_ARGUMENT` if `command` is not a `bd_command_t`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_command(
-    dragon: Option<&bd_dragon_t>,
+    dragon: *const bd_dragon_t,
     command: i32,
     value: f64,
     timeout_ns: u64,
     reply: Option<&mut MaybeUninit<bd_reply_t>>,
 ) -> bd_result_t {
     answer(|| {
-        let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?;
+        let dragon = opened(dragon)?;
         let request = request(command, value)?;
-        let mut port = dragon.commands.lock();
-        let client = dragon.origin.open(&mut port, CommandClient::open)?;
-        let answered = client.call(request, Duration::from_nanos(timeout_ns))?;
+        let answered = dragon.call(request, Duration::from_nanos(timeout_ns))?;
         if let Some(reply) = reply {
             reply.write((&answered).into());
         }

@@ -3,11 +3,11 @@
 use core::ffi::c_char;
 use core::mem::MaybeUninit;
 use std::ffi::CString;
+use std::time::Duration;
 
-use bench_dragon_ipc::{Description, DescriptionReader};
+use bench_dragon_ipc::Description;
 
-use crate::dragon::{Origin, bd_dragon_t};
-use crate::patience::look;
+use crate::dragon::{bd_dragon_t, opened};
 use crate::result::{Failure, answer, bd_result_t, release};
 
 /// Configuration of a run, as the server published it.
@@ -15,22 +15,6 @@ use crate::result::{Failure, answer, bd_result_t, release};
 pub struct bd_description_t {
     run_id: u64,
     toml: CString,
-}
-
-/// The reader, and its latest description: the server sends each one once to a reader.
-#[derive(Debug, Default)]
-pub(crate) struct DescriptionPort {
-    reader: Option<DescriptionReader>,
-    latest: Option<bd_description_t>,
-}
-
-impl DescriptionPort {
-    fn latest(&mut self, origin: &Origin) -> Result<Option<bd_description_t>, Failure> {
-        if let Some(description) = origin.open(&mut self.reader, DescriptionReader::open)?.poll()? {
-            self.latest = Some(bd_description_t::of(description)?);
-        }
-        Ok(self.latest.clone())
-    }
 }
 
 impl bd_description_t {
@@ -52,14 +36,14 @@ impl bd_description_t {
 /// `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_description(
-    dragon: Option<&bd_dragon_t>,
+    dragon: *const bd_dragon_t,
     timeout_ns: u64,
     description: Option<&mut MaybeUninit<*mut bd_description_t>>,
 ) -> bd_result_t {
     answer(|| {
         let description = description.ok_or_else(|| Failure::missing("description"))?.write(core::ptr::null_mut());
-        let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?;
-        let latest = look(timeout_ns, || dragon.description.lock().latest(&dragon.origin))?;
+        let latest = opened(dragon)?.description(Duration::from_nanos(timeout_ns))?;
+        let latest = latest.map(bd_description_t::of).transpose()?;
         Ok(latest.map(|latest| *description = Box::into_raw(Box::new(latest))))
     })
 }

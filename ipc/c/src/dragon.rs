@@ -1,78 +1,56 @@
-//! Opens and closes an instance.
+//! Opens and closes an instance. C holds a number in place of a pointer, so that a call on a closed dragon is an error and
+//! not an access to freed memory.
 
 use core::ffi::{CStr, c_char};
 use core::mem::MaybeUninit;
-use std::sync::Arc;
+use core::sync::atomic::AtomicUsize;
+use core::sync::atomic::Ordering::Relaxed;
+use std::collections::BTreeMap;
+use std::os::fd::RawFd;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::Duration;
 
-use bench_dragon_ipc::{AlertSubscriber, BusError, CommandClient, Domain, FrameSubscriber, Instance};
+use bench_dragon_ipc::{BusError, Domain, Dragon, Instance, SourceState};
 
-use crate::confined::Confined;
-use crate::description::DescriptionPort;
-use crate::frames::FrameReader;
-use crate::patience::look;
-use crate::result::{Failure, answer, bd_result_t, release};
-use crate::status::StatusPort;
+use crate::result::{Failure, answer, bd_result_t};
 
 /// Greatest length of a client's name in bytes: the limit of iceoryx2.
 const MAX_NAME_LEN: usize = 128;
 
 /// A client of one instance of the bus.
 ///
-/// The frames are opened at once. Every other service is opened at its first use, with a node of its own.
+/// Any thread may use it, also while other threads wait. Each frame goes to one of the threads that read. Close it with
+/// `bd_dragon_close`, from any thread. A forked child must open its own.
 #[derive(Debug)]
 pub struct bd_dragon_t {
-    pub(crate) origin: Origin,
-    frames: Arc<FrameReader>,
-    pub(crate) description: Confined<DescriptionPort>,
-    pub(crate) status: Confined<StatusPort>,
-    pub(crate) alerts: Confined<Option<AlertSubscriber>>,
-    pub(crate) commands: Confined<Option<CommandClient>>,
+    _private: (),
 }
 
-/// Domain of the ports and name of the client.
-#[derive(Debug)]
-pub(crate) struct Origin {
-    domain: Domain,
-    name: String,
+/// The open dragons by their numbers, which are never used again.
+static DRAGONS: RwLock<BTreeMap<usize, Arc<Dragon>>> = RwLock::new(BTreeMap::new());
+
+/// Returns the open dragon of a handle.
+pub(crate) fn opened(handle: *const bd_dragon_t) -> Result<Arc<Dragon>, Failure> {
+    if handle.is_null() {
+        return Err(Failure::missing("dragon"));
+    }
+    let dragons = DRAGONS.read().unwrap_or_else(PoisonError::into_inner);
+    let closed = || Failure::new(bd_result_t::BD_CLOSED, "the dragon is closed");
+    dragons.get(&handle.addr()).map(Arc::clone).ok_or_else(closed)
 }
 
-impl Origin {
-    /// Returns the port in this place, and opens it first if the place is empty.
-    pub(crate) fn open<'a, Port>(
-        &self,
-        place: &'a mut Option<Port>,
-        open: impl FnOnce(&Domain, &str) -> Result<Port, BusError>,
-    ) -> Result<&'a mut Port, Failure> {
-        if place.is_none() {
-            *place = Some(open(&self.domain, &self.name)?);
-        }
-        Ok(place.as_mut().expect("the port was opened above"))
+fn open(instance: Option<&str>, name: &str, timeout_ns: u64) -> Result<*mut bd_dragon_t, Failure> {
+    static NUMBER: AtomicUsize = AtomicUsize::new(1);
+    let instance = instance.map_or_else(|| Ok(Instance::default()), Instance::new).map_err(BusError::from)?;
+    if name.is_empty() || name.len() > MAX_NAME_LEN {
+        let text = format!("name is {name:?}, must be 1 to {MAX_NAME_LEN} bytes");
+        return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
     }
-}
-
-impl bd_dragon_t {
-    fn open(instance: Option<&str>, name: &str, timeout_ns: u64) -> Result<Self, Failure> {
-        let instance = instance.map_or_else(|| Ok(Instance::default()), Instance::new).map_err(BusError::from)?;
-        if name.is_empty() || name.len() > MAX_NAME_LEN {
-            let text = format!("name is {name:?}, must be 1 to {MAX_NAME_LEN} bytes");
-            return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
-        }
-        let origin = Origin { domain: Domain::new(instance).map_err(BusError::from)?, name: name.to_owned() };
-        let open = || Ok(Some(FrameSubscriber::open(&origin.domain, &origin.name)?));
-        let subscriber = look(timeout_ns, open)?.expect("the attempt returns a port or a failure");
-        Ok(Self {
-            origin,
-            frames: Arc::new(FrameReader::new(subscriber)),
-            description: Confined::new(DescriptionPort::default()),
-            status: Confined::new(StatusPort::default()),
-            alerts: Confined::new(None),
-            commands: Confined::new(None),
-        })
-    }
-
-    pub(crate) fn frames(&self) -> &Arc<FrameReader> {
-        &self.frames
-    }
+    let domain = Domain::new(instance).map_err(BusError::from)?;
+    let dragon = Dragon::open(&domain, name, Duration::from_nanos(timeout_ns))?;
+    let number = NUMBER.fetch_add(1, Relaxed);
+    DRAGONS.write().unwrap_or_else(PoisonError::into_inner).insert(number, Arc::new(dragon));
+    Ok(core::ptr::without_provenance_mut(number))
 }
 
 /// Opens an instance of the bus as a client. `instance` is 1 to 24 characters of a-z, 0-9 and -; NULL is the default,
@@ -98,16 +76,69 @@ pub unsafe extern "C" fn bd_dragon_open(
         // SAFETY: the caller passes NULL or a string.
         let (instance, name) = unsafe { (text("instance", instance)?, text("name", name)?) };
         let name = name.ok_or_else(|| Failure::missing("name"))?;
-        *dragon = Box::into_raw(Box::new(bd_dragon_t::open(instance, name, timeout_ns)?));
+        *dragon = open(instance, name, timeout_ns)?;
         Ok(Some(()))
     })
 }
 
-/// Closes a dragon. No other call on it may be running or follow. Held frames stay valid until they are released. NULL
-/// has no effect.
+/// Closes a dragon, from any thread. Every wait of other threads ends with `BD_CLOSED`, and so does every later call on
+/// the dragon. Held frames stay valid until they are released. NULL and a closed dragon have no effect.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_close(dragon: Option<Box<bd_dragon_t>>) {
-    release(dragon);
+pub extern "C" fn bd_dragon_close(dragon: *mut bd_dragon_t) {
+    let closed = DRAGONS.write().unwrap_or_else(PoisonError::into_inner).remove(&dragon.addr());
+    answer(|| Ok(closed.map(|dragon| dragon.close())));
+}
+
+/// Whether the source publishes, and if not, why.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum bd_source_state_t {
+    /// A source runs, and the newest frame is recent.
+    BD_SOURCE_PUBLISHING = 0,
+    /// A source runs, but its newest frame is old: the process is suspended, stuck, or still starting.
+    BD_SOURCE_HANGING = 1,
+    /// The run has ended in order: the last frame that was read has the state `BD_ENDED`.
+    BD_SOURCE_ENDED = 2,
+    /// No source runs, and the run has not ended in order: the process was killed or has failed.
+    BD_SOURCE_LOST = 3,
+}
+
+/// Returns in `state` whether the source publishes, and if not, why. Call it after `bd_dragon_wait` has returned
+/// `BD_NOTHING`: frames that were not read yet do not count. `limit_ns` is the age in nanoseconds from which the newest
+/// frame is old: several periods of the server.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_dragon_source(
+    dragon: *const bd_dragon_t,
+    limit_ns: u64,
+    state: Option<&mut MaybeUninit<bd_source_state_t>>,
+) -> bd_result_t {
+    answer(|| {
+        let state = state.ok_or_else(|| Failure::missing("state"))?;
+        state.write(match opened(dragon)?.source_state(Duration::from_nanos(limit_ns))? {
+            SourceState::Publishing => bd_source_state_t::BD_SOURCE_PUBLISHING,
+            SourceState::Hanging { .. } => bd_source_state_t::BD_SOURCE_HANGING,
+            SourceState::Ended => bd_source_state_t::BD_SOURCE_ENDED,
+            SourceState::Lost => bd_source_state_t::BD_SOURCE_LOST,
+        });
+        Ok(Some(()))
+    })
+}
+
+/// Returns in `descriptor` a file descriptor that is readable when a frame may be unread, for `poll`, `epoll` and event
+/// loops. It also becomes readable when the dragon is closed. Call `bd_dragon_next` until it returns `BD_NOTHING`: that
+/// makes the descriptor unreadable again. Do not read or close it. It ends with the dragon.
+///
+/// The first call starts a thread that sleeps until frames arrive. The server is not affected.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_dragon_descriptor(
+    dragon: *const bd_dragon_t,
+    descriptor: Option<&mut MaybeUninit<RawFd>>,
+) -> bd_result_t {
+    answer(|| {
+        let descriptor = descriptor.ok_or_else(|| Failure::missing("descriptor"))?;
+        descriptor.write(opened(dragon)?.descriptor()?);
+        Ok(Some(()))
+    })
 }
 
 /// Returns a string of the caller.

@@ -2,11 +2,9 @@
 
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
-use std::sync::Arc;
 
-use bench_dragon_ipc::{Continuity, Frame, FrameHeader, HandleState};
+use bench_dragon_ipc::{Continuity, FrameHeader, HandleState, LentFrame};
 
-use crate::frames::FrameReader;
 use crate::layout::same_layout;
 use crate::result::release;
 
@@ -85,43 +83,30 @@ pub enum bd_show_state_t {
     BD_ENDED = 5,
 }
 
-/// A frame. Nothing is copied, and nothing in it changes while it is held.
+/// A frame. Nothing is copied, and nothing in it changes while it is held. Any thread may read and release it.
 #[derive(Debug)]
 pub struct bd_frame_t {
-    header: NonNull<bd_frame_header_t>,
-    handles: NonNull<[HandleState]>,
-    continuity: Continuity,
-    /// Slot in which the reader keeps the sample while this frame exists.
-    slot: usize,
-    reader: Arc<FrameReader>,
+    lent: LentFrame,
+}
+
+impl From<LentFrame> for bd_frame_t {
+    fn from(lent: LentFrame) -> Self {
+        Self { lent }
+    }
 }
 
 impl bd_frame_t {
-    /// Creates the frame for a sample that the reader keeps in a slot.
-    pub(crate) fn lend(frame: &Frame, slot: usize, reader: Arc<FrameReader>) -> Self {
-        let (header, handles) = (NonNull::from(frame.header()).cast(), NonNull::from(frame.handles()));
-        Self { header, handles, continuity: frame.continuity(), slot, reader }
-    }
-
     fn header(&self) -> &bd_frame_header_t {
-        // SAFETY: the pointer is into the sample, which the reader keeps until `self` is dropped. The wire type has the
-        // same layout.
-        unsafe { self.header.as_ref() }
+        // SAFETY: the two types have the same layout, and the frame lends its header for as long as itself.
+        unsafe { NonNull::from(self.lent.header()).cast().as_ref() }
     }
 
     pub(crate) fn handles(&self) -> &[HandleState] {
-        // SAFETY: as in `header`.
-        unsafe { self.handles.as_ref() }
+        self.lent.handles()
     }
 
     pub(crate) fn continuity(&self) -> Continuity {
-        self.continuity
-    }
-}
-
-impl Drop for bd_frame_t {
-    fn drop(&mut self) {
-        self.reader.take_back(self.slot);
+        self.lent.continuity()
     }
 }
 

@@ -7,9 +7,8 @@
 //! Unsafe parts, and why they are sound:
 //!
 //! - *Pointers from C* are optional references. A C pointer is one if the caller keeps the contract.
-//! - *Frames* point into shared memory, which their reader keeps mapped ([`frames`]).
-//! - *Threads*: iceoryx2 counts references to a port without atomics, so a port never leaves its lock
-//!   (`confined::Confined`).
+//! - *Dragons* are numbers in the place of pointers, so a closed one is an error ([`dragon`]).
+//! - *Headers of frames* are passed on as types of the same layout ([`frame`]).
 //! - *Panics* become an error code ([`result`]) and never reach C.
 
 #![allow(unsafe_code, reason = "functions are exported to C, frames are lent to it")]
@@ -26,6 +25,4 @@ pub mod frames;
 pub mod result;
 pub mod status;
 
-mod confined;
 mod layout;
-mod patience;

@@ -38,6 +38,8 @@ pub enum bd_result_t {
     BD_DIRECTORY = 11,
     /// Any other error.
     BD_FAILED = 12,
+    /// The dragon is closed.
+    BD_CLOSED = 13,
 }
 
 /// Error of a call.
@@ -50,11 +52,6 @@ pub(crate) struct Failure {
 impl Failure {
     pub(crate) fn new(result: bd_result_t, text: impl Into<String>) -> Self {
         Self { result, text: text.into() }
-    }
-
-    /// Whether the error may end when a server starts.
-    pub(crate) fn is_absence(&self) -> bool {
-        self.result == bd_result_t::BD_NO_SERVER
     }
 
     /// Creates the error for a required argument that is NULL.
@@ -71,6 +68,9 @@ impl From<BusError> for Failure {
             BusError::VersionMismatch { .. } => bd_result_t::BD_VERSION_MISMATCH,
             BusError::SharedMemoryFull { .. } | BusError::SharedMemoryUnusable { .. } => bd_result_t::BD_SHARED_MEMORY,
             BusError::TooFewFiles { .. } => bd_result_t::BD_TOO_FEW_FILES,
+            BusError::Closed { .. } => bd_result_t::BD_CLOSED,
+            BusError::TooManyFrames => bd_result_t::BD_TOO_MANY_FRAMES,
+            BusError::Inherited { .. } => bd_result_t::BD_INVALID_ARGUMENT,
             BusError::TooManyClients { .. } => bd_result_t::BD_TOO_MANY_CLIENTS,
             BusError::Domain(DomainError::InvalidInstance { .. }) => bd_result_t::BD_INVALID_ARGUMENT,
             BusError::PermissionDenied { .. } | BusError::Domain(DomainError::PermissionDenied { .. }) => {

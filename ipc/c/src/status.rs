@@ -1,11 +1,11 @@
 //! Status of the server.
 
 use core::mem::MaybeUninit;
+use std::time::Duration;
 
-use bench_dragon_ipc::{Status, StatusReader};
+use bench_dragon_ipc::Status;
 
-use crate::dragon::{Origin, bd_dragon_t};
-use crate::patience::look;
+use crate::dragon::{bd_dragon_t, opened};
 use crate::result::{Failure, answer, bd_result_t};
 
 /// State and timing of the server. Published ten times a second and once more at the end.
@@ -58,22 +58,6 @@ pub struct bd_status_t {
     pub stops: u32,
 }
 
-/// The reader, and its latest status.
-#[derive(Debug, Default)]
-pub(crate) struct StatusPort {
-    reader: Option<StatusReader>,
-    latest: Option<bd_status_t>,
-}
-
-impl StatusPort {
-    fn latest(&mut self, origin: &Origin) -> Result<Option<bd_status_t>, Failure> {
-        if let Some(status) = origin.open(&mut self.reader, StatusReader::open)?.poll()? {
-            self.latest = Some((&status).into());
-        }
-        Ok(self.latest)
-    }
-}
-
 impl From<&Status> for bd_status_t {
     fn from(status: &Status) -> Self {
         Self {
@@ -102,21 +86,20 @@ impl From<&Status> for bd_status_t {
 }
 
 /// Returns the latest status in `status`. Waits for the first one at most `timeout_ns` nanoseconds. The last status of a
-/// server that has ended is returned until another server publishes its own.
+/// server that has ended or was killed is returned until another server publishes its own.
 ///
 /// `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server. On error `status` is unchanged.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_status(
-    dragon: Option<&bd_dragon_t>,
+    dragon: *const bd_dragon_t,
     timeout_ns: u64,
     status: Option<&mut MaybeUninit<bd_status_t>>,
 ) -> bd_result_t {
     answer(|| {
         let status = status.ok_or_else(|| Failure::missing("status"))?;
-        let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?;
-        let latest = look(timeout_ns, || dragon.status.lock().latest(&dragon.origin))?;
+        let latest = opened(dragon)?.status(Duration::from_nanos(timeout_ns))?;
         Ok(latest.map(|latest| {
-            status.write(latest);
+            status.write((&latest).into());
         }))
     })
 }

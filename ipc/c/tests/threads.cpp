@@ -91,7 +91,18 @@ int main(int argc, char **argv) {
   Frame last(next_frame(dragon.get()));
   const std::uint64_t tick = bd_frame_header(last.get())->tick;
   EXPECT(BD_OK, bd_dragon_command(dragon.get(), BD_COMMAND_STOP, 0.0, PATIENCE_NS, nullptr));
+  // Closing ends the wait of another thread. Frames still arrive until the server has ended.
+  std::thread waiting([handle = dragon.get()] {
+    bd_result_t result;
+    do {
+      bd_frame_t *frame;
+      result = bd_dragon_wait(handle, UINT64_MAX, &frame);
+      bd_frame_release(frame);
+    } while (result == BD_OK || result == BD_NOTHING);
+    COMPLAINS(BD_CLOSED, bd_last_error(), result);
+  });
   std::thread([&dragon] { dragon.reset(); }).join();
+  waiting.join();
   std::thread([&last, tick] {
     REQUIRE(bd_frame_header(last.get())->tick == tick);
     last.reset();

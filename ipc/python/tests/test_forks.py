@@ -50,7 +50,7 @@ CHILDREN = {
             try:
                 use()
             except ValueError as error:
-                text = f"the dragon of instance '{sys.argv[1]}' was opened in another process: open one here"
+                text = f'the dragon of instance "{sys.argv[1]}" was opened in another process: open one here'
                 assert str(error) == text
             else:
                 os._exit(1)

@@ -44,7 +44,7 @@ def test_a_bad_name_is_refused(name):
 
 def test_without_a_server_a_dragon_raises_no_server_and_leaves_no_files(stage):
     for timeout_s in (0, 0.1):
-        with pytest.raises(NoServer, match=f"no server runs on instance '{stage.instance}'"):
+        with pytest.raises(NoServer, match=f'no server runs on instance "{stage.instance}"'):
             Dragon(stage.instance, timeout_s=timeout_s)
     assert stage.remains() == []
 
@@ -70,7 +70,7 @@ def test_a_closed_dragon_reads_no_more(stage):
     with Dragon(stage.instance) as dragon:
         assert dragon.wait(PATIENCE_S) is not None
     dragon.close()
-    with pytest.raises(ValueError, match=f"the dragon of instance '{stage.instance}' is closed"):
+    with pytest.raises(ValueError, match=f'the dragon of instance "{stage.instance}" is closed'):
         dragon.receive()
     assert dragon.lost == 0
     server.stop()
@@ -113,17 +113,36 @@ def test_a_runtime_directory_with_other_characters_is_refused_as_by_the_program(
     assert str(refused.value) in stage.run("iox2-config").stderr
 
 
-def test_a_server_with_another_layout_is_a_version_mismatch(stage, monkeypatch):
-    server = stage.serve("--rate", "50")
-    monkeypatch.setattr("bench_dragon.frame.HandleState.TYPE_NAME", "bench_dragon.HandleState.v0")
-    with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this package's"):
+OTHER_LAYOUT = """
+import ctypes, sys
+import iceoryx2 as iox2
+config = iox2.config.default()
+config.global_cfg.root_path = iox2.Path.new(sys.argv[1])
+config.global_cfg.prefix = iox2.FileName.new(sys.argv[2])
+node = iox2.NodeBuilder.new().config(config).create(iox2.ServiceType.Ipc)
+frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
+service = frames.publish_subscribe(iox2.Slice[ctypes.c_uint8]).create()
+print("created", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_a_server_with_another_layout_is_a_version_mismatch(stage):
+    stage.root.mkdir(mode=0o700, parents=True)
+    stage.root.parent.chmod(0o700)
+    other = stage.start_python("-c", OTHER_LAYOUT, str(stage.root), stage.prefix, stdin=subprocess.PIPE)
+    assert other.stdout.readline() == "created\n"
+    with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this program's"):
         Dragon(stage.instance)
-    server.stop()
+    other.kill()
+    other.wait(PATIENCE_S)
+    with pytest.raises(NoServer):
+        Dragon(stage.instance, timeout_s=0)
 
 
 def test_a_name_that_iceoryx2_does_not_allow_is_refused(stage):
     server = stage.serve("--rate", "50")
-    with pytest.raises(BusError, match="the node's name is 'xxx.*', must be at most 128 bytes"):
+    with pytest.raises(BusError, match="the node's name"):
         Dragon(stage.instance, name="x" * 200)
     server.stop()
 
@@ -140,7 +159,7 @@ except OutOfResources as error:
     print(error)
 """
     printed = stage.start_python("-c", script).stdout.read()
-    assert printed.startswith("this process may not open the 32 more files that it needs: raise the limit")
+    assert printed.startswith("this process may not open the 48 more files that it needs: raise the limit")
     server.stop()
 
 
@@ -154,12 +173,34 @@ def test_a_frame_with_fewer_handles_than_its_header_has_is_refused(stage):
     server.stop()
 
 
+class StockHeader(FrameHeader):
+    """A frame's header for the stock package, which reads the type's name from this method."""
+
+    @staticmethod
+    def type_name():
+        return FrameHeader.TYPE_NAME
+
+
+class StockHandle(HandleState):
+    @staticmethod
+    def type_name():
+        return HandleState.TYPE_NAME
+
+
+def iceoryx2_config(domain):
+    """Returns the configuration of the stock package for a domain."""
+    config = iox2.config.default()
+    config.global_cfg.root_path = iox2.Path.new(str(domain.root))
+    config.global_cfg.prefix = iox2.FileName.new(domain.prefix)
+    return config
+
+
 def publish_lie(domain, bench_count, handle_count):
     """Publishes a frame of `handle_count` handles, whose header claims `bench_count` benches. Returns the port: readers
     find the frame only while the port exists."""
-    node = iox2.NodeBuilder.new().config(domain.iceoryx2_config()).create(iox2.ServiceType.Ipc)
+    node = iox2.NodeBuilder.new().config(iceoryx2_config(domain)).create(iox2.ServiceType.Ipc)
     frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
-    service = frames.publish_subscribe(iox2.Slice[HandleState]).user_header(FrameHeader).open()
+    service = frames.publish_subscribe(iox2.Slice[StockHandle]).user_header(StockHeader).open()
     publisher = service.publisher_builder().initial_max_slice_len(handle_count).create()
     sample = publisher.loan_slice_uninit(handle_count)
     sample.user_header().contents.bench_count = bench_count

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import bench_dragon
 import pytest
-from bench_dragon import bench, continuity
+from bench_dragon import bench
 from stage import EXAMPLES
 
 PACKAGE = Path(__file__).parents[1]
@@ -30,9 +30,8 @@ def test_type_checkers_find_the_marker_of_a_typed_package():
     assert importlib.resources.files(bench_dragon).joinpath("py.typed").is_file()
 
 
-@pytest.mark.parametrize("module", [bench, continuity])
-def test_the_examples_in_the_docstrings_are_correct(module):
-    tested = doctest.testmod(module, report=True)
+def test_the_examples_in_the_docstrings_are_correct():
+    tested = doctest.testmod(bench, report=True)
     assert (tested.failed, tested.attempted > 0) == (0, True)
 
 

@@ -62,22 +62,32 @@ def test_the_latest_status_is_returned_at_once_and_outlives_its_server(stage):
     second.stop()
 
 
-@pytest.mark.parametrize("read", [Dragon.description, Dragon.status, Dragon.alerts])
-def test_description_status_and_alerts_wait_for_a_server(stage, read):
+@pytest.mark.parametrize("read", [Dragon.description, Dragon.status])
+@pytest.mark.parametrize("end", ["stop", "kill"])
+def test_the_last_description_and_status_of_a_server_are_returned_also_if_they_were_never_read(stage, read, end):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
+        # The server sends both to all readers alike.
+        witness.description(PATIENCE_S), witness.status(PATIENCE_S)
+        getattr(server, end)()
+        assert read(dragon, 0).run_id == server.run_id
+
+
+def test_alerts_wait_for_a_server(stage):
     first = stage.serve("--rate", "20")
     servers = []
     with Dragon(stage.instance) as dragon:
         first.stop()
         for timeout_s in (0, 0.1):
-            with pytest.raises(NoServer, match=f"no server runs on instance '{stage.instance}'"):
-                read(dragon, timeout_s)
+            with pytest.raises(NoServer, match=f'no server runs on instance "{stage.instance}"'):
+                dragon.alerts(timeout_s)
         thread = threading.Thread(target=lambda: servers.append(serve_with_alerts(stage)))
         thread.start()
-        news = read(dragon, PATIENCE_S)
+        news = dragon.alerts(PATIENCE_S)
         thread.join(PATIENCE_S)
         assert not thread.is_alive(), f"the other thread still runs after {PATIENCE_S} s"
         [(second, monitor)] = servers
-        assert {item.run_id for item in (news if read is Dragon.alerts else [news])} == {second.run_id}
+        assert {alert.run_id for alert in news} == {second.run_id}
         monitor.terminate()
         monitor.wait(PATIENCE_S)
     second.stop()

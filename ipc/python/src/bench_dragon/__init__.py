@@ -14,7 +14,7 @@ in place, without a copy.
 
 from bench_dragon.alert import Alert, AlertKind
 from bench_dragon.bench import Benches
-from bench_dragon.command import Refusal, Refused
+from bench_dragon.command import Refusal
 from bench_dragon.continuity import Continuity
 from bench_dragon.description import Description
 from bench_dragon.domain import Domain
@@ -27,11 +27,13 @@ from bench_dragon.errors import (
     NoServer,
     OutOfResources,
     PermissionDenied,
+    Refused,
     TooManyClients,
     TooManyFramesHeld,
     VersionMismatch,
 )
 from bench_dragon.frame import Frame, FrameHeader, HandleState, ShowState
+from bench_dragon.source import SourceState
 from bench_dragon.status import GuardState, SourceKind, Status, Stops, TimecodeState, TimeHistogram
 
 __all__ = [
@@ -57,6 +59,7 @@ __all__ = [
     "Refused",
     "ShowState",
     "SourceKind",
+    "SourceState",
     "Status",
     "Stops",
     "TimecodeState",

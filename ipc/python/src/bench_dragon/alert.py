@@ -2,9 +2,6 @@
 
 import ctypes
 
-from bench_dragon.deadline import Deadline
-from bench_dragon.member import ALERTS, Member
-from bench_dragon.waking import Waking
 from bench_dragon.wire import WireCode, WireType, decoded
 
 _NO_FORECAST = -(2**63)
@@ -81,31 +78,9 @@ class Alert(WireType):
     @property
     def sim_time_s(self) -> float:
         """Show time of the event in seconds."""
-        return self.sim_time_ns * 1e-9
+        return self.sim_time_ns / 1e9
 
     @property
     def forecast_s(self) -> float | None:
         """Show time of the forecast contact in seconds; `None` where no contact lies ahead, or none is known yet."""
-        return None if self.forecast_ns == _NO_FORECAST else self.forecast_ns * 1e-9
-
-
-class AlertReader:
-    """Reads the alerts of an instance, oldest first, from its creation on."""
-
-    def __init__(self, member: Member) -> None:
-        self._subscriber = member.subscriber(ALERTS, Alert)
-        self._waking = Waking(member, ALERTS)
-
-    def read(self, deadline: Deadline) -> list[Alert]:
-        """Returns all unread alerts. If there are none, waits for one until the deadline and may return an empty list.
-        """
-        alerts = self._unread()
-        while not alerts and self._waking.wait(deadline):
-            alerts = self._unread()
-        return alerts
-
-    def _unread(self) -> list[Alert]:
-        alerts = []
-        while (sample := self._subscriber.receive()) is not None:
-            alerts.append(Alert.copy_from(sample.payload_ptr))
-        return alerts
+        return None if self.forecast_ns == _NO_FORECAST else self.forecast_ns / 1e9

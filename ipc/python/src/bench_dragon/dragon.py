@@ -1,25 +1,28 @@
 """The dragon of an instance: its frames, description, status and alerts, and commands to its server."""
 
+import asyncio
+import atexit
+import logging
+import math
+import os
 import time
 import weakref
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from types import TracebackType
 from typing import Self
 
+from bench_dragon import _bus
 from bench_dragon.alert import Alert
-from bench_dragon.command import CommandKind, Refusal, Refused
-from bench_dragon.continuity import ContinuityTracker
-from bench_dragon.deadline import Deadline
+from bench_dragon.command import CommandKind, Refusal
 from bench_dragon.description import Description
-from bench_dragon.domain import Domain
-from bench_dragon.errors import NoServer
+from bench_dragon.errors import NoServer, Refused
 from bench_dragon.frame import Frame
-from bench_dragon.member import Member
-from bench_dragon.patience import look
-from bench_dragon.ports import Ports
+from bench_dragon.source import SourceState
 from bench_dragon.status import Status
 
+_LOG = logging.getLogger("bench_dragon")
 _TIMEOUT_S = 5.0
+_LIMIT_S = 1.0
 _PROOF_PERIOD_S = 0.02
 
 
@@ -29,7 +32,9 @@ class Dragon:
     No reader ever delays the server. A reader that falls behind loses its own oldest frames, and counts them in `lost`.
     A dragon outlives a server: the frames of the next server follow with `Continuity.RESTARTED`.
 
-    Use it in a `with` block, or call `close`. Only one thread at a time may use a dragon.
+    Use it in a `with` block, or call `close`. Any thread may use a dragon, also while other threads wait; each frame
+    goes to one of the threads that read. `close` from any thread ends every wait with `ValueError`. For asyncio, use
+    `async for frame in dragon`; for other event loops, `fileno`.
 
     A forked child must open its own dragon. The inherited one does no harm to the parent, even when the child exits.
     In the child, `close` has no effect, and other methods raise `ValueError`. Inherited arrays stay valid only while
@@ -48,14 +53,14 @@ class Dragon:
         `instance` is 1 to 24 characters of a-z, 0-9 and -. If no server runs yet, waits for one at most `timeout_s`
         seconds: 0 does not wait, `None` waits without a limit.
 
-        Raises `NoServer` if no server appears in time, `DomainError` for a bad name or an unusable directory, and
-        `VersionMismatch`, `PermissionDenied`, `TooManyClients` or `OutOfResources`.
+        While it waits, one warning of the logger `bench_dragon` says so. Raises `NoServer` if no server appears in time,
+        `DomainError` for a bad name or an unusable directory, and `VersionMismatch`, `PermissionDenied`,
+        `TooManyClients` or `OutOfResources`.
         """
         self.instance = instance
         """The instance's name."""
-        self._tracker = ContinuityTracker()
-        self._open_ports: Ports | None = _join(Domain(instance), name, self._tracker, Deadline(timeout_s))
-        self._close_ports = weakref.finalize(self, self._open_ports.member.close_ports)
+        self._bus = _opened(instance, name, _ns(timeout_s))
+        _OPEN.add(self)
 
     def __iter__(self) -> Iterator[Frame]:
         return self.frames()
@@ -63,12 +68,26 @@ class Dragon:
     def frames(self, timeout_s: float | None = None) -> Iterator[Frame]:
         """Yields frame after frame, oldest first. Waits for each at most `timeout_s` seconds; `None` for no limit.
 
-        A frame that the loop does not keep is released when the loop receives the next one. Raises `NoServer` if no
-        frame arrives in time; other errors as `receive`.
+        The loop goes on with the next server after a restart. It does not stop at the end of a run, whose last frame
+        has the state `ShowState.ENDED`. A frame that the loop does not keep is released when the loop receives the next
+        one. Raises `NoServer` if no frame arrives in time; `source` then has the reason. Other errors as `receive`.
         """
         while True:
             # No variable holds the frame, so the caller has the only reference.
             yield self._next_frame(timeout_s)
+
+    async def __aiter__(self) -> AsyncIterator[Frame]:
+        """Yields frame after frame, oldest first, in an asyncio task. Cancelling the task ends the wait. After `close`,
+        raises `ValueError`."""
+        # Readable when a frame may be unread. This copy stays open when another thread closes the dragon.
+        descriptor = os.dup(self.fileno())
+        try:
+            while True:
+                while (frame := self.receive()) is not None:
+                    yield frame
+                await _readable(descriptor)
+        finally:
+            os.close(descriptor)
 
     def receive(self) -> Frame | None:
         """Returns the oldest unread frame, or `None` if all are read. Never waits.
@@ -76,28 +95,39 @@ class Dragon:
         Raises `TooManyFramesHeld` if four frames are held, and `VersionMismatch` if the number of handles of a frame
         contradicts its header.
         """
-        return self._ports.frames.receive()
+        return _frame(self._bus.receive())
 
     def latest(self) -> Frame | None:
         """Returns the newest unread frame, or `None` if all are read. Never waits. Older frames are dropped unread and
         do not count as lost. Raises as `receive`."""
-        return self._ports.frames.latest()
+        return _frame(self._bus.latest())
 
     def wait(self, timeout_s: float | None = None) -> Frame | None:
         """Returns the oldest unread frame. Waits for one at most `timeout_s` seconds; `None` for no limit.
 
-        Other threads run during the wait. Returns `None` if no frame arrives in time. Raises as `receive`.
+        Other threads run during the wait. Returns `None` if no frame arrives in time; `source` then has the reason.
+        Raises as `receive`.
 
-        From the first wait on, each frame costs the server one system call for this reader. A reader that only polls
-        costs none.
+        One system call of the server wakes all readers that wait. A reader that only polls costs the server nothing.
         """
-        return self._ports.frames.wait(Deadline(timeout_s))
+        return _frame(self._bus.wait(_ns(timeout_s)))
+
+    def fileno(self) -> int:
+        """Returns a file descriptor that is readable when a frame may be unread, or when the dragon is closed: for
+        `select` and event loops. Call `receive` until it returns `None`: that makes the descriptor unreadable again. Do
+        not read or close it. The first call starts a thread; the server is not affected."""
+        return self._bus.descriptor()
+
+    def source(self, limit_s: float = _LIMIT_S) -> SourceState:
+        """Returns whether the server publishes, and if not, why. Call it after a wait without a frame: frames that were
+        not read yet do not count. `limit_s` is the age in seconds from which the newest frame is too old."""
+        return SourceState(self._bus.source(_ns(limit_s) or 0))
 
     @property
     def lost(self) -> int:
         """Number of lost frames: published between the first and the last frame that this reader has read, but not
         received by it."""
-        return self._tracker.lost
+        return self._bus.lost
 
     def description(self, timeout_s: float | None = _TIMEOUT_S) -> Description:
         """Returns the configuration of the latest run.
@@ -108,7 +138,10 @@ class Dragon:
 
         The description of a server that has ended is returned until the next server publishes its own.
         """
-        return look(Deadline(timeout_s), lambda: self._ports.descriptions.read())
+        latest = self._bus.description(_ns(timeout_s))
+        if latest is None:
+            raise NoServer(f"the server on instance {self.instance!r} has published no description in time")
+        return Description(*latest)
 
     def status(self, timeout_s: float | None = _TIMEOUT_S) -> Status:
         """Returns the server's latest status. The server publishes ten a second.
@@ -116,10 +149,13 @@ class Dragon:
         Waits only if no status has arrived yet, at most `timeout_s` seconds, as `description` does. Raises `NoServer` if
         no status arrives in time.
 
-        The last status of a server that has ended is returned until the next server publishes one. Its `run_id`
-        distinguishes the two.
+        The last status of a server that has ended or was killed is returned until the next server publishes one. Its
+        `run_id` distinguishes the two.
         """
-        return look(Deadline(timeout_s), lambda: self._ports.statuses.read())
+        latest = self._bus.status(_ns(timeout_s))
+        if latest is None:
+            raise NoServer(f"the server on instance {self.instance!r} has published no status in time")
+        return Status.from_buffer_copy(latest)
 
     def alerts(self, timeout_s: float | None = 0.0) -> list[Alert]:
         """Returns the alerts since the last call, oldest first. Alerts are received from the first call on.
@@ -129,8 +165,12 @@ class Dragon:
 
         Raises `NoServer` if the first call finds no server in time. The next call then counts as the first.
         """
-        deadline = Deadline(timeout_s)
-        return look(deadline, lambda: self._ports.alerts).read(deadline)
+        alerts = []
+        alert = self._bus.alert(_ns(timeout_s))
+        while alert is not None:
+            alerts.append(Alert.from_buffer_copy(alert))
+            alert = self._bus.alert(0)
+        return alerts
 
     def pause(self, timeout_s: float | None = _TIMEOUT_S) -> int:
         """Stops the walk until `resume`.
@@ -139,8 +179,7 @@ class Dragon:
         Raises `Refused` with the reason if the server refuses the command. Raises `NoAnswer` if the server does not
         reply within `timeout_s` seconds (`None` for no limit); it may have executed the command nevertheless.
 
-        No command waits for a server: if none runs, `NoServer` is raised at once. If the server was killed while this
-        dragon is open, `NoAnswer` is raised after the timeout.
+        No command waits for a server: if none runs, or if it was killed, `NoServer` is raised at once.
         """
         return self._call(CommandKind.PAUSE, 0.0, timeout_s)
 
@@ -158,18 +197,21 @@ class Dragon:
         If the guard of a guarded server has not yet proved that the benches are apart there, sends the command again
         until it has. All attempts together take at most `timeout_s` seconds.
         """
-        deadline = Deadline(timeout_s)
+        _ns(timeout_s)
+        deadline_s = math.inf if timeout_s is None else time.monotonic() + timeout_s
         slowest_s = 0.0
         while True:
             asked_s = time.monotonic()
             try:
-                return self._ports.commands.call(CommandKind.SEEK, sim_time_s, deadline)
+                left_s = max(0.0, deadline_s - asked_s)
+                return self._call(CommandKind.SEEK, sim_time_s, None if timeout_s is None else left_s)
             except Refused as refused:
                 slowest_s = max(slowest_s, time.monotonic() - asked_s)
                 # A reply that arrives after the deadline would leave open whether the seek was executed.
-                if refused.refusal is not Refusal.NOT_PROVED or deadline.left_s() <= _PROOF_PERIOD_S + slowest_s:
+                left_s = deadline_s - time.monotonic()
+                if refused.refusal is not Refusal.NOT_PROVED or left_s <= _PROOF_PERIOD_S + slowest_s:
                     raise
-            deadline.sleep(_PROOF_PERIOD_S)
+            time.sleep(_PROOF_PERIOD_S)
 
     def hold(self, timeout_s: float | None = _TIMEOUT_S) -> int:
         """Stops for safety. Only `release` lifts the hold. Returns and raises as `pause`."""
@@ -184,10 +226,9 @@ class Dragon:
         return self._call(CommandKind.STOP, 0.0, timeout_s)
 
     def close(self) -> None:
-        """Leaves the instance. `lost` can still be read. Arrays that are kept stay valid, and the process remains in
-        the instance until it has released the last one."""
-        self._close_ports()
-        self._open_ports = None
+        """Leaves the instance, and ends every wait of other threads with `ValueError`. `lost` can still be read. Arrays
+        that are kept stay valid, and the process remains in the instance until it has released the last one."""
+        self._bus.close()
 
     def __enter__(self) -> Self:
         return self
@@ -197,24 +238,74 @@ class Dragon:
     ) -> None:
         self.close()
 
-    @property
-    def _ports(self) -> Ports:
-        if self._open_ports is None:
-            raise ValueError(f"the dragon of instance {self.instance!r} is closed")
-        if self._open_ports.member.is_inherited:
-            raise ValueError(f"the dragon of instance {self.instance!r} was opened in another process: open one here")
-        return self._open_ports
-
     def _next_frame(self, timeout_s: float | None) -> Frame:
-        frame = self.wait(timeout_s)
-        if frame is None:
-            raise NoServer(self.instance)
+        while (frame := self.wait(timeout_s)) is None:
+            if timeout_s is not None:
+                raise NoServer(self._silence(timeout_s))
         return frame
 
+    def _silence(self, timeout_s: float) -> str:
+        """Returns the text for a wait without a frame."""
+        match self.source(timeout_s):
+            case SourceState.ENDED:
+                return f"no server runs on instance {self.instance!r}: the run has ended"
+            case SourceState.LOST:
+                return f"no server runs on instance {self.instance!r}: the run was cut off"
+            case _:
+                return f"the server on instance {self.instance!r} has sent no frame for {timeout_s:g} s"
+
     def _call(self, kind: CommandKind, value: float, timeout_s: float | None) -> int:
-        return self._ports.commands.call(kind, value, Deadline(timeout_s))
+        return self._bus.call(kind, value, _ns(timeout_s))
 
 
-def _join(domain: Domain, name: str, tracker: ContinuityTracker, deadline: Deadline) -> Ports:
-    """Opens the frames of a domain as soon as they exist, until the deadline."""
-    return look(deadline, lambda: Ports(Member(domain, name), tracker))
+_OPEN: weakref.WeakSet[Dragon] = weakref.WeakSet()
+
+
+@atexit.register
+def _close_all() -> None:
+    """Leaves every instance at the end of the process, where Python does not destroy all objects."""
+    for dragon in list(_OPEN):
+        dragon.close()
+
+
+def _opened(instance: str, name: str, timeout_ns: int | None) -> _bus.Dragon:
+    try:
+        return _bus.Dragon(instance, name, 0)
+    except NoServer as error:
+        if timeout_ns == 0:
+            raise
+        _LOG.warning("waiting: %s", error)
+    return _bus.Dragon(instance, name, timeout_ns)
+
+
+def _frame(lent: _bus.Frame | None) -> Frame | None:
+    return None if lent is None else Frame(lent)
+
+
+def _ns(timeout_s: float | None) -> int | None:
+    """Returns a timeout in nanoseconds; `None` for no limit. Raises `ValueError` for a negative one and for NaN."""
+    if timeout_s is None or timeout_s > _LONGEST_S:
+        return None
+    if not timeout_s >= 0:
+        raise ValueError(f"timeout_s is {timeout_s}, must be at least 0")
+    return round(timeout_s * 1e9)
+
+
+_LONGEST_S = 1e9
+"""Timeout in seconds from which a wait has no limit: thirty years."""
+
+
+async def _readable(descriptor: int) -> None:
+    """Waits until a descriptor is readable."""
+    loop = asyncio.get_running_loop()
+    is_readable = loop.create_future()
+
+    def wake() -> None:
+        if not is_readable.done():
+            is_readable.set_result(None)
+
+    loop.add_reader(descriptor, wake)
+    try:
+        await is_readable
+    finally:
+        loop.remove_reader(descriptor)

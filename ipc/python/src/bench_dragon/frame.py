@@ -4,16 +4,17 @@ A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i,
 bench.
 """
 
+import copy
 import ctypes
 from functools import cached_property
-from typing import Any
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench_dragon import _bus
 from bench_dragon.bench import Benches
 from bench_dragon.continuity import Continuity
-from bench_dragon.inheritance import Heirloom, never_destroy
 from bench_dragon.wire import WireCode, WireType, decoded
 
 
@@ -81,7 +82,7 @@ class FrameHeader(WireType):
     @property
     def sim_time_s(self) -> float:
         """Show time in seconds."""
-        return self.sim_time_ns * 1e-9
+        return self.sim_time_ns / 1e9
 
     @property
     def lateness_ns(self) -> int:
@@ -103,28 +104,32 @@ class HandleState(WireType):
 
 
 class Frame:
-    """One frame. Only its header is copied, and no process writes to it while it is held.
+    """One frame, in place in shared memory. No process writes to it while it is held.
 
     A frame is held while a reference to it, or to one of its arrays, exists. A reader may hold four frames. A loop
-    needs two of them: the current frame and the next one.
+    needs two of them: the current frame and the next one. To keep more, keep copies: `frame.copy()`.
     """
 
-    header: FrameHeader
-    """Values of the frame that concern the whole dragon."""
-    continuity: Continuity
-    """Relation of the frame to the previously received one."""
-    lost: int
-    """Number of frames lost between the previously received one and this one."""
+    def __init__(self, lent: _bus.Frame) -> None:
+        self._handles: NDArray[np.float64] = np.asarray(lent)
+        self._header = lent.header()
+        self._continuity, self.lost = lent.continuity()
+        """Number of frames lost between the previously received one and this one."""
 
-    def __init__(self, header: FrameHeader, memory: "SharedMemory", continuity: Continuity, lost: int) -> None:
-        self.header = header
-        self.continuity = continuity
-        self.lost = lost
-        self._handles: NDArray[np.float64] = np.asarray(memory)
+    @cached_property
+    def header(self) -> FrameHeader:
+        """Values of the frame that concern the whole dragon."""
+        return FrameHeader.from_buffer_copy(self._header)
+
+    @property
+    def continuity(self) -> Continuity:
+        """Relation of the frame to the previously received one."""
+        return Continuity(self._continuity)
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Positions of the handles in metres, head first: shape (N + 1, 3), read-only, on shared memory."""
+        """Positions of the handles in metres, head first: shape (N + 1, 3), read-only, on shared memory. Row 0 is the
+        front hinge of the head."""
         return self._handles[:, 0]
 
     @property
@@ -139,30 +144,11 @@ class Frame:
         hold the frame."""
         return Benches.between(self.positions, self.velocities)
 
+    def copy(self) -> Self:
+        """Returns the same frame with arrays of its own. Any number of copies may be kept."""
+        copied = copy.copy(self)
+        copied._handles = self._handles.copy()
+        return copied
+
     def __repr__(self) -> str:
         return f"Frame({self.header!r}, continuity={self.continuity.name}, lost={self.lost})"
-
-
-class SharedMemory(Heirloom):
-    """The handles of a frame in shared memory. It is the base of all arrays of the frame, and keeps the frame held."""
-
-    def __init__(self, sample: Any, member: object, handle_count: int) -> None:
-        self._sample = sample
-        self._member = member
-        # numpy's protocol, https://numpy.org/doc/stable/reference/arrays.interface.html: `True` means read-only.
-        self.__array_interface__ = {
-            "version": 3,
-            "typestr": "<f8",
-            "shape": (handle_count, 2, 3),
-            "data": (sample.payload_ptr, True),
-        }
-        super().__init__()
-
-    def disown(self) -> None:
-        """Leaves the frame to the parent process."""
-        never_destroy(self._sample)
-
-    def __del__(self) -> None:
-        # In this order: the last member to leave removes the domain, and is not the last while a sample is held.
-        del self._sample
-        del self._member

@@ -179,7 +179,7 @@ class Status(WireType):
     @property
     def sim_time_s(self) -> float:
         """Show time of the last tick in seconds."""
-        return self.sim_time_ns * 1e-9
+        return self.sim_time_ns / 1e9
 
     @property
     def source_kind(self) -> SourceKind | None:

@@ -1,11 +1,8 @@
-"""Types in shared memory: structures with C layout and a versioned type name.
-
-iceoryx2 opens a service only if name, size and alignment are those of the server's type.
-"""
+"""Types in shared memory: structures with C layout and the type name that iceoryx2 compares."""
 
 import ctypes
 import enum
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 _MOST_SHOWN = 6
 
@@ -14,16 +11,7 @@ class WireType(ctypes.Structure):
     """Base class of the bus's structures."""
 
     TYPE_NAME: ClassVar[str]
-
-    @classmethod
-    def type_name(cls) -> str:
-        """Returns the name by which iceoryx2 compares types."""
-        return cls.TYPE_NAME
-
-    @classmethod
-    def copy_from(cls, address: int) -> Self:
-        """Returns a copy of the structure at an address."""
-        return cls.from_buffer_copy(ctypes.string_at(address, ctypes.sizeof(cls)))
+    """Name and version of the layout, as on the bus."""
 
     def fields(self) -> dict[str, Any]:
         """Returns the values by name, with arrays as lists."""

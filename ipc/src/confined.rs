@@ -1,5 +1,7 @@
 //! iceoryx2 ports behind a lock, so that any thread may use them.
 
+#![allow(unsafe_code, reason = "ports move between threads")]
+
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// A port that never leaves its lock.
