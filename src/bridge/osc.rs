@@ -3,11 +3,12 @@
 //! | address | arguments |
 //! |---|---|
 //! | `/dragon/show` | show time in seconds (f), state (s), time scale (f), tick (i), fresh (i: 1, or 0 if the frame is stale) |
-//! | `/dragon/bench/7` | x, y, z of the centre in metres, heading, speed in metres per wall-clock second (five f) |
+//! | `/dragon/bench/7` | x, y, z of the centre of the board in metres, heading, speed in metres per wall-clock second (five f) |
 //!
-//! The show's message precedes the bench messages of the same frame. The axes are those of the bus: x right, y away, z up.
-//! Headings are counter-clockwise from +x, in degrees from −180 to 180, or in radians on request. The tick is reduced to its
-//! lowest 31 bits.
+//! The show's message precedes the bench messages of the same frame. By default the axes are those of the bus: x right, y away,
+//! z up. Headings are then counter-clockwise from +x. A [`StageTransform`] changes positions and headings; a speed is a scalar,
+//! and is the same under each transform. Headings are in degrees from −180 to 180, or in radians on request. The tick is reduced
+//! to its lowest 31 bits.
 //!
 //! By default each message is one packet, which every receiver accepts. Optionally messages are sent in bundles. A bundle
 //! contains as many messages as a datagram holds, and the time at which the server sent the frame. Over TCP each packet is
@@ -18,8 +19,10 @@
 use bench_dragon_ipc::{BenchState, ShowState};
 use rosc::{OscMessage, OscPacket, OscTime, OscType, encoder};
 
+use super::bench_selection::BenchSelection;
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
+use super::stage_transform::StageTransform;
 
 pub use super::osc_address::{AddressError, AddressPattern, ShowAddress};
 pub use super::slip_sender::SlipSender;
@@ -35,7 +38,7 @@ pub enum AngleUnit {
 }
 
 /// Settings of an encoder.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OscSettings {
     /// The address of a bench's message.
     pub bench_address: AddressPattern,
@@ -45,6 +48,10 @@ pub struct OscSettings {
     pub angle: AngleUnit,
     /// Whether messages are sent in bundles.
     pub bundle: bool,
+    /// The chosen benches.
+    pub benches: BenchSelection,
+    /// The transform to the coordinate system of the receivers.
+    pub transform: StageTransform,
 }
 
 /// Encodes frames as packets.
@@ -79,14 +86,24 @@ impl OscEncoder {
     }
 
     fn write_messages(&mut self, latest: &LatestFrame, messages: &mut Packets) {
-        let known = self.addresses.len();
-        let pattern = &self.settings.bench_address;
-        self.addresses.extend((known..latest.benches.len()).map(|index| pattern.of_bench(index)));
-        write(self.settings.show_address.to_string(), show(latest), messages);
-        let speed_factor = latest.speed_factor();
-        for (address, state) in self.addresses.iter().zip(&latest.benches) {
-            write(address.clone(), bench(state, self.settings.angle, speed_factor), messages);
+        let OscSettings { bench_address, show_address, benches, .. } = &self.settings;
+        let (known, count) = (self.addresses.len(), latest.benches.len());
+        self.addresses.extend((known..count).map(|index| bench_address.of_bench(index)));
+        write(show_address.to_string(), show(latest), messages);
+        for index in benches.indices(count) {
+            write(self.addresses[index].clone(), self.bench(&latest.benches[index], latest.speed_factor()), messages);
         }
+    }
+
+    fn bench(&self, bench: &BenchState, speed_factor: f64) -> Vec<OscType> {
+        let OscSettings { transform, angle, .. } = &self.settings;
+        let [x, y, z] = transform.position_m(bench.centre_m);
+        let heading_rad = transform.heading_rad(bench.heading_rad);
+        let heading = match angle {
+            AngleUnit::Degrees => heading_rad.to_degrees(),
+            AngleUnit::Radians => heading_rad,
+        };
+        [x, y, z, heading, bench.speed_mps() * speed_factor].map(|value| OscType::Float(value as f32)).to_vec()
     }
 }
 
@@ -99,15 +116,6 @@ fn show(latest: &LatestFrame) -> Vec<OscType> {
         OscType::Int((header.tick & 0x7fff_ffff) as i32),
         OscType::Int(i32::from(latest.freshness.is_fresh())),
     ]
-}
-
-fn bench(bench: &BenchState, angle: AngleUnit, speed_factor: f64) -> Vec<OscType> {
-    let [x, y, z] = bench.centre_m;
-    let heading = match angle {
-        AngleUnit::Degrees => bench.heading_rad.to_degrees(),
-        AngleUnit::Radians => bench.heading_rad,
-    };
-    [x, y, z, heading, bench.speed_mps() * speed_factor].map(|value| OscType::Float(value as f32)).to_vec()
 }
 
 fn write(addr: String, args: Vec<OscType>, messages: &mut Packets) {

@@ -1,6 +1,7 @@
 //! Public modules of the library, as a client uses them: one file per module.
 
 mod art_net;
+mod bench_selection;
 mod command_words;
 mod histogram;
 mod interval_search;
@@ -10,6 +11,7 @@ mod outage;
 mod playback_clock;
 mod psn;
 mod schedule;
+mod stage_transform;
 mod table;
 mod timecode;
 #[cfg(feature = "zenoh")]

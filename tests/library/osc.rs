@@ -2,8 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use bench_dragon::bridge::desk_settings::{self, OscTransport};
 use bench_dragon::bridge::osc::{AddressError, AddressPattern, AngleUnit, OscEncoder, OscSettings, ShowAddress};
-use bench_dragon::bridge::{Freshness, LatestFrame, MAX_PACKET_LEN, Packets};
+use bench_dragon::bridge::stage_transform::StageTransform;
+use bench_dragon::bridge::{AxisOrder, BenchSelection, Freshness, LatestFrame, MAX_PACKET_LEN, Packets};
 use bench_dragon_ipc::{BenchState, FrameHeader, ShowState};
 use rosc::{OscMessage, OscPacket, OscTime, OscType, decoder};
 
@@ -25,13 +27,19 @@ fn latest(benches: usize, freshness: Freshness) -> LatestFrame {
     LatestFrame { header, benches: vec![bench; benches], freshness }
 }
 
-fn encoder(angle: AngleUnit, bundle: bool) -> OscEncoder {
-    OscEncoder::new(OscSettings {
+fn settings(angle: AngleUnit, bundle: bool) -> OscSettings {
+    OscSettings {
         bench_address: "/b/{index}".parse().expect("an address"),
         show_address: "/s".parse().expect("an address"),
         angle,
         bundle,
-    })
+        benches: BenchSelection::default(),
+        transform: StageTransform::of_axes(AxisOrder::RIGHT_AWAY_UP),
+    }
+}
+
+fn encoder(angle: AngleUnit, bundle: bool) -> OscEncoder {
+    OscEncoder::new(settings(angle, bundle))
 }
 
 fn packets(benches: usize, angle: AngleUnit, bundle: bool, freshness: Freshness) -> Vec<OscPacket> {
@@ -108,4 +116,76 @@ fn only_valid_osc_addresses_are_accepted() {
     }
     assert_eq!("/dragon/{index}".parse::<ShowAddress>(), Err(AddressError::Address));
     assert_eq!("/{index}/{index}".parse::<AddressPattern>().map(|pattern| pattern.of_bench(2)), Ok("/2/2".to_owned()));
+}
+
+/// Returns the messages of the benches, as sent with these settings.
+fn bench_messages(settings: OscSettings, latest: &LatestFrame) -> Vec<OscMessage> {
+    let mut packets = Packets::default();
+    OscEncoder::new(settings).frame(latest, 0, &mut packets);
+    let messages = packets.iter().skip(1).map(|packet| match decoder::decode_udp(packet).expect("rosc wrote it").1 {
+        OscPacket::Message(message) => message,
+        OscPacket::Bundle(bundle) => panic!("{bundle:?}"),
+    });
+    messages.collect()
+}
+
+#[test]
+fn chosen_benches_keep_their_numbers() {
+    let benches: BenchSelection = "1,3..4,7..".parse().expect("a choice");
+    let settings = OscSettings { benches, ..settings(AngleUnit::Degrees, false) };
+    let messages = bench_messages(settings.clone(), &latest(9, Freshness::Fresh));
+    let addresses: Vec<&str> = messages.iter().map(|message| message.addr.as_str()).collect();
+    assert_eq!(addresses, ["/b/1", "/b/3", "/b/4", "/b/7", "/b/8"]);
+    assert!(bench_messages(settings, &latest(1, Freshness::Fresh)).is_empty());
+}
+
+#[test]
+fn a_transform_changes_position_and_heading_and_keeps_the_speed() {
+    // The bench at (1, 2, 0.5) points to -90 degrees. Turned by 90 degrees it is at (-2, 1, 0.5) and points to +x.
+    let [offset, rotation] = ["10,20,30", "90"];
+    for (axes, expected) in [
+        ("x,y,z", [8.0, 21.0, 30.5, 0.0, 10.0]),
+        ("x,z,y", [8.0, 30.5, 21.0, 0.0, 10.0]),
+        ("y,x,z", [21.0, 8.0, 30.5, 90.0, 10.0]),
+        ("-x,y,z", [-8.0, 21.0, 30.5, 180.0, 10.0]),
+        ("-z,y,-x", [-30.5, 21.0, -8.0, -90.0, 10.0]),
+    ] {
+        let transform = StageTransform::new(
+            offset.parse().expect("an offset"),
+            rotation.parse().expect("a rotation"),
+            axes.parse().expect("axes"),
+        );
+        let settings = OscSettings { transform, ..settings(AngleUnit::Degrees, false) };
+        let messages = bench_messages(settings, &latest(1, Freshness::Fresh));
+        assert_eq!(messages[0].args, expected.map(OscType::Float), "{axes}");
+    }
+}
+
+#[test]
+fn by_default_negative_zeros_stay_negative() {
+    let mut frame = latest(1, Freshness::Fresh);
+    frame.benches[0] = BenchState { centre_m: [-0.0; 3], heading_rad: -0.0, ..BenchState::default() };
+    let messages = bench_messages(settings(AngleUnit::Degrees, false), &frame);
+    let bits = |value: &OscType| value.clone().float().expect("a float").to_bits();
+    let expected = [-0.0_f32, -0.0, -0.0, -0.0, 0.0].map(f32::to_bits);
+    assert_eq!(messages[0].args.iter().map(bits).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn the_line_for_a_receiver_has_all_that_an_operator_enters() {
+    let to = "10.0.0.30:10000".parse().expect("an address");
+    let mut settings = settings(AngleUnit::Degrees, false);
+    let expected = "Open Sound Control: UDP unicast 10.0.0.30 port 10000, /s (time, state, time scale, tick, fresh), /b/0 to \
+                    /b/222 (x, y, z, heading, speed), axes x right, y away, z up, metres, at the centre of each board, \
+                    heading in degrees from x to y";
+    assert_eq!(desk_settings::osc(&settings, to, OscTransport::Udp, 223), expected);
+    settings.benches = "0,10..20".parse().expect("a choice");
+    settings.transform = StageTransform::of_axes("x,z,-y".parse().expect("axes"));
+    (settings.bundle, settings.angle) = (true, AngleUnit::Radians);
+    let expected = "Open Sound Control: TCP 10.0.0.30 port 10000, SLIP, in bundles, /s (time, state, time scale, tick, fresh), \
+                    /b/0, /b/10 to /b/14 (x, y, z, heading, speed), axes x right, y up, z towards the audience, metres, at \
+                    the centre of each board, heading in radians from x to z";
+    assert_eq!(desk_settings::osc(&settings, to, OscTransport::Tcp, 15), expected);
+    settings.benches = "7".parse().expect("a choice");
+    assert!(desk_settings::osc(&settings, to, OscTransport::Tcp, 7).contains(", no benches, axes"));
 }

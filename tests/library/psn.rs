@@ -2,8 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use bench_dragon::bridge::psn::{MAX_BENCHES, PsnEncoder, TooManyBenches};
-use bench_dragon::bridge::{Freshness, LatestFrame, MAX_PACKET_LEN, Packets};
+use bench_dragon::bridge::psn::{
+    DEFAULT_TARGET, MAX_BENCHES, PsnEncoder, PsnSettings, TrackerName, TrackerNameError, TrackersError,
+};
+use bench_dragon::bridge::stage_transform::StageTransform;
+use bench_dragon::bridge::{AxisOrder, BenchSelection, Freshness, LatestFrame, MAX_PACKET_LEN, Packets, desk_settings};
 use bench_dragon_ipc::{BenchState, FrameHeader, HandleState};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
@@ -20,8 +23,22 @@ fn latest(benches: usize) -> LatestFrame {
     LatestFrame { header, benches: vec![bench; benches], freshness: Freshness::Fresh }
 }
 
+fn settings() -> PsnSettings {
+    PsnSettings {
+        system_name: "Dragon".parse().expect("a name"),
+        benches: BenchSelection::default(),
+        first_id: 0,
+        tracker_name: TrackerName::default(),
+        transform: StageTransform::of_axes(AxisOrder::RIGHT_UP_AWAY),
+    }
+}
+
+fn chosen(benches: &str) -> PsnSettings {
+    PsnSettings { benches: benches.parse().expect("a choice of benches"), ..settings() }
+}
+
 fn encoder() -> PsnEncoder {
-    PsnEncoder::new("Dragon".parse().expect("a name"), EPOCH_NS)
+    PsnEncoder::new(settings(), EPOCH_NS)
 }
 
 /// Returns a chunk: its id, whether it has chunks, and its data.
@@ -112,15 +129,106 @@ fn one_bench_too_many_is_refused() {
     assert_eq!(MAX_BENCHES, 5_100);
     assert_eq!(encoder.data(&latest(5_100), EPOCH_NS, &mut packets), Ok(()));
     assert_eq!(packets.len(), 255);
-    let refused = Err(TooManyBenches { benches: 5_101 });
+    let refused = Err(TrackersError::TooMany { benches: 5_101 });
     assert_eq!(encoder.data(&latest(5_101), EPOCH_NS, &mut packets), refused);
     assert_eq!(encoder.info(5_101, EPOCH_NS, &mut packets), refused);
 }
 
+#[test]
+fn only_chosen_benches_count_towards_the_limit() {
+    let mut packets = Packets::default();
+    let mut encoder = PsnEncoder::new(chosen("1..5100"), EPOCH_NS);
+    assert_eq!(encoder.data(&latest(6_000), EPOCH_NS, &mut packets), Ok(()));
+    assert_eq!(packets.len(), 255);
+    assert_eq!(encoder.info(6_000, EPOCH_NS, &mut packets), Ok(()));
+}
+
+#[test]
+fn an_id_above_65535_is_refused() {
+    let settings = PsnSettings { first_id: 65_500, ..chosen("0,35..36") };
+    assert_eq!(settings.tracker_count(36), Ok(2));
+    let refused = Err(TrackersError::IdTooHigh { index: 36, id: 65_536 });
+    assert_eq!(settings.tracker_count(37), refused);
+    let (mut encoder, mut packets) = (PsnEncoder::new(settings, EPOCH_NS), Packets::default());
+    assert_eq!(encoder.data(&latest(37), EPOCH_NS, &mut packets), refused.map(drop));
+    assert_eq!(chosen("70000").tracker_count(100_000), Err(TrackersError::IdTooHigh { index: 70_000, id: 70_000 }));
+}
+
+#[test]
+fn the_tracker_of_a_bench_has_the_first_id_plus_the_benchs_number_whichever_benches_are_chosen() {
+    let settings = PsnSettings {
+        first_id: 100,
+        tracker_name: "B{index}/{id}".parse().expect("a pattern"),
+        ..chosen("2,5..6,8..")
+    };
+    let (mut encoder, mut packets) = (PsnEncoder::new(settings, EPOCH_NS), Packets::default());
+    let mut frame = latest(10);
+    for (index, bench) in (0_u8..).zip(&mut frame.benches) {
+        bench.centre_m[0] = index.into();
+    }
+    encoder.data(&frame, EPOCH_NS, &mut packets).expect("five benches fit");
+    let (sent, ..) = trackers(packets.iter().next().expect("a packet"), DATA_PACKET);
+    let x = |data| f32::from_le_bytes(chunks(data)[0].2[..4].try_into().expect("four bytes"));
+    let placed: Vec<_> = sent.iter().map(|(id, _, data)| (*id, x(data))).collect();
+    assert_eq!(placed, [(102, 2.0), (105, 5.0), (106, 6.0), (108, 8.0), (109, 9.0)]);
+    encoder.info(10, EPOCH_NS, &mut packets).expect("five benches fit");
+    let (sent, ..) = trackers(packets.iter().next().expect("a packet"), INFO_PACKET);
+    let named: Vec<_> = sent.iter().map(|(id, _, data)| (*id, chunks(data)[0].2)).collect();
+    let expected: [(u16, &[u8]); 5] =
+        [(102, b"B2/102"), (105, b"B5/105"), (106, b"B6/106"), (108, b"B8/108"), (109, b"B9/109")];
+    assert_eq!(named, expected);
+}
+
+#[test]
+fn without_a_chosen_bench_there_is_no_packet() {
+    let (mut encoder, mut packets) = (PsnEncoder::new(chosen("9"), EPOCH_NS), Packets::default());
+    assert_eq!(encoder.data(&latest(9), EPOCH_NS, &mut packets), Ok(()));
+    assert!(packets.is_empty());
+    assert_eq!(encoder.info(9, EPOCH_NS, &mut packets), Ok(()));
+    assert!(packets.is_empty());
+}
+
+#[test]
+fn only_printable_names_of_at_most_sixty_characters_are_accepted() {
+    for pattern in ["Head", "{index}", "a {id}-{index}", &"x".repeat(60), &("x".repeat(55) + "{id}")] {
+        assert_eq!(pattern.parse::<TrackerName>().map(|name| name.to_string()), Ok(pattern.to_owned()));
+    }
+    for pattern in ["", "B\u{e4}nk {id}", "{", "{name}", "{{id}}", "a\n", &"x".repeat(61), &("x".repeat(56) + "{id}")] {
+        assert_eq!(pattern.parse::<TrackerName>(), Err(TrackerNameError), "{pattern}");
+    }
+}
+
+#[test]
+fn the_line_for_a_desk_has_all_that_an_operator_enters() {
+    let line = |settings: &PsnSettings, benches| desk_settings::psn(settings, DEFAULT_TARGET, benches);
+    let expected = "PosiStageNet: multicast 236.10.10.10 port 56565, system \"Dragon\", trackers 0 to 222 \"Bench 0\" to \
+                    \"Bench 222\", axes x right, y up, z away, metres and radians, at the centre of each board";
+    assert_eq!(line(&settings(), 223).as_deref(), Ok(expected));
+    let mut settings = PsnSettings { first_id: 1, ..chosen("0,10..20") };
+    settings.transform = StageTransform::of_axes("-x,-y,z".parse().expect("axes"));
+    let line_of = |benches| line(&settings, benches).expect("they fit");
+    assert!(
+        line_of(100)
+            .contains("trackers 1, 11 to 21 \"Bench 0\" to \"Bench 20\", axes x left, y towards the audience, z up")
+    );
+    assert!(line_of(5).contains(", tracker 1 \"Bench 0\", "), "{}", line_of(5));
+    assert!(line(&chosen("300.."), 223).expect("none fits").contains(", no trackers, "));
+    assert_eq!(line(&chosen("0.."), 5_101), Err(TrackersError::TooMany { benches: 5_101 }));
+    let unicast = desk_settings::psn(&settings, "10.0.0.20:6000".parse().expect("an address"), 1).expect("it fits");
+    assert!(unicast.starts_with("PosiStageNet: unicast 10.0.0.20 port 6000, "), "{unicast}");
+}
+
 proptest! {
     #[test]
-    fn no_packet_is_too_long_and_no_tracker_is_split(benches in 1..=MAX_BENCHES, name in "[ -~]{1,64}") {
-        let (mut encoder, mut packets) = (PsnEncoder::new(name.parse().expect("a name"), EPOCH_NS), Packets::default());
+    fn no_packet_is_too_long_and_no_tracker_is_split(
+        benches in 1..=MAX_BENCHES,
+        name in "[ -~]{1,64}",
+        pattern in "[ -z]{0,10}([ -z]{45}[{]index[}]|[{]id[}][{]index[}][ -z]{0,40})",
+        first_id in 0..60_000_u16,
+    ) {
+        let (system_name, tracker_name) = (name.parse().expect("a name"), pattern.parse().expect("a pattern"));
+        let settings = PsnSettings { system_name, tracker_name, first_id, ..settings() };
+        let (mut encoder, mut packets) = (PsnEncoder::new(settings, EPOCH_NS), Packets::default());
         for id in [DATA_PACKET, INFO_PACKET] {
             if id == DATA_PACKET {
                 encoder.data(&latest(benches), EPOCH_NS, &mut packets).expect("they fit");
@@ -134,9 +242,28 @@ proptest! {
                 prop_assert_eq!((usize::from(packet_count), frame_id), (packets.len(), 0));
                 ids.extend(trackers.iter().map(|(id, has_chunks, _)| (usize::from(*id), *has_chunks)));
             }
-            prop_assert!(ids.into_iter().eq((0..benches).map(|id| (id, true))));
+            prop_assert!(ids.into_iter().eq((0..benches).map(|index| (usize::from(first_id) + index, true))));
         }
     }
+
+    #[test]
+    fn by_default_no_bit_differs_from_the_documented_axes(
+        centre_m in any::<[f64; 3]>(), velocity_mps in any::<[f64; 3]>(), heading_rad in -PI..=PI,
+    ) {
+        let bench = BenchState { centre_m, velocity_mps, heading_rad, ..BenchState::default() };
+        let swapped = |[x, y, z]: [f64; 3]| [x, z, y].map(|value| (value as f32).to_bits());
+        let expected = [swapped(centre_m), swapped(velocity_mps), [0, (-heading_rad as f32).to_bits(), 0]];
+        prop_assert_eq!(tracker(&bench, 1.0).map(|vector| vector.map(f32::to_bits)), expected);
+    }
+}
+
+#[test]
+fn by_default_negative_zeros_stay_negative() {
+    let zeros = BenchState { centre_m: [-0.0; 3], velocity_mps: [-0.0; 3], ..BenchState::default() };
+    let bits = |bench| tracker(&bench, 1.0).map(|vector| vector.map(f32::to_bits));
+    let negative = (-0.0_f32).to_bits();
+    assert_eq!(bits(zeros), [[negative; 3], [negative; 3], [0, negative, 0]]);
+    assert_eq!(bits(BenchState { heading_rad: -0.0, ..zeros })[2], [0; 3]);
 }
 
 fn bench(front: [f64; 3], rear: [f64; 3], velocity_mps: [f64; 3]) -> BenchState {
@@ -146,10 +273,14 @@ fn bench(front: [f64; 3], rear: [f64; 3], velocity_mps: [f64; 3]) -> BenchState 
 
 /// Returns a bench as sent: its position, its speed and its orientation.
 fn tracker(bench: &BenchState, time_scale: f64) -> [[f32; 3]; 3] {
+    tracker_of(settings(), bench, time_scale)
+}
+
+fn tracker_of(settings: PsnSettings, bench: &BenchState, time_scale: f64) -> [[f32; 3]; 3] {
     let header = FrameHeader { time_scale, ..FrameHeader::default() };
     let latest = LatestFrame { header, benches: vec![*bench], freshness: Freshness::Fresh };
     let mut packets = Packets::default();
-    encoder().data(&latest, EPOCH_NS, &mut packets).expect("one bench fits");
+    PsnEncoder::new(settings, EPOCH_NS).data(&latest, EPOCH_NS, &mut packets).expect("one bench fits");
     let (trackers, ..) = trackers(packets.iter().next().expect("a packet"), DATA_PACKET);
     let fields = chunks(trackers[0].2);
     [0, 1, 2].map(|field| {
@@ -190,4 +321,18 @@ fn speeds_are_per_second_of_wall_time() {
     let walking = bench([1.0, 0.0, 0.0], [0.0; 3], [0.5, 0.0, 0.0]);
     let speed = |time_scale| tracker(&walking, time_scale)[1];
     assert_eq!((speed(20.0), speed(0.0)), ([10.0, 0.0, 0.0], [0.0; 3]));
+}
+
+#[test]
+fn a_transform_places_a_tracker_as_documented() {
+    let walking = bench([3.0, 5.0, 0.0], [3.0, 3.0, 0.0], [0.0, 1.0, 0.0]);
+    let [offset, rotation, axes] = ["12,-3.5,0", "90", "x,y,z"];
+    let transform = StageTransform::new(
+        offset.parse().expect("an offset"),
+        rotation.parse().expect("a rotation"),
+        axes.parse().expect("axes"),
+    );
+    let orientation_rad = [0.0, 0.0, std::f32::consts::PI];
+    let expected = [[8.0, -0.5, 0.0], [-1.0, 0.0, 0.0], orientation_rad];
+    assert_eq!(tracker_of(PsnSettings { transform, ..settings() }, &walking, 1.0), expected);
 }

@@ -21,6 +21,10 @@ struct Way {
     show_address: &'static str,
     bench_address: fn(usize) -> String,
     degrees: bool,
+    /// Whether a bench is sent.
+    is_chosen: fn(usize) -> bool,
+    /// Position and heading in radians, of a bench with these on the bus.
+    placed: fn([f64; 4]) -> [f64; 4],
 }
 
 const PLAIN: Way = Way {
@@ -29,6 +33,8 @@ const PLAIN: Way = Way {
     show_address: "/dragon/show",
     bench_address: |index| format!("/dragon/bench/{index}"),
     degrees: true,
+    is_chosen: |_| true,
+    placed: |pose| pose,
 };
 
 const NAMED: Way = Way {
@@ -36,6 +42,17 @@ const NAMED: Way = Way {
     show_address: "/stage/show",
     bench_address: |index| format!("/stage/{index}/pose"),
     degrees: false,
+    ..PLAIN
+};
+
+/// A renderer with y up and z towards the audience, where the dragon is turned to the left and moved.
+const PLACED: Way = Way {
+    args: &["--benches", "0,7..9,221..", "--rotate", "90", "--offset", "-12,3.5,1", "--axes", "x,z,-y"],
+    is_chosen: |index| index == 0 || (7..=9).contains(&index) || index >= 221,
+    placed: |[x, y, z, heading]| {
+        let turned = heading + PI / 2.0;
+        [-y - 12.0, z + 1.0, -(x + 3.5), (-turned.sin()).atan2(turned.cos())]
+    },
     ..PLAIN
 };
 
@@ -48,6 +65,11 @@ fn python_osc_receives_every_bench_as_a_message() {
 #[test]
 fn addresses_and_angles_follow_the_flags() {
     receive(NAMED);
+}
+
+#[test]
+fn python_osc_receives_the_chosen_benches_where_the_transform_puts_them() {
+    receive(PLACED);
 }
 
 #[test]
@@ -101,7 +123,7 @@ fn start_receiver(transport: &str) -> Process {
 
 fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], way: Way) {
     let messages = frame.as_array().expect("a list");
-    assert_eq!(messages.len(), 1 + BENCHES);
+    assert_eq!(messages.len(), 1 + (0..BENCHES).filter(|index| (way.is_chosen)(*index)).count());
     assert_eq!(messages[0][0], way.show_address);
     let show = &messages[0][1];
     let shot = shots.iter().find(|shot| show[3] == shot.header.tick).expect("a frame of the bus");
@@ -111,11 +133,13 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], way: Way) {
     let is_fresh = show[4] == 1;
     assert!(is_fresh || show[4] == 0, "{show}");
     let time_scale = if is_fresh { 10.0 } else { 0.0 };
-    for (index, (message, handles)) in messages[1..].iter().zip(shot.handles.windows(2)).enumerate() {
+    let chosen = shot.handles.windows(2).enumerate().filter(|(index, _)| (way.is_chosen)(*index));
+    for (message, (index, handles)) in messages[1..].iter().zip(chosen) {
         assert_eq!(message[0], (way.bench_address)(index));
         let bench = BenchState::between(&handles[0], &handles[1]);
         let [x, y, z] = bench.centre_m;
-        let heading = if way.degrees { bench.heading_rad * 180.0 / PI } else { bench.heading_rad };
+        let [x, y, z, heading] = (way.placed)([x, y, z, bench.heading_rad]);
+        let heading = if way.degrees { heading * 180.0 / PI } else { heading };
         for (told, expected) in [x, y, z, heading, bench.speed_mps() * time_scale].into_iter().enumerate() {
             assert_close(&message[1][told], expected);
         }

@@ -6,12 +6,13 @@ use std::process::Command;
 
 use rustix::net::sockopt::set_socket_recv_buffer_size;
 use rustix::process::Signal;
+use serde_json::json;
 use test_support::eventually::{DEADLINE, eventually};
 use test_support::process::Process;
 use test_support::skip::is_possible;
 
 use crate::reader::Reader;
-use crate::stage::{Stage, program};
+use crate::stage::{Server, Stage, program};
 
 /// Greatest number of packets until the wanted one: those of a minute, for the paper's dragon at fifty frames a second.
 const MAX_PACKETS: usize = 40_000;
@@ -262,7 +263,7 @@ fn a_network_that_comes_up_is_used_and_its_loss_is_reported() {
 #[test]
 fn impossible_bridges_are_refused_in_one_line() {
     let stage = Stage::new();
-    let cases: [(&[&str], i32, &str); 11] = [
+    let cases: [(&[&str], i32, &str); 22] = [
         (
             &["psn", "--interface", "192.0.2.77"],
             1,
@@ -273,6 +274,44 @@ fn impossible_bridges_are_refused_in_one_line() {
         (&["psn", "--rate", "251"], 2, "must be from 1 to 250"),
         (&["psn", "--ttl", "0"], 2, "must be from 1 to 255"),
         (&["psn", "--name", "Drache \u{9f8d}"], 2, "must be 1 to 64 printable ASCII characters"),
+        (
+            &["psn", "--axes", "x,y"],
+            2,
+            "invalid value 'x,y' for '--axes <AXES>': must be x, y and z in some order, each once",
+        ),
+        (
+            &["osc", "--axes", "-x,-x,z"],
+            2,
+            "invalid value '-x,-x,z' for '--axes <AXES>': must be x, y and z in some order",
+        ),
+        (
+            &["psn", "--offset", "-1,2"],
+            2,
+            "invalid value '-1,2' for '--offset <X,Y,Z>': must be metres to the right, away and up, such as 2.5,-4,0, each from \
+             -10000 to 10000",
+        ),
+        (&["osc", "--offset", "0,0,20000"], 2, "must be metres to the right, away and up"),
+        (
+            &["osc", "--rotate", "-361"],
+            2,
+            "invalid value '-361' for '--rotate <DEGREES>': must be degrees from -360 to 360",
+        ),
+        (
+            &["psn", "--benches", "20..10"],
+            2,
+            "invalid value '20..10' for '--benches <LIST>': must be numbers from 0 to 99999 and ranges from a lower to a higher \
+             one, such as 0,10..20 or 10..",
+        ),
+        (&["osc", "--benches", "-1"], 2, "invalid value '-1' for '--benches <LIST>': must be numbers from 0 to 99999"),
+        (&["osc", "--benches", "100000"], 2, "must be numbers from 0 to 99999"),
+        (&["psn", "--first-id", "65536"], 2, "invalid value '65536' for '--first-id <N>': must be from 0 to 65535"),
+        (
+            &["psn", "--tracker-name", "Bench {number}"],
+            2,
+            "invalid value 'Bench {number}' for '--tracker-name <PATTERN>': must be 1 to 60 printable ASCII characters, where \
+             {index} and {id} count as five, without any other { or }",
+        ),
+        (&["osc", "--first-id", "1"], 2, "unexpected argument '--first-id' found"),
         (&["osc", "--address", "/dragon"], 2, "must contain {index} for the bench's number"),
         (
             &["osc", "--address", "/a b/{index}"],
@@ -307,13 +346,77 @@ fn more_benches_than_a_frame_can_hold_are_refused_with_the_limit() {
     let config = config.to_str().expect("the path is UTF-8");
     let server = stage.serve(&["--config", config, "--rate", "5", "--held"]);
     let (_socket, target) = receiver();
-    let ended = stage.run(&["bridge", "psn", "--to", &target]);
-    assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
+    let refusals: [(&[&str], &str); 2] = [
+        (&[], "5101 benches are chosen, must be at most 5100 for PosiStageNet: choose fewer with --benches"),
+        (
+            &["--first-id", "65000", "--benches", "0,1000"],
+            "bench 1000 would be tracker 66000, must be at most 65535: choose a lower --first-id or other --benches",
+        ),
+    ];
+    for (flags, refusal) in refusals {
+        let ended = stage.run(&[&["bridge", "psn", "--to", &target], flags].concat());
+        assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
+        assert!(ended.stderr.ends_with(&format!("error: {refusal}\n")), "{}", ended.stderr);
+    }
+    let args = ["bridge", "psn", "--to", &target, "--benches", "1..", "--format", "json"];
+    let mut bridge = stage.start(&args);
+    let started = bridge.json();
+    assert!(started["settings"].as_str().expect("a text").contains("trackers 1 to 5100 "), "{started}");
+    bridge.terminate().expect_clean();
+    server.stop();
+}
+
+/// Serves a dragon with this number of benches.
+fn serve_benches(stage: &Stage, benches: usize) -> Server {
+    let config = stage.path(&format!("{benches}.toml"));
+    std::fs::write(&config, format!("[dragon]\nbenches = {benches}\n")).expect("a file");
+    stage.serve(&["--config", config.to_str().expect("the path is UTF-8"), "--rate", "50"])
+}
+
+#[test]
+fn chosen_benches_that_the_dragon_does_not_have_are_reported_once_for_each_dragon() {
+    let stage = Stage::new();
+    let (socket, target) = receiver();
+    let args = ["bridge", "psn", "--to", &target, "--benches", "0,10..20", "--rate", "50", "--format", "json"];
+    let mut bridge = stage.start_waiting(&args);
+    let server = serve_benches(&stage, 15);
+    let started = bridge.json();
+    let trackers = "trackers 0, 10 to 14 \"Bench 0\" to \"Bench 14\"";
+    assert!(started["settings"].as_str().expect("a text").contains(trackers), "{started}");
+    let message = "benches 15..20 are not sent: the dragon's last bench is 14";
+    assert_eq!(bridge.json(), json!({ "type": "notice", "message": message }));
+    assert_ne!(wait_for_status(&socket, 1.0), [0.0; 3]);
+    server.stop();
+    let server = serve_benches(&stage, 30);
+    let changed = bridge.json_until("the dragon has changed", |line| line["type"] == "changed").pop().expect("a line");
+    let trackers = "trackers 0, 10 to 20 \"Bench 0\" to \"Bench 20\"";
+    assert!(changed["settings"].as_str().expect("a text").contains(trackers), "{changed}");
+    server.stop();
+    // A restart with the same dragon changes nothing.
+    let server = serve_benches(&stage, 30);
+    wait_for(&socket, |tracker| tracker.status == 1.0);
+    let run_ends = bridge.terminate().expect_clean();
+    let last = run_ends.last_json();
+    assert_eq!(last["type"], "summary", "{last}");
+    server.stop();
+}
+
+#[test]
+fn a_bridge_without_any_existing_bench_reports_it_and_sends_nothing() {
+    let stage = Stage::new();
+    let (_socket, target) = receiver();
+    let server = serve_benches(&stage, 15);
+    let args = ["bridge", "psn", "--to", &target, "--benches", "20..,30"];
+    let bridge = stage.start(&args);
+    let settings = bridge.complaint();
     assert!(
-        ended.stderr.ends_with("error: the dragon has 5101 benches, must be at most 5100 for PosiStageNet\n"),
-        "{}",
-        ended.stderr
+        settings.starts_with("PosiStageNet: unicast 127.0.0.1 port ") && settings.contains(", no trackers, "),
+        "{settings}"
     );
+    assert_eq!(bridge.complaint(), format!("sending to {target} at 60 Hz; Ctrl-C ends it"));
+    assert_eq!(bridge.complaint(), "no bench is sent: --benches is 20.., the dragon's last bench is 14");
+    let ended = bridge.terminate().expect_clean();
+    assert!(ended.stdout.starts_with("0 frames (0 stale) in 0 packets of 0 bytes"), "{}", ended.stdout);
     server.stop();
 }
 

@@ -20,8 +20,6 @@ pub(super) struct Feed<'a> {
     /// Run id and rate of the last status.
     rate: Option<(u64, u32)>,
     schedule: Schedule,
-    /// Start of the bridge, in nanoseconds of `CLOCK_MONOTONIC`.
-    pub(super) epoch_ns: u64,
     latest: Option<LatestFrame>,
 }
 
@@ -39,7 +37,6 @@ impl<'a> Feed<'a> {
         rate_hz: u32,
         stop: &'a StopFlag,
     ) -> Result<Option<Self>, BusError> {
-        let epoch_ns = monotonic_ns();
         let open = || Ok((StatusReader::open(domain, name)?, FrameSubscriber::open(domain, name)?));
         let opened = open_when_there(domain.instance(), stop, open)?;
         Ok(opened.map(|(status, frames)| Self {
@@ -48,7 +45,6 @@ impl<'a> Feed<'a> {
             status,
             rate: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
-            epoch_ns,
             latest: None,
         }))
     }

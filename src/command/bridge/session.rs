@@ -6,10 +6,11 @@ use std::process::ExitCode;
 use serde::Serialize;
 
 use super::feed::Release;
-use crate::bridge::{Freshness, Outage, OutageChange, Outlet, Packets};
+use crate::bridge::{BenchSelection, Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::command::flags::Format;
-use crate::command::print::{print_notice, print_report};
+use crate::command::print::{complain, print_notice, print_report};
 use crate::output::Counted;
+use crate::system::clock::monotonic_ns;
 
 /// A line that `bridge psn` and `bridge osc` print.
 #[derive(Serialize)]
@@ -20,6 +21,12 @@ enum BridgeLine {
         to: String,
         /// The instant of `CLOCK_MONOTONIC` from which the bridge's own timestamps count.
         epoch_ns: u64,
+        /// All that an operator enters at the receiver.
+        settings: String,
+    },
+    /// The dragon has another number of benches than before.
+    Changed {
+        settings: String,
     },
     /// Sending has begun to fail, or works again.
     Notice {
@@ -55,7 +62,11 @@ pub(super) struct PacketSession {
     format: Format,
     /// The receiver, in words.
     to: String,
+    rate_hz: u32,
+    epoch_ns: u64,
     outlet: Box<dyn Outlet>,
+    /// Benches of the last frame's dragon; `None` before the first frame.
+    benches: Option<usize>,
     outage: Outage,
     /// Whether the last frame that was sent was stale.
     is_stale: bool,
@@ -63,15 +74,54 @@ pub(super) struct PacketSession {
 }
 
 impl PacketSession {
-    pub(super) fn new(format: Format, to: impl Display, outlet: Box<dyn Outlet>) -> Self {
-        let (outage, summary) = (Outage::default(), BridgeSummary::default());
-        Self { format, to: to.to_string(), outlet, outage, is_stale: false, summary }
+    pub(super) fn new(format: Format, to: impl Display, rate_hz: u32, outlet: Box<dyn Outlet>) -> Self {
+        Self {
+            format,
+            to: to.to_string(),
+            rate_hz,
+            epoch_ns: monotonic_ns(),
+            outlet,
+            benches: None,
+            outage: Outage::default(),
+            is_stale: false,
+            summary: BridgeSummary::default(),
+        }
     }
 
-    pub(super) fn announce(&self, epoch_ns: u64, rate_hz: u32) -> anyhow::Result<()> {
-        let to = &self.to;
-        let line = BridgeLine::Started { to: to.clone(), epoch_ns };
-        print_notice(self.format, &line, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
+    /// Start of the bridge, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub(super) fn epoch_ns(&self) -> u64 {
+        self.epoch_ns
+    }
+
+    /// Announces the receiver's settings at the first frame, and at the first frame of a dragon with another number of benches.
+    /// Reports chosen benches that the dragon does not have.
+    pub(super) fn note_dragon(
+        &mut self,
+        benches: usize,
+        chosen: &BenchSelection,
+        settings: impl FnOnce() -> anyhow::Result<String>,
+    ) -> anyhow::Result<()> {
+        if self.benches == Some(benches) {
+            return Ok(());
+        }
+        let settings = settings()?;
+        match self.benches.replace(benches) {
+            None => self.announce(settings)?,
+            Some(_) => print_notice(self.format, &BridgeLine::Changed { settings: settings.clone() }, &settings)?,
+        }
+        match missing(chosen, benches) {
+            Some(message) => self.notify(&message),
+            None => Ok(()),
+        }
+    }
+
+    fn announce(&self, settings: String) -> anyhow::Result<()> {
+        let Self { format, to, rate_hz, epoch_ns, .. } = self;
+        if *format == Format::Text {
+            complain(&settings);
+        }
+        let started = BridgeLine::Started { to: to.clone(), epoch_ns: *epoch_ns, settings };
+        print_notice(*format, &started, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
     }
 
     pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
@@ -138,4 +188,16 @@ impl PacketSession {
     fn notify(&self, message: &str) -> anyhow::Result<()> {
         print_notice(self.format, &BridgeLine::Notice { message: message.to_owned() }, message)
     }
+}
+
+/// Describes the chosen benches that a dragon with `benches` benches does not have.
+fn missing(chosen: &BenchSelection, benches: usize) -> Option<String> {
+    let missing = chosen.missing(benches)?;
+    let last = benches.saturating_sub(1);
+    let message = if chosen.count(benches) == 0 {
+        format!("no bench is sent: --benches is {chosen}, the dragon's last bench is {last}")
+    } else {
+        format!("benches {missing} are not sent: the dragon's last bench is {last}")
+    };
+    Some(message)
 }

@@ -106,6 +106,14 @@ mod tests {
     }
 
     #[test]
+    fn bridges_may_choose_benches_and_place_them_on_a_desk() {
+        let stage = "--benches 0,10..20,200.. --rotate -90 --offset -1.5,2,0 --axes -x,z,y";
+        let psn = format!("bridge psn {stage} --first-id 1 --tracker-name 'Bench {{index}}'");
+        let commands = read(&[&psn, &format!("bridge osc {stage}")]).expect("both are commands that read");
+        assert_eq!(commands[0].args[13..], ["Bench {index}", "--instance", "dragon"]);
+    }
+
+    #[test]
     fn a_wrong_command_is_one_line_that_names_it_and_what_is_allowed() {
         for (line, reason) in [
             ("", ", must be one of bridge, view, metrics, monitor, hz and echo, with its arguments"),
@@ -123,6 +131,7 @@ mod tests {
             ("hz --seconds 3", ": must be without --seconds, because it must run until it is stopped"),
             ("echo --count 3", ": must be without --count"),
             ("monitor --guard", ": must be without --guard"),
+            ("bridge osc --axes x,y", ": invalid value 'x,y' for '--axes <AXES>': must be x, y and z"),
             ("bridge psn --rate 0", ": invalid value '0' for '--rate <HZ>': must be from 1 to 250"),
         ] {
             let error = read(&[line]).expect_err(line);
