@@ -1,12 +1,15 @@
-"""Prints the head's front hinge and heading, frame by frame, until Ctrl-C: head.py [INSTANCE]"""
+"""Prints the head's front hinge and the centre of its board, frame by frame, until the run ends: head.py [INSTANCE]"""
 
 import contextlib
 import sys
 
-from bench_dragon import Dragon
+from bench_dragon import Dragon, ShowState
 
 with contextlib.suppress(KeyboardInterrupt), Dragon(*sys.argv[1:]) as dragon:
-    for frame in dragon:
+    for frame in dragon.frames(timeout_s=5):  # raises NoServer after five seconds without a frame
         x, y, _ = frame.positions[0]  # (N + 1, 3) metres, in shared memory
-        heading = frame.benches.headings[0]  # (N,) radians
-        print(f"{frame.header.sim_time_s:.3f} s: head at {x:.3f}, {y:.3f} m, {heading:.3f} rad", flush=True)
+        cx, cy, _ = frame.benches.centres[0]  # (N, 3) metres
+        time_s, state = frame.header.sim_time_s, frame.header.show_state
+        print(f"{time_s:.3f} s: front hinge {x:.3f}, {y:.3f} m, centre of the board {cx:.3f}, {cy:.3f} m", flush=True)
+        if state is ShowState.ENDED:
+            break

@@ -1,16 +1,18 @@
-//! Prints the centre and heading of the head's board, frame by frame: `head [INSTANCE]`.
+//! Prints the head's front hinge and the centre of its board, frame by frame, until the run has ended: `head [INSTANCE]`.
 #![allow(clippy::print_stdout, reason = "it is what the program is for")]
-use bench_dragon_ipc::{Domain, FrameSubscriber, Instance};
+use bench_dragon_ipc::{Domain, FrameSubscriber, Instance, SourceState};
 use std::{env, error::Error, time::Duration};
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let instance = env::args().nth(1).map_or_else(|| Ok(Instance::default()), |name| name.parse())?;
-    let mut frames = FrameSubscriber::open(&Domain::new(instance)?, "head-printer")?;
+    let (instance, second) = (env::args().nth(1).unwrap_or("dragon".to_owned()), Duration::from_secs(1));
+    let mut frames = FrameSubscriber::open(&Domain::new(Instance::new(&instance)?)?, "head-printer")?;
     loop {
-        if let Some(frame) = frames.wait(Duration::from_secs(1))? {
-            let head = frame.benches().next().expect("a dragon has a head");
-            let ([x, y, _], heading_deg) = (head.centre_m, head.heading_rad.to_degrees());
-            println!("{:.3} s: head at {x:.3}, {y:.3} m, {heading_deg:.1}°", frame.header().sim_time_s());
+        if let Some(frame) = frames.wait(second)? {
+            let ([x, y, _], head) = (frame.handles()[0].position_m, frame.benches().next().expect("a dragon has a head"));
+            let (sim_time_s, [cx, cy, _]) = (frame.header().sim_time_s(), head.centre_m);
+            println!("{sim_time_s:.3} s: front hinge {x:.3}, {y:.3} m, centre of the board {cx:.3}, {cy:.3} m");
+        } else if matches!(frames.source_state(second), SourceState::Ended | SourceState::Lost) {
+            return Ok(());
         }
     }
 }

@@ -47,7 +47,7 @@ impl FrameHeader {
 
     /// Show time in seconds.
     pub fn sim_time_s(&self) -> f64 {
-        self.sim_time_ns as f64 * 1e-9
+        self.sim_time_ns as f64 / 1e9
     }
 
     /// Time between the due instant and the sending of the frame, in nanoseconds.

@@ -9,6 +9,7 @@ use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{
     Alert, AlertSubscriber, BenchState, CommandClient, Continuity, DescriptionReader, HandleState, Request,
 };
+use rustix::process::{Pid, Signal, kill_process};
 use test_support::eventually::{DEADLINE, eventually};
 use test_support::process::Process;
 use test_support::skip::has_programs;
@@ -141,6 +142,34 @@ fn a_c_client_reads_on_from_one_server_to_the_next() {
 }
 
 #[test]
+fn a_c_client_tells_ended_lost_and_hanging_servers_apart() {
+    if !has_programs(&COMPILERS) {
+        return;
+    }
+    for (end, state) in [("stop", "ended"), ("kill", "lost"), ("suspend", "hanging")] {
+        let stage = Stage::new();
+        let program = compile(&stage, "source.c", C99, Shared);
+        let server = stage.serve(&["--rate", "20"]);
+        let mut client = start(&stage, watched(&program), &[]);
+        assert_eq!(client.next_line().as_deref(), Some("reading"), "{:?}", client.complaint());
+        let pid = Pid::from_raw(server.process.pid().cast_signed()).expect("a process id is not 0");
+        match end {
+            "stop" => drop(server.stop()),
+            "kill" => drop(server.kill()),
+            _ => {
+                kill_process(pid, Signal::STOP).expect("the server is a child of this test");
+                let printed = client.end().expect_clean().stdout;
+                kill_process(pid, Signal::CONT).expect("the server is a child of this test");
+                assert_eq!(printed, format!("{state}\n"));
+                server.stop();
+                continue;
+            }
+        }
+        assert_eq!(client.end().expect_clean().stdout, format!("{state}\n"));
+    }
+}
+
+#[test]
 fn a_c_client_that_stops_reading_counts_what_it_lost() {
     if !has_programs(&COMPILERS) {
         return;
@@ -214,7 +243,7 @@ fn cmake_builds_the_examples_and_they_print_the_pose() {
     let heads = start(&stage, Command::new(build.join("head")), &[]);
     let benches = start(&stage, Command::new(build.join("benches")), &[]).end().expect_clean().stdout;
     let heads = heads.end().expect_clean().stdout;
-    assert!(heads.starts_with("0.000 s: head at 8.800, "), "{heads}");
+    assert!(heads.starts_with("0.000 s: head's front hinge at 8.800, "), "{heads}");
     assert_eq!(benches.lines().count(), 223, "{benches}");
     assert!(benches.starts_with("0: centre "), "{benches}");
     assert_eq!(server.summary()["frames"], heads.lines().count(), "one line per frame: {heads}");

@@ -1,4 +1,4 @@
-/* Prints the position of the dragon's head in metres, frame by frame: head [INSTANCE]. Ends when the run ends. */
+/* Prints the head's front hinge in metres, frame by frame: head [INSTANCE]. Ends when the run ends. */
 
 #include <bench_dragon.h>
 
@@ -6,31 +6,38 @@
 
 #define SECOND_NS 1000000000ull
 
+static void print(const bd_frame_t *frame) {
+  const double *position_m = bd_frame_handles(frame, NULL)->position_m;
+  const double sim_time_s = (double)bd_frame_header(frame)->sim_time_ns / 1e9;
+  printf("%.3f s: head's front hinge at %.3f, %.3f\n", sim_time_s, position_m[0], position_m[1]);
+}
+
 int main(int argc, char **argv) {
   const char *instance = argc > 1 ? argv[1] : NULL;
   bd_dragon_t *dragon;
   bd_result_t result;
-  uint32_t state = BD_RUNNING;
+  bd_source_state_t source = BD_SOURCE_PUBLISHING;
 
   do {
     result = bd_dragon_open(instance, "head-printer", SECOND_NS, &dragon);
   } while (result == BD_NO_SERVER);
 
-  while ((result == BD_OK || result == BD_NOTHING) && state != BD_ENDED) {
+  while ((result == BD_OK || result == BD_NOTHING) && source != BD_SOURCE_ENDED && source != BD_SOURCE_LOST) {
     bd_frame_t *frame;
     result = bd_dragon_wait(dragon, SECOND_NS, &frame);
     if (result == BD_OK) {
-      const bd_frame_header_t *header = bd_frame_header(frame);
-      const double *position_m = bd_frame_handles(frame, NULL)->position_m;
-      printf("%.3f s: head at %.3f, %.3f\n", (double)header->sim_time_ns * 1e-9, position_m[0], position_m[1]);
-      state = header->state;
+      print(frame);
       bd_frame_release(frame);
+    } else if (result == BD_NOTHING) {
+      result = bd_dragon_source(dragon, SECOND_NS, &source);
     }
   }
 
-  if (state != BD_ENDED) {
+  if (source == BD_SOURCE_LOST) {
+    fprintf(stderr, "the server was killed or has failed\n");
+  } else if (source != BD_SOURCE_ENDED) {
     fprintf(stderr, "%s\n", bd_last_error());
   }
   bd_dragon_close(dragon);
-  return state == BD_ENDED ? 0 : 1;
+  return source == BD_SOURCE_ENDED ? 0 : 1;
 }

@@ -9,16 +9,18 @@
  *
  *     bd_dragon_t *dragon;
  *     bd_frame_t *frame;
- *     bd_result_t result = bd_dragon_open(NULL, "head-printer", 0, &dragon);
- *     while (result == BD_OK || result == BD_NOTHING) {
+ *     bd_source_state_t source = BD_SOURCE_PUBLISHING;
+ *     bd_result_t result = bd_dragon_open(NULL, "hinge-printer", 0, &dragon);
+ *     while (source == BD_SOURCE_PUBLISHING && (result == BD_OK || result == BD_NOTHING)) {
  *       result = bd_dragon_wait(dragon, 1000000000, &frame);
  *       if (result == BD_OK) {
- *         const bd_handle_state_t *head = bd_frame_handles(frame, NULL);
- *         printf("%.3f %.3f\n", head->position_m[0], head->position_m[1]);
+ *         const bd_handle_state_t *front_hinge = bd_frame_handles(frame, NULL);
+ *         printf("%.3f %.3f\n", front_hinge->position_m[0], front_hinge->position_m[1]);
  *         bd_frame_release(frame);
+ *       } else if (result == BD_NOTHING) {
+ *         result = bd_dragon_source(dragon, 1000000000, &source);
  *       }
  *     }
- *     fprintf(stderr, "%s\n", bd_last_error());
  *     bd_dragon_close(dragon);
  *
  * Units: metres, seconds, radians; x right, y away, z up; angles counter-clockwise from +x. Times are
@@ -35,12 +37,15 @@
  * bd_dragon_close. The process remains a member of the bus until it has released its last frame. After
  * a client is killed or crashes, the next process on the bus removes its remains.
  *
- * Threads: every function may be called from any thread. One thread may use, release and close objects
- * that another thread opened. On one dragon, calls that read frames (next, latest, wait) exclude each
- * other; so do calls for alerts, and calls for commands. A thread that waits for frames does not block
- * threads that send commands, release frames or call bd_dragon_lost. No thread may use a dragon after
- * bd_dragon_close, or a frame or description after its release. Each thread has its own text of
- * bd_last_error. A child process after fork() must not use objects of its parent.
+ * The end: the last frame of a run that ends in order has the state BD_ENDED. A server that was killed
+ * sends no such frame. bd_dragon_source tells ended, lost and hanging servers apart.
+ *
+ * Threads: every function may be called from any thread, and objects may be used, released and closed by
+ * other threads than those that opened them. Several threads may wait for frames; each frame goes to one
+ * of them. Calls for alerts exclude each other, and so do commands. bd_dragon_close ends every wait with
+ * BD_CLOSED, and so ends every later call on that dragon. No thread may use a frame or a description
+ * after its release. Each thread has its own text of bd_last_error. A child process after fork() must
+ * open its own dragon: calls on an inherited one fail with BD_INVALID_ARGUMENT.
  */
 
 #ifndef BENCH_DRAGON_H
@@ -112,7 +117,33 @@ typedef enum {
    * Any other error.
    */
   BD_FAILED = 12,
+  /**
+   * The dragon is closed.
+   */
+  BD_CLOSED = 13,
 } bd_result_t;
+
+/**
+ * Whether the source publishes, and if not, why.
+ */
+typedef enum {
+  /**
+   * A source runs, and the newest frame is recent.
+   */
+  BD_SOURCE_PUBLISHING = 0,
+  /**
+   * A source runs, but its newest frame is old: the process is suspended, stuck, or still starting.
+   */
+  BD_SOURCE_HANGING = 1,
+  /**
+   * The run has ended in order: the last frame that was read has the state `BD_ENDED`.
+   */
+  BD_SOURCE_ENDED = 2,
+  /**
+   * No source runs, and the run has not ended in order: the process was killed or has failed.
+   */
+  BD_SOURCE_LOST = 3,
+} bd_source_state_t;
 
 /**
  * Relation of a frame to the one that the same reader received before it.
@@ -305,12 +336,13 @@ typedef struct bd_description_t bd_description_t;
 /**
  * A client of one instance of the bus.
  *
- * The frames are opened at once. Every other service is opened at its first use, with a node of its own.
+ * Any thread may use it, also while other threads wait. Each frame goes to one of the threads that read. Close it with
+ * `bd_dragon_close`, from any thread. A forked child must open its own.
  */
 typedef struct bd_dragon_t bd_dragon_t;
 
 /**
- * A frame. Nothing is copied, and nothing in it changes while it is held.
+ * A frame. Nothing is copied, and nothing in it changes while it is held. Any thread may read and release it.
  */
 typedef struct bd_frame_t bd_frame_t;
 
@@ -598,10 +630,29 @@ bd_result_t bd_dragon_open(const char *instance,
                            bd_dragon_t **dragon);
 
 /**
- * Closes a dragon. No other call on it may be running or follow. Held frames stay valid until they are released. NULL
- * has no effect.
+ * Closes a dragon, from any thread. Every wait of other threads ends with `BD_CLOSED`, and so does every later call on
+ * the dragon. Held frames stay valid until they are released. NULL and a closed dragon have no effect.
  */
 void bd_dragon_close(bd_dragon_t *dragon);
+
+/**
+ * Returns in `state` whether the source publishes, and if not, why. Call it after `bd_dragon_wait` has returned
+ * `BD_NOTHING`: frames that were not read yet do not count. `limit_ns` is the age in nanoseconds from which the newest
+ * frame is old: several periods of the server.
+ */
+bd_result_t bd_dragon_source(const bd_dragon_t *dragon,
+                             uint64_t limit_ns,
+                             bd_source_state_t *state);
+
+/**
+ * Returns in `descriptor` a file descriptor that is readable when a frame may be unread, for `poll`, `epoll` and event
+ * loops. It also becomes readable when the dragon is closed. Call `bd_dragon_next` until it returns `BD_NOTHING`: that
+ * makes the descriptor unreadable again. Do not read or close it. It ends with the dragon.
+ *
+ * The first call starts a thread that sleeps until frames arrive. The server is not affected.
+ */
+bd_result_t bd_dragon_descriptor(const bd_dragon_t *dragon,
+                                 int *descriptor);
 
 /**
  * Returns the oldest unread frame in `frame`. Never waits.
@@ -615,8 +666,7 @@ bd_result_t bd_dragon_next(const bd_dragon_t *dragon,
 /**
  * Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
  *
- * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if more than 2 frames are held: the search itself needs one.
- * `frame` is NULL unless the result is `BD_OK`.
+ * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is `BD_OK`.
  */
 bd_result_t bd_dragon_latest(const bd_dragon_t *dragon,
                              bd_frame_t **frame);
@@ -624,11 +674,12 @@ bd_result_t bd_dragon_latest(const bd_dragon_t *dragon,
 /**
  * Returns the oldest unread frame in `frame`. Waits for one at most `timeout_ns` nanoseconds.
  *
- * The wait may end early with `BD_NOTHING`: by a signal, by the wake-up of a frame that is already read, and while no
- * server runs. Then do other work and call again. From the first call on, the server wakes this reader at each frame,
- * which costs the server one system call per frame. A reader that only polls costs the server nothing.
+ * A signal ends the wait early with `BD_NOTHING`. The wait lasts through a restart of the server. One system call of the
+ * server wakes all readers that wait; a reader that only polls costs the server nothing. After `BD_NOTHING`,
+ * `bd_dragon_source` returns whether the server has ended, is lost, or hangs.
  *
- * `BD_NOTHING` if no frame arrived, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
+ * `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the dragon, `BD_TOO_MANY_FRAMES` if 4
+ * frames are held. `frame` is NULL unless the result is
  * `BD_OK`.
  */
 bd_result_t bd_dragon_wait(const bd_dragon_t *dragon,
@@ -636,7 +687,8 @@ bd_result_t bd_dragon_wait(const bd_dragon_t *dragon,
                            bd_frame_t **frame);
 
 /**
- * Returns the number of frames that this reader has lost, over all runs; 0 for NULL. Lost frames were published between
+ * Returns the number of frames that this reader has lost, over all runs; 0 for NULL and for a
+ * closed dragon. Lost frames were published between
  * the first and the last frame that the reader has read, but it did not receive them.
  */
 uint64_t bd_dragon_lost(const bd_dragon_t *dragon);
@@ -707,7 +759,7 @@ void bd_description_release(bd_description_t *description);
 
 /**
  * Returns the latest status in `status`. Waits for the first one at most `timeout_ns` nanoseconds. The last status of a
- * server that has ended is returned until another server publishes its own.
+ * server that has ended or was killed is returned until another server publishes its own.
  *
  * `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server. On error `status` is unchanged.
  */

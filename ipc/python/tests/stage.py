@@ -97,6 +97,11 @@ class Server:
         self.process.kill()
         self.process.wait(PATIENCE_S)
 
+    def suspend(self):
+        """Suspends the server, and waits until it stands."""
+        self.process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, self.process.pid, os.WSTOPPED)
+
     def summary(self):
         """Waits until the server ends by itself and returns its summary."""
         last = self.process.stdout.read().splitlines()[-1]

@@ -198,6 +198,24 @@ def test_four_frames_may_be_held(stage):
     server.stop()
 
 
+def test_any_number_of_copies_may_be_kept(stage):
+    server = stage.serve("--rate", "100")
+    with Dragon(stage.instance) as dragon:
+        copies = [dragon.wait(PATIENCE_S).copy() for _ in range(20)]
+        stacked = np.stack([frame.positions for frame in copies])
+        assert stacked.shape == (20, 224, 3)
+        assert len({frame.header.tick for frame in copies}) == 20
+        assert not np.shares_memory(copies[0].positions, dragon.wait(PATIENCE_S).positions)
+    server.stop()
+
+
+def test_seconds_are_the_nearest_to_the_nanoseconds(stage):
+    server = stage.serve("--readers", "1", "--rate", "1000", "--start-at", "123.461")
+    with Dragon(stage.instance) as dragon:
+        assert dragon.wait(PATIENCE_S).header.sim_time_s == 123.461
+    server.stop()
+
+
 def test_the_latest_frame_is_the_newest_and_skipped_frames_are_not_lost(stage):
     server = stage.serve("--rate", "20")
     with Dragon(stage.instance) as dragon:

@@ -6,16 +6,14 @@ import signal
 import subprocess
 import threading
 
-import iceoryx2 as iox2
 import pytest
 from bench_dragon import (
     BusError,
     Domain,
     DomainError,
     Dragon,
-    FrameHeader,
-    HandleState,
     NoServer,
+    ShowState,
     TooManyClients,
     VersionMismatch,
 )
@@ -113,7 +111,7 @@ def test_a_runtime_directory_with_other_characters_is_refused_as_by_the_program(
     assert str(refused.value) in stage.run("iox2-config").stderr
 
 
-OTHER_LAYOUT = """
+STOCK_NODE = """
 import ctypes, sys
 import iceoryx2 as iox2
 config = iox2.config.default()
@@ -121,17 +119,26 @@ config.global_cfg.root_path = iox2.Path.new(sys.argv[1])
 config.global_cfg.prefix = iox2.FileName.new(sys.argv[2])
 node = iox2.NodeBuilder.new().config(config).create(iox2.ServiceType.Ipc)
 frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
+"""
+
+OTHER_LAYOUT = STOCK_NODE + """
 service = frames.publish_subscribe(iox2.Slice[ctypes.c_uint8]).create()
 print("created", flush=True)
 sys.stdin.read()
 """
 
 
+def start_stock(stage, script, ready):
+    """Starts a program of the stock package, in a process of its own, and waits until it prints `ready`."""
+    stock = stage.start_python("-c", script, str(stage.root), stage.prefix, stdin=subprocess.PIPE)
+    assert stock.stdout.readline() == ready + "\n"
+    return stock
+
+
 def test_a_server_with_another_layout_is_a_version_mismatch(stage):
     stage.root.mkdir(mode=0o700, parents=True)
     stage.root.parent.chmod(0o700)
-    other = stage.start_python("-c", OTHER_LAYOUT, str(stage.root), stage.prefix, stdin=subprocess.PIPE)
-    assert other.stdout.readline() == "created\n"
+    other = start_stock(stage, OTHER_LAYOUT, "created")
     with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this program's"):
         Dragon(stage.instance)
     other.kill()
@@ -163,49 +170,29 @@ except OutOfResources as error:
     server.stop()
 
 
+LIE = STOCK_NODE + """
+from bench_dragon import FrameHeader, HandleState
+for wire_type in (FrameHeader, HandleState):
+    wire_type.type_name = classmethod(lambda cls: cls.TYPE_NAME)
+service = frames.publish_subscribe(iox2.Slice[HandleState]).user_header(FrameHeader).open()
+publisher = service.publisher_builder().initial_max_slice_len(3).create()
+sample = publisher.loan_slice_uninit(3)
+sample.user_header().contents.bench_count = 10**9
+sample.assume_init().send()
+print("published", flush=True)
+sys.stdin.read()
+"""
+
+
 def test_a_frame_with_fewer_handles_than_its_header_has_is_refused(stage):
     server = stage.serve("--rate", "10")
     with Dragon(stage.instance) as dragon:
-        publisher = publish_lie(Domain(stage.instance), bench_count=10**9, handle_count=3)
+        other = start_stock(stage, LIE, "published")
         with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout"):
             read_until(dragon, "another dragon", lambda header: header.bench_count != 223)
-        publisher.delete()
+        other.kill()
+        other.wait(PATIENCE_S)
     server.stop()
-
-
-class StockHeader(FrameHeader):
-    """A frame's header for the stock package, which reads the type's name from this method."""
-
-    @staticmethod
-    def type_name():
-        return FrameHeader.TYPE_NAME
-
-
-class StockHandle(HandleState):
-    @staticmethod
-    def type_name():
-        return HandleState.TYPE_NAME
-
-
-def iceoryx2_config(domain):
-    """Returns the configuration of the stock package for a domain."""
-    config = iox2.config.default()
-    config.global_cfg.root_path = iox2.Path.new(str(domain.root))
-    config.global_cfg.prefix = iox2.FileName.new(domain.prefix)
-    return config
-
-
-def publish_lie(domain, bench_count, handle_count):
-    """Publishes a frame of `handle_count` handles, whose header claims `bench_count` benches. Returns the port: readers
-    find the frame only while the port exists."""
-    node = iox2.NodeBuilder.new().config(iceoryx2_config(domain)).create(iox2.ServiceType.Ipc)
-    frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
-    service = frames.publish_subscribe(iox2.Slice[StockHandle]).user_header(StockHeader).open()
-    publisher = service.publisher_builder().initial_max_slice_len(handle_count).create()
-    sample = publisher.loan_slice_uninit(handle_count)
-    sample.user_header().contents.bench_count = bench_count
-    sample.assume_init().send()
-    return publisher
 
 
 def test_one_reader_too_many_is_refused(stage):
@@ -294,3 +281,56 @@ def test_the_next_process_removes_the_files_of_a_killed_server(stage):
 def test_a_negative_timeout_or_nan_is_refused(timeout_s):
     with pytest.raises(ValueError, match="timeout_s is .*, must be at least 0"):
         Dragon("nobody-is-there", timeout_s=timeout_s)
+
+
+@pytest.mark.parametrize("use", [Dragon.wait, lambda dragon: next(iter(dragon)), lambda dragon: dragon.alerts(None)])
+def test_closing_from_another_thread_ends_every_wait(stage, use):
+    server = stage.serve("--rate", "50")
+    dragon = Dragon(stage.instance)
+    dragon.alerts()
+    server.stop()
+    dragon.latest()
+    ended = []
+
+    def wait():
+        with pytest.raises(ValueError, match=f'the dragon of instance "{stage.instance}" is closed'):
+            use(dragon)
+        ended.append(True)
+
+    threads = [threading.Thread(target=wait) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    dragon.close()
+    for thread in threads:
+        thread.join(PATIENCE_S)
+    assert ended == [True] * 3
+
+
+def test_several_threads_read_one_dragon_and_each_frame_goes_to_one_of_them(stage):
+    server = stage.serve("--readers", "1", "--rate", "200", "--until", "1")
+    ticks = []
+    with Dragon(stage.instance) as dragon:
+
+        def read():
+            with contextlib.suppress(ValueError):
+                for frame in dragon:
+                    ticks.append(frame.header.tick)
+                    if frame.header.show_state is ShowState.ENDED:
+                        dragon.close()
+
+        # Each holds two frames: the current and the next one.
+        threads = [threading.Thread(target=read) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(PATIENCE_S)
+    assert sorted(ticks) == list(range(server.summary()["frames"]))
+
+
+def test_waiting_for_a_server_is_logged_once(stage):
+    script = "import sys; from bench_dragon import Dragon; Dragon(sys.argv[1], timeout_s=0.3)"
+    waiting = stage.start_python("-c", script, stage.instance, stderr=subprocess.PIPE)
+    lines = waiting.communicate(timeout=PATIENCE_S)[1].splitlines()
+    hint = f'no server runs on instance "{stage.instance}": start one with `bench-dragon serve --instance {stage.instance}`'
+    assert lines[0] == f"waiting: {hint}"
+    assert [line for line in lines[1:] if line.startswith("waiting")] == []

@@ -2,10 +2,12 @@
 
 import json
 import math
+import signal
 import threading
+import time
 
 import pytest
-from bench_dragon import AlertKind, Dragon, NoServer, ShowState
+from bench_dragon import AlertKind, Dragon, NoServer, ShowState, SourceState
 from stage import PATIENCE_S
 
 
@@ -132,3 +134,39 @@ def line_of(alert):
         "point_m": alert.pair and list(alert.point_m),
         "forecast_s": alert.forecast_s,
     }
+
+
+@pytest.mark.parametrize(
+    ("end", "state", "text"),
+    [
+        ("stop", SourceState.ENDED, "no server runs on instance .*: the run has ended"),
+        ("kill", SourceState.LOST, "no server runs on instance .*: the run was cut off"),
+        ("suspend", SourceState.HANGING, "the server on instance .* has sent no frame for 0.1 s"),
+    ],
+)
+def test_ended_lost_and_hanging_servers_differ(stage, end, state, text):
+    server = stage.serve("--rate", "50")
+    with Dragon(stage.instance) as dragon:
+        assert dragon.wait(PATIENCE_S) is not None
+        assert dragon.source(PATIENCE_S) is SourceState.PUBLISHING
+        getattr(server, end)()
+        with pytest.raises(NoServer, match=text):
+            for _ in dragon.frames(0.1):
+                pass
+        assert dragon.source(0.1) is state
+    if end == "suspend":
+        server.process.send_signal(signal.SIGCONT)
+        server.stop()
+
+
+def test_a_reader_reports_what_it_has_read(stage):
+    server = stage.serve("--rate", "50")
+    with Dragon(stage.instance, name="py-reader") as dragon:
+        deadline_s = time.monotonic() + PATIENCE_S
+        for _ in dragon.frames(PATIENCE_S):
+            lamps = json.loads(stage.run("ctl", "status", "--format", "json").stdout)["lamps"]
+            [readers] = [lamp for lamp in lamps if lamp["name"] == "readers"]
+            if readers["level"] == "good":
+                break
+            assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s for the report of the reader: {readers}"
+    server.stop()

@@ -140,7 +140,7 @@ class Dragon:
         """
         latest = self._bus.description(_ns(timeout_s))
         if latest is None:
-            raise NoServer(f"the server on instance {self.instance!r} has published no description in time")
+            raise NoServer(f'the server on instance "{self.instance}" has published no description in time')
         return Description(*latest)
 
     def status(self, timeout_s: float | None = _TIMEOUT_S) -> Status:
@@ -154,7 +154,7 @@ class Dragon:
         """
         latest = self._bus.status(_ns(timeout_s))
         if latest is None:
-            raise NoServer(f"the server on instance {self.instance!r} has published no status in time")
+            raise NoServer(f'the server on instance "{self.instance}" has published no status in time')
         return Status.from_buffer_copy(latest)
 
     def alerts(self, timeout_s: float | None = 0.0) -> list[Alert]:
@@ -248,11 +248,11 @@ class Dragon:
         """Returns the text for a wait without a frame."""
         match self.source(timeout_s):
             case SourceState.ENDED:
-                return f"no server runs on instance {self.instance!r}: the run has ended"
+                return f'no server runs on instance "{self.instance}": the run has ended'
             case SourceState.LOST:
-                return f"no server runs on instance {self.instance!r}: the run was cut off"
+                return f'no server runs on instance "{self.instance}": the run was cut off'
             case _:
-                return f"the server on instance {self.instance!r} has sent no frame for {timeout_s:g} s"
+                return f'the server on instance "{self.instance}" has sent no frame for {timeout_s:g} s'
 
     def _call(self, kind: CommandKind, value: float, timeout_s: float | None) -> int:
         return self._bus.call(kind, value, _ns(timeout_s))
