@@ -8,7 +8,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut frames = FrameSubscriber::open(&Domain::new(Instance::new(&instance)?)?, "head-printer")?;
     loop {
         if let Some(frame) = frames.wait(second)? {
-            let ([x, y, _], head) = (frame.handles()[0].position_m, frame.benches().next().expect("a dragon has a head"));
+            let ([x, y, _], head) =
+                (frame.handles()[0].position_m, frame.benches().next().expect("a dragon has a head"));
             let (sim_time_s, [cx, cy, _]) = (frame.header().sim_time_s(), head.centre_m);
             println!("{sim_time_s:.3} s: front hinge {x:.3}, {y:.3} m, centre of the board {cx:.3}, {cy:.3} m");
         } else if matches!(frames.source_state(second), SourceState::Ended | SourceState::Lost) {

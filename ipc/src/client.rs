@@ -14,8 +14,8 @@ use crate::command_event::CommandEvent;
 use crate::domain::Domain;
 use crate::error::BusError;
 use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
-use crate::status::Status;
 use crate::source_lock::SourceLock;
+use crate::status::Status;
 
 /// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
 /// timeout.

@@ -182,10 +182,9 @@ impl fmt::Display for BusError {
                 "{MAX_BORROWED_FRAMES} frames are held, the most that a reader may hold: release one, or keep copies"
             ),
             Self::Closed { instance } => write!(formatter, "the dragon of instance {instance:?} is closed"),
-            Self::Inherited { instance } => write!(
-                formatter,
-                "the dragon of instance {instance:?} was opened in another process: open one here"
-            ),
+            Self::Inherited { instance } => {
+                write!(formatter, "the dragon of instance {instance:?} was opened in another process: open one here")
+            }
             Self::Failed { service, reason } => write!(formatter, "{service}: {reason}"),
         }
     }

@@ -12,8 +12,8 @@
 use core::sync::atomic::AtomicI32;
 use core::sync::atomic::AtomicU32;
 use core::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
-use std::os::fd::{AsRawFd as _, RawFd};
 use std::fs::File;
+use std::os::fd::{AsRawFd as _, RawFd};
 use std::sync::Once;
 
 /// Number of lock files that a child closes at most; further memberships of one process are not closed.

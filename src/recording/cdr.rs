@@ -4,13 +4,14 @@
 //! aligned to its size, counted from after those four bytes. Every value keeps its bits. The types of the bus have the same
 //! fields in the same order, without padding. So their messages are their bytes in shared memory.
 
+use std::{fmt, io::Write as _};
+
 use bench_dragon_ipc::{BenchState, FrameHeader, FromBytes, HandleState, IntoBytes as _};
 
 /// Little-endian plain CDR, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// Frame of reference of the poses: a string with its final zero, padded for the alignment of the next number.
-const STAGE: &[u8; 8] = b"stage\0\0\0";
-const STAGE_BYTES: u32 = 6;
+/// Frame of reference of the poses, and parent of the benches' frames.
+const STAGE: &str = "stage";
 /// Period of the poses: 30 Hz of wall time.
 const POSE_PERIOD_NS: u64 = 1_000_000_000 / 30;
 
@@ -31,13 +32,55 @@ pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[Hand
 /// Replaces the contents of `message` with the poses of all benches at a Unix time, in the frame of reference `stage`.
 pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
     let benches = BenchState::all(handles);
-    let [seconds, nanoseconds] = [unix_ns / 1_000_000_000, unix_ns % 1_000_000_000].map(|part| part as u32);
-    encode(message, [seconds, nanoseconds, STAGE_BYTES].as_bytes());
-    message.extend(STAGE);
-    message.extend((benches.len() as u32).to_le_bytes());
+    encode(message, stamp(unix_ns).as_bytes());
+    append_string(message, format_args!("{STAGE}"));
+    append_number(message, benches.len() as u32);
     for bench in benches {
         message.extend(pose(&bench).as_bytes());
     }
+}
+
+/// Replaces the contents of `message` with the same poses as transforms from `stage` to `bench_0`, `bench_1` and so on. The
+/// head is `bench_0`.
+pub fn encode_transforms(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
+    let benches = BenchState::all(handles);
+    let stamp = stamp(unix_ns);
+    encode(message, &[]);
+    append_number(message, benches.len() as u32);
+    for (index, bench) in benches.enumerate() {
+        align(message, size_of::<u32>());
+        message.extend(stamp.as_bytes());
+        append_string(message, format_args!("{STAGE}"));
+        append_string(message, format_args!("bench_{index}"));
+        align(message, size_of::<f64>());
+        message.extend(pose(&bench).as_bytes());
+    }
+}
+
+/// Returns the seconds and nanoseconds of a Unix time.
+fn stamp(unix_ns: u64) -> [u32; 2] {
+    [unix_ns / 1_000_000_000, unix_ns % 1_000_000_000].map(|part| part as u32)
+}
+
+fn append_number(message: &mut Vec<u8>, number: u32) {
+    align(message, size_of::<u32>());
+    message.extend(number.to_le_bytes());
+}
+
+/// Appends a string: its length with the final zero, then its bytes and the zero.
+fn append_string(message: &mut Vec<u8>, text: fmt::Arguments<'_>) {
+    append_number(message, 0);
+    let begin = message.len();
+    message.write_fmt(text).expect("a Vec takes every byte");
+    message.push(0);
+    let length = (message.len() - begin) as u32;
+    message[begin - size_of::<u32>()..begin].copy_from_slice(&length.to_le_bytes());
+}
+
+/// Pads a message with zeros, so that a field of this alignment can follow.
+fn align(message: &mut Vec<u8>, alignment: usize) {
+    let length = (message.len() - ENCAPSULATION.len()).next_multiple_of(alignment);
+    message.resize(ENCAPSULATION.len() + length, 0);
 }
 
 /// Reads a frame back, bit for bit. `None` if the message is not a frame.
@@ -67,7 +110,8 @@ fn split<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
     T::read_from_prefix(message.strip_prefix(&ENCAPSULATION)?).ok()
 }
 
-/// Pose of a bench as `geometry_msgs/msg/Pose`: its centre in metres, then its heading as a quaternion x, y, z, w about z.
+/// Pose of a bench as `geometry_msgs/msg/Pose`, which has the fields of `geometry_msgs/msg/Transform`: its centre in metres,
+/// then its heading as a quaternion x, y, z, w about z.
 ///
 /// The heading points from the rear handle to the front handle. A heading of +π/2, with the front handle in direction +y of the
 /// rear handle, is a quarter turn about z.
@@ -170,6 +214,27 @@ mod tests {
         assert_eq!(poses.len(), 223 * 56);
         encode_poses(&mut message, 0, &[]);
         assert_eq!(message[24..], [0; 4]);
+    }
+
+    #[test]
+    fn every_bench_has_one_transform() {
+        let handles: Vec<HandleState> = (0..=100).map(|index| handle(f64::from(index), 0.0)).collect();
+        let mut message = Vec::new();
+        encode_transforms(&mut message, 1_700_000_000_000_000_007, &handles);
+        assert_eq!(message[..8], [0, 1, 0, 0, 100, 0, 0, 0], "100 transforms");
+        assert_eq!(message[8..16], [0, 0xf1, 0x53, 0x65, 7, 0, 0, 0], "1 700 000 000 s, 7 ns");
+        assert_eq!(message[16..28], *b"\x06\0\0\0stage\0\0\0");
+        assert_eq!(
+            message[28..44],
+            *b"\x08\0\0\0bench_0\0\0\0\0\0",
+            "its number aligned to 8 bytes, after the first 4"
+        );
+        assert_eq!(message[44..100], *pose(&BenchState::between(&handles[0], &handles[1])).as_bytes());
+        let last = message.len() - 56;
+        assert_eq!(message[last - 20..last], *b"\x09\0\0\0bench_99\0\0\0\0\0\0\0\0");
+        assert_eq!(message.len(), 4 + 4 + (4 + 8 + 12 + 12 + 56) + 9 * 88 + 90 * 96);
+        encode_transforms(&mut message, 0, &[]);
+        assert_eq!(message[4..], [0; 4]);
     }
 
     fn chosen_in(seconds: u64, rate_hz: u64, rate: &mut PoseRate) -> u64 {

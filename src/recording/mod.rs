@@ -1,11 +1,13 @@
 //! Recording: every frame, without loss, into MCAP files that any ROS 2 viewer or reader opens.
 //!
-//! **Contents.** `/dragon/frames` has every frame, bit for bit. `/dragon/poses` has one pose per bench at 30 Hz.
-//! `/dragon/alerts` has the alerts, and `/dragon/commands` the record of commands. A metadata record in each file has the
-//! configuration. Messages are ROS 2 CDR; their definitions are in the file. The log time of a frame is the Unix time at which
-//! the frame was sent, and its publish time the Unix time at which it was due. Its sequence is the low 32 bits of its tick. The
-//! log time of an alert or a command event is its arrival. These times are monotonic stamps plus one offset, which is fixed at
-//! the start. The publish time of a command event is its own Unix time.
+//! **Contents.** `/dragon/frames` has every frame, bit for bit. `/dragon/poses` has one pose per bench at 30 Hz, and `/tf` the
+//! same poses as frames of reference. `/dragon/alerts` has the alerts, and `/dragon/commands` the record of commands. A metadata
+//! record in each file has the configuration. Messages are ROS 2 CDR; their definitions are in the file.
+//!
+//! **Times.** The log time of a frame, of its poses and of its transforms is the Unix time at which the frame was sent, and the
+//! publish time the Unix time at which it was due. The sequence is the low 32 bits of the frame's tick. The log time of an alert
+//! or a command event is its arrival. These times are monotonic stamps plus one offset, which is fixed at the start. The publish
+//! time of an alert equals its log time; that of a command event is its own Unix time.
 //!
 //! **Copies.** The calling thread copies a frame once, from shared memory into a recycled buffer, and does nothing else. The
 //! writing thread encodes, compresses and writes.
@@ -29,6 +31,7 @@ pub mod export;
 
 mod background_repair;
 mod check;
+mod definitions;
 mod disk_sync;
 mod error;
 mod heads;

@@ -1,6 +1,6 @@
 //! Progress of a recording, and a forecast of when its disk will be full.
 //!
-//! At 1 kHz the paper's dragon produces about 39 GB per hour before compression. The forecast uses the growth rate of the file,
+//! At 1 kHz the paper's dragon produces about 43 GB per hour before compression. The forecast uses the growth rate of the file,
 //! and warns while there is still time to act.
 
 use std::{fmt, fs::File, io, path::PathBuf, time::Duration};

@@ -12,7 +12,7 @@ use mcap::{
 };
 use zstd::bulk::Decompressor;
 
-/// Greatest length of a record or an unpacked chunk; a longer one counts as damage. Our chunks have about 1 MB, or 11 MB if a
+/// Greatest length of a record or an unpacked chunk; a longer one counts as damage. Our chunks have about 1 MB, or 10 MB if a
 /// frame has the greatest number of benches.
 pub(super) const LONGEST_RECORD_BYTES: usize = 64 << 20;
 

@@ -142,6 +142,8 @@ impl RecordingWriter {
         if self.pose_rate.is_due(header.published_ns) {
             cdr::encode_poses(&mut self.message, stamp.log_time_ns, handles);
             self.write(Topic::Poses, stamp)?;
+            cdr::encode_transforms(&mut self.message, stamp.log_time_ns, handles);
+            self.write(Topic::Transforms, stamp)?;
         }
         Ok(())
     }

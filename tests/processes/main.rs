@@ -70,6 +70,7 @@ mod signals;
 mod slow_readers;
 mod stage;
 mod steady_desk;
+mod stock_clients;
 mod stuck_output;
 mod suspended;
 mod system_calls;

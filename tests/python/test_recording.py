@@ -14,6 +14,7 @@ from mcap.exceptions import EndOfFile
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
+from mcap_ros2._vendor.rosidl_adapter.parser import parse_message_string
 from mcap_ros2.decoder import DecoderFactory
 
 FOLDER = Path(os.environ["RECORDING_FOLDER"])
@@ -107,6 +108,40 @@ def test_a_pose_is_the_middle_and_the_heading_of_its_bench():
         assert len(array.poses) == len(handles) - 1
         for pose, front, rear in zip(array.poses, handles, handles[1:]):
             check_pose(pose, front.position_m, rear.position_m)
+
+
+def test_the_benches_are_frames_of_reference_at_their_poses():
+    poses = {message.log_time: array for message, array in decoded("show.mcap", "/dragon/poses")}
+    transforms = decoded("show.mcap", "/tf")
+    assert len(transforms) == len(poses)
+    for message, benches in transforms:
+        array = poses[message.log_time]
+        assert [bench.child_frame_id for bench in benches.transforms] == [f"bench_{i}" for i in range(len(array.poses))]
+        for bench, pose in zip(benches.transforms, array.poses):
+            assert (values(bench.header.stamp), bench.header.frame_id) == (values(array.header.stamp), "stage")
+            assert values(bench.transform.translation) == values(pose.position)
+            assert values(bench.transform.rotation) == values(pose.orientation)
+
+
+def values(message):
+    return [getattr(message, name) for name in type(message).__slots__]
+
+
+def test_the_definitions_have_the_constants():
+    # Numbers on the wire that stay the same in every version. A Rust test compares all of them with the enums.
+    with open(FOLDER / "show.mcap", "rb") as stream:
+        schemas = make_reader(stream).get_summary().schemas.values()
+    constants = {}
+    for schema in schemas:
+        package, name = schema.name.split("/msg/")
+        text, *_ = schema.data.decode().partition("=" * 80)
+        constants[name] = {constant.name: constant.value for constant in parse_message_string(package, name, text).constants}
+    assert (constants["Frame"]["RUNNING"], constants["Frame"]["ENDED"]) == (0, 5)
+    assert (constants["Alert"]["CONTACT"], constants["Alert"]["NO_BENCH"]) == (1, 2**32 - 1)
+    assert constants["Alert"]["NO_FORECAST"] == -(2**63)
+    assert (constants["CommandEvent"]["KIND_HOLD"], constants["CommandEvent"]["SENDER_GUARD"]) == (4, 6)
+    assert (constants["CommandEvent"]["REFUSAL_NONE"], constants["CommandEvent"]["REFUSAL_FOLLOWED"]) == (0, 14)
+    assert constants["TFMessage"] == constants["PoseArray"] == {}
 
 
 def check_pose(pose, front, rear):

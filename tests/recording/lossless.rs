@@ -45,13 +45,14 @@ fn log_time_is_unix_time_of_the_sending() {
 }
 
 #[test]
-fn poses_come_thirty_times_a_second() {
+fn poses_and_transforms_come_thirty_times_a_second() {
     let folder = tempdir().expect("a folder");
     let path = dance::record(dance::settings(folder.path()), &dance::frames(2_000, 5));
     let poses = dance::log_times_ns(&path, Topic::Poses.name());
     assert!((60..=61).contains(&poses.len()), "{} poses in 2 s", poses.len());
     let frames = dance::log_times_ns(&path, Topic::Frames.name());
     assert!(poses.iter().all(|pose| frames.binary_search(pose).is_ok()), "a pose has the time of its frame");
+    assert_eq!(dance::log_times_ns(&path, Topic::Transforms.name()), poses);
 }
 
 #[test]
@@ -99,7 +100,7 @@ fn a_finished_file_has_an_index_of_everything() {
     assert_eq!(recorded.bytes, path.metadata().expect("a file").len());
     let summary = dance::summary(&path).expect("a summary");
     let stats = summary.stats.expect("statistics");
-    assert_eq!(stats.message_count, 300 + 10 + 1, "frames, poses and the alert");
+    assert_eq!(stats.message_count, 300 + 10 + 10 + 1, "frames, poses, transforms and the alert");
     assert!(summary.chunk_indexes.len() > 1 && summary.chunk_indexes.iter().all(|chunk| chunk.compression == "zstd"));
     assert_eq!(summary.metadata_indexes.len(), 1);
 }

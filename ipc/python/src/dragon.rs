@@ -122,10 +122,7 @@ fn waiting<Value: Send>(
 }
 
 /// Tries again without a server, except in the last slice.
-fn retry_absent<Value>(
-    slice: Duration,
-    outcome: Result<Option<Value>, BusError>,
-) -> Result<Option<Value>, BusError> {
+fn retry_absent<Value>(slice: Duration, outcome: Result<Option<Value>, BusError>) -> Result<Option<Value>, BusError> {
     match outcome {
         Err(error) if error.is_absent() && slice == SLICE => Ok(None),
         outcome => outcome,

@@ -27,8 +27,7 @@ pub(crate) fn raised(py: Python<'_>, error: &BusError) -> PyErr {
 
 /// Returns the exception for a refused command.
 pub(crate) fn refused(py: Python<'_>, refusal: Refusal, request: &Request, reply: &CommandReply) -> PyErr {
-    let values =
-        (refusal.explain(request), reply.refusal, reply.run_id, reply.tick, reply.lowest, reply.highest);
+    let values = (refusal.explain(request), reply.refusal, reply.run_id, reply.tick, reply.lowest, reply.highest);
     named(py, "Refused").and_then(|class| class.call1(values)).map_or_else(|error| error, PyErr::from_value)
 }
 

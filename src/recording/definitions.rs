@@ -1,0 +1,207 @@
+//! ROS 2 definitions of the recorded messages, for readers without our code.
+//!
+//! The definitions of our own messages are the files of the ROS 2 package `packaging/ros2/bench_dragon_msgs`, with the
+//! constants of their coded fields. Constants take no bytes in a message. The definitions of ROS's own messages are here,
+//! without comments.
+
+use std::iter;
+
+/// A message type and the message types that it contains, directly or not.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Definition {
+    /// Name of the type, for example `bench_dragon_msgs/msg/Frame`.
+    pub(super) name: &'static str,
+    text: &'static str,
+    parts: &'static [(&'static str, &'static str)],
+}
+
+impl Definition {
+    /// The text of the message, followed by the texts of all messages that it contains. `rosbag2` writes this form, and MCAP
+    /// calls it `ros2msg`.
+    pub(super) fn full_text(&self) -> String {
+        let parts = self.parts.iter().map(|(name, text)| format!("{SEPARATOR}\nMSG: {name}\n{text}"));
+        iter::once(self.text.to_owned()).chain(parts).collect()
+    }
+}
+
+const SEPARATOR: &str = "================================================================================";
+
+/// A frame, as on the bus.
+pub(super) const FRAME: Definition = Definition {
+    name: "bench_dragon_msgs/msg/Frame",
+    text: include_str!("../../packaging/ros2/bench_dragon_msgs/msg/Frame.msg"),
+    parts: &[(
+        "bench_dragon_msgs/HandleState",
+        include_str!("../../packaging/ros2/bench_dragon_msgs/msg/HandleState.msg"),
+    )],
+};
+
+/// An alert, as on the bus.
+pub(super) const ALERT: Definition = Definition {
+    name: "bench_dragon_msgs/msg/Alert",
+    text: include_str!("../../packaging/ros2/bench_dragon_msgs/msg/Alert.msg"),
+    parts: &[],
+};
+
+/// An event of the record of commands, as on the bus.
+pub(super) const COMMAND_EVENT: Definition = Definition {
+    name: "bench_dragon_msgs/msg/CommandEvent",
+    text: include_str!("../../packaging/ros2/bench_dragon_msgs/msg/CommandEvent.msg"),
+    parts: &[],
+};
+
+/// Poses in one frame of reference.
+pub(super) const POSE_ARRAY: Definition = Definition {
+    name: "geometry_msgs/msg/PoseArray",
+    text: "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n",
+    parts: &[
+        HEADER,
+        TIME,
+        ("geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"),
+        ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
+        QUATERNION,
+    ],
+};
+
+/// Frames of reference, each in its parent.
+pub(super) const TRANSFORMS: Definition = Definition {
+    name: "tf2_msgs/msg/TFMessage",
+    text: "geometry_msgs/TransformStamped[] transforms\n",
+    parts: &[
+        (
+            "geometry_msgs/TransformStamped",
+            "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+        ),
+        HEADER,
+        TIME,
+        ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"),
+        ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+        QUATERNION,
+    ],
+};
+
+const HEADER: (&str, &str) = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n");
+const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
+const QUATERNION: (&str, &str) = ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n");
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Debug;
+
+    use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, CommandReply, EventKind, Refusal, Sender, ShowState};
+
+    use super::*;
+
+    /// Constants of a field: name and value of each.
+    type Constants = Vec<(String, i64)>;
+
+    /// Returns the fields of a definition that have constants. The constants of a field are directly before it, which is how
+    /// viewers find the name of a number.
+    fn constants(definition: &Definition) -> Vec<(&'static str, Constants)> {
+        let mut fields = Vec::new();
+        let mut constants = Constants::new();
+        for line in definition.text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
+            let (kind, rest) = line.split_once(' ').expect("a line has a type and a name");
+            let Some((name, value)) = rest.split_once('=') else {
+                if !constants.is_empty() {
+                    fields.push((rest, std::mem::take(&mut constants)));
+                }
+                continue;
+            };
+            let value: i64 = value.parse().expect("a constant is an integer");
+            assert!(kind == "int64" || kind == "uint32" && u32::try_from(value).is_ok(), "{line}");
+            constants.push((name.to_owned(), value));
+        }
+        assert_eq!(constants, [], "constants without a field");
+        fields
+    }
+
+    /// Returns the constants of an enum: the name of each variant with a prefix, and its number on the wire.
+    fn variants<T: Debug>(prefix: &str, from_wire: impl Fn(u32) -> Option<T>) -> Constants {
+        let known = (0..1000).filter_map(|number| Some((number, from_wire(number)?)));
+        known.map(|(number, variant)| (constant_name(prefix, &variant), number.into())).collect()
+    }
+
+    /// Returns the name of a variant in capitals: `OUT_OF_RANGE` for `OutOfRange { .. }`.
+    fn constant_name(prefix: &str, variant: &impl Debug) -> String {
+        let name = format!("{variant:?}");
+        let name = name.split(' ').next().expect("a name");
+        let mut constant = prefix.to_owned();
+        for (index, letter) in name.char_indices() {
+            if index > 0 && letter.is_ascii_uppercase() {
+                constant.push('_');
+            }
+            constant.push(letter.to_ascii_uppercase());
+        }
+        constant
+    }
+
+    fn sentinel(name: &str, value: impl Into<i64>) -> (String, i64) {
+        (name.to_owned(), value.into())
+    }
+
+    fn refusal(number: u32) -> Option<Refusal> {
+        let reason = CommandReply { refusal: number, ..CommandReply::default() }.outcome().err()?;
+        // Readers also take a number that they do not know as this refusal.
+        (reason != Refusal::Unknown || number == 1).then_some(reason)
+    }
+
+    #[test]
+    fn every_state_of_a_frame_has_a_constant() {
+        let states: Constants =
+            ShowState::ALL.iter().map(|state| (constant_name("", state), state.to_wire().into())).collect();
+        assert_eq!(states, variants("", ShowState::from_wire));
+        assert_eq!(constants(&FRAME), [("state", states)]);
+    }
+
+    #[test]
+    fn every_kind_and_sentinel_of_an_alert_has_a_constant() {
+        let expected = [
+            ("forecast_ns", vec![sentinel("NO_FORECAST", Alert::NO_FORECAST)]),
+            ("kind", variants("", AlertKind::from_wire)),
+            ("bench_a", vec![sentinel("NO_BENCH", Alert::NO_BENCH)]),
+        ];
+        assert_eq!(constants(&ALERT), expected);
+    }
+
+    #[test]
+    fn every_kind_sender_and_refusal_of_a_command_event_has_a_constant() {
+        let mut kinds = variants("KIND_", EventKind::from_wire);
+        kinds.push(sentinel("KIND_UNKNOWN", CommandEvent::UNKNOWN_KIND));
+        let mut refusals = variants("REFUSAL_", refusal);
+        refusals.insert(0, sentinel("REFUSAL_NONE", CommandReply::accepted(0, 0).refusal));
+        let expected = [("kind", kinds), ("sender", variants("SENDER_", Sender::from_wire)), ("refusal", refusals)];
+        assert_eq!(constants(&COMMAND_EVENT), expected);
+    }
+
+    #[test]
+    fn a_full_text_has_the_text_of_every_message_in_it() {
+        assert_eq!(
+            POSE_ARRAY.full_text().split(SEPARATOR).nth(2),
+            Some("\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n")
+        );
+        for definition in [FRAME, ALERT, COMMAND_EVENT, POSE_ARRAY, TRANSFORMS] {
+            let full = definition.full_text();
+            let fields = full.lines().filter(|line| !line.starts_with(['#', '=']) && !line.starts_with("MSG: "));
+            let types = fields.filter_map(|line| line.split([' ', '[']).next());
+            for kind in
+                types.filter(|kind| kind.starts_with(|first: char| first.is_ascii_uppercase()) || kind.contains('/'))
+            {
+                assert!(full.lines().any(|line| line.starts_with("MSG: ") && line.ends_with(kind)), "{kind} in {full}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_ros_package_lists_every_message_and_has_our_version() {
+        let package = concat!(env!("CARGO_MANIFEST_DIR"), "/packaging/ros2/bench_dragon_msgs");
+        let read = |name: &str| std::fs::read_to_string(format!("{package}/{name}")).expect("a file of the package");
+        let version = concat!("<version>", env!("CARGO_PKG_VERSION"), "</version>");
+        assert!(read("package.xml").contains(version), "package.xml has {version}");
+        let built = read("CMakeLists.txt");
+        for entry in std::fs::read_dir(format!("{package}/msg")).expect("the folder of messages").flatten() {
+            let message = format!("\"msg/{}\"", entry.file_name().display());
+            assert!(built.contains(&message), "CMakeLists.txt lists {message}");
+        }
+    }
+}

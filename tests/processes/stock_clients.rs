@@ -1,0 +1,172 @@
+//! `docs/reference/stock-iceoryx2.md`: its program reads a show to its end, and its tables are those of the bus.
+
+use std::any::type_name;
+use std::collections::BTreeMap;
+use std::fs;
+use std::mem::offset_of;
+use std::path::Path;
+
+use bench_dragon_ipc::service::{
+    ALERTS, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS, DESCRIPTION, FRAMES, MAX_ACTIVE_REQUESTS,
+    MAX_BORROWED_FRAMES, MAX_READERS, READERS, STATUS, frame_buffer,
+};
+use bench_dragon_ipc::{
+    Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, Status, clear,
+};
+use iceoryx2::prelude::ZeroCopySend;
+use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
+use test_support::process::Process;
+use test_support::pytest::python;
+
+use crate::stage::Stage;
+
+const PROGRAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/stock_head.py");
+
+fn text(path: impl AsRef<Path>) -> String {
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.as_ref().display()))
+}
+
+fn page() -> String {
+    text(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/stock-iceoryx2.md"))
+}
+
+/// Returns the cells of a page's table rows after a heading, up to the next heading.
+fn rows<'a>(page: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
+    let (_, section) = page.split_once(&format!("\n{heading}\n")).unwrap_or_else(|| panic!("there is no {heading}"));
+    let section = section.split("\n#").next().expect("a section has a beginning");
+    let rows = section.lines().filter_map(|line| line.strip_prefix('|')?.strip_suffix('|'));
+    rows.map(|row| row.split('|').map(str::trim).collect()).collect()
+}
+
+/// Byte, type and name of each field.
+type Fields = Vec<(usize, String, &'static str)>;
+
+/// Returns the name of a field's type, without its path.
+fn type_of<T, F>(_: fn(&T) -> &F) -> String {
+    type_name::<F>().rsplit("::").next().expect("a type has a name").to_owned()
+}
+
+fn detail<T: ZeroCopySend>() -> TypeDetail {
+    TypeDetail::new::<T>(TypeVariant::FixedSize)
+}
+
+/// Returns the fields of a type. A missing field is an error of the compiler.
+macro_rules! fields {
+    ($type:ident: $($field:ident)*) => {{
+        let _ = |value: $type| { let $type { $($field: _),* } = value; };
+        let fields: Fields =
+            vec![$((offset_of!($type, $field), type_of(|value: &$type| &value.$field), stringify!($field))),*];
+        (detail::<$type>(), fields)
+    }};
+}
+
+fn layouts() -> BTreeMap<&'static str, (TypeDetail, Fields)> {
+    BTreeMap::from([
+        (
+            "FrameHeader",
+            fields!(FrameHeader: run_id tick sim_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale
+                bench_count state),
+        ),
+        ("HandleState", fields!(HandleState: position_m velocity_mps)),
+        (
+            "Status",
+            fields!(Status: run_id tick sim_time_ns overruns behind_ns most_behind_ns lateness_p50_ns lateness_p99_ns
+                lateness_p999_ns lateness_max_ns tick_p50_ns tick_p99_ns tick_p999_ns tick_max_ns granted_to_m asked_m
+                guard_end_m rate_hz state pid source guard timecode timecode_kind stops lateness tick_time),
+        ),
+        (
+            "Alert",
+            fields!(Alert: run_id tick sim_time_ns forecast_ns clearance_m point_m kind bench_a bench_b reserved),
+        ),
+        ("Command", fields!(Command: kind sender run_id values pid flags)),
+        ("CommandReply", fields!(CommandReply: run_id tick lowest highest refusal reserved)),
+        ("ReaderReport", fields!(ReaderReport: run_id frames lost bytes_written room_s sent_ns reader pid ended name)),
+        (
+            "CommandEvent",
+            fields!(CommandEvent: run_id number tick sim_time_ns wall_ns overruns values lowest highest kind sender pid
+                refusal flags reserved),
+        ),
+    ])
+}
+
+#[test]
+fn the_stock_program_reads_a_show_to_its_end() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let mut client = python();
+    client.arg(PROGRAM).arg(stage.domain().root().join("iceoryx2.toml"));
+    let mut client = Process::start(client);
+    let first = client.next_line().expect("a line for a frame");
+    let words: Vec<&str> = first.split(' ').collect();
+    let position: Vec<f64> = words[4..].iter().map(|word| word.parse().expect("a coordinate")).collect();
+    let [x_m, y_m, z_m] = position[..] else { panic!("{first}") };
+    // The paper's dragon begins on its spiral, 8.8 m from the centre.
+    assert!(x_m.hypot(y_m) < 8.801 && z_m == 0.0, "{first}");
+    assert!(client.next_line().is_some() && client.next_line().is_some());
+    server.stop();
+    client.end().expect_clean();
+    // The server may end before the client, whose node then keeps the instance.
+    clear(stage.domain()).expect("an instance without processes");
+}
+
+#[test]
+fn the_page_shows_the_program() {
+    let program = text(PROGRAM);
+    assert!(page().contains(&format!("```python\n{program}```\n")), "the page has the program as it is");
+    assert_eq!(program.lines().filter(|line| !line.is_empty()).count(), 21, "the page states its length");
+    let ours = program.lines().filter(|line| line.contains("import") && line.contains("bench_dragon"));
+    assert_eq!(ours.count(), 0, "the program needs nothing of ours");
+}
+
+#[test]
+fn the_page_has_every_layout_of_the_bus() {
+    let page = page();
+    for (name, (detail, fields)) in layouts() {
+        let rows = rows(&page, &format!("### {name}"));
+        let on_page: Vec<String> = rows[2..].iter().map(|row| row[..3].join(" ")).collect();
+        let on_bus: Vec<String> = fields.iter().map(|(byte, kind, field)| format!("{byte} {kind} `{field}`")).collect();
+        assert_eq!(on_page, on_bus, "{name}");
+        let opening = format!("### {name}\n\n{} bytes, `{}`", detail.size(), detail.type_name());
+        assert!(page.contains(&opening), "the page has {opening:?}");
+    }
+}
+
+#[test]
+fn the_page_has_every_service_of_the_bus() {
+    let name = |detail: &TypeDetail| format!("`{}`", detail.type_name());
+    let single = |payload: TypeDetail| (name(&payload), String::new());
+    let slice = |payload: TypeDetail, header: TypeDetail| (name(&payload), name(&header));
+    let mut on_bus: Vec<(&str, (String, String))> = vec![
+        (FRAMES, slice(detail::<HandleState>(), detail::<FrameHeader>())),
+        (DESCRIPTION, slice(detail::<u8>(), detail::<u64>())),
+        (STATUS, single(detail::<Status>())),
+        (ALERTS, single(detail::<Alert>())),
+        (READERS, single(detail::<ReaderReport>())),
+        (COMMAND_EVENTS, single(detail::<CommandEvent>())),
+    ];
+    let exchange = [detail::<Command>(), detail::<CommandReply>()].map(|detail| name(&detail)).join(" to ");
+    on_bus.push((COMMANDS, (exchange, String::new())));
+    let page = page();
+    let rows: Vec<_> =
+        rows(&page, "## Services").into_iter().filter(|row| row.len() == 4 && row[1] != "event").collect();
+    let on_page: Vec<_> =
+        rows[2..].iter().map(|row| (row[0].trim_matches('`'), (row[2].to_owned(), row[3].to_owned()))).collect();
+    assert_eq!(on_page, on_bus);
+}
+
+#[test]
+fn the_page_has_the_limits_of_the_bus() {
+    let page = page();
+    let rows: Vec<_> = rows(&page, "## Services").into_iter().filter(|row| row.len() == 8).collect();
+    let find =
+        |name: &str| &rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("there is no {name}"))[1..];
+    assert_eq!(find("clients at a time"), [MAX_READERS.to_string().as_str(); 7]);
+    let frames = [187, 188, 223, 100_000].map(frame_buffer);
+    let unread = find("unread messages of a client");
+    assert_eq!(unread[0], format!("{} to 187 benches, {} for 223, {} for 100,000", frames[0], frames[2], frames[3]));
+    assert!(frames[0] > frames[1], "{frames:?}");
+    assert_eq!(unread[5], COMMAND_EVENT_BUFFER.to_string());
+    let held = find("messages held at a time");
+    assert_eq!([held[0], held[3]], [MAX_BORROWED_FRAMES.to_string().as_str(); 2]);
+    assert_eq!(held[6], format!("{MAX_ACTIVE_REQUESTS} requests in flight"));
+}
