@@ -29,6 +29,7 @@ use crate::service::{
 use crate::space::require_shared_memory;
 use crate::status::Status;
 use crate::trouble::{Sorted, Trouble};
+use crate::wake_page::WakePage;
 
 /// Number of attempts for a service, and the time between two: one second in total. A source repeats them while another
 /// process creates or removes the service. Source and client repeat them after a signal.
@@ -133,10 +134,25 @@ impl Member {
                 .enable_safe_overflow(true)
         };
         let create = |bench_count| limit(builder(), frame_buffer(bench_count), MAX_BORROWED_FRAMES, 0).create();
+        if self.role != Role::Client {
+            // Readers expect the page as soon as the frames exist.
+            self.wake_page()?;
+        }
         self.open_or_create(FRAMES, || builder().open(), create)
     }
 
-    /// Opens the wake-up event that follows each frame.
+    /// Opens the page with the wake word of the frames.
+    ///
+    /// # Errors
+    /// As [`WakePage::create`] and [`WakePage::open`].
+    pub fn wake_page(&self) -> Result<WakePage, BusError> {
+        match self.role {
+            Role::Source { .. } => WakePage::create(self.membership.domain()),
+            Role::Client => WakePage::open(self.membership.domain()),
+        }
+    }
+
+    /// Opens the event that follows each frame, for stock clients.
     ///
     /// # Errors
     /// As [`Member::frames`].

@@ -108,6 +108,11 @@ impl Membership {
         Ok(Self { domain: domain.clone(), file: Some(file), process, in_children: Some(in_children) })
     }
 
+    /// The domain.
+    pub(crate) fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
     /// Does steps 2 to 7. The next process to join sweeps any remains.
     fn leave(&self, file: &File) {
         let begun = Instant::now();

@@ -65,8 +65,7 @@ impl FrameSubscriber {
                 error => BusError::failed(FRAMES, error),
             }
         })?;
-        // The source creates the page before the frames.
-        let wake = Arc::new(WakePage::open(domain)?);
+        let wake = Arc::new(member.wake_page()?);
         let reports = ReportPublisher::open(member, name, subscriber.id().value());
         let (tracker, source) = (ContinuityTracker::default(), SourceWatch::new(domain));
         Ok(Self { reports, subscriber, member: Rc::clone(member), wake, tracker, source })

@@ -49,13 +49,12 @@ unsafe impl Send for WakePage {}
 unsafe impl Sync for WakePage {}
 
 impl WakePage {
-    /// Opens the page of a domain, and creates it if it is missing. Only the source calls it, with the instance's
-    /// [`SourceLock`](crate::SourceLock).
+    /// Opens the page of a domain, and creates it if it is missing. Only the source calls it.
     ///
     /// # Errors
     /// [`BusError::SharedMemoryUnusable`] where the page cannot be created or mapped, [`BusError::Domain`] where the link
     /// cannot be created.
-    pub fn create(domain: &Domain) -> Result<Self, BusError> {
+    pub(crate) fn create(domain: &Domain) -> Result<Self, BusError> {
         match open(domain) {
             Ok(page) => return Ok(page),
             Err(error) if is_missing(&error) => {}
@@ -76,7 +75,7 @@ impl WakePage {
     /// # Errors
     /// [`BusError::VersionMismatch`] where the source has created no page, as earlier versions do.
     /// [`BusError::SharedMemoryUnusable`] where the page cannot be mapped.
-    pub fn open(domain: &Domain) -> Result<Self, BusError> {
+    pub(crate) fn open(domain: &Domain) -> Result<Self, BusError> {
         open(domain).map_err(|error| match is_missing(&error) {
             true => BusError::VersionMismatch { service: FRAMES },
             false => BusError::SharedMemoryUnusable { error },

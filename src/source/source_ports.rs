@@ -76,7 +76,7 @@ impl SourcePorts {
         let readers = member.readers()?;
         let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
         require_shared_memory(domain, service::frame_memory(bench_count))?;
-        let wake = WakePage::create(domain)?;
+        let wake = member.wake_page()?;
         // These services are created last: clients take their existence as the sign that all services exist.
         let (frames, frame_events) = (member.frames()?, member.frame_events()?);
         let handle_count = bench_count + 1;

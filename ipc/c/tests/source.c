@@ -12,6 +12,7 @@ int main(int argc, char **argv) {
   bd_status_t status;
 
   bd_frame_release(next_frame(dragon));
+  EXPECT(BD_OK, bd_dragon_status(dragon, PATIENCE_NS, &status));
   puts("reading");
   fflush(stdout);
   while (state == BD_SOURCE_PUBLISHING) {
