@@ -54,10 +54,10 @@ fn measure_all() {
     figures.write();
 }
 
-/// Sets the cost of a tick with every number of readers, polling and woken.
+/// Sets the cost of a tick with every number of readers: polling, and woken by the wake word and by iceoryx2's event.
 fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     let setting = |readers, habit| Setting { benches: 223, rate_hz: RATE_HZ, readers, habit };
-    let with_readers = [Habit::Polling, Habit::Woken].map(|habit| READERS.map(|readers| setting(readers, habit)));
+    let with_readers = [Habit::Polling, Habit::Woken, Habit::Event].map(|habit| READERS.map(|readers| setting(readers, habit)));
     // The setting without readers occurs twice. The difference between equal settings is noise.
     let mut settings = vec![setting(0, Habit::Polling)];
     settings.extend(with_readers.iter().flatten());
@@ -72,10 +72,13 @@ fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     }
     let tick_ns = |costs: &Costs| median(&costs.tick_ns);
     let cpu_ns = |costs: &Costs| median(&costs.cpu_ns);
-    for habit in [Habit::Polling, Habit::Woken] {
-        let (wanted, name) = (setting(16, habit), habit.name());
-        let index = settings.iter().position(|setting| *setting == wanted).expect("the setting has been measured");
-        let most = &costs[index];
+    let with_16 = |habit| {
+        let index = settings.iter().position(|measured| *measured == setting(16, habit));
+        &costs[index.expect("the setting has been measured")]
+    };
+    figures.set("woken_vs_event_16", tick_ns(with_16(Habit::Woken)) / tick_ns(with_16(Habit::Event)));
+    for habit in [Habit::Polling, Habit::Woken, Habit::Event] {
+        let (most, name) = (with_16(habit), habit.name());
         figures.set(&format!("fan_out_ratio_16_to_0_{name}"), tick_ns(most) / tick_ns(first));
         figures.set(&format!("cpu_fan_out_ratio_16_to_0_{name}"), cpu_ns(most) / cpu_ns(first));
         figures.set(&format!("ns_per_{name}_reader"), (tick_ns(most) - tick_ns(first)) / 16.0);

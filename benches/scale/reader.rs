@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 
 use bench_dragon::source::server::ServerSummary;
 use bench_dragon_geometry::dragon::ChainSolver;
-use bench_dragon_ipc::{Domain, Frame, FrameHeader, FrameSubscriber, HandleState, Instance, ShowState};
+use bench_dragon_ipc::service::{Member, Role};
+use bench_dragon_ipc::{BusError, Domain, Frame, FrameHeader, FrameSubscriber, HandleState, Instance, ShowState};
 use serde::{Deserialize, Serialize};
 
 use crate::server::Setting;
@@ -37,8 +38,10 @@ const TOLERANCE_MPS: f64 = 1e-8;
 pub(crate) enum Habit {
     /// Checks for frames once a millisecond.
     Polling,
-    /// Sleeps until the server wakes it.
+    /// Sleeps on the wake word.
     Woken,
+    /// Sleeps on iceoryx2's event, as stock clients do.
+    Event,
 }
 
 impl Habit {
@@ -46,6 +49,7 @@ impl Habit {
         match self {
             Self::Polling => "polling",
             Self::Woken => "woken",
+            Self::Event => "event",
         }
     }
 }
@@ -131,7 +135,7 @@ impl Role {
     pub(crate) fn of_arguments() -> Option<Self> {
         let arguments: Vec<String> = std::env::args().skip(1).collect();
         let [role, instance, habit, benches, proving] = arguments.as_slice() else { return None };
-        let habits = [Habit::Polling, Habit::Woken];
+        let habits = [Habit::Polling, Habit::Woken, Habit::Event];
         (role == ROLE).then(|| Self {
             instance: Instance::new(instance).expect("the bench's instance"),
             habit: habits.into_iter().find(|known| known.name() == habit).expect("a known habit"),
@@ -144,27 +148,33 @@ impl Role {
     pub(crate) fn play(self) {
         let domain = Domain::new(self.instance.clone()).expect("the bench's domain");
         let mut frames = FrameSubscriber::open(&domain, "scale").expect("the server has been created");
-        if self.habit == Habit::Woken {
-            // The first wait creates the listener, which must exist before tick 0.
-            assert!(frames.wait(Duration::from_millis(1)).expect("the bus is readable").is_none());
-        }
+        // The listener must exist before tick 0.
+        let events = (self.habit == Habit::Event).then(|| {
+            let member = Member::join(&domain, "scale-events", Role::Client).expect("the server has been created");
+            let events = member.frame_events().expect("the server has created its services");
+            (events.listener_builder().create().expect("there is room for every reader"), events, member)
+        });
         say("open");
         let mut log = Log { benches: self.benches, proving: self.proving, ..Log::default() };
-        self.read_all(&mut frames, &mut log);
+        let mut read = || match (&events, self.habit) {
+            (Some((listener, ..)), _) => {
+                listener.timed_wait(|_| (), WAIT).expect("the listener is open");
+                frames.receive()
+            }
+            (None, Habit::Woken) => frames.wait(WAIT),
+            (None, _) => frames.receive(),
+        };
+        self.read_all(&mut read, &mut log);
         log.account.lost = frames.lost();
         drop(frames);
         log.check_samples();
         say(&serde_json::to_string(&log.account).expect("numbers are valid JSON"));
     }
 
-    fn read_all(&self, frames: &mut FrameSubscriber, log: &mut Log) {
+    fn read_all(&self, read: &mut impl FnMut() -> Result<Option<Frame>, BusError>, log: &mut Log) {
         let mut heard = Instant::now();
         while !log.is_over {
-            let next = match self.habit {
-                Habit::Polling => frames.receive(),
-                Habit::Woken => frames.wait(WAIT),
-            };
-            match next.expect("the bus is readable") {
+            match read().expect("the bus is readable") {
                 Some(frame) => {
                     log.take(&frame);
                     heard = Instant::now();

@@ -77,7 +77,7 @@ fn text_line(frame: &Frame) -> String {
     let header = frame.header();
     let state = header.show_state().map_or("unknown", bench_dragon_ipc::ShowState::name);
     let mut line = format!("tick {:>8}  {:>12.6} s  {state:<8}", header.tick, header.sim_time_s());
-    let ends = [("head", frame.handles().first()), ("tail", frame.handles().last())];
+    let ends = [("front hinge", frame.handles().first()), ("rear hinge", frame.handles().last())];
     for (name, handle) in ends {
         let Some(handle) = handle else { continue };
         let [x, y, _] = handle.position_m;

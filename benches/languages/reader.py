@@ -1,0 +1,16 @@
+"""Prints the nanoseconds from the sending of each frame until its head was read: reader.py INSTANCE FRAMES"""
+
+import sys
+import time
+
+from bench_dragon import Dragon
+
+total, latencies_ns = 0.0, []
+with Dragon(sys.argv[1], name="reader-python", timeout_s=60) as dragon:
+    while len(latencies_ns) < int(sys.argv[2]):
+        frame = dragon.wait(60)
+        total += frame.positions[0, 0]
+        now_ns = time.monotonic_ns()
+        latencies_ns.append(now_ns - frame.header.published_ns)
+print(*latencies_ns, sep="\n")
+sys.exit(total == 0.0)
