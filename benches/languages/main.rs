@@ -76,7 +76,9 @@ fn c_reader() -> PathBuf {
 
 fn python() -> PathBuf {
     let python = env::var_os("BENCH_DRAGON_PYTHON");
-    python.expect("BENCH_DRAGON_PYTHON names a Python with the package bench_dragon, such as target/venv/bin/python").into()
+    python
+        .expect("BENCH_DRAGON_PYTHON names a Python with the package bench_dragon, such as target/venv/bin/python")
+        .into()
 }
 
 fn run(command: &mut Command) {

@@ -57,7 +57,8 @@ fn measure_all() {
 /// Sets the cost of a tick with every number of readers: polling, and woken by the wake word and by iceoryx2's event.
 fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     let setting = |readers, habit| Setting { benches: 223, rate_hz: RATE_HZ, readers, habit };
-    let with_readers = [Habit::Polling, Habit::Woken, Habit::Event].map(|habit| READERS.map(|readers| setting(readers, habit)));
+    let with_readers =
+        [Habit::Polling, Habit::Woken, Habit::Event].map(|habit| READERS.map(|readers| setting(readers, habit)));
     // The setting without readers occurs twice. The difference between equal settings is noise.
     let mut settings = vec![setting(0, Habit::Polling)];
     settings.extend(with_readers.iter().flatten());

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use bench_dragon::source::server::ServerSummary;
 use bench_dragon_geometry::dragon::ChainSolver;
-use bench_dragon_ipc::service::{Member, Role};
+use bench_dragon_ipc::service::{self, Member};
 use bench_dragon_ipc::{BusError, Domain, Frame, FrameHeader, FrameSubscriber, HandleState, Instance, ShowState};
 use serde::{Deserialize, Serialize};
 
@@ -150,7 +150,7 @@ impl Role {
         let mut frames = FrameSubscriber::open(&domain, "scale").expect("the server has been created");
         // The listener must exist before tick 0.
         let events = (self.habit == Habit::Event).then(|| {
-            let member = Member::join(&domain, "scale-events", Role::Client).expect("the server has been created");
+            let member = Member::join(&domain, "scale-events", service::Role::Client).expect("the server has been created");
             let events = member.frame_events().expect("the server has created its services");
             (events.listener_builder().create().expect("there is room for every reader"), events, member)
         });
@@ -166,7 +166,7 @@ impl Role {
         };
         self.read_all(&mut read, &mut log);
         log.account.lost = frames.lost();
-        drop(frames);
+        drop((frames, events));
         log.check_samples();
         say(&serde_json::to_string(&log.account).expect("numbers are valid JSON"));
     }

@@ -138,7 +138,9 @@ impl Drop for Membership {
     fn drop(&mut self) {
         let (file, in_children) = (self.file.take(), self.in_children.take());
         if self.process.is_this() {
-            file.iter().for_each(|file| self.leave(file));
+            if let Some(file) = &file {
+                self.leave(file);
+            }
         } else {
             // A forked child is no member, and has closed the file.
             mem::forget((file, in_children));

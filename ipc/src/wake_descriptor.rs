@@ -14,7 +14,7 @@ use crate::wake_page::WakePage;
 use crate::wake_word::{Word as _, sleep_from};
 
 /// Longest sleep of the thread; it then looks again.
-const LONGEST_SLEEP: Duration = Duration::from_secs(60);
+const LONGEST_SLEEP: Duration = Duration::from_mins(1);
 
 /// The descriptor, and the thread that makes it readable at each raise of the wake word.
 #[derive(Debug)]

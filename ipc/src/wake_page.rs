@@ -35,7 +35,7 @@ use crate::wake_word::{self, Slept, Word};
 /// Size of the file in bytes.
 const PAGE_LEN: usize = 4096;
 /// Longest sleep of one system call. Times of the kernel are limited, and a waiter that sleeps longer sleeps again.
-const LONGEST_SLEEP: Duration = Duration::from_secs(3600);
+const LONGEST_SLEEP: Duration = Duration::from_hours(1);
 
 /// The mapped page. Any thread may use it.
 #[derive(Debug)]
@@ -76,9 +76,12 @@ impl WakePage {
     /// [`BusError::VersionMismatch`] where the source has created no page, as earlier versions do.
     /// [`BusError::SharedMemoryUnusable`] where the page cannot be mapped.
     pub(crate) fn open(domain: &Domain) -> Result<Self, BusError> {
-        open(domain).map_err(|error| match is_missing(&error) {
-            true => BusError::VersionMismatch { service: FRAMES },
-            false => BusError::SharedMemoryUnusable { error },
+        open(domain).map_err(|error| {
+            if is_missing(&error) {
+                BusError::VersionMismatch { service: FRAMES }
+            } else {
+                BusError::SharedMemoryUnusable { error }
+            }
         })
     }
 

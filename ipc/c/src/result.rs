@@ -70,9 +70,10 @@ impl From<BusError> for Failure {
             BusError::TooFewFiles { .. } => bd_result_t::BD_TOO_FEW_FILES,
             BusError::Closed { .. } => bd_result_t::BD_CLOSED,
             BusError::TooManyFrames => bd_result_t::BD_TOO_MANY_FRAMES,
-            BusError::Inherited { .. } => bd_result_t::BD_INVALID_ARGUMENT,
             BusError::TooManyClients { .. } => bd_result_t::BD_TOO_MANY_CLIENTS,
-            BusError::Domain(DomainError::InvalidInstance { .. }) => bd_result_t::BD_INVALID_ARGUMENT,
+            BusError::Inherited { .. } | BusError::Domain(DomainError::InvalidInstance { .. }) => {
+                bd_result_t::BD_INVALID_ARGUMENT
+            }
             BusError::PermissionDenied { .. } | BusError::Domain(DomainError::PermissionDenied { .. }) => {
                 bd_result_t::BD_PERMISSION_DENIED
             }
