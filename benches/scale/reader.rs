@@ -150,7 +150,8 @@ impl Role {
         let mut frames = FrameSubscriber::open(&domain, "scale").expect("the server has been created");
         // The listener must exist before tick 0.
         let events = (self.habit == Habit::Event).then(|| {
-            let member = Member::join(&domain, "scale-events", service::Role::Client).expect("the server has been created");
+            let member =
+                Member::join(&domain, "scale-events", service::Role::Client).expect("the server has been created");
             let events = member.frame_events().expect("the server has created its services");
             (events.listener_builder().create().expect("there is room for every reader"), events, member)
         });

@@ -4,6 +4,7 @@ use core::time::Duration;
 use std::rc::Rc;
 use std::time::Instant;
 
+use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
@@ -238,35 +239,63 @@ impl CommandClient {
         timeout: Duration,
         is_given_up: impl Fn() -> bool,
     ) -> Result<CommandReply, BusError> {
-        let instance = || self.domain.instance().to_string();
-        let is_absent = || !SourceLock::is_held(&self.domain);
-        let command = Command { sender: self.sender.to_wire(), pid: std::process::id(), ..request.to_wire() };
-        let pending = self.client.send_copy(command).map_err(|error| BusError::failed(COMMANDS, error))?;
-        if pending.number_of_server_connections() == 0 || is_absent() {
-            return Err(BusError::NoServer { instance: instance() });
-        }
-        let began = Instant::now();
-        for poll in 1.. {
-            // Read before the reply is received: a server disconnects from a command as soon as it has replied. A killed
-            // server stays connected, but no longer holds its lock.
-            let is_gone = !pending.is_connected() || poll % POLLS_PER_LOOK == 0 && is_absent();
-            let is_late = began.elapsed() >= timeout || is_given_up();
-            if let Some(reply) = pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
-                return Ok(*reply.payload());
-            }
-            if is_gone {
-                break;
+        let mut pending = self.send(request)?;
+        let begun = Instant::now();
+        loop {
+            // Read before the reply is received.
+            let is_late = begun.elapsed() >= timeout || is_given_up();
+            if let Some(reply) = pending.poll()? {
+                return Ok(reply);
             }
             if is_late {
-                return Err(BusError::NoAnswer { instance: instance(), waited: timeout });
+                let instance = self.domain.instance().to_string();
+                return Err(BusError::NoAnswer { instance, waited: timeout });
             }
             std::thread::sleep(POLL_PERIOD);
         }
-        Err(BusError::NoServer { instance: instance() })
+    }
+
+    /// Sends one command, without waiting for its reply.
+    pub(crate) fn send(&self, request: Request) -> Result<PendingReply, BusError> {
+        let command = Command { sender: self.sender.to_wire(), pid: std::process::id(), ..request.to_wire() };
+        let pending = self.client.send_copy(command).map_err(|error| BusError::failed(COMMANDS, error))?;
+        let pending = PendingReply { pending, domain: self.domain.clone(), polls: 0 };
+        if pending.pending.number_of_server_connections() == 0 || !SourceLock::is_held(&self.domain) {
+            return Err(pending.no_server());
+        }
+        Ok(pending)
+    }
+}
+
+/// The reply to a command, which has not arrived yet.
+#[derive(Debug)]
+pub(crate) struct PendingReply {
+    pending: PendingResponse<Service, Command, (), CommandReply, ()>,
+    domain: Domain,
+    polls: u32,
+}
+
+impl PendingReply {
+    /// Returns the reply, if it has arrived. Never waits. Call it every [`POLL_PERIOD`].
+    pub(crate) fn poll(&mut self) -> Result<Option<CommandReply>, BusError> {
+        self.polls = self.polls.wrapping_add(1);
+        // Read before the reply is received: a server disconnects from a command as soon as it has replied. A killed
+        // server stays connected, but no longer holds its lock.
+        let is_dead = self.polls.is_multiple_of(POLLS_PER_LOOK) && !SourceLock::is_held(&self.domain);
+        let is_gone = is_dead || !self.pending.is_connected();
+        match self.pending.receive().map_err(|error| BusError::failed(COMMANDS, error))? {
+            Some(reply) => Ok(Some(*reply.payload())),
+            None if is_gone => Err(self.no_server()),
+            None => Ok(None),
+        }
+    }
+
+    fn no_server(&self) -> BusError {
+        BusError::NoServer { instance: self.domain.instance().to_string() }
     }
 }
 
 /// Period in which a client looks for the reply to its command.
-const POLL_PERIOD: Duration = Duration::from_micros(200);
+pub(crate) const POLL_PERIOD: Duration = Duration::from_micros(200);
 /// Polls after which a client looks whether the server still lives: about 20 ms.
 const POLLS_PER_LOOK: u32 = 100;

@@ -80,6 +80,11 @@ pub enum BusError {
         /// The service.
         service: &'static str,
     },
+    /// The client's name is not 1 to 128 printable ASCII characters.
+    InvalidName {
+        /// The name.
+        name: String,
+    },
     /// This reader holds [`MAX_BORROWED_FRAMES`] frames.
     TooManyFrames,
     /// The dragon was closed, perhaps by another thread.
@@ -176,6 +181,9 @@ impl fmt::Display for BusError {
             ),
             Self::TooManyClients { service } => {
                 write!(formatter, "{service} has as many clients as it allows: stop one of them")
+            }
+            Self::InvalidName { name } => {
+                write!(formatter, "name is {name:?}, must be 1 to 128 printable ASCII characters")
             }
             Self::TooManyFrames => write!(
                 formatter,

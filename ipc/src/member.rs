@@ -2,8 +2,10 @@
 
 use core::fmt::Debug;
 use core::time::Duration;
+use std::fs::Permissions;
+use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::sync::Arc;
-use std::{fs, thread};
+use std::{fs, io, thread};
 
 use iceoryx2::node::NodeCreationFailure;
 use iceoryx2::prelude::{IceoryxSend, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ZeroCopySend};
@@ -17,6 +19,7 @@ use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::frame::{FrameHeader, HandleState};
+use crate::lock_file::if_there;
 use crate::membership::Membership;
 use crate::open_files::require_open_files;
 use crate::reader_report::ReaderReport;
@@ -28,6 +31,7 @@ use crate::service::{
 };
 use crate::space::require_shared_memory;
 use crate::status::Status;
+use crate::sweep::SHARED_MEMORY;
 use crate::trouble::{Sorted, Trouble};
 use crate::wake_page::WakePage;
 
@@ -111,6 +115,7 @@ impl Member {
                 NodeCreationFailure::InsufficientPermissions => BusError::PermissionDenied { service: "the domain" },
                 error => BusError::failed("the domain", error),
             })?;
+        close_to_others(domain).map_err(|error| DomainError::Io { path: SHARED_MEMORY.into(), error })?;
         Ok(Self { node, instance, role, membership: Arc::new(membership) })
     }
 
@@ -330,6 +335,21 @@ where
         .subscriber_max_buffer_size(buffer)
         .subscriber_max_borrowed_samples(borrowed)
         .history_size(history)
+}
+
+/// Gives mode 0600 to the domain's files in shared memory. iceoryx2 creates one, the state of its unique numbers, that every
+/// user may write.
+fn close_to_others(domain: &Domain) -> io::Result<()> {
+    let prefix = domain.prefix();
+    for entry in fs::read_dir(SHARED_MEMORY)?.flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            let Some(metadata) = if_there(entry.metadata())? else { continue };
+            if metadata.uid() == domain.uid() && metadata.mode() & 0o077 != 0 {
+                if_there(fs::set_permissions(entry.path(), Permissions::from_mode(0o600)))?;
+            }
+        }
+    }
+    Ok(())
 }
 
 fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {

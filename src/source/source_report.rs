@@ -192,7 +192,7 @@ impl LoopGauges {
     /// State, show time, lag and overruns of the show, in one line.
     pub(super) fn in_words(&self) -> String {
         let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
-        let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 * 1e-9;
+        let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 / 1e9;
         let [tick, overruns, behind_ns] =
             [&self.tick, &self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
         let behind = if behind_ns > 0 { format!(", {:.1} s behind", behind_ns as f64 * 1e-9) } else { String::new() };

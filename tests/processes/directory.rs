@@ -5,6 +5,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt, chown};
 use std::path::Path;
 use std::process::Command;
 
+use bench_dragon_ipc::FrameSubscriber;
 use tempfile::TempDir;
 use test_support::process::{Ended, Process};
 
@@ -124,4 +125,19 @@ fn iox2_config_prints_the_root_path_and_the_prefix_of_the_instance() {
     let stage = Stage::new();
     let printed = stage.run(&["iox2-config"]).expect_clean().stdout;
     assert_eq!(printed, stage.domain().iceoryx2_toml());
+}
+
+#[test]
+fn no_file_of_an_instance_is_open_to_other_users() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let reader = FrameSubscriber::open(stage.domain(), "test").expect("a server has created the services");
+    let shared: Vec<_> = stage.remains().into_iter().filter(|path| path.starts_with("/dev/shm")).collect();
+    assert!(shared.len() > 10, "{shared:?}");
+    for path in shared {
+        let mode = fs::metadata(&path).expect("the server keeps it").mode() & 0o777;
+        assert_eq!(mode & 0o077, 0, "{} has mode {mode:04o}", path.display());
+    }
+    drop(reader);
+    server.stop();
 }

@@ -40,7 +40,8 @@ def indexed_ticks(path):
         reader = SeekingReader(stream, validate_crcs=True)
         summary = reader.get_summary()
         ticks = [tick(message.data) for _, _, message in reader.iter_messages(topics=[TOPIC])]
-    assert bool(summary.chunk_indexes) == bool(ticks)
+    # A file without frames may still have a chunk of commands.
+    assert summary.chunk_indexes or not ticks
     return ticks
 
 

@@ -38,11 +38,11 @@
  * a client is killed or crashes, the next process on the bus removes its remains.
  *
  * The end: the last frame of a run that ends in order has the state BD_ENDED. A server that was killed
- * sends no such frame. bd_dragon_source tells ended, lost and hanging servers apart.
+ * sends no such frame. bd_dragon_source distinguishes ended, lost and hanging servers.
  *
  * Threads: every function may be called from any thread, and objects may be used, released and closed by
  * other threads than those that opened them. Several threads may wait for frames; each frame goes to one
- * of them. Calls for alerts exclude each other, and so do commands. bd_dragon_close ends every wait with
+ * of them. Calls for alerts exclude each other; four commands may wait at a time. bd_dragon_close ends every wait with
  * BD_CLOSED, and so ends every later call on that dragon. No thread may use a frame or a description
  * after its release. Each thread has its own text of bd_last_error. A child process after fork() must
  * open its own dragon: calls on an inherited one fail with BD_INVALID_ARGUMENT.
@@ -614,7 +614,7 @@ const char *bd_version(void);
 
 /**
  * Opens an instance of the bus as a client. `instance` is 1 to 24 characters of a-z, 0-9 and -; NULL is the default,
- * "dragon". `name` has 1 to 128 bytes and identifies this client in lists of processes.
+ * "dragon". `name` has 1 to 128 printable ASCII characters and identifies this client in lists of processes.
  *
  * Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open dragon outlives its server: the frames
  * of the next server follow, with `BD_RESTARTED`.

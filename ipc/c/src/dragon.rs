@@ -14,9 +14,6 @@ use bench_dragon_ipc::{BusError, Domain, Dragon, Instance, SourceState};
 
 use crate::result::{Failure, answer, bd_result_t};
 
-/// Greatest length of a client's name in bytes: the limit of iceoryx2.
-const MAX_NAME_LEN: usize = 128;
-
 /// A client of one instance of the bus.
 ///
 /// Any thread may use it, also while other threads wait. Each frame goes to one of the threads that read. Close it with
@@ -42,10 +39,6 @@ pub(crate) fn opened(handle: *const bd_dragon_t) -> Result<Arc<Dragon>, Failure>
 fn open(instance: Option<&str>, name: &str, timeout_ns: u64) -> Result<*mut bd_dragon_t, Failure> {
     static NUMBER: AtomicUsize = AtomicUsize::new(1);
     let instance = instance.map_or_else(|| Ok(Instance::default()), Instance::new).map_err(BusError::from)?;
-    if name.is_empty() || name.len() > MAX_NAME_LEN {
-        let text = format!("name is {name:?}, must be 1 to {MAX_NAME_LEN} bytes");
-        return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
-    }
     let domain = Domain::new(instance).map_err(BusError::from)?;
     let dragon = Dragon::open(&domain, name, Duration::from_nanos(timeout_ns))?;
     let number = NUMBER.fetch_add(1, Relaxed);
@@ -54,7 +47,7 @@ fn open(instance: Option<&str>, name: &str, timeout_ns: u64) -> Result<*mut bd_d
 }
 
 /// Opens an instance of the bus as a client. `instance` is 1 to 24 characters of a-z, 0-9 and -; NULL is the default,
-/// "dragon". `name` has 1 to 128 bytes and identifies this client in lists of processes.
+/// "dragon". `name` has 1 to 128 printable ASCII characters and identifies this client in lists of processes.
 ///
 /// Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open dragon outlives its server: the frames
 /// of the next server follow, with `BD_RESTARTED`.

@@ -71,9 +71,9 @@ impl From<BusError> for Failure {
             BusError::Closed { .. } => bd_result_t::BD_CLOSED,
             BusError::TooManyFrames => bd_result_t::BD_TOO_MANY_FRAMES,
             BusError::TooManyClients { .. } => bd_result_t::BD_TOO_MANY_CLIENTS,
-            BusError::Inherited { .. } | BusError::Domain(DomainError::InvalidInstance { .. }) => {
-                bd_result_t::BD_INVALID_ARGUMENT
-            }
+            BusError::Inherited { .. }
+            | BusError::InvalidName { .. }
+            | BusError::Domain(DomainError::InvalidInstance { .. }) => bd_result_t::BD_INVALID_ARGUMENT,
             BusError::PermissionDenied { .. } | BusError::Domain(DomainError::PermissionDenied { .. }) => {
                 bd_result_t::BD_PERMISSION_DENIED
             }

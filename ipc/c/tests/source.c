@@ -1,4 +1,4 @@
-/* Tells how a server ended: source INSTANCE. Prints "reading" at the first frame, and the state of the source as soon as it no
+/* Reports how a server ended: source INSTANCE. Prints "reading" at the first frame, and the state of the source as soon as it no
  * longer publishes. Then sends a command, and prints its result. */
 
 #include "client.h"

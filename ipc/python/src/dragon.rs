@@ -1,9 +1,10 @@
 //! The client of an instance.
 
+use std::cell::Cell;
 use std::os::fd::RawFd;
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, Domain, Instance, IntoBytes as _, Request, SourceState};
+use bench_dragon_ipc::{BusError, CommandReply, Domain, Instance, IntoBytes as _, Request, SourceState};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -83,7 +84,7 @@ impl Dragon {
             _ => unreachable!("the package sends these kinds only"),
         };
         let timeout = timeout_ns.map_or(Duration::MAX, Duration::from_nanos);
-        let reply = py.detach(|| self.bus.call(request, timeout)).map_err(|error| raised(py, &error))?;
+        let reply = py.detach(|| self.call_until_signal(request, timeout))?.map_err(|error| raised(py, &error))?;
         reply.outcome().map_err(|refusal| refused(py, refusal, &request, &reply))
     }
 
@@ -99,6 +100,25 @@ impl Dragon {
 
     fn close(&self, py: Python<'_>) {
         py.detach(|| self.bus.close());
+    }
+}
+
+impl Dragon {
+    /// Calls the server, and looks for signals meanwhile. The outer error is the exception of a signal's handler.
+    fn call_until_signal(&self, request: Request, timeout: Duration) -> PyResult<Result<CommandReply, BusError>> {
+        let (looked, raised) = (Cell::new(Instant::now()), Cell::new(None));
+        let is_given_up = || {
+            if looked.get().elapsed() >= SLICE {
+                looked.set(Instant::now());
+                raised.set(Python::attach(Python::check_signals).err());
+            }
+            let error = raised.take();
+            let is_raised = error.is_some();
+            raised.set(error);
+            is_raised
+        };
+        let outcome = self.bus.call_unless(request, timeout, is_given_up);
+        raised.take().map_or(Ok(outcome), Err)
     }
 }
 

@@ -8,7 +8,9 @@ use pyo3::prelude::*;
 pub(crate) fn raised(py: Python<'_>, error: &BusError) -> PyErr {
     let text = error.to_string();
     let class = match error {
-        BusError::Closed { .. } | BusError::Inherited { .. } => return PyValueError::new_err(text),
+        BusError::Closed { .. } | BusError::Inherited { .. } | BusError::InvalidName { .. } => {
+            return PyValueError::new_err(text);
+        }
         BusError::NoServer { .. } => "NoServer",
         BusError::NoAnswer { .. } => "NoAnswer",
         BusError::HalfMade { .. } => "HalfMade",

@@ -5,6 +5,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import threading
 from pathlib import Path
 
 import pytest
@@ -131,6 +133,37 @@ def test_a_command_without_a_reply_in_time_raises_no_answer(stage):
                 dragon.pause(timeout_s)
         server.process.send_signal(signal.SIGCONT)
         assert dragon.resume(PATIENCE_S) > 0
+    server.stop()
+
+
+def test_ctrl_c_ends_a_command_to_a_suspended_server(stage):
+    server = stage.serve("--rate", "20")
+    script = "import sys; from bench_dragon import Dragon; dragon = Dragon(sys.argv[1]); print(flush=True); dragon.pause(None)"
+    reader = stage.start_python("-c", "import sys; sys.stdin.readline();" + script, stage.instance, stdin=subprocess.PIPE)
+    reader.stdin.write("\n")
+    reader.stdin.flush()
+    reader.stdout.readline()
+    server.suspend()
+    reader.send_signal(signal.SIGINT)
+    assert reader.wait(PATIENCE_S) in (-signal.SIGINT, 0), "an accepted pause ends the program, too"
+    server.process.send_signal(signal.SIGCONT)
+    server.stop()
+
+
+def test_a_hold_does_not_wait_for_the_command_of_another_thread(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        dragon.resume(PATIENCE_S)
+        server.suspend()
+        threads = [threading.Thread(target=dragon.pause, args=(PATIENCE_S,)) for _ in range(2)]
+        for thread in threads:
+            thread.start()
+        with pytest.raises(NoAnswer):
+            dragon.hold(0.1)
+        assert all(thread.is_alive() for thread in threads), "the other commands still wait"
+        server.process.send_signal(signal.SIGCONT)
+        for thread in threads:
+            thread.join(PATIENCE_S)
     server.stop()
 
 

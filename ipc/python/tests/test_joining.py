@@ -147,11 +147,21 @@ def test_a_server_with_another_layout_is_a_version_mismatch(stage):
         Dragon(stage.instance, timeout_s=0)
 
 
-def test_a_name_that_iceoryx2_does_not_allow_is_refused(stage):
+@pytest.mark.parametrize("name", ["", "x" * 129, "b\u00e4r", "a\nb"])
+def test_a_bad_name_of_a_client_is_refused(stage, name):
     server = stage.serve("--rate", "50")
-    with pytest.raises(BusError, match="the node's name"):
-        Dragon(stage.instance, name="x" * 200)
+    with pytest.raises(ValueError, match="^name is \".*\", must be 1 to 128 printable ASCII characters$"):
+        Dragon(stage.instance, name=name)
     server.stop()
+
+
+@pytest.mark.parametrize("end", ["stop", "kill"])
+def test_the_services_that_another_reader_keeps_are_no_server(stage, end):
+    server = stage.serve("--rate", "50")
+    with Dragon(stage.instance):
+        getattr(server, end)()
+        with pytest.raises(NoServer):
+            Dragon(stage.instance, timeout_s=0)
 
 
 def test_too_few_open_files_are_out_of_resources(stage):
@@ -172,8 +182,6 @@ except OutOfResources as error:
 
 LIE = STOCK_NODE + """
 from bench_dragon import FrameHeader, HandleState
-for wire_type in (FrameHeader, HandleState):
-    wire_type.type_name = classmethod(lambda cls: cls.TYPE_NAME)
 service = frames.publish_subscribe(iox2.Slice[HandleState]).user_header(FrameHeader).open()
 publisher = service.publisher_builder().initial_max_slice_len(3).create()
 sample = publisher.loan_slice_uninit(3)

@@ -79,7 +79,7 @@ impl Screen {
         let found =
             snapshot.alerts.log.since(self.seen_alerts).filter(|it| it.event.alert_kind() == Some(AlertKind::Contact));
         if let Some(alert) = found.last().map(|numbered| numbered.event) {
-            self.past_contact = alert.pair().map(|pair| contact(pair, alert.sim_time_ns as f64 * 1e-9));
+            self.past_contact = alert.pair().map(|pair| contact(pair, alert.sim_time_ns as f64 / 1e9));
         }
         self.seen_alerts = snapshot.alerts.log.total;
     }

@@ -243,7 +243,7 @@ impl Server {
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
-        let sim_time_s = self.simulation.motion.head().sim_time_ns as f64 * 1e-9;
+        let sim_time_s = self.simulation.motion.head().sim_time_ns as f64 / 1e9;
         let (catch_up, rate_hz) = (*self.simulation.motion.catch_up(), self.settings.config.tables().serve.rate_hz);
         let [behind_s, most_behind_s] =
             [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);

@@ -33,7 +33,7 @@ class Dragon:
     A dragon outlives a server: the frames of the next server follow with `Continuity.RESTARTED`.
 
     Use it in a `with` block, or call `close`. Any thread may use a dragon, also while other threads wait; each frame
-    goes to one of the threads that read. `close` from any thread ends every wait with `ValueError`. For asyncio, use
+    goes to one of the threads that read. A dragon lends four frames in all, and a loop holds two. `close` from any thread ends every wait with `ValueError`. For asyncio, use
     `async for frame in dragon`; for other event loops, `fileno`.
 
     A forked child must open its own dragon. The inherited one does no harm to the parent, even when the child exits.
@@ -121,7 +121,7 @@ class Dragon:
     def source(self, limit_s: float = _LIMIT_S) -> SourceState:
         """Returns whether the server publishes, and if not, why. Call it after a wait without a frame: frames that were
         not read yet do not count. `limit_s` is the age in seconds from which the newest frame is too old."""
-        return SourceState(self._bus.source(_ns(limit_s) or 0))
+        return SourceState(self._bus.source(_LONGEST_NS if (limit_ns := _ns(limit_s)) is None else limit_ns))
 
     @property
     def lost(self) -> int:
@@ -293,6 +293,7 @@ def _ns(timeout_s: float | None) -> int | None:
 
 _LONGEST_S = 1e9
 """Timeout in seconds from which a wait has no limit: thirty years."""
+_LONGEST_NS = 2**64 - 1
 
 
 async def _readable(descriptor: int) -> None:

@@ -2,7 +2,7 @@
 
 import ctypes
 import enum
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 _MOST_SHOWN = 6
 
@@ -12,6 +12,16 @@ class WireType(ctypes.Structure):
 
     TYPE_NAME: ClassVar[str]
     """Name and version of the layout, as on the bus."""
+
+    @classmethod
+    def type_name(cls) -> str:
+        """Returns the name of the layout. The package `iceoryx2` compares types by it."""
+        return cls.TYPE_NAME
+
+    @classmethod
+    def copy_from(cls, address: int) -> Self:
+        """Returns a copy of the structure at an address."""
+        return cls.from_buffer_copy(ctypes.string_at(address, ctypes.sizeof(cls)))
 
     def fields(self) -> dict[str, Any]:
         """Returns the values by name, with arrays as lists."""

@@ -1,34 +1,31 @@
 //! Client of an instance for any number of threads. The libraries for C and Python are layers over it.
 
-#![allow(unsafe_code, reason = "frames are lent across threads")]
-
-use core::mem::ManuallyDrop;
-use core::ptr::NonNull;
 use core::sync::atomic::Ordering::{Acquire, Relaxed, SeqCst};
-use core::sync::atomic::{AtomicBool, AtomicU64};
 use std::os::fd::RawFd;
-use std::rc::Rc;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::alert::Alert;
-use crate::client::{AlertSubscriber, CommandClient, Description, DescriptionReader, StatusReader};
+use crate::client::{AlertSubscriber, CommandClient, Description, POLL_PERIOD};
 use crate::command::{CommandReply, Request};
-use crate::confined::Confined;
-use crate::continuity::Continuity;
 use crate::domain::Domain;
 use crate::error::BusError;
-use crate::forks::Process;
-use crate::frame::{FrameHeader, HandleState};
-use crate::service::{MAX_BORROWED_FRAMES, Member, Role};
+use crate::source_lock::SourceLock;
 use crate::source_state::SourceState;
 use crate::status::Status;
 use crate::subscriber::{Frame, FrameSubscriber};
 use crate::wake_descriptor::WakeDescriptor;
-use crate::wake_page::WakePage;
 use crate::wake_word;
 
+mod lent_frame;
+mod shared;
+
+pub use lent_frame::LentFrame;
+use shared::{Commands, ReaderPorts, Readers, Shared};
+
+/// Greatest length of a client's name in bytes: the limit of iceoryx2.
+const MAX_NAME_LEN: usize = 128;
 /// Period in which a call looks for a server, a description or a status, while it waits for one.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
 /// Longest time for which a call that waits for alerts does not notice that the dragon was closed.
@@ -47,65 +44,27 @@ pub struct Dragon {
     shared: Arc<Shared>,
 }
 
-/// State that a dragon shares with the frames that it has lent.
-#[derive(Debug)]
-struct Shared {
-    domain: Domain,
-    name: String,
-    process: Process,
-    is_closed: Arc<AtomicBool>,
-    wake: Arc<WakePage>,
-    descriptor: Mutex<Option<WakeDescriptor>>,
-    /// Slots whose frame was released. The next read drops the sample.
-    returned: [AtomicBool; MAX_BORROWED_FRAMES],
-    lost: AtomicU64,
-    // Never dropped in a forked child.
-    readers: ManuallyDrop<Confined<Readers>>,
-    alerts: ManuallyDrop<Confined<Option<AlertSubscriber>>>,
-    commands: ManuallyDrop<Confined<Option<CommandClient>>>,
-}
-
-/// The ports of one member, which are read without waiting. Samples share the member's state, so they are behind the same
-/// lock.
-#[derive(Debug)]
-struct Readers {
-    lent: [Option<Frame>; MAX_BORROWED_FRAMES],
-    /// `None` after the dragon was closed.
-    ports: Option<ReaderPorts>,
-}
-
-#[derive(Debug)]
-struct ReaderPorts {
-    frames: FrameSubscriber,
-    descriptions: DescriptionReader,
-    description: Option<Description>,
-    statuses: StatusReader,
-    status: Option<Box<Status>>,
-}
-
 impl Dragon {
     /// Opens an instance under a node name that `iox2 node list` shows. Waits for a server at most `timeout`; 0 does not
     /// wait.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server appears in time; else as [`FrameSubscriber::open`].
+    /// [`BusError::NoServer`] where no server runs in time, [`BusError::InvalidName`] for a name that is not 1 to 128
+    /// printable ASCII characters; else as [`FrameSubscriber::open`].
     pub fn open(domain: &Domain, name: &str, timeout: Duration) -> Result<Self, BusError> {
-        let ports = look(timeout, || ReaderPorts::open(domain, name).map(Some))?.expect("an attempt opens or fails");
-        Ok(Self {
-            shared: Arc::new(Shared {
-                domain: domain.clone(),
-                name: name.to_owned(),
-                process: Process::this(),
-                is_closed: Arc::default(),
-                wake: Arc::clone(ports.frames.wake_page()),
-                descriptor: Mutex::default(),
-                returned: Default::default(),
-                lost: AtomicU64::new(0),
-                readers: ManuallyDrop::new(Confined::new(Readers { lent: Default::default(), ports: Some(ports) })),
-                alerts: ManuallyDrop::new(Confined::new(None)),
-                commands: ManuallyDrop::new(Confined::new(None)),
-            }),
-        })
+        if !(1..=MAX_NAME_LEN).contains(&name.len()) || !name.bytes().all(|byte| (b' '..=b'~').contains(&byte)) {
+            return Err(BusError::InvalidName { name: name.to_owned() });
+        }
+        let open = || {
+            // Other clients may hold the services of a server that has ended.
+            if SourceLock::is_held(domain) {
+                ReaderPorts::open(domain, name).map(Some)
+            } else {
+                Err(BusError::NoServer { instance: domain.instance().to_string() })
+            }
+        };
+        let ports = look(timeout, open)?.expect("an attempt opens or fails");
+        Ok(Self { shared: Arc::new(Shared::new(domain, name, ports)) })
     }
 
     /// Returns the oldest unread frame, or `None` if all are read. Never waits.
@@ -206,21 +165,71 @@ impl Dragon {
         }
     }
 
-    /// Sends a command and waits for its reply at most `timeout`.
+    /// Sends a command and waits for its reply at most `timeout`. Commands of several threads do not wait for each other,
+    /// up to [`MAX_ACTIVE_REQUESTS`](crate::service::MAX_ACTIVE_REQUESTS) at a time.
     ///
     /// # Errors
     /// As [`CommandClient::call`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
-        self.check()?;
+        self.call_unless(request, timeout, || false)
+    }
+
+    /// Does the same as [`Dragon::call`], but also stops waiting as soon as `is_given_up` returns `true`. The command may
+    /// still be executed.
+    ///
+    /// # Errors
+    /// As [`Dragon::call`].
+    pub fn call_unless(
+        &self,
+        request: Request,
+        timeout: Duration,
+        is_given_up: impl Fn() -> bool,
+    ) -> Result<CommandReply, BusError> {
+        let begun = Instant::now();
+        let mut slot = None;
+        loop {
+            let is_late = begun.elapsed() >= timeout || is_given_up();
+            let outcome = self.check().and_then(|()| self.poll_command(request, &mut slot));
+            match outcome {
+                Ok(None) if is_late => {}
+                Ok(None) => {
+                    thread::sleep(POLL_PERIOD);
+                    continue;
+                }
+                outcome => return outcome.map(|reply| reply.expect("nothing is handled above")),
+            }
+            self.forget_command(slot);
+            return Err(BusError::NoAnswer { instance: self.instance(), waited: timeout });
+        }
+    }
+
+    /// Sends a command as soon as a slot is free, then looks for its reply. Never waits.
+    fn poll_command(&self, request: Request, slot: &mut Option<usize>) -> Result<Option<CommandReply>, BusError> {
         let Shared { domain, name, .. } = &*self.shared;
-        let mut client = self.shared.commands.lock();
+        let mut commands = self.shared.commands.lock();
+        let Commands { client, pending } = &mut *commands;
         if client.is_none() {
             *client = Some(CommandClient::open(domain, name)?);
         }
-        self.check()?;
-        let client = client.as_ref().expect("the client was opened above");
-        let outcome = client.call_unless(request, timeout, || self.shared.is_closed.load(Acquire));
-        if outcome.is_err() { self.check().and(outcome) } else { outcome }
+        if slot.is_none() {
+            *slot = pending.iter().position(Option::is_none);
+            let Some(free) = *slot else { return Ok(None) };
+            let client = client.as_ref().expect("the client was opened above");
+            pending[free] = Some(client.send(request)?);
+        }
+        let sent = &mut pending[slot.expect("the command was sent")];
+        let reply = sent.as_mut().ok_or_else(|| self.closed())?.poll();
+        if !matches!(reply, Ok(None)) {
+            *sent = None;
+        }
+        reply
+    }
+
+    /// Drops a command whose reply nobody waits for any more.
+    fn forget_command(&self, slot: Option<usize>) {
+        if let Some(slot) = slot {
+            self.shared.commands.lock().pending[slot] = None;
+        }
     }
 
     /// A file descriptor that is readable when a frame may be unread, for `poll`, `epoll` and event loops. It also becomes
@@ -252,7 +261,7 @@ impl Dragon {
         // A thread that waits with the descriptor is woken by it.
         shared.wake.raise();
         drop(shared.descriptor.lock().unwrap_or_else(PoisonError::into_inner).take());
-        shared.commands.lock().take();
+        shared.commands.lock().close();
         shared.alerts.lock().take();
         let mut readers = shared.readers.lock();
         shared.drop_returned(&mut readers);
@@ -336,101 +345,6 @@ impl Dragon {
 impl Drop for Dragon {
     fn drop(&mut self) {
         self.close();
-    }
-}
-
-impl ReaderPorts {
-    fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
-        let member = Rc::new(Member::join(domain, name, Role::Client)?);
-        Ok(Self {
-            frames: FrameSubscriber::of(&member, domain, name)?,
-            descriptions: DescriptionReader::of(&member)?,
-            description: None,
-            statuses: StatusReader::of(&member)?,
-            status: None,
-        })
-    }
-}
-
-impl Shared {
-    /// Marks a frame as released. Waits for no reader, unless the dragon is closed.
-    fn take_back(&self, slot: usize) {
-        self.returned[slot].store(true, SeqCst);
-        // After the closing, nobody reads any more.
-        if self.is_closed.load(SeqCst) && self.process.is_this() {
-            self.drop_returned(&mut self.readers.lock());
-        }
-    }
-
-    /// Drops the samples of released frames.
-    fn drop_returned(&self, readers: &mut Readers) {
-        for (frame, returned) in readers.lent.iter_mut().zip(&self.returned) {
-            // Only the holder of a lent frame marks its slot, and only once. So a mark never belongs to an earlier frame
-            // of the slot.
-            if returned.swap(false, SeqCst) {
-                *frame = None;
-            }
-        }
-    }
-}
-
-impl Drop for Shared {
-    fn drop(&mut self) {
-        if self.process.is_this() {
-            // SAFETY: nothing uses the ports after this.
-            unsafe {
-                ManuallyDrop::drop(&mut self.commands);
-                ManuallyDrop::drop(&mut self.alerts);
-                ManuallyDrop::drop(&mut self.readers);
-            }
-        }
-    }
-}
-
-/// A frame that a [`Dragon`] has lent, in place in shared memory. Nothing in it changes while it is held. Any thread may
-/// read and release it, also after the dragon and the server have ended.
-#[derive(Debug)]
-pub struct LentFrame {
-    header: NonNull<FrameHeader>,
-    handles: NonNull<[HandleState]>,
-    continuity: Continuity,
-    /// Slot in which the dragon keeps the sample while this frame exists.
-    slot: usize,
-    shared: Arc<Shared>,
-}
-
-// SAFETY: the pointers are to memory that nothing changes, and `Shared` may be used by any thread.
-unsafe impl Send for LentFrame {}
-// SAFETY: as above.
-unsafe impl Sync for LentFrame {}
-
-impl LentFrame {
-    fn of(frame: &Frame, slot: usize, shared: Arc<Shared>) -> Self {
-        let (header, handles) = (NonNull::from(frame.header()), NonNull::from(frame.handles()));
-        Self { header, handles, continuity: frame.continuity(), slot, shared }
-    }
-
-    /// Values of the frame that concern the whole dragon.
-    pub fn header(&self) -> &FrameHeader {
-        // SAFETY: the pointer is into the sample, which the dragon keeps until `self` is dropped.
-        unsafe { self.header.as_ref() }
-    }
-
-    /// The handles, head first; one more than there are benches.
-    pub fn handles(&self) -> &[HandleState] {
-        // SAFETY: as in `header`.
-        unsafe { self.handles.as_ref() }
-    }
-
-    /// Relation of the frame to the previously received one.
-    pub fn continuity(&self) -> Continuity {
-        self.continuity
-    }
-}
-
-impl Drop for LentFrame {
-    fn drop(&mut self) {
-        self.shared.take_back(self.slot);
     }
 }
 

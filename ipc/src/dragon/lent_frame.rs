@@ -1,0 +1,58 @@
+//! A frame that a dragon has lent.
+
+#![allow(unsafe_code, reason = "frames are lent across threads")]
+
+use core::ptr::NonNull;
+use std::sync::Arc;
+
+use super::shared::Shared;
+use crate::continuity::Continuity;
+use crate::frame::{FrameHeader, HandleState};
+use crate::subscriber::Frame;
+
+/// A frame that a [`Dragon`](super::Dragon) has lent, in place in shared memory. Nothing in it changes while it is held. Any thread may
+/// read and release it, also after the dragon and the server have ended.
+#[derive(Debug)]
+pub struct LentFrame {
+    header: NonNull<FrameHeader>,
+    handles: NonNull<[HandleState]>,
+    continuity: Continuity,
+    /// Slot in which the dragon keeps the sample while this frame exists.
+    slot: usize,
+    shared: Arc<Shared>,
+}
+
+// SAFETY: the pointers are to memory that nothing changes, and `Shared` may be used by any thread.
+unsafe impl Send for LentFrame {}
+// SAFETY: as above.
+unsafe impl Sync for LentFrame {}
+
+impl LentFrame {
+    pub(super) fn of(frame: &Frame, slot: usize, shared: Arc<Shared>) -> Self {
+        let (header, handles) = (NonNull::from(frame.header()), NonNull::from(frame.handles()));
+        Self { header, handles, continuity: frame.continuity(), slot, shared }
+    }
+
+    /// Values of the frame that concern the whole dragon.
+    pub fn header(&self) -> &FrameHeader {
+        // SAFETY: the pointer is into the sample, which the dragon keeps until `self` is dropped.
+        unsafe { self.header.as_ref() }
+    }
+
+    /// The handles, head first; one more than there are benches.
+    pub fn handles(&self) -> &[HandleState] {
+        // SAFETY: as in `header`.
+        unsafe { self.handles.as_ref() }
+    }
+
+    /// Relation of the frame to the previously received one.
+    pub fn continuity(&self) -> Continuity {
+        self.continuity
+    }
+}
+
+impl Drop for LentFrame {
+    fn drop(&mut self) {
+        self.shared.take_back(self.slot);
+    }
+}
