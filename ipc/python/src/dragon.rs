@@ -110,7 +110,7 @@ impl Dragon {
         let is_given_up = || {
             if looked.get().elapsed() >= SLICE {
                 looked.set(Instant::now());
-                raised.set(Python::attach(Python::check_signals).err());
+                raised.set(signal_error());
             }
             let error = raised.take();
             let is_raised = error.is_some();
@@ -120,6 +120,11 @@ impl Dragon {
         let outcome = self.bus.call_unless(request, timeout, is_given_up);
         raised.take().map_or(Ok(outcome), Err)
     }
+}
+
+/// Returns the exception of a signal's handler, if a signal has arrived.
+fn signal_error() -> Option<PyErr> {
+    Python::attach(|py| -> PyResult<()> { py.check_signals() }).err()
 }
 
 /// Calls `read` with one slice of the timeout after the other, until it returns a value. Other Python threads run during a
