@@ -122,6 +122,10 @@ frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames"))
 """
 
 OTHER_LAYOUT = STOCK_NODE + """
+import fcntl
+# A source holds this lock.
+lock = open(sys.argv[1] + "/source.lock", "w")
+fcntl.flock(lock, fcntl.LOCK_EX)
 service = frames.publish_subscribe(iox2.Slice[ctypes.c_uint8]).create()
 print("created", flush=True)
 sys.stdin.read()

@@ -10,6 +10,7 @@ use crate::alert::Alert;
 use crate::client::{AlertSubscriber, CommandClient, Description, POLL_PERIOD};
 use crate::command::{CommandReply, Request};
 use crate::domain::Domain;
+use crate::domain_error::DomainError;
 use crate::error::BusError;
 use crate::source_lock::SourceLock;
 use crate::source_state::SourceState;
@@ -55,13 +56,13 @@ impl Dragon {
         if !(1..=MAX_NAME_LEN).contains(&name.len()) || !name.bytes().all(|byte| (b' '..=b'~').contains(&byte)) {
             return Err(BusError::InvalidName { name: name.to_owned() });
         }
-        let open = || {
-            // Other clients may hold the services of a server that has ended.
-            if SourceLock::is_held(domain) {
-                ReaderPorts::open(domain, name).map(Some)
-            } else {
+        let open = || match domain.check_directory() {
+            // Without this, other clients that hold the services of a server that has ended would look like a server.
+            Ok(()) if SourceLock::is_held(domain) => ReaderPorts::open(domain, name).map(Some),
+            Ok(()) | Err(DomainError::Missing { .. }) => {
                 Err(BusError::NoServer { instance: domain.instance().to_string() })
             }
+            Err(error) => Err(error.into()),
         };
         let ports = look(timeout, open)?.expect("an attempt opens or fails");
         Ok(Self { shared: Arc::new(Shared::new(domain, name, ports)) })
