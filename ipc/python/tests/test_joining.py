@@ -220,7 +220,7 @@ def test_one_reader_too_many_is_refused(stage):
 def test_ctrl_c_ends_the_example(stage):
     server = stage.serve("--rate", "50")
     example = stage.start_python(str(EXAMPLES / "head.py"), stage.instance)
-    assert example.stdout.readline().partition(" s: head at ")[2] != ""
+    assert example.stdout.readline().partition(" s: front hinge ")[2] != ""
     example.send_signal(signal.SIGINT)
     assert example.wait(PATIENCE_S) == 0
     server.stop()

@@ -12,6 +12,7 @@ use crate::command::{CommandReply, Request};
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
+use crate::service::{Member, Role};
 use crate::source_lock::SourceLock;
 use crate::source_state::SourceState;
 use crate::status::Status;
@@ -64,6 +65,10 @@ impl Dragon {
             }
             Err(error) => Err(error.into()),
         };
+        if !SourceLock::is_held(domain) && domain.check_directory().is_ok() {
+            // Joining removes what killed processes have left. The attempts that follow report every error.
+            drop(Member::join(domain, name, Role::Client));
+        }
         let ports = look(timeout, open)?.expect("an attempt opens or fails");
         Ok(Self { shared: Arc::new(Shared::new(domain, name, ports)) })
     }
