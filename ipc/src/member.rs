@@ -149,7 +149,8 @@ impl Member {
     /// Opens the page with the wake word of the frames.
     ///
     /// # Errors
-    /// As [`WakePage::create`] and [`WakePage::open`].
+    /// [`BusError::VersionMismatch`] for a client of a source of an earlier version, which creates no page.
+    /// [`BusError::SharedMemoryUnusable`] and [`BusError::Domain`] where the page cannot be created or mapped.
     pub fn wake_page(&self) -> Result<WakePage, BusError> {
         match self.role {
             Role::Source { .. } => WakePage::create(self.membership.domain()),

@@ -5,7 +5,7 @@
 //! directory. The first source creates page and link, and later sources use them again. The last member to leave removes
 //! them with the rest of the domain. So a reader keeps its page through all restarts.
 //!
-//! The word is the first four bytes, in the machine's byte order; see [`wake_word`](crate::wake_word) for its protocol. The
+//! The word is the first four bytes, in the machine's byte order; see [`wake_word`] for its protocol. The
 //! other bytes are 0.
 
 #![allow(unsafe_code, reason = "maps shared memory")]

@@ -37,7 +37,7 @@ const ALERT_SLICE: Duration = Duration::from_millis(20);
 ///
 /// Any thread may use it, also while others wait. Each frame goes to one of the threads that read. [`Dragon::close`] from
 /// any thread ends every wait. A dragon outlives its server: the frames of the next server follow with
-/// [`Continuity::Restarted`].
+/// [`Continuity::Restarted`](crate::Continuity::Restarted).
 ///
 /// A forked child inherits the dragon without a membership: every call fails with [`BusError::Inherited`], and dropping it
 /// has no effect.
@@ -76,7 +76,8 @@ impl Dragon {
     /// Returns the oldest unread frame, or `None` if all are read. Never waits.
     ///
     /// # Errors
-    /// [`BusError::TooManyFrames`] where [`MAX_BORROWED_FRAMES`] frames are held; else as [`FrameSubscriber::receive`].
+    /// [`BusError::TooManyFrames`] where [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames
+    /// are held; else as [`FrameSubscriber::receive`].
     /// Like every call: [`BusError::Closed`] and [`BusError::Inherited`].
     pub fn receive(&self) -> Result<Option<LentFrame>, BusError> {
         let frame = self.lend(FrameSubscriber::receive)?;
@@ -124,7 +125,7 @@ impl Dragon {
     /// publishes its own.
     ///
     /// # Errors
-    /// As [`DescriptionReader::poll`]; [`BusError::NoServer`] where none has arrived and no server runs.
+    /// As [`DescriptionReader::poll`](crate::DescriptionReader::poll); [`BusError::NoServer`] where none has arrived and no server runs.
     pub fn description(&self, timeout: Duration) -> Result<Option<Description>, BusError> {
         self.latest_value(timeout, |ports| {
             while let Some(description) = ports.descriptions.poll()? {
