@@ -22,7 +22,7 @@ fn main() {
     shared::require_no_arguments();
     let readers = [("c", vec![c_reader()]), ("python", vec![python(), Path::new(SOURCES).join("reader.py")])];
     let domain = domain(INSTANCE);
-    let _server = Program::start(&domain, &["serve", "--rate", "1000", "--format", "json"]);
+    let _server = Program::start(&domain, &["serve", "--rate", "1000"]);
     let mut all: [Vec<f64>; 2] = Default::default();
     let mut ratios = Vec::new();
     for _ in 0..TURNS {
