@@ -13,4 +13,4 @@ with Dragon(sys.argv[1], name="reader-python", timeout_s=60) as dragon:
         now_ns = time.monotonic_ns()
         latencies_ns.append(now_ns - frame.header.published_ns)
 print(*latencies_ns, sep="\n")
-sys.exit(total == 0.0)
+sys.exit(int(total == 0.0))
