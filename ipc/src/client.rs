@@ -240,19 +240,8 @@ impl CommandClient {
         is_given_up: impl Fn() -> bool,
     ) -> Result<CommandReply, BusError> {
         let mut pending = self.send(request)?;
-        let begun = Instant::now();
-        loop {
-            // Read before the reply is received.
-            let is_late = begun.elapsed() >= timeout || is_given_up();
-            if let Some(reply) = pending.poll()? {
-                return Ok(reply);
-            }
-            if is_late {
-                let instance = self.domain.instance().to_string();
-                return Err(BusError::NoAnswer { instance, waited: timeout });
-            }
-            std::thread::sleep(POLL_PERIOD);
-        }
+        let no_answer = || BusError::NoAnswer { instance: self.domain.instance().to_string(), waited: timeout };
+        await_reply(timeout, is_given_up, || pending.poll())?.ok_or_else(no_answer)
     }
 
     /// Sends one command, without waiting for its reply.
@@ -264,6 +253,24 @@ impl CommandClient {
             return Err(pending.no_server());
         }
         Ok(pending)
+    }
+}
+
+/// Polls for the reply to a command. `None` as soon as `timeout` has passed or `is_given_up` returns `true`.
+pub(crate) fn await_reply(
+    timeout: Duration,
+    is_given_up: impl Fn() -> bool,
+    mut poll: impl FnMut() -> Result<Option<CommandReply>, BusError>,
+) -> Result<Option<CommandReply>, BusError> {
+    let begun = Instant::now();
+    loop {
+        // Read before the reply is received.
+        let is_late = begun.elapsed() >= timeout || is_given_up();
+        let reply = poll()?;
+        if reply.is_some() || is_late {
+            return Ok(reply);
+        }
+        std::thread::sleep(POLL_PERIOD);
     }
 }
 
@@ -296,6 +303,6 @@ impl PendingReply {
 }
 
 /// Period in which a client looks for the reply to its command.
-pub(crate) const POLL_PERIOD: Duration = Duration::from_micros(200);
+const POLL_PERIOD: Duration = Duration::from_micros(200);
 /// Polls after which a client looks whether the server still lives: about 20 ms.
 const POLLS_PER_LOOK: u32 = 100;

@@ -73,11 +73,14 @@ impl WakePage {
     /// Opens the page of a domain whose source has created the frames.
     ///
     /// # Errors
-    /// [`BusError::VersionMismatch`] where the source has created no page, as earlier versions do.
+    /// [`BusError::VersionMismatch`] where the source has created no page, as earlier versions do. [`BusError::Failed`]
+    /// where somebody has removed it.
     /// [`BusError::SharedMemoryUnusable`] where the page cannot be mapped.
     pub(crate) fn open(domain: &Domain) -> Result<Self, BusError> {
         open(domain).map_err(|error| {
-            if is_missing(&error) {
+            if is_missing(&error) && fs::symlink_metadata(link(domain)).is_ok() {
+                BusError::Failed { service: FRAMES, reason: "the wake page was removed: restart the server".to_owned() }
+            } else if is_missing(&error) {
                 BusError::VersionMismatch { service: FRAMES }
             } else {
                 BusError::SharedMemoryUnusable { error }

@@ -118,7 +118,13 @@ impl Board {
         Approach {
             clearance_m: distance_m,
             point: 0.5 * (nearest.first + nearest.second),
-            direction: (nearest.second - nearest.first) / distance_m,
+            // A corner that is nearest to an edge lies across that edge, whose normal is exact. The difference of two points
+            // that almost touch has few exact digits.
+            direction: if distance_m - separation_m <= nearest.rounding_m() {
+                axis
+            } else {
+                (nearest.second - nearest.first) / distance_m
+            },
         }
     }
 
@@ -190,6 +196,12 @@ struct NearestPoints {
 impl NearestPoints {
     fn distance_m(&self) -> f64 {
         self.first.distance(self.second)
+    }
+
+    /// Rounding of the distance: each coordinate is the sum of a few products.
+    fn rounding_m(&self) -> f64 {
+        const STEPS: f64 = 8.0;
+        STEPS * f64::EPSILON * (self.first.abs().max_element() + self.second.abs().max_element())
     }
 
     fn nearer(self, other: Self) -> Self {

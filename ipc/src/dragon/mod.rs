@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::alert::Alert;
-use crate::client::{AlertSubscriber, CommandClient, Description, POLL_PERIOD};
+use crate::client::{AlertSubscriber, CommandClient, Description, await_reply};
 use crate::command::{CommandReply, Request};
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
@@ -192,22 +192,13 @@ impl Dragon {
         timeout: Duration,
         is_given_up: impl Fn() -> bool,
     ) -> Result<CommandReply, BusError> {
-        let begun = Instant::now();
         let mut slot = None;
-        loop {
-            let is_late = begun.elapsed() >= timeout || is_given_up();
-            let outcome = self.check().and_then(|()| self.poll_command(request, &mut slot));
-            match outcome {
-                Ok(None) if is_late => {}
-                Ok(None) => {
-                    thread::sleep(POLL_PERIOD);
-                    continue;
-                }
-                outcome => return outcome.map(|reply| reply.expect("nothing is handled above")),
-            }
-            self.forget_command(slot);
-            return Err(BusError::NoAnswer { instance: self.instance(), waited: timeout });
+        let poll = || self.check().and_then(|()| self.poll_command(request, &mut slot));
+        if let Some(reply) = await_reply(timeout, is_given_up, poll)? {
+            return Ok(reply);
         }
+        self.forget_command(slot);
+        Err(BusError::NoAnswer { instance: self.instance(), waited: timeout })
     }
 
     /// Sends a command as soon as a slot is free, then looks for its reply. Never waits.

@@ -111,20 +111,28 @@ class Frame:
     """
 
     def __init__(self, lent: _bus.Frame) -> None:
+        # Everything else is read when it is asked for: a loop that reads positions pays for nothing more.
         self._handles: NDArray[np.float64] = np.asarray(lent)
-        self._header = lent.header()
-        self._continuity, self.lost = lent.continuity()
-        """Number of frames lost between the previously received one and this one."""
+        self._lent = lent
 
     @cached_property
     def header(self) -> FrameHeader:
         """Values of the frame that concern the whole dragon."""
-        return FrameHeader.from_buffer_copy(self._header)
+        return FrameHeader.from_buffer_copy(self._lent.header())
 
     @property
     def continuity(self) -> Continuity:
         """Relation of the frame to the previously received one."""
-        return Continuity(self._continuity)
+        return Continuity(self._relation[0])
+
+    @property
+    def lost(self) -> int:
+        """Number of frames lost between the previously received one and this one."""
+        return self._relation[1]
+
+    @cached_property
+    def _relation(self) -> tuple[int, int]:
+        return self._lent.continuity()
 
     @property
     def positions(self) -> NDArray[np.float64]:
@@ -146,8 +154,11 @@ class Frame:
 
     def copy(self) -> Self:
         """Returns the same frame with arrays of its own. Any number of copies may be kept."""
+        # Both are kept by the copy, which does not hold the frame.
+        _ = self.header, self._relation
         copied = copy.copy(self)
         copied._handles = self._handles.copy()
+        del copied._lent
         return copied
 
     def __repr__(self) -> str:
