@@ -345,7 +345,7 @@ fn close_to_others(domain: &Domain) -> io::Result<()> {
     for entry in fs::read_dir(SHARED_MEMORY)?.flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
             let Some(metadata) = if_there(entry.metadata())? else { continue };
-            if metadata.uid() == domain.uid() && metadata.mode() & 0o077 != 0 {
+            if metadata.is_file() && metadata.uid() == domain.uid() && metadata.mode() & 0o077 != 0 {
                 if_there(fs::set_permissions(entry.path(), Permissions::from_mode(0o600)))?;
             }
         }

@@ -25,9 +25,9 @@ const OVERDUE_PERIODS: u64 = 2;
 
 /// Reads the frames of an instance, oldest first.
 ///
-/// Only the caller of [`FrameSubscriber::wait`] waits, and the server wakes all waiting readers in one system call. A reader that is too slow loses its own oldest frames, counts
-/// them, and never delays the server or another reader. A subscriber outlives a server: the frames of the next server
-/// follow with [`Continuity::Restarted`].
+/// Only the caller of [`FrameSubscriber::wait`] waits, and the server wakes all waiting readers in one system call. A reader
+/// that is too slow loses its own oldest frames, counts them, and never delays the server or another reader. A subscriber
+/// outlives a server: the frames of the next server follow with [`Continuity::Restarted`].
 ///
 /// A subscriber sends a [`ReaderReport`](crate::ReaderReport) about once a second, for programs that supervise the
 /// readers. [`FrameSubscriber::receive`] sends it when no frame is unread, so that no frame waits for a report. Only a

@@ -123,7 +123,7 @@ impl<'a> Following<'a> {
         Self { stop, stopped_ns: None }
     }
 
-    /// Waits up to [`WAIT_PERIOD`] for the next frame. The server wakes this reader with one system call per frame.
+    /// Waits up to [`WAIT_PERIOD`] for the next frame. The server wakes all readers that wait in one system call.
     pub(crate) fn wait(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
         self.next(frames, |frames| frames.wait(WAIT_PERIOD))
     }

@@ -666,7 +666,8 @@ bd_result_t bd_dragon_next(const bd_dragon_t *dragon,
 /**
  * Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
  *
- * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is `BD_OK`.
+ * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
+ * `BD_OK`.
  */
 bd_result_t bd_dragon_latest(const bd_dragon_t *dragon,
                              bd_frame_t **frame);
@@ -679,8 +680,7 @@ bd_result_t bd_dragon_latest(const bd_dragon_t *dragon,
  * `bd_dragon_source` returns whether the server has ended, is lost, or hangs.
  *
  * `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the dragon, `BD_TOO_MANY_FRAMES` if 4
- * frames are held. `frame` is NULL unless the result is
- * `BD_OK`.
+ * frames are held. `frame` is NULL unless the result is `BD_OK`.
  */
 bd_result_t bd_dragon_wait(const bd_dragon_t *dragon,
                            uint64_t timeout_ns,

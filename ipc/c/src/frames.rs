@@ -23,7 +23,8 @@ pub extern "C" fn bd_dragon_next(
 
 /// Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
 ///
-/// `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is `BD_OK`.
+/// `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
+/// `BD_OK`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_latest(
     dragon: *const bd_dragon_t,
@@ -39,8 +40,7 @@ pub extern "C" fn bd_dragon_latest(
 /// `bd_dragon_source` returns whether the server has ended, is lost, or hangs.
 ///
 /// `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the dragon, `BD_TOO_MANY_FRAMES` if 4
-/// frames are held. `frame` is NULL unless the result is
-/// `BD_OK`.
+/// frames are held. `frame` is NULL unless the result is `BD_OK`.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_dragon_wait(
     dragon: *const bd_dragon_t,

@@ -52,7 +52,8 @@ static void bad_names_are_refused(const char *instance) {
   REQUIRE(dragon == NULL);
   COMPLAINS(BD_INVALID_ARGUMENT, "instance is \"\\xff\", must be UTF-8", bd_dragon_open("\xff", "c-test", 0, &dragon));
   COMPLAINS(BD_INVALID_ARGUMENT, "name is NULL, must not be", bd_dragon_open(instance, NULL, 0, &dragon));
-  COMPLAINS(BD_INVALID_ARGUMENT, "name is \"\", must be 1 to 128 printable ASCII characters", bd_dragon_open(instance, "", 0, &dragon));
+  COMPLAINS(BD_INVALID_ARGUMENT, "name is \"\", must be 1 to 128 printable ASCII characters",
+            bd_dragon_open(instance, "", 0, &dragon));
   memset(long_name, 'a', sizeof long_name - 1);
   long_name[sizeof long_name - 1] = '\0';
   EXPECT(BD_INVALID_ARGUMENT, bd_dragon_open(instance, long_name, 0, &dragon));

@@ -10,8 +10,8 @@ use crate::continuity::Continuity;
 use crate::frame::{FrameHeader, HandleState};
 use crate::subscriber::Frame;
 
-/// A frame that a [`Dragon`](super::Dragon) has lent, in place in shared memory. Nothing in it changes while it is held. Any thread may
-/// read and release it, also after the dragon and the server have ended.
+/// A frame that a [`Dragon`](super::Dragon) has lent, in place in shared memory. Nothing in it changes while it is held. Any
+/// thread may read and release it, also after the dragon and the server have ended.
 #[derive(Debug)]
 pub struct LentFrame {
     header: NonNull<FrameHeader>,

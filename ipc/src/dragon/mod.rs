@@ -125,7 +125,8 @@ impl Dragon {
     /// publishes its own.
     ///
     /// # Errors
-    /// As [`DescriptionReader::poll`](crate::DescriptionReader::poll); [`BusError::NoServer`] where none has arrived and no server runs.
+    /// As [`DescriptionReader::poll`](crate::DescriptionReader::poll).
+    /// [`BusError::NoServer`] where none has arrived and no server runs.
     pub fn description(&self, timeout: Duration) -> Result<Option<Description>, BusError> {
         self.latest_value(timeout, |ports| {
             while let Some(description) = ports.descriptions.poll()? {
@@ -193,8 +194,7 @@ impl Dragon {
         is_given_up: impl Fn() -> bool,
     ) -> Result<CommandReply, BusError> {
         let mut slot = None;
-        let poll = || self.check().and_then(|()| self.poll_command(request, &mut slot));
-        if let Some(reply) = await_reply(timeout, is_given_up, poll)? {
+        if let Some(reply) = await_reply(timeout, is_given_up, || self.poll_command(request, &mut slot))? {
             return Ok(reply);
         }
         self.forget_command(slot);
@@ -205,6 +205,8 @@ impl Dragon {
     fn poll_command(&self, request: Request, slot: &mut Option<usize>) -> Result<Option<CommandReply>, BusError> {
         let Shared { domain, name, .. } = &*self.shared;
         let mut commands = self.shared.commands.lock();
+        // Behind the lock, so that nothing is opened after the closing.
+        self.check()?;
         let Commands { client, pending } = &mut *commands;
         if client.is_none() {
             *client = Some(CommandClient::open(domain, name)?);
@@ -267,9 +269,10 @@ impl Dragon {
     }
 
     fn open_alerts(&self) -> Result<(), BusError> {
-        self.check()?;
         let Shared { domain, name, .. } = &*self.shared;
         let mut alerts = self.shared.alerts.lock();
+        // Behind the lock, so that nothing is opened after the closing.
+        self.check()?;
         if alerts.is_none() {
             *alerts = Some(AlertSubscriber::open(domain, name)?);
         }

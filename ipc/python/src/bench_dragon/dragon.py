@@ -33,8 +33,9 @@ class Dragon:
     A dragon outlives a server: the frames of the next server follow with `Continuity.RESTARTED`.
 
     Use it in a `with` block, or call `close`. Any thread may use a dragon, also while other threads wait; each frame
-    goes to one of the threads that read. A dragon lends four frames in all, and a loop holds two. `close` from any thread ends every wait with `ValueError`. For asyncio, use
-    `async for frame in dragon`; for other event loops, `fileno`.
+    goes to one of the threads that read. A dragon lends four frames in all, and a loop holds two. `close` from any
+    thread ends every wait with `ValueError`. For asyncio, use `async for frame in dragon`; for other event loops,
+    `fileno`.
 
     A forked child must open its own dragon. The inherited one does no harm to the parent, even when the child exits.
     In the child, `close` has no effect, and other methods raise `ValueError`. Inherited arrays stay valid only while
