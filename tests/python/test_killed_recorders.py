@@ -41,8 +41,8 @@ def indexed_ticks(path):
         summary = reader.get_summary()
         ticks = [tick(message.data) for _, _, message in reader.iter_messages(topics=[TOPIC])]
     # A file without frames may still have a chunk of commands.
-    [frames] = [channel.id for channel in summary.channels.values() if channel.topic == TOPIC]
-    assert any(frames in chunk.message_index_offsets for chunk in summary.chunk_indexes) == bool(ticks)
+    frames = {channel.id for channel in summary.channels.values() if channel.topic == TOPIC}
+    assert any(frames & chunk.message_index_offsets.keys() for chunk in summary.chunk_indexes) == bool(ticks)
     return ticks
 
 

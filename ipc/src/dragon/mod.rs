@@ -204,8 +204,9 @@ impl Dragon {
     /// Sends a command as soon as a slot is free, then looks for its reply. Never waits.
     fn poll_command(&self, request: Request, slot: &mut Option<usize>) -> Result<Option<CommandReply>, BusError> {
         let Shared { domain, name, .. } = &*self.shared;
+        self.check()?;
         let mut commands = self.shared.commands.lock();
-        // Behind the lock, so that nothing is opened after the closing.
+        // Again behind the lock, so that nothing is opened after the closing.
         self.check()?;
         let Commands { client, pending } = &mut *commands;
         if client.is_none() {
@@ -270,8 +271,9 @@ impl Dragon {
 
     fn open_alerts(&self) -> Result<(), BusError> {
         let Shared { domain, name, .. } = &*self.shared;
+        self.check()?;
         let mut alerts = self.shared.alerts.lock();
-        // Behind the lock, so that nothing is opened after the closing.
+        // Again behind the lock, so that nothing is opened after the closing.
         self.check()?;
         if alerts.is_none() {
             *alerts = Some(AlertSubscriber::open(domain, name)?);
