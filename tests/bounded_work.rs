@@ -118,8 +118,8 @@ fn is_bounded(text: &str) -> bool {
     ask("the smallest pitch with a clearance", &|meter| {
         let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.05, meter));
     });
-    if let Some(plan) = config.route().as_turnaround() {
-        let turnaround = plan.turnaround(config.tables().head.speed_mps).expect("a valid configuration has a route");
+    let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps);
+    if let Some(turnaround) = turnaround.expect("a valid configuration has a route") {
         let dimensions = *dragon.dimensions();
         ask("the passage", &|meter| {
             let _ = black_box(passage_through(turnaround, dimensions, meter));
@@ -140,7 +140,7 @@ fn is_bounded(text: &str) -> bool {
     }
     let setting = Setting {
         dimensions: *dragon.dimensions(),
-        route: config.route(),
+        route: config.route().clone(),
         speed_mps: config.tables().head.speed_mps,
         accel_mps2: config.tables().head.accel_mps2,
     };

@@ -56,7 +56,7 @@ fn value_of(responses: &[Response], quantity: Quantity) -> f64 {
 
 #[test]
 fn papers_spiral_has_the_known_answers_and_their_derivatives() {
-    let setting = paper(RouteSpec::Spiral(SpiralSpec::default()));
+    let setting = paper(RouteSpec::from(SpiralSpec::default()));
     let planned = study(setting, &[]);
     assert!((value_of(&planned, Quantity::FirstContact) - 412.473_838).abs() <= 5.001e-7);
     assert!((value_of(&planned, Quantity::SmallestPitch) - 0.450_337).abs() <= 5.001e-7);
@@ -67,7 +67,7 @@ fn papers_spiral_has_the_known_answers_and_their_derivatives() {
 
 #[test]
 fn papers_turnaround_has_the_known_answers_and_their_derivatives() {
-    let setting = paper(RouteSpec::Turnaround(TurnaroundSpec::default()));
+    let setting = paper(RouteSpec::from(TurnaroundSpec::default()));
     let planned = study(setting, &[]);
     assert!((value_of(&planned, Quantity::LargestSpeedRatio) - 1.604_793).abs() <= 5.001e-7);
     assert!(planned[0].value.is_err(), "no benches touch");
@@ -89,9 +89,9 @@ fn other_dragons_have_the_derivatives_of_the_differences() {
         let accel_mps2 = (pitch_m > 0.6).then_some(0.4);
         let setting = |route| Setting { dimensions, route, speed_mps: 1.5, accel_mps2 };
         let spiral = SpiralSpec { pitch_m, start_turns: 8.0 / pitch_m };
-        let turnaround = TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, ..TurnaroundSpec::default() };
+        let turnaround = TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio };
         let parameters = [Parameter::Pitch, Parameter::HeadLength, Parameter::BodyLength, Parameter::HoleOffset];
-        for route in [RouteSpec::Spiral(spiral), RouteSpec::Turnaround(turnaround)] {
+        for route in [RouteSpec::from(spiral), RouteSpec::from(turnaround)] {
             let checked = check(setting(route), &parameters);
             assert!(checked >= 8, "{checked} derivatives of {route:?}");
         }
@@ -100,7 +100,7 @@ fn other_dragons_have_the_derivatives_of_the_differences() {
 
 #[test]
 fn speed_changes_only_times_and_the_smallest_pitch_has_no_derivative_over_the_pitch() {
-    let planned = study(paper(RouteSpec::Spiral(SpiralSpec::default())), &[Parameter::Speed, Parameter::Pitch]);
+    let planned = study(paper(RouteSpec::from(SpiralSpec::default())), &[Parameter::Speed, Parameter::Pitch]);
     for Response { quantity, value, curves } in planned {
         let value = value.expect("the paper's spiral has every answer");
         for Sample { parameter_value, value: sampled } in &curves[0].samples {
@@ -121,7 +121,7 @@ fn speed_changes_only_times_and_the_smallest_pitch_has_no_derivative_over_the_pi
 
 #[test]
 fn smallest_pitch_has_a_value_if_no_contact_limits_it() {
-    let setting = paper(RouteSpec::Spiral(SpiralSpec::default()));
+    let setting = paper(RouteSpec::from(SpiralSpec::default()));
     let parameters = vec![Parameter::Width];
     let wide = Sensitivity { setting, turn_diameter_m: 30.0, range: 0.05, steps: 1, parameters };
     let Response { value, curves, .. } = &wide.study(&Meter::unlimited(), || ())[3];
@@ -136,7 +136,7 @@ fn smallest_pitch_has_a_value_if_no_contact_limits_it() {
 #[test]
 fn impossible_values_have_a_reason_and_do_not_affect_the_others() {
     let long = Sensitivity {
-        setting: paper(RouteSpec::Turnaround(TurnaroundSpec::default())),
+        setting: paper(RouteSpec::from(TurnaroundSpec::default())),
         turn_diameter_m: 9.0,
         range: 0.05,
         steps: 1,
@@ -148,7 +148,7 @@ fn impossible_values_have_a_reason_and_do_not_affect_the_others() {
     let reason = high.value.clone().expect_err("the turn is too tight").to_string();
     assert!(reason.starts_with("handle 1 would stop and walk backwards"), "{reason}");
 
-    let spiral = paper(RouteSpec::Spiral(SpiralSpec::default()));
+    let spiral = paper(RouteSpec::from(SpiralSpec::default()));
     let wide = Sensitivity { setting: spiral, range: 0.95, parameters: vec![Parameter::Width], ..long };
     let responses = wide.study(&Meter::unlimited(), || ());
     for response in &responses[..3] {

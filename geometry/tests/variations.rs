@@ -15,7 +15,7 @@ use proptest::prelude::*;
 const STEP_M: f64 = 3e-5;
 
 fn family(setting: &Setting) -> PitchFamily {
-    setting.route.family(1.0).expect("a valid route")
+    setting.route.family(1.0, setting.dimensions.links_m()).expect("a valid route")
 }
 
 /// A dragon at one travel.
@@ -133,7 +133,7 @@ fn setting(benches: usize, route: RouteSpec) -> Setting {
 
 #[test]
 fn papers_spiral_changes_as_the_differences() {
-    let setting = setting(40, RouteSpec::Spiral(SpiralSpec::default()));
+    let setting = setting(40, RouteSpec::from(SpiralSpec::default()));
     for travel_m in [1.0, 200.0, 380.0, 405.0, 412.3] {
         check(&setting, travel_m);
     }
@@ -141,7 +141,7 @@ fn papers_spiral_changes_as_the_differences() {
 
 #[test]
 fn papers_turnaround_changes_as_the_differences() {
-    let setting = setting(40, RouteSpec::Turnaround(TurnaroundSpec::default()));
+    let setting = setting(40, RouteSpec::from(TurnaroundSpec::default()));
     for travel_m in [-50.0, 2.0, 8.0, 11.0, 12.7, 14.48, 16.0, 30.0, 70.0, 99.0] {
         check(&setting, travel_m);
     }
@@ -162,9 +162,9 @@ proptest! {
         travel_m in 1.0..99.0_f64,
     ) {
         let dimensions = Dimensions::new(30, head_m, body_m, width_m, hole_m).expect("valid benches");
-        let plan = TurnaroundSpec { pitch_m, turn_diameter_m: diameter_m, radius_ratio, ..TurnaroundSpec::default() };
-        check(&Setting { dimensions, route: RouteSpec::Turnaround(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
+        let plan = TurnaroundSpec { pitch_m, turn_diameter_m: diameter_m, radius_ratio };
+        check(&Setting { dimensions, route: RouteSpec::from(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
         let plan = SpiralSpec { pitch_m, start_turns: 8.0 };
-        check(&Setting { dimensions, route: RouteSpec::Spiral(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
+        check(&Setting { dimensions, route: RouteSpec::from(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
     }
 }

@@ -222,12 +222,12 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     Ok(ServerSettings { start, readers: args.readers, ..planned })
 }
 
-/// Warns if the dragon cannot walk all of a planned turnaround.
+/// Warns if the dragon cannot walk up to the planned end.
 fn warn_of_early_end(config: &Config) {
-    if let (Some(plan), end) = (config.route().as_turnaround(), config.dragon().run_end())
+    if let (Some(end_s), end) = (config.route().end_s, config.dragon().run_end())
         && end != RunEnd::RouteEnd
     {
-        tracing::warn!("the run ends at {:.6} s, not at end_s {}: there {end}", config.end_s(), plan.end_s);
+        tracing::warn!("the run ends at {:.6} s, not at end_s {end_s}: there {end}", config.end_s());
     }
 }
 

@@ -14,13 +14,12 @@ use std::sync::Arc;
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::planner::HeadTimetable;
-use bench_dragon_geometry::route::RouteSpec;
+use bench_dragon_geometry::route::{RouteShape, RouteSpec};
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 
 use document::{DragonTable, parse, read};
-use route_table::RouteTable;
 
 /// Allowed rates of a server, in ticks a second.
 pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
@@ -90,8 +89,8 @@ impl ConfigDocument {
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
     pub fn build(self) -> Result<Config, ConfigError> {
-        let route =
-            self.route.build(self.tables.head.speed_mps).map_err(|error| ConfigError(format!("[route] {error}")))?;
+        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.links_m());
+        let route = route.map_err(|error| ConfigError(format!("[route] {error}")))?;
         let dragon = Dragon::new(self.dimensions, Arc::new(route)).map_err(|error| ConfigError(error.to_string()))?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
     }
@@ -113,8 +112,8 @@ impl ConfigDocument {
         if count > MAX_ALSO {
             return Err(ConfigError(format!("[[show.also]] occurs {count} times, at most {MAX_ALSO} are allowed")));
         }
+        tables.route = tables.route.completed();
         let route = tables.route.plan()?;
-        tables.route = RouteTable::written_out(route);
         let dimensions = dimensions(&tables.dragon)?;
         Ok(Self { tables, dimensions, route })
     }
@@ -169,13 +168,13 @@ impl Config {
     }
 
     /// The route as planned.
-    pub fn route(&self) -> RouteSpec {
-        self.document.route
+    pub fn route(&self) -> &RouteSpec {
+        &self.document.route
     }
 
     /// Show time in seconds at which the planned run starts.
     pub fn start_s(&self) -> f64 {
-        self.document.route.start_s()
+        self.document.route.start_s
     }
 
     /// Timetable of the head on a run from the start.
@@ -202,18 +201,19 @@ impl Config {
     /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
     /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
-        match (self.document.route.end_s(), self.dragon.run_end()) {
+        match (self.document.route.end_s, self.dragon.run_end()) {
             (Some(end_s), RunEnd::RouteEnd) => end_s,
             _ => self.dragon.end_travel_m() / self.tables().head.speed_mps,
         }
     }
 
-    /// Returns the same configuration with another route.
+    /// Returns the same configuration with another spiral or turnaround.
     ///
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
-    pub fn with_route(&self, route: RouteSpec) -> Result<Self, ConfigError> {
-        let tables = Document { route: RouteTable::written_out(route), ..self.tables().clone() };
+    pub fn with_shape(&self, shape: &RouteShape) -> Result<Self, ConfigError> {
+        let mut tables = self.tables().clone();
+        tables.route = tables.route.with_shape(shape);
         ConfigDocument::check(tables)?.build()
     }
 
@@ -306,8 +306,8 @@ mod tests {
     #[test]
     fn missing_keys_of_a_turnaround_have_the_papers_values() {
         let config = Config::from_toml("[route]\nkind = \"turnaround\"\nend_s = 60").expect("the text is valid");
-        let plan = TurnaroundSpec { end_s: 60.0, ..TurnaroundSpec::default() };
-        assert_eq!(config.route(), RouteSpec::Turnaround(plan));
+        let plan = RouteSpec { end_s: Some(60.0), ..RouteSpec::from(TurnaroundSpec::default()) };
+        assert_eq!(config.route(), &plan);
         assert_eq!((config.start_s(), config.end_s()), (-100.0, 60.0));
         let again = Config::from_toml(&config.to_toml()).expect("its own text is valid");
         assert_eq!(again.document.tables, config.document.tables);

@@ -3,13 +3,21 @@
 use std::ops::RangeInclusive;
 
 use bench_dragon_geometry::number::Number;
-use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{
+    PathSegment, PathSpec, Placement, RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec,
+};
 use serde::{Deserialize, Serialize};
 
-use super::{ConfigError, require};
+use super::{ConfigError, require, require_whole};
 
-/// Allowed show times of a turnaround's plan, in seconds.
+/// Allowed show times of a plan, in seconds.
 const PLAN_S: RangeInclusive<f64> = -1e6..=1e6;
+/// Allowed coordinates of the point where a route lies, in metres.
+const PLACE_M: RangeInclusive<f64> = -100_000.0..=100_000.0;
+/// Allowed headings, in degrees.
+const HEADING_DEG: RangeInclusive<f64> = -360.0..=360.0;
+/// Allowed numbers of laps.
+const LAPS: RangeInclusive<u32> = 1..=10_000;
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
@@ -24,9 +32,22 @@ pub(super) struct RouteTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     radius_ratio: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    start_x_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start_y_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start_heading_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     start_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     end_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    closed: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    laps: Option<u32>,
+    /// After all other keys, because TOML writes an array of tables last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    segments: Option<Vec<SegmentTable>>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,74 +56,166 @@ enum RouteKind {
     #[default]
     Spiral,
     Turnaround,
+    Path,
+}
+
+/// One of `[[route.segments]]`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields, expecting = "a segment")]
+pub(super) enum SegmentTable {
+    Line { length_m: f64 },
+    Arc { radius_m: f64, turn_deg: f64 },
+    Spiral { start_radius_m: f64, end_radius_m: f64, turn_deg: f64 },
+}
+
+impl SegmentTable {
+    fn plan(self) -> PathSegment {
+        match self {
+            Self::Line { length_m } => PathSegment::Line { length_m },
+            Self::Arc { radius_m, turn_deg } => PathSegment::Arc { radius_m, turn: turn_deg.to_radians() },
+            Self::Spiral { start_radius_m, end_radius_m, turn_deg } => {
+                PathSegment::Spiral { start_radius_m, end_radius_m, turn: turn_deg.to_radians() }
+            }
+        }
+    }
 }
 
 impl RouteTable {
-    /// Returns the table of a route, with every key that applies.
-    pub(super) fn written_out(plan: RouteSpec) -> Self {
-        match plan {
-            RouteSpec::Spiral(SpiralSpec { pitch_m, start_turns }) => Self {
-                kind: RouteKind::Spiral,
-                pitch_m: Some(pitch_m),
-                start_turns: Some(start_turns),
-                ..Self::default()
-            },
-            RouteSpec::Turnaround(plan) => Self {
-                kind: RouteKind::Turnaround,
-                pitch_m: Some(plan.pitch_m),
-                turn_diameter_m: Some(plan.turn_diameter_m),
-                radius_ratio: Some(plan.radius_ratio),
-                start_s: Some(plan.start_s),
-                end_s: Some(plan.end_s),
-                ..Self::default()
-            },
+    /// The same table with every key that applies. Missing ones have the paper's values, or those that leave the route where
+    /// and as it is.
+    pub(super) fn completed(self) -> Self {
+        let (spiral, turnaround) = (SpiralSpec::default(), TurnaroundSpec::default());
+        let mut table = Self {
+            start_x_m: self.start_x_m.or(Some(0.0)),
+            start_y_m: self.start_y_m.or(Some(0.0)),
+            start_heading_deg: self.start_heading_deg.or(Some(0.0)),
+            ..self
+        };
+        match self.kind {
+            RouteKind::Spiral => {
+                table.pitch_m.get_or_insert(spiral.pitch_m);
+                table.start_turns.get_or_insert(spiral.start_turns);
+                table.start_s.get_or_insert(0.0);
+            }
+            RouteKind::Turnaround => {
+                let times = RouteSpec::from(turnaround);
+                table.pitch_m.get_or_insert(turnaround.pitch_m);
+                table.turn_diameter_m.get_or_insert(turnaround.turn_diameter_m);
+                table.radius_ratio.get_or_insert(turnaround.radius_ratio);
+                table.start_s.get_or_insert(times.start_s);
+                table.end_s = table.end_s.or(times.end_s);
+            }
+            RouteKind::Path => {
+                table.start_s.get_or_insert(0.0);
+                if table.closed == Some(true) {
+                    table.laps.get_or_insert(1);
+                }
+            }
         }
+        table
     }
 
-    /// Returns the route of the table. Missing keys have the paper's values.
+    /// The same table with another spiral or turnaround. A path stays as it is. Times of another kind of route are dropped.
+    pub(super) fn with_shape(self, shape: &RouteShape) -> Self {
+        let kind = self.kind;
+        let rest = Self { pitch_m: None, start_turns: None, turn_diameter_m: None, radius_ratio: None, ..self };
+        let table = match *shape {
+            RouteShape::Spiral(SpiralSpec { pitch_m, start_turns }) => {
+                let kind = RouteKind::Spiral;
+                Self { kind, pitch_m: Some(pitch_m), start_turns: Some(start_turns), ..rest }
+            }
+            RouteShape::Turnaround(TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio }) => Self {
+                kind: RouteKind::Turnaround,
+                pitch_m: Some(pitch_m),
+                turn_diameter_m: Some(turn_diameter_m),
+                radius_ratio: Some(radius_ratio),
+                ..rest
+            },
+            RouteShape::Path(_) => return rest,
+        };
+        if table.kind == kind { table } else { Self { start_s: None, end_s: None, ..table } }
+    }
+
+    /// Returns the route of a table with every key that applies.
     ///
     /// # Errors
-    /// A key does not apply to this kind, or a time is out of range.
+    /// A key does not apply to this kind, or a number that does not belong to the curve is out of range.
     pub(super) fn plan(&self) -> Result<RouteSpec, ConfigError> {
-        match self.kind {
-            RouteKind::Spiral => self.spiral().map(RouteSpec::Spiral),
-            RouteKind::Turnaround => self.turnaround().map(RouteSpec::Turnaround),
-        }
-    }
-
-    fn spiral(&self) -> Result<SpiralSpec, ConfigError> {
-        refuse("turn_diameter_m", self.turn_diameter_m, "turnaround")?;
-        refuse("radius_ratio", self.radius_ratio, "turnaround")?;
-        refuse("start_s", self.start_s, "turnaround")?;
-        refuse("end_s", self.end_s, "turnaround")?;
-        let paper = SpiralSpec::default();
-        Ok(SpiralSpec {
-            pitch_m: self.pitch_m.unwrap_or(paper.pitch_m),
-            start_turns: self.start_turns.unwrap_or(paper.start_turns),
-        })
-    }
-
-    fn turnaround(&self) -> Result<TurnaroundSpec, ConfigError> {
-        refuse("start_turns", self.start_turns, "spiral")?;
-        let paper = TurnaroundSpec::default();
-        let plan = TurnaroundSpec {
-            pitch_m: self.pitch_m.unwrap_or(paper.pitch_m),
-            turn_diameter_m: self.turn_diameter_m.unwrap_or(paper.turn_diameter_m),
-            radius_ratio: self.radius_ratio.unwrap_or(paper.radius_ratio),
-            start_s: self.start_s.unwrap_or(paper.start_s),
-            end_s: self.end_s.unwrap_or(paper.end_s),
+        self.refuse_other_keys()?;
+        let shape = match self.kind {
+            RouteKind::Spiral => {
+                RouteShape::Spiral(SpiralSpec { pitch_m: known(self.pitch_m), start_turns: known(self.start_turns) })
+            }
+            RouteKind::Turnaround => RouteShape::Turnaround(TurnaroundSpec {
+                pitch_m: known(self.pitch_m),
+                turn_diameter_m: known(self.turn_diameter_m),
+                radius_ratio: known(self.radius_ratio),
+            }),
+            RouteKind::Path => RouteShape::Path(self.path()?),
         };
-        require("route", "start_s", plan.start_s, &PLAN_S)?;
-        require("route", "end_s", plan.end_s, &PLAN_S)?;
-        if plan.end_s <= plan.start_s {
-            let (start_s, end_s) = (Number(plan.start_s), Number(plan.end_s));
-            return Err(ConfigError(format!("[route] end_s is {end_s}, must be above start_s {start_s}")));
+        let (start_x_m, start_y_m) = (known(self.start_x_m), known(self.start_y_m));
+        let (start_heading_deg, start_s) = (known(self.start_heading_deg), known(self.start_s));
+        require("route", "start_x_m", start_x_m, &PLACE_M)?;
+        require("route", "start_y_m", start_y_m, &PLACE_M)?;
+        require("route", "start_heading_deg", start_heading_deg, &HEADING_DEG)?;
+        require("route", "start_s", start_s, &PLAN_S)?;
+        if let Some(end_s) = self.end_s {
+            require("route", "end_s", end_s, &PLAN_S)?;
+            if end_s <= start_s {
+                let (start_s, end_s) = (Number(start_s), Number(end_s));
+                return Err(ConfigError(format!("[route] end_s is {end_s}, must be above start_s {start_s}")));
+            }
         }
-        Ok(plan)
+        let placement = Placement { position: [start_x_m, start_y_m].into(), heading: start_heading_deg.to_radians() };
+        Ok(RouteSpec { shape, placement, start_s, end_s: self.end_s })
+    }
+
+    fn path(&self) -> Result<PathSpec, ConfigError> {
+        let segments = self.segments.iter().flatten().map(|segment| segment.plan()).collect();
+        let laps = self.laps.filter(|_| self.closed == Some(true));
+        laps.map_or(Ok(()), |laps| require_whole("route", "laps", laps, &LAPS))?;
+        Ok(PathSpec { segments, laps })
+    }
+
+    /// Fails for a key that does not apply to the kind of route.
+    fn refuse_other_keys(&self) -> Result<(), ConfigError> {
+        use RouteKind::{Path, Spiral, Turnaround};
+        let number = |value: Option<f64>| value.map(|value| Number(value).to_string());
+        let listed = self.segments.as_ref().map(|segments| format!("a list of {}", segments.len()));
+        let keys: [(&str, Option<String>, &[RouteKind]); 7] = [
+            ("pitch_m", number(self.pitch_m), &[Spiral, Turnaround]),
+            ("start_turns", number(self.start_turns), &[Spiral]),
+            ("turn_diameter_m", number(self.turn_diameter_m), &[Turnaround]),
+            ("radius_ratio", number(self.radius_ratio), &[Turnaround]),
+            ("segments", listed, &[Path]),
+            ("closed", self.closed.map(|closed| closed.to_string()), &[Path]),
+            ("laps", self.laps.map(|laps| laps.to_string()), &[Path]),
+        ];
+        for (key, value, kinds) in keys {
+            let Some(value) = value.filter(|_| !kinds.contains(&self.kind)) else { continue };
+            let names: Vec<String> = kinds.iter().map(|kind| format!("kind = \"{}\"", kind.name())).collect();
+            let allowed = names.join(" or ");
+            return Err(ConfigError(format!("[route] {key} is {value}, only allowed with {allowed}")));
+        }
+        match self.laps {
+            Some(laps) if self.closed != Some(true) => {
+                Err(ConfigError(format!("[route] laps is {laps}, only allowed with closed = true")))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
-fn refuse(key: &'static str, value: Option<f64>, kind: &'static str) -> Result<(), ConfigError> {
-    let Some(value) = value.map(Number) else { return Ok(()) };
-    Err(ConfigError(format!("[route] {key} is {value}, only allowed with kind = \"{kind}\"")))
+impl RouteKind {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Spiral => "spiral",
+            Self::Turnaround => "turnaround",
+            Self::Path => "path",
+        }
+    }
+}
+
+fn known(value: Option<f64>) -> f64 {
+    value.expect("the table is complete")
 }

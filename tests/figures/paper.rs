@@ -97,7 +97,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
             boards: corners(&boards),
             hinges: positions(&handles),
         },
-        circle: Some(Circle { radius_m: 4.5, name: "turning circle".to_owned() }),
+        circle: Some(Circle { centre: DVec2::ZERO, radius_m: 4.5, name: "turning circle".to_owned() }),
         pair: Some(nearest_pair(&boards)),
         turn: Some(TurnMarks {
             arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],

@@ -148,6 +148,11 @@ impl Dimensions {
         (0..Self::LEADING).flat_map(partners)
     }
 
+    /// Length of all links together, in metres.
+    pub fn links_m(&self) -> f64 {
+        self.link_m(0) + (self.benches() - 1) as f64 * self.link_m(1)
+    }
+
     /// Length of the head's board.
     pub fn head_length_m(&self) -> f64 {
         self.head_length_m

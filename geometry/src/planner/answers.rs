@@ -2,6 +2,7 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use glam::DVec2;
 use thiserror::Error;
 
 use super::derivative::{self, Derivatives};
@@ -84,6 +85,9 @@ pub enum Unanswered {
     /// The limit of work is reached.
     #[error("no answer: {0}")]
     TooMuchWork(#[from] Spent),
+    /// The route is a path.
+    #[error("a path has no pitch")]
+    NoPitch,
     /// The spiral starts inside the turning circle.
     #[error("the spiral starts inside the turning circle of {} m diameter", Number(*.0))]
     StartsInside(f64),
@@ -126,7 +130,7 @@ pub(super) fn answer(
 }
 
 fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
-    let run = VariedDragon::new(setting.dimensions, setting.route.family(setting.speed_mps)?, meter)?;
+    let run = VariedDragon::new(setting.dimensions, family(setting)?, meter)?;
     let (start_m, end_m) = (run.dragon.start_travel_m(), run.dragon.end_travel_m());
     let contact = first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
     let timetable = setting.timetable(end_m);
@@ -137,7 +141,7 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
 
 /// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
 fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answer, Unanswered> {
-    let start_turns = setting.route.spiral().start_turns;
+    let start_turns = setting.route.spiral().ok_or(Unanswered::NoPitch)?.start_turns;
     let SmallestPitch { pitch_m, limit } =
         smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
@@ -148,14 +152,21 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
     Ok(Answer { value: pitch_m, derivatives: Box::new(move || derivative::of_touching_pitch(&passage, &contact)) })
 }
 
-/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround: the passage of all benches.
+fn family(setting: &Setting) -> Result<PitchFamily, RouteError> {
+    setting.route.family(setting.speed_mps, setting.dimensions.links_m())
+}
+
+/// The passage. On a spiral: from the start until the head is on the circle. On a turnaround: the passage of all benches. On a
+/// path: the planned run.
 fn passage(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<VariedDragon, Unanswered> {
-    let Some(spec) = setting.route.as_turnaround() else {
-        return spiral_passage(setting.route.spiral(), setting.dimensions, turn_diameter_m, meter);
-    };
-    let turnaround = spec.turnaround(setting.speed_mps)?;
-    let dragon = passage_through(turnaround, setting.dimensions, meter)?;
-    Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) })
+    if let Some(turnaround) = setting.route.planned_turnaround(setting.speed_mps)? {
+        let dragon = passage_through(turnaround, setting.dimensions, meter)?;
+        return Ok(VariedDragon { dragon, family: PitchFamily::of_turnaround(turnaround) });
+    }
+    match setting.route.spiral() {
+        Some(spiral) => spiral_passage(spiral, setting.dimensions, turn_diameter_m, meter),
+        None => Ok(VariedDragon::new(setting.dimensions, family(setting)?, meter)?),
+    }
 }
 
 fn spiral_passage(
@@ -166,7 +177,7 @@ fn spiral_passage(
 ) -> Result<VariedDragon, Unanswered> {
     Route::spiral(spec.pitch_m, spec.start_turns)?;
     let spiral = spec.to_circle(turn_diameter_m).map_err(|_| Unanswered::StartsInside(turn_diameter_m))?;
-    let passage = VariedDragon::new(dimensions, PitchFamily::of_spiral(spiral), meter)?;
+    let passage = VariedDragon::new(dimensions, PitchFamily::of_spiral(spiral, DVec2::ZERO), meter)?;
     Infeasible::check(&passage.dragon)?;
     Ok(passage)
 }

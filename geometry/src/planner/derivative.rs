@@ -238,7 +238,7 @@ mod tests {
     const STEP_M: f64 = 1e-4;
 
     fn walk(setting: &Setting) -> VariedDragon {
-        let family = setting.route.family(setting.speed_mps).expect("a valid turnaround");
+        let family = setting.route.family(setting.speed_mps, setting.dimensions.links_m()).expect("a valid turnaround");
         VariedDragon::new(setting.dimensions, family, &Meter::unlimited()).expect("the dragon stands on its way in")
     }
 
@@ -260,12 +260,8 @@ mod tests {
     #[test]
     fn a_maximum_at_a_kink_moves_with_the_seam() {
         let dimensions = Dimensions::new(12, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-        let setting = Setting {
-            dimensions,
-            route: RouteSpec::Turnaround(TurnaroundSpec::default()),
-            speed_mps: 1.0,
-            accel_mps2: None,
-        };
+        let setting =
+            Setting { dimensions, route: RouteSpec::from(TurnaroundSpec::default()), speed_mps: 1.0, accel_mps2: None };
         let planned = walk(&setting);
         let mut kinks = 0;
         for (crossing, seam, handle) in (0..12)

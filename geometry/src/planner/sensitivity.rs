@@ -128,7 +128,7 @@ impl Sensitivity {
     fn answer(&self, task: Task, meter: &Meter) -> Result<Answer, Unanswered> {
         let setting = match task.varied {
             Some((parameter, step)) => self.setting.with(parameter, self.parameter_value(parameter, step))?,
-            None => self.setting,
+            None => self.setting.clone(),
         };
         answer(task.quantity, &setting, self.turn_diameter_m, meter)
     }

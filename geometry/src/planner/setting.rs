@@ -7,7 +7,7 @@ use crate::dragon::{Dimensions, DimensionsError};
 use crate::route::RouteSpec;
 
 /// A planned dragon and its planned route.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// The benches.
     pub dimensions: Dimensions,
@@ -22,13 +22,18 @@ pub struct Setting {
 impl Setting {
     /// Timetable of the head on a run to `end_travel_m`.
     pub(super) fn timetable(&self, end_travel_m: f64) -> HeadTimetable {
-        HeadTimetable::new(self.speed_mps, self.accel_mps2, self.route.start_s(), end_travel_m)
+        HeadTimetable::new(self.speed_mps, self.accel_mps2, self.route.start_s, end_travel_m)
     }
 
-    /// The value of a parameter.
+    /// Whether the plan has a parameter. A path has no pitch.
+    pub fn has(&self, parameter: Parameter) -> bool {
+        parameter != Parameter::Pitch || self.route.pitch_m().is_some()
+    }
+
+    /// The value of a parameter; NaN for one that the plan does not have.
     pub fn value(&self, parameter: Parameter) -> f64 {
         match parameter {
-            Parameter::Pitch => self.route.pitch_m(),
+            Parameter::Pitch => self.route.pitch_m().unwrap_or(f64::NAN),
             Parameter::HeadLength => self.dimensions.head_length_m(),
             Parameter::BodyLength => self.dimensions.body_length_m(),
             Parameter::Width => self.dimensions.width_m(),
@@ -43,7 +48,7 @@ impl Setting {
     /// # Errors
     /// The dimensions of the benches are invalid.
     pub fn with(&self, parameter: Parameter, value: f64) -> Result<Self, DimensionsError> {
-        let mut changed = *self;
+        let mut changed = self.clone();
         match parameter {
             Parameter::Speed => changed.speed_mps = value,
             Parameter::Pitch => changed.route = self.route.with_pitch(value),

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{Kernel, PolarKernel};
+use super::{Kernel, Placement, PolarKernel};
 
 /// Direction in which an arc turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +47,10 @@ impl CircularArc {
         let end = outward(tangent, turn);
         let begin = DVec2::from_angle(-turn.sign() * angle).rotate(end);
         Self { centre: position - radius_m * end, radius_m, turn, begin, angle }
+    }
+
+    pub(super) fn placed(self, placement: &Placement) -> Self {
+        Self { centre: placement.place(self.centre), begin: placement.turn(self.begin), ..self }
     }
 
     /// Centre of the circle.

@@ -41,6 +41,9 @@ pub enum RouteError {
         RADIUS_RATIO.end()
     )]
     RadiusRatio(f64),
+    /// The path is invalid.
+    #[error(transparent)]
+    Path(#[from] super::PathError),
     /// The first segment has a beginning, or another segment has none.
     #[error(
         "segment {segment}: the first segment of a route must have no beginning, every other segment must have one"

@@ -31,16 +31,25 @@ pub struct PitchFamily {
 /// Family of routes over the pitch.
 #[derive(Clone, Debug)]
 enum Shape {
-    /// Spirals about the origin with a fixed number of turns at the start.
-    Spiral,
+    /// Spirals about a centre with a fixed number of turns at the start.
+    Spiral {
+        /// The centre, in metres.
+        centre: DVec2,
+    },
     /// Turnarounds with a fixed turning circle, a fixed ratio of the radii, and t = 0 at the entry into the circle.
     Turnaround(Box<Turnaround>),
+    /// A path, which has no pitch and does not change.
+    Path,
 }
 
 impl PitchFamily {
-    /// The family of a spiral, walked between any travels. Its number of turns at the start stays fixed.
-    pub(crate) fn of_spiral(route: Route) -> Self {
-        Self { route: Arc::new(route), shape: Shape::Spiral }
+    /// The family of a spiral about a centre, walked between any travels. Its number of turns at the start stays fixed.
+    pub(crate) fn of_spiral(route: Route, centre: DVec2) -> Self {
+        Self { route: Arc::new(route), shape: Shape::Spiral { centre } }
+    }
+
+    pub(crate) fn of_path(route: Route) -> Self {
+        Self { route: Arc::new(route), shape: Shape::Path }
     }
 
     pub(crate) fn of_turnaround(turnaround: Turnaround) -> Self {
@@ -54,7 +63,7 @@ impl PitchFamily {
 
     /// Whether the route ends at a fixed distance from its centre at every pitch.
     pub(crate) fn ends_on_circle(&self) -> bool {
-        matches!(self.shape, Shape::Spiral)
+        matches!(self.shape, Shape::Spiral { .. })
     }
 
     /// Change of the route near a parameter, at fixed travel.
@@ -63,10 +72,11 @@ impl PitchFamily {
         let curvature = self.route.curvature(parameter);
         let SegmentVariation { position, turn, travel } = match &self.shape {
             // At a fixed angle, all lengths are proportional to the pitch.
-            Shape::Spiral => {
-                let pitch_m = self.route.pitch_m();
-                SegmentVariation { position: point.position / pitch_m, turn: 0.0, travel: travel_m / pitch_m }
+            Shape::Spiral { centre } => {
+                let (pitch_m, spoke) = (self.route.pitch_m(), point.position - centre);
+                SegmentVariation { position: spoke / pitch_m, turn: 0.0, travel: travel_m / pitch_m }
             }
+            Shape::Path => SegmentVariation { position: DVec2::ZERO, turn: 0.0, travel: 0.0 },
             Shape::Turnaround(turnaround) => turnaround.variation(point.position, travel_m),
         };
         RouteVariation { curvature, position: position - travel * point.tangent, turn: turn - travel * curvature }
@@ -75,7 +85,8 @@ impl PitchFamily {
     /// Change of the travel of each seam, in metres per metre of pitch, in the order of the seams.
     pub fn seam_variations(&self) -> Vec<f64> {
         match &self.shape {
-            Shape::Spiral => Vec::new(),
+            Shape::Spiral { .. } => Vec::new(),
+            Shape::Path => vec![0.0; self.route.seams().len()],
             Shape::Turnaround(turnaround) => turnaround.seam_variations(),
         }
     }

@@ -2,8 +2,8 @@
 
 use glam::DVec2;
 
-use super::Kernel;
 use super::kernel::LineKernel;
+use super::{Kernel, Placement};
 
 /// A straight line, with or without a beginning. Its parameter is in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,10 @@ impl Line {
     /// The line that ends at a point and has no beginning.
     pub fn up_to(position: DVec2, direction: DVec2) -> Self {
         Self { origin: position, direction, begin: f64::NEG_INFINITY, end: 0.0 }
+    }
+
+    pub(super) fn placed(self, placement: &Placement) -> Self {
+        Self { origin: placement.place(self.origin), direction: placement.turn(self.direction), ..self }
     }
 
     /// Point at parameter 0.

@@ -12,6 +12,8 @@ mod error;
 mod family;
 mod kernel;
 mod line;
+mod path;
+mod placement;
 mod segment;
 mod spec;
 mod spiral;
@@ -27,8 +29,10 @@ pub use coil::{Coil, WayOut};
 pub use error::{RADIUS_RATIO, RouteError};
 pub use family::{PitchFamily, RouteVariation};
 pub use line::Line;
+pub use path::{PathError, PathSegment, PathSpec, SEGMENT_M};
+pub use placement::Placement;
 pub use segment::Segment;
-pub use spec::{RouteSpec, SpiralSpec, TurnaroundSpec};
+pub use spec::{RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec};
 pub use spiral::Spiral;
 pub use turnaround::Turnaround;
 
@@ -139,6 +143,17 @@ impl Route {
         Ok(Self { start_travel_m, end_travel_m, ..self })
     }
 
+    /// The same route, somewhere else.
+    #[must_use]
+    pub fn placed(self, placement: &Placement) -> Self {
+        if placement.is_identity() {
+            return self;
+        }
+        let segments: Vec<Segment> = self.segments.iter().map(|placed| placed.segment.placed(placement)).collect();
+        let first_end_m = self.segments[0].travel(self.segments[0].end());
+        Self::new(&segments, first_end_m, [self.start_travel_m, self.end_travel_m]).expect("placed segments still join")
+    }
+
     /// The same curve without its [`coil`](Self::coil). Tests compare the proofs that use the coil with searches on this route.
     #[must_use]
     pub fn without_coil(self) -> Self {
@@ -155,7 +170,7 @@ impl Route {
         self.end_travel_m
     }
 
-    /// The smallest pitch of the route's spirals, in metres; infinite for a route without a spiral.
+    /// The smallest pitch of the route's spirals with more than one turn, in metres; infinite for a route without one.
     pub fn pitch_m(&self) -> f64 {
         let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.pitch_m());
         pitches_m.fold(f64::INFINITY, f64::min)

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::{CircularArc, Kernel, Line, RoutePoint, Spiral};
+use super::{CircularArc, Kernel, Line, Placement, RoutePoint, Spiral};
 
 /// A segment of a route. The segment's own parameter grows in walking direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +22,15 @@ impl Segment {
             Self::Line(line) => line.span(),
             Self::Arc(arc) => (0.0, arc.angle()),
             Self::Spiral(spiral) => spiral.span(),
+        }
+    }
+
+    /// The same segment, somewhere else.
+    pub(super) fn placed(&self, placement: &Placement) -> Self {
+        match self {
+            Self::Line(line) => Self::Line(line.placed(placement)),
+            Self::Arc(arc) => Self::Arc(arc.placed(placement)),
+            Self::Spiral(spiral) => Self::Spiral(spiral.placed(placement)),
         }
     }
 
@@ -88,10 +97,10 @@ impl Segment {
         }
     }
 
-    /// Distance between neighbouring turns; `None` for a segment without turns.
+    /// Distance between neighbouring turns; `None` for a segment without a whole turn of a spiral.
     pub(super) fn pitch_m(&self) -> Option<f64> {
         match self {
-            Self::Spiral(spiral) => Some(spiral.pitch_m()),
+            Self::Spiral(spiral) => spiral.has_neighbouring_turns().then_some(spiral.pitch_m()),
             Self::Line(_) | Self::Arc(_) => None,
         }
     }

@@ -2,15 +2,30 @@
 
 use std::f64::consts::PI;
 
-use super::{PitchFamily, Route, RouteError, Turnaround};
+use super::{PathSpec, PitchFamily, Placement, Route, RouteError, Turnaround};
 
 /// A planned route. Its times are show times in seconds; a [`Route`] has only travels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RouteSpec {
+#[derive(Clone, Debug, PartialEq)]
+pub struct RouteSpec {
+    /// The curve.
+    pub shape: RouteShape,
+    /// Where it lies: the centre of a spiral or a turnaround, the beginning of a path.
+    pub placement: Placement,
+    /// Show time at which the plan begins.
+    pub start_s: f64,
+    /// Show time at which the plan ends; `None`: where the route ends.
+    pub end_s: Option<f64>,
+}
+
+/// The curve of a planned route.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RouteShape {
     /// An inward spiral, from t = 0 to its centre.
     Spiral(SpiralSpec),
-    /// An inward spiral, an S, and an outward spiral.
+    /// An inward spiral, an S, and an outward spiral. The head enters the turning circle at t = 0.
     Turnaround(TurnaroundSpec),
+    /// Lines, arcs and spirals, from t = 0 at the beginning of the first.
+    Path(PathSpec),
 }
 
 /// A planned spiral; by default the paper's.
@@ -37,17 +52,16 @@ pub struct TurnaroundSpec {
     pub turn_diameter_m: f64,
     /// Radius of the entry arc ÷ that of the exit arc.
     pub radius_ratio: f64,
-    /// Show time at which the plan begins. The head enters the circle at 0.
-    pub start_s: f64,
-    /// Show time at which the plan ends.
-    pub end_s: f64,
 }
 
 impl Default for TurnaroundSpec {
     fn default() -> Self {
-        Self { pitch_m: 1.7, turn_diameter_m: 9.0, radius_ratio: 2.0, start_s: -100.0, end_s: 100.0 }
+        Self { pitch_m: 1.7, turn_diameter_m: 9.0, radius_ratio: 2.0 }
     }
 }
+
+/// Show times at which the paper's turnaround begins and ends.
+const TURNAROUND_S: [f64; 2] = [-100.0, 100.0];
 
 impl SpiralSpec {
     /// The spiral, walked from its start to the circle of this diameter about its centre.
@@ -61,26 +75,52 @@ impl SpiralSpec {
     }
 }
 
-impl TurnaroundSpec {
-    /// The turnaround, walked between the planned times by a head of this speed, in m/s.
-    ///
-    /// # Errors
-    /// The errors of [`Turnaround::new`] and [`Turnaround::between`].
-    pub fn turnaround(&self, head_speed_mps: f64) -> Result<Turnaround, RouteError> {
-        Turnaround::new(self.pitch_m, self.turn_diameter_m, self.radius_ratio)?
-            .between(head_speed_mps * self.start_s, head_speed_mps * self.end_s)
+impl RouteShape {
+    /// The configuration's name of this kind of route.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Spiral(_) => "spiral",
+            Self::Turnaround(_) => "turnaround",
+            Self::Path(_) => "path",
+        }
+    }
+}
+
+impl From<SpiralSpec> for RouteSpec {
+    /// The spiral about the origin, from t = 0 to its centre.
+    fn from(spec: SpiralSpec) -> Self {
+        Self { shape: RouteShape::Spiral(spec), placement: Placement::default(), start_s: 0.0, end_s: None }
+    }
+}
+
+impl From<TurnaroundSpec> for RouteSpec {
+    /// The turnaround about the origin, at the paper's times.
+    fn from(spec: TurnaroundSpec) -> Self {
+        let [start_s, end_s] = TURNAROUND_S;
+        Self { shape: RouteShape::Turnaround(spec), placement: Placement::default(), start_s, end_s: Some(end_s) }
+    }
+}
+
+impl From<PathSpec> for RouteSpec {
+    /// The path from the origin in the direction of +x, from its beginning to its end.
+    fn from(spec: PathSpec) -> Self {
+        Self { shape: RouteShape::Path(spec), placement: Placement::default(), start_s: 0.0, end_s: None }
     }
 }
 
 impl RouteSpec {
-    /// The route for a head of this speed, in m/s.
+    /// The route for a head of this speed, in m/s, and a dragon whose links have this length together.
     ///
     /// # Errors
     /// A value is out of range.
-    pub fn build(&self, head_speed_mps: f64) -> Result<Route, RouteError> {
-        match self {
-            Self::Spiral(spec) => Route::spiral(spec.pitch_m, spec.start_turns),
-            Self::Turnaround(spec) => spec.turnaround(head_speed_mps).map(|turnaround| turnaround.route()),
+    pub fn build(&self, head_speed_mps: f64, dragon_m: f64) -> Result<Route, RouteError> {
+        match &self.shape {
+            RouteShape::Spiral(spec) => {
+                let spiral = Route::spiral(spec.pitch_m, spec.start_turns)?.placed(&self.placement);
+                self.walked(spiral, head_speed_mps)
+            }
+            RouteShape::Turnaround(spec) => self.turnaround(spec, head_speed_mps).map(|turnaround| turnaround.route()),
+            RouteShape::Path(spec) => self.walked(spec.route(&self.placement, dragon_m)?, head_speed_mps),
         }
     }
 
@@ -88,55 +128,79 @@ impl RouteSpec {
     ///
     /// # Errors
     /// A value is out of range.
-    pub fn family(&self, head_speed_mps: f64) -> Result<PitchFamily, RouteError> {
-        match self {
-            Self::Spiral(_) => self.build(head_speed_mps).map(PitchFamily::of_spiral),
-            Self::Turnaround(spec) => spec.turnaround(head_speed_mps).map(PitchFamily::of_turnaround),
+    pub fn family(&self, head_speed_mps: f64, dragon_m: f64) -> Result<PitchFamily, RouteError> {
+        let route = || self.build(head_speed_mps, dragon_m);
+        match &self.shape {
+            RouteShape::Spiral(_) => Ok(PitchFamily::of_spiral(route()?, self.placement.position)),
+            RouteShape::Turnaround(spec) => self.turnaround(spec, head_speed_mps).map(PitchFamily::of_turnaround),
+            RouteShape::Path(_) => Ok(PitchFamily::of_path(route()?)),
         }
+    }
+
+    /// The planned turnaround for a head of this speed; `None` for another route.
+    ///
+    /// # Errors
+    /// A value is out of range.
+    pub fn planned_turnaround(&self, head_speed_mps: f64) -> Result<Option<Turnaround>, RouteError> {
+        self.as_turnaround().map(|spec| self.turnaround(&spec, head_speed_mps)).transpose()
+    }
+
+    fn turnaround(&self, spec: &TurnaroundSpec, head_speed_mps: f64) -> Result<Turnaround, RouteError> {
+        let end_s = self.end_s.unwrap_or(TURNAROUND_S[1]);
+        Turnaround::new(spec.pitch_m, spec.turn_diameter_m, spec.radius_ratio)?
+            .placed(self.placement)
+            .between(head_speed_mps * self.start_s, head_speed_mps * end_s)
+    }
+
+    /// A route, walked between the planned times.
+    fn walked(&self, route: Route, head_speed_mps: f64) -> Result<Route, RouteError> {
+        let end_m = self.end_s.map_or(route.end_travel_m(), |end_s| head_speed_mps * end_s);
+        route.between(head_speed_mps * self.start_s, end_m)
     }
 
     /// The planned turnaround, if the route is one.
     pub fn as_turnaround(&self) -> Option<TurnaroundSpec> {
-        match self {
-            Self::Spiral(_) => None,
-            Self::Turnaround(spec) => Some(*spec),
+        if let RouteShape::Turnaround(spec) = self.shape { Some(spec) } else { None }
+    }
+
+    /// The planned path, if the route is one.
+    pub fn as_path(&self) -> Option<&PathSpec> {
+        if let RouteShape::Path(spec) = &self.shape { Some(spec) } else { None }
+    }
+
+    /// The planned spiral. For a turnaround: a spiral of its pitch with the paper's number of turns at the start. `None` for a
+    /// path, which has no pitch.
+    pub fn spiral(&self) -> Option<SpiralSpec> {
+        match &self.shape {
+            RouteShape::Spiral(spec) => Some(*spec),
+            RouteShape::Turnaround(spec) => Some(SpiralSpec { pitch_m: spec.pitch_m, ..SpiralSpec::default() }),
+            RouteShape::Path(_) => None,
         }
     }
 
-    /// The planned spiral. For a turnaround: a spiral of its pitch with the paper's number of turns at the start.
-    pub fn spiral(&self) -> SpiralSpec {
-        match self {
-            Self::Spiral(spec) => *spec,
-            Self::Turnaround(spec) => SpiralSpec { pitch_m: spec.pitch_m, ..SpiralSpec::default() },
-        }
-    }
-
-    /// Diameter of the circle that contains the S. For a spiral: the diameter of the paper's turning circle.
+    /// Diameter of the circle that contains the S. For another route: the diameter of the paper's turning circle.
     pub fn turn_diameter_m(&self) -> f64 {
         self.as_turnaround().unwrap_or_default().turn_diameter_m
     }
 
-    /// Show time at which the plan begins.
-    pub fn start_s(&self) -> f64 {
-        self.as_turnaround().map_or(0.0, |spec| spec.start_s)
+    /// Distance between neighbouring turns, in metres; `None` for a path.
+    pub fn pitch_m(&self) -> Option<f64> {
+        self.spiral().map(|spec| spec.pitch_m)
     }
 
-    /// Show time at which the plan ends, if the plan sets one.
-    pub fn end_s(&self) -> Option<f64> {
-        self.as_turnaround().map(|spec| spec.end_s)
-    }
-
-    /// Distance between neighbouring turns, in metres.
-    pub fn pitch_m(&self) -> f64 {
-        self.spiral().pitch_m
-    }
-
-    /// The same plan with another pitch, which is not checked.
+    /// The same plan with another shape.
     #[must_use]
-    pub fn with_pitch(self, pitch_m: f64) -> Self {
-        match self {
-            Self::Spiral(spec) => Self::Spiral(SpiralSpec { pitch_m, ..spec }),
-            Self::Turnaround(spec) => Self::Turnaround(TurnaroundSpec { pitch_m, ..spec }),
-        }
+    pub fn with_shape(&self, shape: RouteShape) -> Self {
+        Self { shape, ..self.clone() }
+    }
+
+    /// The same plan with another pitch, which is not checked. A path has no pitch.
+    #[must_use]
+    pub fn with_pitch(&self, pitch_m: f64) -> Self {
+        self.with_shape(match &self.shape {
+            RouteShape::Spiral(spec) => RouteShape::Spiral(SpiralSpec { pitch_m, ..*spec }),
+            RouteShape::Turnaround(spec) => RouteShape::Turnaround(TurnaroundSpec { pitch_m, ..*spec }),
+            RouteShape::Path(spec) => RouteShape::Path(spec.clone()),
+        })
     }
 }

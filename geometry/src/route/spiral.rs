@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
-use super::{Kernel, PolarKernel, Segment, Turn};
+use super::{Kernel, Placement, PolarKernel, Segment, Turn};
 
 /// Largest deviation from half a turn that counts as rounding, in radians.
 const HALF_TURN_TOLERANCE: f64 = 1e-12;
@@ -69,6 +69,10 @@ impl Spiral {
         Self { centre, axis, winding, ..self }
     }
 
+    pub(super) fn placed(self, placement: &Placement) -> Self {
+        self.about(placement.place(self.centre), self.axis + placement.heading, self.winding)
+    }
+
     /// Centre of the spiral.
     pub fn centre(&self) -> DVec2 {
         self.centre
@@ -82,6 +86,11 @@ impl Spiral {
     /// b in metres.
     pub fn radius_per_radian_m(&self) -> f64 {
         self.radius_per_radian_m
+    }
+
+    /// Whether this part of the spiral has a point beside another turn.
+    pub(super) fn has_neighbouring_turns(&self) -> bool {
+        self.end - self.begin > TAU
     }
 
     /// Whether the head walks towards the centre.

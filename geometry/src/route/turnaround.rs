@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec2;
 
 use super::family::SegmentVariation;
-use super::{CircularArc, Route, RouteError, Segment, Spiral, Turn};
+use super::{CircularArc, Placement, Route, RouteError, Segment, Spiral, Turn};
 
 /// A turnaround: inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. At t = 0 the head enters
 /// the circle. The way in is walked clockwise.
@@ -39,7 +39,9 @@ pub struct Turnaround {
     way_in: Spiral,
     /// θ at the turning circle.
     circle_angle: f64,
+    /// About the origin, like all of the above.
     arcs: [CircularArc; 2],
+    placement: Placement,
     start_travel_m: f64,
     end_travel_m: f64,
 }
@@ -76,6 +78,7 @@ impl Turnaround {
                 CircularArc::from_begin(entry.position, entry.tangent, entry_radius_m, turn_angle, Turn::Clockwise),
                 CircularArc::to_end(-entry.position, entry.tangent, exit_radius_m, turn_angle, Turn::CounterClockwise),
             ],
+            placement: Placement::default(),
             start_travel_m: -100.0,
             end_travel_m: 100.0,
         })
@@ -90,6 +93,17 @@ impl Turnaround {
         Ok(Self { start_travel_m, end_travel_m, ..self })
     }
 
+    /// The same turnaround about another centre.
+    #[must_use]
+    pub fn placed(self, placement: Placement) -> Self {
+        Self { placement, ..self }
+    }
+
+    /// Centre of the turning circle.
+    pub fn centre(&self) -> DVec2 {
+        self.placement.position
+    }
+
     /// The route: four segments. The last one has no end.
     pub fn route(&self) -> Route {
         let [entry_arc, exit_arc] = self.arcs;
@@ -98,7 +112,7 @@ impl Turnaround {
         let segments =
             [Segment::Spiral(self.way_in), Segment::Arc(entry_arc), Segment::Arc(exit_arc), Segment::Spiral(way_out)];
         let route = Route::new(&segments, 0.0, [self.start_travel_m, self.end_travel_m]);
-        route.expect("the arcs join the spirals, and the span was checked")
+        route.expect("the arcs join the spirals, and the span was checked").placed(&self.placement)
     }
 
     /// Distance between neighbouring turns of the spirals.
@@ -118,7 +132,7 @@ impl Turnaround {
 
     /// The entry arc and the exit arc.
     pub fn arcs(&self) -> [CircularArc; 2] {
-        self.arcs
+        self.arcs.map(|arc| arc.placed(&self.placement))
     }
 
     /// Arc length of the S, in metres.
@@ -133,12 +147,16 @@ impl Turnaround {
 
     /// The point on the turning circle at which the S begins.
     pub fn entry(&self) -> DVec2 {
+        self.placement.place(self.unplaced_entry())
+    }
+
+    fn unplaced_entry(&self) -> DVec2 {
         Segment::Spiral(self.way_in).point(-self.circle_angle).position
     }
 
     /// The point on the turning circle at which the S ends, opposite the entry.
     pub fn exit(&self) -> DVec2 {
-        -self.entry()
+        self.placement.place(-self.unplaced_entry())
     }
 
     /// Change of the S per metre of pitch.
@@ -163,6 +181,7 @@ impl Turnaround {
     /// At a fixed angle, the spirals are proportional to the pitch. At a fixed angle from its end on the turning circle, each
     /// arc moves, turns and grows with that end.
     pub(super) fn variation(&self, position: DVec2, travel_m: f64) -> SegmentVariation {
+        let position = self.placement.unplace(position);
         let (length_m, middle_m) = (self.turn_length_m(), self.arcs[0].length_m());
         let turn = self.turn_variation();
         let circle_speed = self.way_in.speed_m_per_unit(-self.circle_angle) * turn.entry_angle;
@@ -172,15 +191,16 @@ impl Turnaround {
             SegmentVariation { position, turn: turn.turn, travel }
         };
         let on_spiral = |travel: f64| SegmentVariation { position: position / self.pitch_m, turn: 0.0, travel };
-        if travel_m <= 0.0 {
+        let variation = if travel_m <= 0.0 {
             on_spiral(travel_m / self.pitch_m + circle_speed)
         } else if travel_m <= middle_m {
-            on_arc(self.entry(), turn.scale * travel_m)
+            on_arc(self.unplaced_entry(), turn.scale * travel_m)
         } else if travel_m <= length_m {
-            on_arc(self.exit(), turn.length - turn.scale * (length_m - travel_m))
+            on_arc(-self.unplaced_entry(), turn.length - turn.scale * (length_m - travel_m))
         } else {
             on_spiral(turn.length + (travel_m - length_m) / self.pitch_m - circle_speed)
-        }
+        };
+        SegmentVariation { position: self.placement.turn(variation.position), ..variation }
     }
 
     /// Change of the travel of each seam, in metres per metre of pitch. Each arc keeps its share of the length of the S.

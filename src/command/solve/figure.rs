@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::ensure;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
-use bench_dragon_geometry::route::{Route, RouteSpec, Turnaround};
+use bench_dragon_geometry::route::{Route, RouteShape, RouteSpec, Turnaround};
 use clap::{Args, ValueHint};
 use glam::DVec2;
 
@@ -114,10 +114,21 @@ fn dragon_facts(dimensions: &Dimensions) -> Vec<String> {
     ]
 }
 
-fn route_fact(route: RouteSpec) -> String {
-    let Some(plan) = route.as_turnaround() else { return format!("spiral, pitch {} m", rounded(route.pitch_m())) };
-    let [pitch_m, diameter_m, ratio] = [plan.pitch_m, plan.turn_diameter_m, plan.radius_ratio].map(rounded);
-    format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}")
+fn route_fact(route: &RouteSpec) -> String {
+    match &route.shape {
+        RouteShape::Spiral(plan) => format!("spiral, pitch {} m", rounded(plan.pitch_m)),
+        RouteShape::Turnaround(plan) => {
+            let [pitch_m, diameter_m, ratio] = [plan.pitch_m, plan.turn_diameter_m, plan.radius_ratio].map(rounded);
+            format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}")
+        }
+        RouteShape::Path(plan) => {
+            let (segments, lap_m) = (Counted(plan.segments.len() as u64, "segment"), rounded(plan.lap_m()));
+            match plan.laps {
+                Some(laps) => format!("{} of {segments}, {lap_m} m each", Counted(u64::from(laps), "lap")),
+                None => format!("path of {segments}, {lap_m} m"),
+            }
+        }
+    }
 }
 
 fn speed_fact(speed_mps: f64, accel_mps2: Option<f64>) -> String {
@@ -153,7 +164,8 @@ pub(super) fn in_plan(dragon: &Dragon, travel_m: f64) -> DragonInPlan {
 }
 
 pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
-    let circle = Circle { radius_m: 0.5 * turnaround.turn_diameter_m(), name: "turning circle".to_owned() };
+    let radius_m = 0.5 * turnaround.turn_diameter_m();
+    let circle = Circle { centre: turnaround.centre(), radius_m, name: "turning circle".to_owned() };
     PlanView { circle: Some(circle), turn: Some(turn_marks(turnaround)), ..plan }
 }
 

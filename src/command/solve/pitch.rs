@@ -1,7 +1,7 @@
 //! `solve pitch`: finds the smallest pitch of a spiral on which the head reaches a circle without a contact.
 
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
-use bench_dragon_geometry::route::{RouteSpec, SpiralSpec};
+use bench_dragon_geometry::route::{RouteShape, SpiralSpec};
 use clap::Args;
 use serde::Serialize;
 
@@ -52,7 +52,10 @@ struct Limit {
 
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
-    let start_turns = config.route().spiral().start_turns;
+    let Some(SpiralSpec { start_turns, .. }) = config.route().spiral() else {
+        let error = "[route] kind is \"path\", must be \"spiral\" or \"turnaround\" for a question about the pitch: a path has none";
+        return Err(BadInput(error.to_owned()).into());
+    };
     let turn_diameter_m = args.turn_diameter.unwrap_or(config.route().turn_diameter_m());
     let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
     let found = smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, &args.answer.work.meter());
@@ -70,7 +73,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     match &found {
         Ok(smallest) => {
             let plan = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
-            let tightest = config.with_route(RouteSpec::Spiral(plan))?;
+            let tightest = config.with_shape(&RouteShape::Spiral(plan))?;
             let end_m = plan.to_circle(turn_diameter_m)?.end_travel_m();
             draw(args, &tightest, turn_diameter_m, end_m, smallest)?;
             save_config(&args.answer, Ok(&tightest))
@@ -100,7 +103,9 @@ fn draw(
     let time_s = tightest.timetable().time_s(travel_m);
     let title = format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s");
     let caption = args.answer.figure.caption(tightest, title);
-    let circle = Circle { radius_m: 0.5 * turn_diameter_m, name: format!("circle of diameter {turn_diameter_m} m") };
+    let name = format!("circle of diameter {turn_diameter_m} m");
+    let centre = tightest.route().placement.position;
+    let circle = Circle { centre, radius_m: 0.5 * turn_diameter_m, name };
     let pair = pair(tightest.dragon(), travel_m, benches);
     let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest.dragon(), caption, travel_m) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)

@@ -121,8 +121,11 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
 fn plan_view(args: &FigureArgs, config: &Config, time_s: f64) -> anyhow::Result<PlanView> {
     let caption = args.caption(config, format!("The dragon at {time_s} s"));
     let plan = plan_of(config.dragon(), caption, travel_m(time_s, config));
-    let Some(spec) = config.route().as_turnaround() else { return Ok(plan) };
-    Ok(on_turn(plan, &spec.turnaround(config.tables().head.speed_mps)?))
+    let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps)?;
+    Ok(match turnaround {
+        Some(turnaround) => on_turn(plan, &turnaround),
+        None => plan,
+    })
 }
 
 /// The time of a figure, which shows exactly one.

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::figure::FigureArgs;
 use super::{WorkArgs, xlsx};
-use crate::command::flags::{ConfigArgs, Format, FormatArgs, within};
+use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, print_bytes, print_json, print_line};
 use crate::config::Config;
@@ -65,7 +65,7 @@ fn parameter(text: &str) -> Result<Parameter, String> {
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
-    let sensitivity = sensitivity(&config, args);
+    let sensitivity = sensitivity(&config, args)?;
     let progress = Progress::new("answers", sensitivity.questions() as f64);
     let responses = sensitivity.study(&args.work.long_meter(), || progress.add(1.0));
     drop(progress);
@@ -87,21 +87,30 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     Ok(notes.into_iter().try_for_each(print_line)?)
 }
 
-fn sensitivity(config: &Config, args: &SensitivityArgs) -> Sensitivity {
+fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, BadInput> {
     let planned_diameter_m = config.route().turn_diameter_m();
-    let is_asked = |parameter: &Parameter| args.parameter.is_empty() || args.parameter.contains(parameter);
-    Sensitivity {
-        setting: Setting {
-            dimensions: *config.dragon().dimensions(),
-            route: config.route(),
-            speed_mps: config.tables().head.speed_mps,
-            accel_mps2: config.tables().head.accel_mps2,
-        },
+    let setting = Setting {
+        dimensions: *config.dragon().dimensions(),
+        route: config.route().clone(),
+        speed_mps: config.tables().head.speed_mps,
+        accel_mps2: config.tables().head.accel_mps2,
+    };
+    if let Some(parameter) = args.parameter.iter().find(|parameter| !setting.has(**parameter)) {
+        let kind = config.route().shape.kind();
+        return Err(BadInput(format!(
+            "--parameter is {parameter}, which a route of the kind \"{kind}\" does not have"
+        )));
+    }
+    let is_asked = |parameter: &Parameter| {
+        setting.has(*parameter) && (args.parameter.is_empty() || args.parameter.contains(parameter))
+    };
+    Ok(Sensitivity {
         turn_diameter_m: args.turn_diameter.unwrap_or(planned_diameter_m),
         range: 0.01 * args.range,
         steps: args.steps,
         parameters: Parameter::ALL.into_iter().filter(is_asked).collect(),
-    }
+        setting,
+    })
 }
 
 #[derive(Serialize)]

@@ -69,7 +69,7 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Returns the configuration, and its dragon on the whole passage through a turn, or on the configured spiral.
+/// Returns the configuration, and its dragon on the whole passage through a turn, or on the planned run of another route.
 fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
     if plan.config.is_some() && !asks_for_turn(plan) {
@@ -79,8 +79,7 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
             return Ok((config, Ok(dragon)));
         }
     }
-    let (config, plan) = planned_turn(plan)?;
-    let turnaround = plan.turnaround(config.tables().head.speed_mps)?;
+    let (config, _, turnaround) = planned_turn(plan)?;
     let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.answer.work.meter());
     Ok((config, passage.map(Arc::new)))
 }
@@ -113,7 +112,7 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
             let of_what = if config.route().as_turnaround().is_some() {
                 "on the passage through the turn"
             } else {
-                "on all of the spiral's run (--turn-diameter computes a passage through a turn instead)"
+                "on all of the planned run (--turn-diameter computes a passage through a turn instead)"
             };
             let answer = SpeedLimitAnswer { infeasible: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
             (answer, format!("infeasible {of_what}: {reason}"))

@@ -10,7 +10,7 @@ use bench_dragon_geometry::planner::{
     ClosestApproach, HeadTimetable, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio,
     passage_through, shortest_turn, walk_through,
 };
-use bench_dragon_geometry::route::{CircularArc, RouteSpec, Turnaround, TurnaroundSpec};
+use bench_dragon_geometry::route::{CircularArc, RouteShape, Turnaround, TurnaroundSpec};
 use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
@@ -136,10 +136,8 @@ const SHORTEST_CLEARANCE_M: f64 = 0.05;
 const SHORTEST_MAX_RATIO: f64 = 2.0;
 
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
-    let (config, plan) = planned_turn(&args.plan)?;
-    let speed_mps = config.tables().head.speed_mps;
+    let (config, plan, planned) = planned_turn(&args.plan)?;
     let dimensions = *config.dragon().dimensions();
-    let planned = plan.turnaround(speed_mps)?;
     let margin_m = config.tables().monitor.margin_m;
     let default = |limit: f64| args.shortest.then_some(limit);
     // The guard stops the head where the clearance falls under its margin. So the shortest turn keeps at least the margin.
@@ -156,7 +154,8 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     };
     let (config, turnaround, passage, shortest) = if args.shortest {
         let (plan, passage, shortest) = find_shortest(args, &planned, dimensions, staging, plan)?;
-        (config.with_route(RouteSpec::Turnaround(plan))?, plan.turnaround(speed_mps)?, passage, Some(shortest))
+        let (config, turnaround) = with_turnaround(&config, plan)?;
+        (config, turnaround, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
         let passage =
@@ -343,29 +342,40 @@ pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
     args.pitch.or(args.turn_diameter).or(args.radius_ratio).is_some()
 }
 
+/// Returns the configuration with this turnaround, and the turnaround.
+fn with_turnaround(config: &Config, plan: TurnaroundSpec) -> anyhow::Result<(Config, Turnaround)> {
+    let config = config.with_shape(&RouteShape::Turnaround(plan))?;
+    let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps)?;
+    Ok((config, turnaround.expect("the route is a turnaround")))
+}
+
 /// Returns the configuration and its turnaround, after the flags have overridden it. Without a file it is the paper's
 /// turnaround. With flags for a turn, a file with a spiral gives the turn its pitch.
-pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec)> {
+pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec, Turnaround)> {
     let config = load_config(&ConfigArgs { config: args.config.clone() }, |_| ())?;
     let plan = match (config.route().as_turnaround(), &args.config) {
         (Some(plan), _) => plan,
         (None, None) => TurnaroundSpec::default(),
         (None, Some(_)) if asks_for_turn(args) => {
-            TurnaroundSpec { pitch_m: config.route().pitch_m(), ..TurnaroundSpec::default() }
+            let paper = TurnaroundSpec::default();
+            TurnaroundSpec { pitch_m: config.route().pitch_m().unwrap_or(paper.pitch_m), ..paper }
         }
         (None, Some(path)) => {
-            let error = "[route] kind is \"spiral\", must be \"turnaround\" for a question about a turn; \
-                         --turn-diameter, --radius-ratio or --pitch makes it one";
-            return Err(BadInput(error.to_owned())).with_context(|| path.display().to_string());
+            let error = format!(
+                "[route] kind is \"{}\", must be \"turnaround\" for a question about a turn; \
+                 --turn-diameter, --radius-ratio or --pitch makes it one",
+                config.route().shape.kind()
+            );
+            return Err(BadInput(error)).with_context(|| path.display().to_string());
         }
     };
     let plan = TurnaroundSpec {
         pitch_m: args.pitch.unwrap_or(plan.pitch_m),
         turn_diameter_m: args.turn_diameter.unwrap_or(plan.turn_diameter_m),
         radius_ratio: args.radius_ratio.unwrap_or(plan.radius_ratio),
-        ..plan
     };
-    Ok((config.with_route(RouteSpec::Turnaround(plan))?, plan))
+    let (config, turnaround) = with_turnaround(&config, plan)?;
+    Ok((config, plan, turnaround))
 }
 
 /// Show time, in seconds, at which a head of this planned speed reaches a travel of a passage. A passage may extend beyond the

@@ -20,7 +20,7 @@ pub struct PlanView {
     pub caption: Caption,
     /// The dragon.
     pub dragon: DragonInPlan,
-    /// A circle around the origin.
+    /// A circle.
     pub circle: Option<Circle>,
     /// The S of a turnaround.
     pub turn: Option<TurnMarks>,
@@ -28,9 +28,11 @@ pub struct PlanView {
     pub pair: Option<NearestPair>,
 }
 
-/// A circle around the origin of a plan.
+/// A circle in a plan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Circle {
+    /// Centre in metres.
+    pub centre: DVec2,
     /// Radius in metres.
     pub radius_m: f64,
     /// Name in the legend.
@@ -140,7 +142,7 @@ impl PlanView {
 
 impl Circle {
     fn draw(&self, drawing: &mut Drawing, plot: &Plot) {
-        let path = circle(plot.at(DVec2::ZERO), self.radius_m * plot.mm_per_x());
+        let path = circle(plot.at(self.centre), self.radius_m * plot.mm_per_x());
         drawing.push(Mark::stroked(path, BLACK, FINE_WIDTH).styled(LineStyle::Dashed).clipped(plot.area));
     }
 }
