@@ -30,7 +30,7 @@ fn difference(curve: &Curve) -> Option<f64> {
 /// Checks every derivative that exists. Returns their number.
 fn check(setting: Setting, parameters: &[Parameter]) -> usize {
     let mut checked = 0;
-    for Response { quantity, curves, .. } in study(setting, parameters) {
+    for Response { quantity, curves, .. } in study(setting.clone(), parameters) {
         for curve in curves {
             let (Ok(derivative), Some(expected)) = (&curve.derivative, difference(&curve)) else { continue };
             checked += 1;
@@ -57,7 +57,7 @@ fn value_of(responses: &[Response], quantity: Quantity) -> f64 {
 #[test]
 fn papers_spiral_has_the_known_answers_and_their_derivatives() {
     let setting = paper(RouteSpec::from(SpiralSpec::default()));
-    let planned = study(setting, &[]);
+    let planned = study(setting.clone(), &[]);
     assert!((value_of(&planned, Quantity::FirstContact) - 412.473_838).abs() <= 5.001e-7);
     assert!((value_of(&planned, Quantity::SmallestPitch) - 0.450_337).abs() <= 5.001e-7);
     assert_eq!(value_of(&planned, Quantity::LargestSpeedRatio), 1.0);
@@ -68,7 +68,7 @@ fn papers_spiral_has_the_known_answers_and_their_derivatives() {
 #[test]
 fn papers_turnaround_has_the_known_answers_and_their_derivatives() {
     let setting = paper(RouteSpec::from(TurnaroundSpec::default()));
-    let planned = study(setting, &[]);
+    let planned = study(setting.clone(), &[]);
     assert!((value_of(&planned, Quantity::LargestSpeedRatio) - 1.604_793).abs() <= 5.001e-7);
     assert!(planned[0].value.is_err(), "no benches touch");
     assert_eq!(check(setting, &Parameter::ALL), 3 * 6 - 1);
@@ -92,7 +92,7 @@ fn other_dragons_have_the_derivatives_of_the_differences() {
         let turnaround = TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio };
         let parameters = [Parameter::Pitch, Parameter::HeadLength, Parameter::BodyLength, Parameter::HoleOffset];
         for route in [RouteSpec::from(spiral), RouteSpec::from(turnaround)] {
-            let checked = check(setting(route), &parameters);
+            let checked = check(setting(route.clone()), &parameters);
             assert!(checked >= 8, "{checked} derivatives of {route:?}");
         }
     }
