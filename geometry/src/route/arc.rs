@@ -24,7 +24,7 @@ impl Turn {
     }
 }
 
-/// A circular arc. Its parameter is the angle walked from its beginning, in radians.
+/// A circular arc. Its parameter is in metres from its beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CircularArc {
     centre: DVec2,
@@ -86,7 +86,7 @@ impl CircularArc {
             away.length() + self.radius_m
         } else {
             let kernel = self.kernel(0.0, 0.0);
-            kernel.at(0.0).position.distance(from).max(kernel.at(self.angle).position.distance(from))
+            kernel.at(0.0).position.distance(from).max(kernel.at(self.length_m()).position.distance(from))
         }
     }
 
@@ -97,7 +97,7 @@ impl CircularArc {
     }
 
     pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let turn = self.turn.sign();
+        let turn = self.curvature();
         Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,

@@ -35,7 +35,8 @@ impl Kernel {
                 let spoke = DVec2::new(cosine, sine);
                 let position = polar.centre + radius_m * spoke;
                 if slope_m == 0.0 {
-                    return RoutePoint { position, tangent: polar.turn * spoke.perp(), speed_m_per_unit: radius_m };
+                    let tangent = polar.turn.signum() * spoke.perp();
+                    return RoutePoint { position, tangent, speed_m_per_unit: 1.0 };
                 }
                 // Calculates in units of the slope, so that the square of a tiny radius does not underflow to 0.
                 let radius = angle - polar.axis;
@@ -94,7 +95,7 @@ pub(crate) struct PolarKernel {
     pub(super) centre: DVec2,
     /// φ at parameter 0, in radians.
     pub(super) angle: f64,
-    /// 1 if φ grows with the parameter, −1 if φ falls.
+    /// Change of φ per unit of the parameter: ±1 on a spiral, the curvature on an arc.
     pub(crate) turn: f64,
     /// Radius at φ = 0, in metres.
     pub(super) radius_m: f64,
