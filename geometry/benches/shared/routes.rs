@@ -29,7 +29,7 @@ pub fn winding(segments: usize) -> Route {
     let arc = |number: usize| {
         let (radius_m, length_m) = (4.0 + 36.0 * random.f64(), 1.2 + 0.6 * random.f64());
         // Eight arcs to one side, then eight to the other.
-        let side = if number / 8 % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if (number / 8).is_multiple_of(2) { 1.0 } else { -1.0 };
         PathSegment::Arc { radius_m, turn: side * length_m / radius_m }
     };
     route((0..segments).map(arc).collect())

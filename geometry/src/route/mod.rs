@@ -36,7 +36,8 @@ pub use spec::{RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec};
 pub use spiral::Spiral;
 pub use turnaround::Turnaround;
 
-pub(crate) use kernel::{Kernel, PolarKernel};
+use kernel::PolarKernel;
+pub(crate) use kernel::{Kernel, Piece};
 
 use segment::PlacedSegment;
 
