@@ -79,7 +79,8 @@ impl CircularArc {
         let away = self.centre - from;
         let direction = away.normalize_or(self.begin);
         let passes = (0..2).any(|round| {
-            let turned = self.turn.sign() * self.begin.angle_to(direction) + f64::from(round) * std::f64::consts::TAU;
+            let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
+            let turned = self.turn.sign() * angle + f64::from(round) * std::f64::consts::TAU;
             (0.0..=self.angle).contains(&turned)
         });
         if passes {
