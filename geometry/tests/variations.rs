@@ -147,6 +147,15 @@ fn papers_turnaround_changes_as_the_differences() {
     }
 }
 
+#[test]
+fn a_turnaround_with_a_line_changes_as_the_differences() {
+    let plan = TurnaroundSpec { line_m: 3.0, ..TurnaroundSpec::default() };
+    let setting = setting(40, RouteSpec::from(plan));
+    for travel_m in [-50.0, 2.0, 5.0, 7.5, 8.0, 9.5, 11.0, 16.0, 30.0, 70.0, 99.0] {
+        check(&setting, travel_m);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
@@ -158,11 +167,11 @@ proptest! {
         hole_m in 0.05..0.4_f64,
         pitch_m in 0.5..2.0_f64,
         diameter_m in 8.0..12.0_f64,
-        radius_ratio in 0.5..2.0_f64,
+        (radius_ratio, line) in (0.5..2.0_f64, prop_oneof![Just(0.0), 0.01..0.6_f64]),
         travel_m in 1.0..99.0_f64,
     ) {
         let dimensions = Dimensions::new(30, head_m, body_m, width_m, hole_m).expect("valid benches");
-        let plan = TurnaroundSpec { pitch_m, turn_diameter_m: diameter_m, radius_ratio };
+        let plan = TurnaroundSpec { pitch_m, turn_diameter_m: diameter_m, radius_ratio, line_m: line * diameter_m };
         check(&Setting { dimensions, route: RouteSpec::from(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);
         let plan = SpiralSpec { pitch_m, start_turns: 8.0 };
         check(&Setting { dimensions, route: RouteSpec::from(plan), speed_mps: 1.0, accel_mps2: None }, travel_m);

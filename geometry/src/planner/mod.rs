@@ -17,6 +17,7 @@ mod shortest_turn;
 mod speed_limit;
 mod strides;
 mod timetable;
+mod turn_line;
 
 pub use answers::{Quantity, Unanswered};
 pub use board_variation::{BoardVariation, Witness};
@@ -33,3 +34,4 @@ pub use setting::{Parameter, Setting};
 pub use shortest_turn::{ShortestTurn, shortest_turn};
 pub use speed_limit::{LargestRatio, largest_speed_ratio};
 pub use timetable::HeadTimetable;
+pub use turn_line::shortest_turn_with_line;
