@@ -4,7 +4,8 @@ use bench_dragon_geometry::dragon::{Dimensions, Meter};
 use bench_dragon_geometry::planner::{
     Curve, NoDerivative, Parameter, Quantity, Response, Sample, Sensitivity, Setting, Undefined,
 };
-use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
+use proptest::prelude::*;
 
 /// Relative step of the differences. Their error is the fourth power of the step times a fifth derivative, to which every bench
 /// contributes. The solvers' errors of about 10⁻¹¹, divided by the step, are below 10⁻⁶.
@@ -42,6 +43,53 @@ fn check(setting: &Setting, parameters: &[Parameter]) -> usize {
         }
     }
     checked
+}
+
+/// Random paths of lines, arcs and spirals.
+fn paths() -> impl Strategy<Value = PathSpec> {
+    let radius_m = 3.0..9.0_f64;
+    let turn = (0.3..4.0_f64, any::<bool>()).prop_map(|(turn, left)| if left { turn } else { -turn });
+    let segments = prop_oneof![
+        (1.0..10.0_f64).prop_map(|length_m| PathSegment::Line { length_m }),
+        (radius_m.clone(), turn.clone()).prop_map(|(radius_m, turn)| PathSegment::Arc { radius_m, turn }),
+        (radius_m.clone(), radius_m, turn).prop_map(|(start_radius_m, end_radius_m, turn)| {
+            PathSegment::Spiral { start_radius_m, end_radius_m, turn }
+        }),
+    ];
+    prop::collection::vec(segments, 2..6).prop_map(|segments| PathSpec { segments, laps: None })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, max_shrink_iters: 0, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_paths_have_the_derivatives_of_the_differences(
+        path in paths(),
+        benches in 3_usize..40,
+        (head_m, body_m) in (1.5..4.0_f64, 1.5..2.5_f64),
+        (width_m, hole_m) in (0.1..0.4_f64, 0.05..0.3_f64),
+        accel_mps2 in prop::option::of(0.2..1.0_f64),
+    ) {
+        let dimensions = Dimensions::new(benches, head_m, body_m, width_m, hole_m).expect("valid benches");
+        let setting = Setting { dimensions, route: RouteSpec::from(path), speed_mps: 1.3, accel_mps2 };
+        let parameters: Vec<Parameter> =
+            Parameter::ALL.into_iter().filter(|parameter| setting.has(*parameter)).collect();
+        check(&setting, &parameters);
+    }
+}
+
+/// The eight's least clearance lasts as long as an arc; its route has no pitch.
+#[test]
+fn a_path_has_derivatives_over_all_but_the_pitch() {
+    let (line, radius_m) = (PathSegment::Line { length_m: 40.0 }, 20.0);
+    let arc = |turn| PathSegment::Arc { radius_m, turn };
+    let turn = 1.5 * std::f64::consts::PI;
+    let eight = PathSpec { segments: vec![line, arc(turn), line, arc(-turn)], laps: Some(1) };
+    let dimensions = Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let setting = Setting { dimensions, route: RouteSpec::from(eight), speed_mps: 1.0, accel_mps2: None };
+    let parameters =
+        [Parameter::HeadLength, Parameter::BodyLength, Parameter::Width, Parameter::HoleOffset, Parameter::Speed];
+    assert_eq!(check(&setting, &parameters), 2 * 5);
 }
 
 fn paper(route: RouteSpec) -> Setting {

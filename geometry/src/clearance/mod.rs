@@ -17,7 +17,7 @@ mod pose;
 mod proven_travel;
 mod search;
 
-pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
+pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use proven_travel::ProvenTravel;

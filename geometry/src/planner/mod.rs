@@ -32,6 +32,6 @@ pub use profile::{Found, clearance_profile, near_misses};
 pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::{Parameter, Setting};
 pub use shortest_turn::{ShortestTurn, shortest_turn};
-pub use speed_limit::{LargestRatio, largest_speed_ratio};
+pub use speed_limit::{LargestRatio, first_faster, largest_speed_ratio};
 pub use timetable::HeadTimetable;
 pub use turn_line::shortest_turn_with_line;

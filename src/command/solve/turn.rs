@@ -1,6 +1,5 @@
 //! `solve turn`: checks whether the dragon passes a turnaround, and finds its least clearance and largest speed.
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
@@ -16,7 +15,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{on_turn, pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, save_config};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_report};
@@ -70,10 +69,6 @@ pub(crate) struct TurnPlanArgs {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
-
-/// Allowed limits for a handle's speed ÷ the head's speed. Under 1 every turn would fail, because the head itself has 1. A
-/// handle with a greater ratio than the upper limit jumps.
-const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
 
 #[derive(Default, Serialize)]
 struct TurnAnswer {
@@ -156,13 +151,6 @@ struct Touch {
     time_s: f64,
     benches: [usize; 2],
     point_m: [f64; 2],
-}
-
-#[derive(Serialize)]
-struct TooFast {
-    ratio: f64,
-    time_s: f64,
-    handle: usize,
 }
 
 /// Default clearance of the shortest turn, in metres: enough for people.
