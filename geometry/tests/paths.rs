@@ -165,3 +165,29 @@ proptest! {
         }
     }
 }
+
+/// Handle 1 is the fastest at both ends of an interval of some centimetres, and the tail between them. The search has its samples
+/// elsewhere for each end of the run.
+#[test]
+fn the_largest_ratio_may_be_that_of_a_handle_far_behind() {
+    for tenth in 0..40 {
+        let segments = vec![
+            PathSegment::Spiral { start_radius_m: 1.5, end_radius_m: 4.453_214_234_769_256, turn: -0.5 },
+            PathSegment::Line { length_m: 0.346_472_625_854_153 },
+            PathSegment::Arc { radius_m: 1.571_021_156_268_325, turn: -3.494_039_813_709_058 },
+            PathSegment::Spiral { start_radius_m: 5.864_124, end_radius_m: 3.551_134, turn: 5.613_166 },
+        ];
+        let dimensions = Dimensions::new(11, 2.408_142, 1.009_16, 0.1, 0.279_784).expect("valid benches");
+        let spec = RouteSpec {
+            end_s: Some(32.0 + 0.01 * f64::from(tenth)),
+            ..RouteSpec::from(PathSpec { segments, laps: None })
+        };
+        let dragon = Dragon::new(dimensions, Arc::new(spec.build(1.0, dimensions.links_m()).expect("a path")))
+            .expect("it stands");
+        let largest = largest_speed_ratio(&dragon).expect("every handle walks");
+        let walk: Vec<f64> = (0..400).map(|step| 9.664 + 1e-5 * f64::from(step)).collect();
+        for walked in fastest(&dragon, &walk) {
+            assert!(walked.ratio <= largest.ratio * (1.0 + 1e-12), "{tenth}: {walked:?} is faster than {largest:?}");
+        }
+    }
+}

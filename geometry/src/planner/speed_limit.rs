@@ -9,9 +9,10 @@
 //!
 //! 1. The run is surveyed. [`SURVEYED_PER_LINK`] such orbits give the speed of the fastest handle for a few thousand parameters
 //!    of the head. Often a bound on r is enough for the head; otherwise the head is solved.
-//! 2. Stretches between two of those parameters that may contain the largest ratio are searched with the dragon itself. They
-//!    are cut where a handle crosses a seam of the route, because there the curvature jumps, and with it the slope of the
-//!    ratio. They are also cut evenly, so that the pieces are as short as those of the search for faults.
+//! 2. Stretches between two of those parameters that may contain the largest ratio are searched with the dragon itself, up to
+//!    the last handle that may be the fastest in between. They are cut where a handle crosses a seam of the route, because there
+//!    the curvature jumps, and with it the slope of the ratio. They are also cut evenly, so that the pieces are as short as those
+//!    of the search for faults.
 //! 3. In the pieces next to the largest of these ratios, Brent's method refines it.
 //!
 //! *Precondition.* The dragon walks its whole route.
@@ -90,7 +91,7 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
             survey.solve(spot);
         }
         if may_exceed(&spots, ahead, largest.ratio) {
-            let found = survey.look_through(&spots[ahead + 1], &spots[ahead]);
+            let found = survey.look_through(&spots, ahead, largest.ratio);
             survey.check_meter()?;
             largest = found.into_iter().fold(largest, faster);
         }
@@ -123,7 +124,7 @@ pub fn first_faster(dragon: &Dragon, ratio: f64) -> Result<Option<LargestRatio>,
         }
         spots[ahead..=ahead + 1].iter_mut().for_each(|spot| survey.solve(spot));
         let is_possible = may_exceed(&spots, ahead, limit);
-        let found = is_possible.then(|| survey.first_over(&spots[ahead + 1], &spots[ahead], limit)).flatten();
+        let found = is_possible.then(|| survey.first_over(&spots, ahead, limit)).flatten();
         dragon.meter().check(start_m)?;
         if let Some(found) = found {
             return Ok(Some(survey.lowest_as_fast(found)));
@@ -145,9 +146,13 @@ fn faster(first: LargestRatio, second: LargestRatio) -> LargestRatio {
 /// Whether the ratio between a spot and the next may exceed `largest`. It may if the faster of the two is below `largest` by no
 /// more than the ratio changes from spot to spot around them.
 fn may_exceed(spots: &[Spot], ahead: usize, largest: f64) -> bool {
+    spots[ahead].ratio.max(spots[ahead + 1].ratio) + change_around(spots, ahead) > largest
+}
+
+/// The most by which the ratio changes from spot to spot around a spot and the next.
+fn change_around(spots: &[Spot], ahead: usize) -> f64 {
     let around = &spots[ahead.saturating_sub(1)..spots.len().min(ahead + 3)];
-    let change = around.windows(2).map(|ends| (ends[0].ratio - ends[1].ratio).abs()).fold(0.0, f64::max);
-    spots[ahead].ratio.max(spots[ahead + 1].ratio) + change > largest
+    around.windows(2).map(|ends| (ends[0].ratio - ends[1].ratio).abs()).fold(0.0, f64::max)
 }
 
 /// The fastest handle, with handle 1 at one parameter.
@@ -255,17 +260,17 @@ impl Survey<'_> {
         }
     }
 
-    /// The largest ratios between two solved spots.
-    fn look_through(&self, behind: &Spot, ahead: &Spot) -> Vec<LargestRatio> {
-        let samples = self.samples(behind, ahead, self.handles_between(behind, ahead));
+    /// The largest ratios between a solved spot and the next, of handles that may exceed `largest`.
+    fn look_through(&self, spots: &[Spot], ahead: usize, largest: f64) -> Vec<LargestRatio> {
+        let samples = self.samples(spots, ahead, self.handles_between(spots, ahead, largest));
         let peaks = (0..samples.len() - 1).flat_map(|piece| self.peaks(&samples, piece));
         samples.iter().copied().chain(peaks).collect()
     }
 
-    /// The first travel between two solved spots at which a handle exceeds a ratio. At the spot behind, no handle does.
-    fn first_over(&self, behind: &Spot, ahead: &Spot, limit: f64) -> Option<LargestRatio> {
-        let handles = self.handles_between(behind, ahead);
-        let samples = self.samples(behind, ahead, handles);
+    /// The first travel between a solved spot and the next at which a handle exceeds a ratio. At the spot behind, none does.
+    fn first_over(&self, spots: &[Spot], ahead: usize, limit: f64) -> Option<LargestRatio> {
+        let handles = self.handles_between(spots, ahead, limit);
+        let samples = self.samples(spots, ahead, handles);
         let over = samples.windows(2).enumerate().find_map(|(piece, ends)| {
             let peaks = self.peaks(&samples, piece);
             let over = peaks.into_iter().chain([ends[1]]).find(|at| at.ratio > limit);
@@ -276,14 +281,20 @@ impl Survey<'_> {
         Some(self.fastest_at(turning_point(low_m, high_m, TOLERANCE_M, is_over).1, handles))
     }
 
-    /// Number of handles that are evaluated between two solved spots: up to the fastest of both, and one more.
-    fn handles_between(&self, behind: &Spot, ahead: &Spot) -> usize {
-        (behind.handle.max(ahead.handle) + 2).min(self.dragon.dimensions().handles())
+    /// Number of handles that are evaluated between a solved spot and the next. At one of them, the last handle, or the one
+    /// before, is the fastest, or below `largest` by no more than the ratio changes from spot to spot around them.
+    fn handles_between(&self, spots: &[Spot], ahead: usize, largest: f64) -> usize {
+        let least = largest - change_around(spots, ahead);
+        let last = spots[ahead..=ahead + 1].iter().map(|spot| {
+            let ratios = self.chain(spot.fastest().travel_m).map(|handle| handle.speed_ratio).enumerate();
+            ratios.filter(|(_, ratio)| *ratio >= least).fold(spot.handle, |_, (handle, _)| handle).max(spot.handle)
+        });
+        (last.max().unwrap_or(0) + 2).min(self.dragon.dimensions().handles())
     }
 
-    /// The fastest of the first `handles` handles, at the ends of the pieces between two solved spots.
-    fn samples(&self, behind: &Spot, ahead: &Spot, handles: usize) -> Vec<LargestRatio> {
-        let cuts_m = self.cuts(behind.fastest().travel_m, ahead.fastest().travel_m, handles);
+    /// The fastest of the first `handles` handles, at the ends of the pieces between a solved spot and the next.
+    fn samples(&self, spots: &[Spot], ahead: usize, handles: usize) -> Vec<LargestRatio> {
+        let cuts_m = self.cuts(spots[ahead + 1].fastest().travel_m, spots[ahead].fastest().travel_m, handles);
         cuts_m.iter().map(|&travel_m| self.fastest_at(travel_m, handles)).collect()
     }
 
