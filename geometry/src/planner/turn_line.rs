@@ -1,8 +1,8 @@
 //! The shortest S with a straight line between its two arcs.
 //!
-//! A line lets the links straighten before they bend the other way, so the arcs may be tighter. But for the same arcs, a line
-//! of length ℓ lengthens the S by about 4/3·r·λ³ (see `route::turnaround` for the terms; α is near π/2). So a short line can
-//! shorten the S, and a long one cannot.
+//! A line lets the links straighten before they bend the other way, so the arcs may be tighter. But for arcs of the same radii,
+//! a line lengthens the S by about 8/3·r·λ³ if α is near π/2 (see `route::turnaround` for the terms). So the S becomes shorter
+//! up to some length of the line, and longer beyond.
 //!
 //! *Method.* Lengths of the line are whole multiples of a decimal unit, about a hundredth of the longer link, so that the line
 //! can be measured out on the ground. The search first tries [`COARSE_LINES`] lines, each [`COARSE_PER_LINK`]th of the longer
