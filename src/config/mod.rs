@@ -368,6 +368,11 @@ mod tests {
                 "[route] start_turns is 16, only allowed with kind = \"spiral\"",
             ),
             ("[route]\nkind = \"turnaround\"\nradius_ratio = 0", "[route] radius_ratio is 0, must be from 0.01 to 100"),
+            ("[route]\nturn_line_m = 1", "[route] turn_line_m is 1, only allowed with kind = \"turnaround\""),
+            (
+                "[route]\nkind = \"turnaround\"\nturn_line_m = 9",
+                "[route] turn_line_m is 9, must be 0 or more, and under turn_diameter_m 9",
+            ),
             (
                 "[route]\nkind = \"turnaround\"\nturn_diameter_m = -9",
                 "[route] turn_diameter_m is -9, must be above 0 and at most 34000",

@@ -101,8 +101,10 @@ pub(crate) fn turning_plan_view() -> PlanView {
         pair: Some(nearest_pair(&boards)),
         turn: Some(TurnMarks {
             arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],
+            line: Vec::new(),
             seams: [0.0, middle_m, end_m]
-                .map(|travel_m| dragon.route().point(dragon.route().parameter(travel_m)).position),
+                .map(|travel_m| dragon.route().point(dragon.route().parameter(travel_m)).position)
+                .to_vec(),
         }),
     }
 }

@@ -18,7 +18,7 @@ mod proven_travel;
 mod repeated_walk;
 mod search;
 
-pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
+pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use proven_travel::ProvenTravel;

@@ -17,6 +17,7 @@ mod shortest_turn;
 mod speed_limit;
 mod strides;
 mod timetable;
+mod turn_line;
 
 pub use answers::{Quantity, Unanswered};
 pub use board_variation::{BoardVariation, Witness};
@@ -31,5 +32,6 @@ pub use profile::{Found, clearance_profile, near_misses};
 pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::{Parameter, Setting};
 pub use shortest_turn::{ShortestTurn, shortest_turn};
-pub use speed_limit::{LargestRatio, largest_speed_ratio};
+pub use speed_limit::{LargestRatio, first_faster, largest_speed_ratio};
 pub use timetable::HeadTimetable;
+pub use turn_line::shortest_turn_with_line;

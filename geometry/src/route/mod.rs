@@ -250,6 +250,12 @@ impl Route {
         self.segments[first..=last].iter().map(|placed| placed.curvature_bound(rear, front)).fold(0.0, f64::max)
     }
 
+    /// Whether one line or one arc contains the route between two parameters, `rear <= front`.
+    pub(crate) fn is_one_line_or_arc(&self, rear: f64, front: f64) -> bool {
+        let number = self.number_of_begin(rear);
+        number == self.number_at(front) && !matches!(self.segments[number].segment, Segment::Spiral(_))
+    }
+
     /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the
     /// speed of the route there.
     ///

@@ -119,7 +119,8 @@ fn route_fact(route: &RouteSpec) -> String {
         RouteShape::Spiral(plan) => format!("spiral, pitch {} m", rounded(plan.pitch_m)),
         RouteShape::Turnaround(plan) => {
             let [pitch_m, diameter_m, ratio] = [plan.pitch_m, plan.turn_diameter_m, plan.radius_ratio].map(rounded);
-            format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}")
+            let line = if plan.line_m > 0.0 { format!(", line {} m", rounded(plan.line_m)) } else { String::new() };
+            format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}{line}")
         }
         RouteShape::Path(plan) => {
             let (segments, lap_m) = (Counted(plan.segments.len() as u64, "segment"), rounded(plan.lap_m()));
@@ -223,12 +224,11 @@ fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
 }
 
 fn turn_marks(turnaround: &Turnaround) -> TurnMarks {
-    let [entry_arc, exit_arc] = turnaround.arcs();
-    let middle_m = entry_arc.length_m();
-    let end_m = middle_m + exit_arc.length_m();
+    let [entry_m, line_end_m, end_m] = turnaround.ends_m();
     let route = turnaround.route();
-    let seams = [0.0, middle_m, end_m].map(|travel_m| route.point(route.parameter(travel_m)).position);
-    TurnMarks { arcs: [polyline(&route, 0.0, middle_m), polyline(&route, middle_m, end_m)], seams }
+    let seams = route.seams().iter().map(|&seam| route.point(seam).position).collect();
+    let line = if turnaround.line_m() > 0.0 { polyline(&route, entry_m, line_end_m) } else { Vec::new() };
+    TurnMarks { arcs: [polyline(&route, 0.0, entry_m), polyline(&route, line_end_m, end_m)], line, seams }
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::bail;
 use bench_dragon_geometry::dragon::Meter;
 use clap::{Args, Subcommand, ValueHint};
+use serde::Serialize;
 
 use self::figure::FigureArgs;
 use crate::command::flags::{FormatArgs, within};
@@ -105,6 +106,19 @@ const STEPS: u64 = 1_000_000;
 
 /// Allowed values of `--clearance`, in metres.
 const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
+
+/// Allowed values of `--max-ratio`: a handle's speed ÷ the head's speed. Under 1 every run would fail, because the head itself
+/// has 1. A handle with a greater ratio than the upper limit jumps.
+const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// A handle that exceeds `--max-ratio`, in an answer.
+#[derive(Serialize)]
+struct TooFast {
+    /// Its speed ÷ the head's speed.
+    ratio: f64,
+    time_s: f64,
+    handle: usize,
+}
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);

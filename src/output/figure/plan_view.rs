@@ -8,8 +8,8 @@ use super::drawing::{Drawing, Mark, circle, polyline};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::style::{
-    AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, GREEN, LABEL_SIZE, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH,
-    PURPLE,
+    AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, GREEN, LABEL_SIZE, LEFT_MARGIN, LINE_WIDTH, LineStyle, ORANGE,
+    PLOT_WIDTH, PURPLE,
 };
 use super::text::{Anchor, Text};
 
@@ -44,8 +44,10 @@ pub struct Circle {
 pub struct TurnMarks {
     /// Points of the two arcs.
     pub arcs: [Vec<DVec2>; 2],
-    /// The seams between the spiral in, the two arcs and the spiral out.
-    pub seams: [DVec2; 3],
+    /// Points of the line between the arcs; empty without one.
+    pub line: Vec<DVec2>,
+    /// The seams between the spiral in, the arcs, the line and the spiral out.
+    pub seams: Vec<DVec2>,
 }
 
 /// Two benches, with their clearance.
@@ -133,8 +135,8 @@ impl PlanView {
             let swatch = Swatch::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::Dashed };
             entries.push(LegendEntry::new(swatch, circle.name.as_str()));
         }
-        if self.turn.is_some() {
-            entries.extend(TurnMarks::legend());
+        if let Some(turn) = &self.turn {
+            entries.extend(turn.legend());
         }
         entries
     }
@@ -152,18 +154,23 @@ impl TurnMarks {
         for (arc, colour) in self.arcs.iter().zip([GREEN, PURPLE]) {
             drawing.push(plot.line(arc, colour, ARC_WIDTH));
         }
-        for seam in self.seams {
+        if !self.line.is_empty() {
+            drawing.push(plot.line(&self.line, ORANGE, ARC_WIDTH));
+        }
+        for &seam in &self.seams {
             drawing.push(Mark::stroked(circle(plot.at(seam), SEAM_RADIUS), BLACK, FINE_WIDTH).clipped(plot.area));
         }
     }
 
-    fn legend() -> [LegendEntry; 3] {
+    fn legend(&self) -> Vec<LegendEntry> {
         let line = |colour| Swatch::Line { colour, width: ARC_WIDTH, style: LineStyle::Solid };
-        [
-            LegendEntry::new(line(GREEN), "first arc"),
-            LegendEntry::new(line(PURPLE), "second arc"),
-            LegendEntry::new(Swatch::Ring { colour: BLACK, radius: SEAM_RADIUS }, "joint"),
-        ]
+        let mut entries = vec![LegendEntry::new(line(GREEN), "first arc")];
+        if !self.line.is_empty() {
+            entries.push(LegendEntry::new(line(ORANGE), "line"));
+        }
+        entries.push(LegendEntry::new(line(PURPLE), "second arc"));
+        entries.push(LegendEntry::new(Swatch::Ring { colour: BLACK, radius: SEAM_RADIUS }, "joint"));
+        entries
     }
 }
 
