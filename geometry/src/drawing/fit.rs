@@ -171,23 +171,38 @@ fn group_error_m<'a>(elements: &[Element], sources: impl Iterator<Item = &'a Pie
     }
     let mut outline = vec![piece.begin()];
     outline.extend(points.iter().map(|point| point.position));
-    trim(&mut outline, first.begin, first.tangent);
+    trim(&mut outline, first.begin, first.tangent, 2.0 * tolerance_m);
     outline.reverse();
     let (end, tangent) = last.end();
-    trim(&mut outline, end, -tangent);
+    trim(&mut outline, end, -tangent, 2.0 * tolerance_m);
     outline.reverse();
     let measured_m = distance_m(elements, &outline, f64::INFINITY).unwrap_or(f64::INFINITY);
     measured_m + if is_curved { MEASURED * tolerance_m } else { 0.0 }
 }
 
-/// Removes the beginning of an outline up to where it first crosses a normal.
-fn trim(outline: &mut Vec<DVec2>, position: DVec2, tangent: DVec2) {
-    let ahead = |point: DVec2| (point - position).dot(tangent);
-    let Some(first) = outline.iter().position(|&point| ahead(point) >= 0.0) else { return };
-    if first > 0 {
-        let (from, to) = (outline[first - 1], outline[first]);
-        let cut = from.lerp(to, ahead(from) / (ahead(from) - ahead(to)));
-        outline.drain(..first - 1);
+/// Removes the beginning of an outline up to where it crosses a normal, within `near_m` of a position on it; otherwise up to
+/// the crossing nearest to the position.
+fn trim(outline: &mut Vec<DVec2>, position: DVec2, tangent: DVec2, near_m: f64) {
+    let ahead_m = |point: DVec2| (point - position).dot(tangent);
+    let mut nearest: Option<(f64, usize, DVec2)> = None;
+    let mut offer = |number: usize, cut: DVec2| {
+        let off_m = cut.distance(position);
+        if nearest.is_none_or(|(least_m, ..)| off_m < least_m) {
+            nearest = Some((off_m, number, cut));
+        }
+        off_m <= near_m
+    };
+    let is_begin = ahead_m(outline[0]) >= 0.0 && offer(0, outline[0]);
+    if !is_begin {
+        for (number, edge) in outline.windows(2).enumerate() {
+            let [behind, ahead] = [ahead_m(edge[0]), ahead_m(edge[1])];
+            if behind < 0.0 && ahead >= 0.0 && offer(number, edge[0].lerp(edge[1], behind / (behind - ahead))) {
+                break;
+            }
+        }
+    }
+    if let Some((_, number, cut)) = nearest {
+        outline.drain(..number);
         outline[0] = cut;
     }
 }
