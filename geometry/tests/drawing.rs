@@ -65,3 +65,21 @@ fn explore() {
         show("rect", &rect, &FitSettings { corner_radius_m: Some(r), ..s });
     }
 }
+#[test]
+fn debug() {
+    let p = |x: f64, y: f64| DVec2::new(x, -y);
+    let d = Drawing {
+        pieces: vec![
+            Piece::Line { from: p(2.0189, 2.48), to: p(7.2509, 6.3338) },
+            Piece::Bezier(Bezier::new(vec![
+                p(7.2509, 6.3338),
+                p(8.7362, 7.377),
+                p(11.7949, 7.6247),
+                p(13.8605, 9.8786),
+            ])),
+        ],
+        is_closed: false,
+    };
+    println!("{:?}", d.fit(&FitSettings { tolerance_m: 0.005, corner_radius_m: Some(0.1) }));
+    println!("{:?}", d.fit(&FitSettings { tolerance_m: 0.005, corner_radius_m: None }));
+}

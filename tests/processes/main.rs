@@ -20,6 +20,7 @@ mod ctl_status;
 mod directory;
 mod doctor;
 mod echo;
+mod drawing;
 mod endings;
 mod examples;
 mod excerpts;

@@ -1,5 +1,7 @@
 //! Rounded corners: the arc of a given radius that touches two chains of lines and arcs, which meet in a corner.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DMat2, DVec2};
 
 use super::biarc::bounded;
@@ -9,6 +11,8 @@ use super::element::Element;
 const MAX_CONSUMED: usize = 400;
 /// Most steps of Newton's method.
 const MAX_STEPS: usize = 30;
+/// Largest turn of an arc. Above half a turn where the curves bend away from each other.
+const MAX_TURN: f64 = 1.2 * PI;
 /// Part of an element's length by which a foot may miss it, by rounding.
 const SLACK: f64 = 1e-9;
 
@@ -35,12 +39,23 @@ impl Rounding {
             for i in sum.saturating_sub(after.len() - 1)..=sum.min(before.len() - 1) {
                 let j = sum - i;
                 let [first, second] = [&before[before.len() - 1 - i], &after[j]];
-                if let Some(feet_m) = feet_m(first, second, side_m) {
+                let feet_m = feet_m(first, second, side_m).filter(|&[first_m, second_m]| {
+                    // An arc that turns further goes round the wrong way.
+                    arc_turn(first.at(first_m).1, second.at(second_m).1, turn) <= MAX_TURN
+                });
+                if let Some(feet_m) = feet_m {
                     return Some(Self { before: i, after: j, feet_m });
                 }
             }
         }
         None
+    }
+
+    /// The longer of the two lengths that the arc replaces, before and after the corner.
+    pub(super) fn replaced_m(&self, before: &[Element], after: &[Element]) -> f64 {
+        let length_m = |elements: &[Element]| elements.iter().map(|element| element.length_m).sum::<f64>();
+        let before_m = length_m(&before[before.len() - 1 - self.before..]) - self.feet_m[0];
+        f64::max(before_m, length_m(&after[..self.after]) + self.feet_m[1])
     }
 
     /// Replaces the elements at the corner by the arc. Returns the arc.
@@ -59,12 +74,15 @@ impl Rounding {
         let (begin, tangent) = first.end();
         before.push(first);
         after[0] = second;
-        let angle = tangent.angle_to(second.tangent);
-        // Beyond half a turn the shorter angle between the two tangents goes the other way.
-        let angle = if angle * turn < 0.0 { angle + std::f64::consts::TAU.copysign(turn) } else { angle };
-        let arc = Element { begin, tangent, curvature: turn.signum() / radius_m, length_m: radius_m * angle.abs() };
+        let angle = arc_turn(tangent, second.tangent, turn);
+        let arc = Element { begin, tangent, curvature: turn.signum() / radius_m, length_m: radius_m * angle };
         bounded(&arc).into_iter().flatten().collect()
     }
+}
+
+/// Angle by which an arc turns from one direction to another, to the same side as a corner; from 0 to a whole turn.
+fn arc_turn(from: DVec2, to: DVec2, turn: f64) -> f64 {
+    (from.angle_to(to) * turn.signum()).rem_euclid(TAU)
 }
 
 /// Where a circle touches two elements, which lie at a signed distance from its centre; `None` if it does not touch both.

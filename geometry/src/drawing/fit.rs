@@ -27,6 +27,8 @@ const SHORTEST_M: f64 = 1e-6;
 const LEAST_TURN: f64 = 1e-9;
 /// Number of times that the radius of a joint without a given radius is halved until it fits.
 const HALVINGS: usize = 12;
+/// Largest length that the arc of a joint without a given radius replaces on each side, relative to that of straight neighbours.
+const KINK_REACH: f64 = 1.5;
 
 /// Elements that follow a part of the drawing, or the arc of a rounded corner.
 struct Group {
@@ -81,7 +83,12 @@ fn round(
     settings: &FitSettings,
 ) -> Result<Vec<Element>, DrawingError> {
     let mut radius_m = corner.radius_m;
-    let fits = |radius_m| Rounding::find(before, after, corner.turn, radius_m);
+    let fits = |radius_m: f64| {
+        let found = Rounding::find(before, after, corner.turn, radius_m)?;
+        // Between straight neighbours a slight kink loses this length on each side. Far beyond, an arc would cut a bend.
+        let straight_m = radius_m * (0.5 * corner.turn.abs()).tan();
+        (corner.is_rounded || found.replaced_m(before, after) <= KINK_REACH * straight_m).then_some(found)
+    };
     let mut found = fits(radius_m);
     if !corner.is_rounded {
         for _ in 0..HALVINGS {
