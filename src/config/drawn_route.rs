@@ -52,6 +52,7 @@ pub(super) fn read(table: &mut RouteTable, folder: &Path) -> Result<Option<Drawi
     let settings = FitSettings {
         tolerance_m: table.tolerance_m.unwrap_or(DEFAULT_TOLERANCE_M),
         corner_radius_m: table.corner_radius_m,
+        joins_samples: table.corner_radius_m.is_none() && drawing::has_points(&file),
     };
     require("route", "tolerance_m", settings.tolerance_m, &TOLERANCE_M)?;
     let require_some =

@@ -56,6 +56,11 @@ pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFile
     Ok(drawing)
 }
 
+/// Whether a file has points of a curve, and not the lines between them.
+pub fn has_points(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
 /// The bytes of a file.
 fn contents(file: &Path) -> Result<Vec<u8>, DrawingFileError> {
     let mut bytes = vec![];

@@ -4,10 +4,12 @@ use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::fs;
 
-use test_support::process::Ended;
+use bench_dragon_ipc::DescriptionReader;
+use test_support::eventually::eventually;
+use test_support::process::{Ended, Process};
 use test_support::pytest::run;
 
-use crate::stage::Stage;
+use crate::stage::{Stage, program};
 
 /// Head of an SVG file.
 const SVG: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 100 100">"#;
@@ -18,9 +20,9 @@ fn plan(stage: &Stage, name: &str, content: impl AsRef<[u8]>, keys: &str) -> End
     let head = "[dragon]\nbenches = 2\n[route]\nkind = \"drawing\"\n";
     fs::write(stage.path("drawn.toml"), format!("{head}file = \"{name}\"\n{keys}\n")).expect("a configuration");
     let args = ["solve", "speed-limit", "--limit", "9", "--config", "drawn.toml", "--save-config", "saved.toml"];
-    let mut solve = crate::stage::program(&args);
+    let mut solve = program(&args);
     solve.current_dir(stage.path(""));
-    test_support::process::Process::start(solve).end()
+    Process::start(solve).end()
 }
 
 /// The configuration with the path that follows a drawing.
@@ -67,9 +69,11 @@ fn a_published_description_has_the_path_and_not_the_drawing() {
     let config = "[dragon]\nbenches = 2\n[route]\nkind = \"drawing\"\nfile = \"line.csv\"\n";
     fs::write(stage.path("drawn.toml"), config).expect("a configuration");
     let server = stage.serve(&["--config", "drawn.toml", "--rate", "20"]);
-    let echoed = stage.run(&["echo", "description", "--count", "1"]);
+    let reader = DescriptionReader::open(stage.domain(), "test").expect("a server has created the services");
+    let toml = eventually("the description has arrived", || reader.poll().expect("the bus is readable")).toml;
+    assert!(toml.contains("length_m = 60.0") && !toml.contains("csv"), "{toml}");
+    drop(reader);
     server.stop();
-    assert!(echoed.stdout.contains("length_m = 60.0") && !echoed.stdout.contains("csv"), "{}", echoed.stdout);
 }
 
 #[test]
@@ -81,8 +85,8 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
         ("a.svg", svg(""), "", "has no path"),
         ("a.svg", svg("<path d=\"M1 1\"/>"), "", "has no path"),
         ("a.svg", svg("<path d=\"M1 1 L 1 1 1 1\"/>"), "", "has no"),
-        ("a.svg", svg("<path d=\"M1 1 L 9 x\"/>"), "", "has wrong data"),
-        ("a.svg", svg("<path d=\"M1 1 L 1e999 1\"/>"), "", "a coordinate is not a number or beyond 100000 m"),
+        ("a.svg", svg("<path d=\"M1 1 h9 L 9 x\"/>"), "", "has wrong data"),
+        ("a.svg", svg("<path d=\"M1 1 L 1e9 1\"/>"), "", "a coordinate is not a number or beyond 100000 m"),
         ("a.svg", svg("<path d=\"M1 1 h9 M 1 5 h9\"/>"), "", "has several parts, must have one"),
         (
             "a.svg",
@@ -201,12 +205,8 @@ fn a_million_points_are_followed_and_noise_is_refused() {
 #[test]
 fn a_route_that_no_description_can_hold_is_refused() {
     let stage = Stage::new();
-    let mut waves = String::from("M0 0");
-    for i in 0..3000 {
-        let side = if i % 2 == 0 { 10 } else { -10 };
-        write!(waves, "c0 {side} 10 {side} 10 0").expect("text");
-    }
-    let content = format!("{SVG}<path d=\"{waves}\"/></svg>");
+    let waves = "c0 10 10 10 10 0c0 -10 10 -10 10 0".repeat(500);
+    let content = format!("{SVG}<path d=\"M0 0{waves}\"/></svg>");
     assert_refused(
         &stage,
         "waves.svg",

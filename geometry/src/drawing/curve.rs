@@ -125,14 +125,26 @@ impl Bezier {
         self.points.iter().map(|&point| to_segment_m(point, begin, end)).fold(0.0, f64::max)
     }
 
+    /// Parts of the curve, by bisection, that are no further than `flatness_m` from their chords.
+    pub(super) fn parts(&self, flatness_m: f64) -> Vec<Self> {
+        let mut parts = vec![];
+        self.divide(flatness_m, 0, &mut |part| parts.push(part.clone()));
+        parts
+    }
+
     /// Adds points of the curve behind its beginning, whose chords are no further than `flatness_m` from it.
-    fn flatten(&self, flatness_m: f64, depth: u32, points: &mut Vec<CurvePoint>) {
+    pub(super) fn flatten(&self, flatness_m: f64, points: &mut Vec<CurvePoint>) {
+        self.divide(flatness_m, 0, &mut |part| {
+            let tangent = part.reversed().begin_tangent();
+            points.extend(tangent.map(|tangent| CurvePoint { position: part.end(), tangent: -tangent }));
+        });
+    }
+
+    fn divide(&self, flatness_m: f64, depth: u32, take: &mut impl FnMut(&Self)) {
         if depth < MAX_DEPTH && self.flatness_m() > flatness_m {
-            for half in self.halves() {
-                half.flatten(flatness_m, depth + 1, points);
-            }
-        } else if let Some(tangent) = self.reversed().begin_tangent() {
-            points.push(CurvePoint { position: self.end(), tangent: -tangent });
+            self.halves().iter().for_each(|half| half.divide(flatness_m, depth + 1, take));
+        } else {
+            take(self);
         }
     }
 }
@@ -250,7 +262,7 @@ impl Piece {
                     CurvePoint { position: *centre + *radius_m * spoke, tangent: spoke.perp() * turn.signum() }
                 }));
             }
-            Self::Bezier(bezier) => bezier.flatten(flatness_m, 0, points),
+            Self::Bezier(bezier) => bezier.flatten(flatness_m, points),
         }
     }
 }

@@ -62,6 +62,12 @@ pub enum DrawingError {
         /// Where it turns.
         at: DVec2,
     },
+    /// The path needs too many segments.
+    #[error("the path needs more than {limit} segments: set tolerance_m to more")]
+    Segments {
+        /// Most segments of a fit.
+        limit: usize,
+    },
     /// The curve that was found is too far from the drawing.
     #[error("no arcs within {} m of the drawing were found, the nearest are {error_m:.6} m away", Number(*tolerance_m))]
     Tolerance {

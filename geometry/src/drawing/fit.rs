@@ -14,6 +14,7 @@ use glam::DVec2;
 use super::corner::Rounding;
 use super::element::{Element, distance_m};
 use super::runs::{Corner, Run, Runs};
+use super::samples::smoothed;
 use super::{Drawing, DrawingError, Fit, FitSettings, Piece};
 use crate::route::{PathSegment, Placement};
 
@@ -38,6 +39,8 @@ struct Group {
 }
 
 pub(super) fn fit(drawing: &Drawing, settings: &FitSettings) -> Result<Fit, DrawingError> {
+    let joined = settings.joins_samples.then(|| smoothed(drawing, settings.tolerance_m));
+    let drawing = joined.as_ref().unwrap_or(drawing);
     let mut error_m = f64::INFINITY;
     for share in ATTEMPTS {
         let runs = Runs::new(drawing, settings, share)?;

@@ -4,7 +4,8 @@
 //! curve. Lines and arcs that join with a common tangent stay as they are. Other curves become few arcs. Corners are rounded.
 //!
 //! A polyline may be a sampled curve. Its points are the samples of a smooth curve where arcs within the tolerance can follow
-//! its edges from the middle of each to the middle of the next. Elsewhere they are corners.
+//! its edges from the middle of each to the middle of the next. Elsewhere they are corners, or points of a smooth curve if
+//! [`FitSettings::joins_samples`] is set.
 
 mod arc_spline;
 mod biarc;
@@ -14,6 +15,7 @@ mod element;
 mod error;
 mod fit;
 mod runs;
+mod samples;
 mod simplify;
 mod spline;
 
@@ -44,6 +46,9 @@ pub struct FitSettings {
     pub tolerance_m: f64,
     /// Radius of rounded corners, in metres; without one, a corner is an error.
     pub corner_radius_m: Option<f64>,
+    /// Whether the points of a polyline are samples of a smooth curve, even where the curve is further than the tolerance from
+    /// the edges between them. Its distance from the path is then that of the curve.
+    pub joins_samples: bool,
 }
 
 /// A path that follows a drawing.
@@ -77,7 +82,7 @@ impl Drawing {
     /// use glam::DVec2;
     ///
     /// let bend = Drawing::polyline(&[DVec2::ZERO, DVec2::new(9.0, 0.0), DVec2::new(9.0, 9.0)], false);
-    /// let fit = bend.fit(&FitSettings { tolerance_m: 0.005, corner_radius_m: Some(3.0) })?;
+    /// let fit = bend.fit(&FitSettings { tolerance_m: 0.005, corner_radius_m: Some(3.0), joins_samples: false })?;
     /// assert_eq!((fit.segments.len(), fit.corners), (3, 1));
     /// # Ok::<(), bench_dragon_geometry::drawing::DrawingError>(())
     /// ```

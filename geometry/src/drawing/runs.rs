@@ -11,7 +11,7 @@ use super::biarc::bounded;
 use super::curve::CurvePoint;
 use super::element::Element;
 use super::simplify::kept_points;
-use super::{Drawing, DrawingError, FitSettings, MAX_COORDINATE_M, Piece};
+use super::{Bezier, Drawing, DrawingError, FitSettings, MAX_COORDINATE_M, Piece};
 
 /// Largest angle between two pieces that is only rounding, in radians: it moves the end of a path of 1 km by 1 µm.
 const SMOOTH: f64 = 1e-9;
@@ -27,7 +27,9 @@ const MAX_RADIUS_M: f64 = 1e5;
 /// Share of the tolerance for points that polylines lose.
 const SIMPLIFIED: f64 = 0.25;
 /// Share of the tolerance for the outline of Bézier curves.
-const OUTLINE: f64 = 0.02;
+const OUTLINE: f64 = 0.04;
+/// Share of the tolerance by which the points of a Bézier curve at which elements may begin leave it.
+const NODES: f64 = 0.15;
 /// Share of the tolerance that an arc in place of a slight kink uses.
 const KINK: f64 = 0.5;
 /// Largest gap between two pieces, as a share of the tolerance.
@@ -300,7 +302,7 @@ impl<'a> Builder<'a> {
         });
         match &part.piece {
             Piece::Line { .. } if rooms_m != [None; 2] => self.add_edge(part, rooms_m),
-            Piece::Bezier(_) => self.add_curve(i, before, after),
+            Piece::Bezier(curve) => self.add_curve(i, curve, before, after),
             _ => {
                 self.finish_stretch()?;
                 self.elements.extend(part.elements());
@@ -332,7 +334,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds a Bézier curve. At a smooth joint it takes the direction of a line or an arc, or a direction in between.
-    fn add_curve(&mut self, i: usize, before: Option<Joint>, after: Option<Joint>) {
+    fn add_curve(&mut self, i: usize, curve: &Bezier, before: Option<Joint>, after: Option<Joint>) {
         let part = &self.parts[i];
         let count = self.parts.len();
         let common = |joint: Option<Joint>, own: DVec2, other: usize, theirs: fn(&Part) -> DVec2| match joint {
@@ -344,15 +346,19 @@ impl<'a> Builder<'a> {
         };
         let begin = common(before, part.begin_tangent, (i + count - 1) % count, |part| part.end_tangent);
         let end = common(after, part.end_tangent, (i + 1) % count, |part| part.begin_tangent);
-        let mut points = vec![];
-        part.piece.flatten(OUTLINE * self.tolerance_m, &mut points);
-        if let Some(last) = points.last_mut() {
-            last.tangent = end;
-        }
         if self.stretch.nodes.is_empty() {
             self.stretch.push(CurvePoint { position: part.piece.begin(), tangent: begin });
         }
-        points.into_iter().for_each(|point| self.stretch.push(point));
+        let mut points = vec![];
+        for part in curve.parts(NODES * self.tolerance_m) {
+            points.clear();
+            part.flatten(OUTLINE * self.tolerance_m, &mut points);
+            if let Some((node, between)) = points.split_last() {
+                self.stretch.outline.extend(between.iter().map(|point| point.position));
+                self.stretch.push(*node);
+            }
+        }
+        self.stretch.nodes.last_mut().expect("a curve has a node").tangent = end;
     }
 
     /// Fits elements to the curve that has none yet.
@@ -360,7 +366,7 @@ impl<'a> Builder<'a> {
         let stretch = take(&mut self.stretch);
         if stretch.nodes.len() > 1 {
             let used = if take(&mut self.is_sampled) { SIMPLIFIED } else { OUTLINE };
-            let fitted = stretch.fit((0.97 - used) * self.tolerance_m).map_err(|at| DrawingError::Sharp { at })?;
+            let fitted = stretch.fit((0.97 - used) * self.tolerance_m)?;
             self.elements.extend(fitted);
         }
         Ok(())
