@@ -50,7 +50,33 @@ const EXTREMES: &[&str] = &[
     "[dragon]\nhead_length_m = 100\nbody_length_m = 0.2\nwidth_m = 0.2\nhole_offset_m = 0.095\nwidth_m = 1\n[route]\npitch_m = 1.1\n",
     "[route]\nkind = \"turnaround\"\nstart_s = -1e6\nend_s = 1e6\n[head]\nspeed_mps = 10\n",
     "[route]\nkind = \"turnaround\"\npitch_m = 0.31\nturn_diameter_m = 6000\n[dragon]\nbenches = 1000\n",
+    // A ring of many laps, and a dragon that stands on five hundred of them.
+    "[dragon]\nbenches = 10000\n[route]\nkind = \"path\"\nclosed = true\nlaps = 10000\n[[route.segments]]\nkind = \"arc\"\n\
+     radius_m = 5\nturn_deg = 360\n",
+    // The longest path, and a spiral with a thousand turns.
+    "[route]\nkind = \"path\"\n[[route.segments]]\nkind = \"line\"\nlength_m = 1e5\n[[route.segments]]\n\
+     kind = \"spiral\"\nstart_radius_m = 1000\nend_radius_m = 0\nturn_deg = -36000\n",
+    "[dragon]\nbenches = 3\n[route]\nkind = \"path\"\n[[route.segments]]\nkind = \"spiral\"\nstart_radius_m = 300\n\
+     end_radius_m = 1\nturn_deg = 360000\n",
 ];
+
+/// A path of random segments, many of them too tight for the dragon.
+fn paths() -> impl Strategy<Value = String> {
+    let log = |low: f64, high: f64| (low.ln()..high.ln()).prop_map(f64::exp);
+    let turn = (1.0..720.0_f64, any::<bool>()).prop_map(|(turn, left)| if left { turn } else { -turn });
+    let segment = prop_oneof![
+        log(0.001, 1000.0).prop_map(|length_m| format!("kind = \"line\"\nlength_m = {length_m}\n")),
+        (log(0.01, 1000.0), turn.clone())
+            .prop_map(|(radius_m, turn)| format!("kind = \"arc\"\nradius_m = {radius_m}\nturn_deg = {turn}\n")),
+        (log(0.1, 100.0), log(0.1, 100.0), turn).prop_map(|(from_m, to_m, turn)| format!(
+            "kind = \"spiral\"\nstart_radius_m = {from_m}\nend_radius_m = {to_m}\nturn_deg = {turn}\n"
+        )),
+    ];
+    (log(3.0, 10_000.0), prop::collection::vec(segment, 1..20)).prop_map(|(benches, segments)| {
+        let segments: String = segments.iter().map(|segment| format!("[[route.segments]]\n{segment}")).collect();
+        format!("[dragon]\nbenches = {}\n[route]\nkind = \"path\"\n{segments}", benches as u64)
+    })
+}
 
 /// Configurations of random numbers within the valid ranges. Many of them are refused nevertheless, since the values contradict
 /// each other.
@@ -227,7 +253,7 @@ fn any_dragon_takes_bounded_work_and_memory() {
     let cases = Cases { cases, failure_persistence: None, ..Cases::default() };
     // The dragons are the same in each run. PROPTEST_CASES sets their number.
     let mut runner = TestRunner::new_with_rng(cases, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
-    let outcome = runner.run(&configs(), |text| {
+    let outcome = runner.run(&prop_oneof![configs(), paths()], |text| {
         prop_assume!(is_bounded(&text));
         Ok(())
     });

@@ -15,6 +15,7 @@ mod pair;
 mod pair_motion;
 mod pose;
 mod proven_travel;
+mod repeated_walk;
 mod search;
 
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};

@@ -24,7 +24,7 @@ impl Turn {
     }
 }
 
-/// A circular arc. Its parameter is the angle walked from its beginning, in radians.
+/// A circular arc. Its parameter is in metres from its beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CircularArc {
     centre: DVec2,
@@ -79,14 +79,15 @@ impl CircularArc {
         let away = self.centre - from;
         let direction = away.normalize_or(self.begin);
         let passes = (0..2).any(|round| {
-            let turned = self.turn.sign() * self.begin.angle_to(direction) + f64::from(round) * std::f64::consts::TAU;
+            let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
+            let turned = self.turn.sign() * angle + f64::from(round) * std::f64::consts::TAU;
             (0.0..=self.angle).contains(&turned)
         });
         if passes {
             away.length() + self.radius_m
         } else {
             let kernel = self.kernel(0.0, 0.0);
-            kernel.at(0.0).position.distance(from).max(kernel.at(self.angle).position.distance(from))
+            kernel.at(0.0).position.distance(from).max(kernel.at(self.length_m()).position.distance(from))
         }
     }
 
@@ -97,7 +98,7 @@ impl CircularArc {
     }
 
     pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let turn = self.turn.sign();
+        let turn = self.curvature();
         Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,

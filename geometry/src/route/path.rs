@@ -12,8 +12,8 @@ use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Tu
 
 /// Allowed lengths of a line, and radii of an arc or a spiral, in metres. A spiral may have one radius of 0.
 pub const SEGMENT_M: RangeInclusive<f64> = 1e-6..=100_000.0;
-/// Largest turn of an arc or a spiral, in radians.
-const MAX_TURN: f64 = 1000.0 * TAU;
+/// Largest turn of an arc or a spiral, in radians: 360 000°, however they are rounded.
+const MAX_TURN: f64 = 1000.0 * TAU * (1.0 + 1e-12);
 /// Shortest arc or spiral, in metres.
 const MIN_LENGTH_M: f64 = 1e-6;
 /// Longest path, in metres.
