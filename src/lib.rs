@@ -10,6 +10,7 @@
 //! | [`command_queue`] | commands to a server, one at a time and in order; holds overtake all others |
 //! | [`output`] | tables, figures, histograms, the log, and their printing |
 //! | [`config`] | the validated TOML document |
+//! | [`drawing`] | routes that are drawn, in SVG, DXF and CSV files |
 //! | [`system`] | clocks, processors, signals, limits, whole files |
 //! | `command` | one file per command, with its arguments, and the program's `main` |
 //!
@@ -21,6 +22,7 @@ mod command;
 pub mod command_queue;
 pub mod config;
 pub mod display;
+pub mod drawing;
 pub mod output;
 pub mod recording;
 pub mod safety;

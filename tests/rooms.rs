@@ -6,7 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms. Those of one row do not use each other.
-const ORDER: [&[&str]; 7] = [
+const ORDER: [&[&str]; 8] = [
+    &["drawing"],
     &["config", "system"],
     &["output"],
     &["recording"],

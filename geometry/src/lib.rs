@@ -5,6 +5,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`route`] | the curves that the handles follow |
+//! | [`drawing`] | drawn curves, and the routes that follow them |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
 //! | [`clearance`] | distances of boards, first contact, and proofs about intervals of travel |
 //! | [`planner`] | answers to a choreographer's questions |
@@ -14,6 +15,7 @@
 
 pub mod clearance;
 pub mod dragon;
+pub mod drawing;
 pub mod number;
 mod numerics;
 pub mod planner;

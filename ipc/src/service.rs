@@ -39,7 +39,7 @@ pub const MAX_BORROWED_FRAMES: usize = 4;
 /// Greatest number of commands in flight from one client.
 pub const MAX_ACTIVE_REQUESTS: usize = 4;
 /// Greatest length of the description in bytes.
-pub const MAX_DESCRIPTION_LEN: usize = 64 * 1024;
+pub const MAX_DESCRIPTION_LEN: usize = 256 * 1024;
 
 pub(crate) const MAX_SOURCES: usize = 2;
 /// Greatest number of monitors that may send alerts at a time.
@@ -55,7 +55,7 @@ const FRAME_MEMORY: usize = 55 << 20;
 pub(crate) const ALERT_BUFFER: usize = 256;
 /// Number of unread command events that are kept for a reader, and of past ones that a late joiner receives.
 pub const COMMAND_EVENT_BUFFER: usize = 128;
-/// Greatest shared memory of a source without its frames, in bytes.
+/// Greatest shared memory of a source without its frames and its description, in bytes.
 pub const SOURCE_MEMORY: u64 = 6 << 20;
 /// Greatest shared memory of the alerts of all readers, in bytes.
 pub const ALERT_MEMORY: u64 = 1 << 20;
@@ -68,6 +68,9 @@ pub const SOURCE_FILES: usize = 128;
 pub(crate) const CLIENT_FILES: usize = 48;
 /// Greatest number of files that a reader of reports opens: two more per reader that reports.
 pub(crate) const REPORT_FILES: usize = CLIENT_FILES + 2 * MAX_READERS;
+
+/// Size of iceoryx2's header of a sample, in bytes.
+const ICEORYX2_HEADER: usize = 128;
 
 /// The iceoryx2 service type of the bus: between processes, with each port used by one thread.
 pub type Service = ipc::Service;
@@ -100,8 +103,13 @@ pub fn frame_memory(bench_count: usize) -> u64 {
     (frames * frame_bytes(bench_count)) as u64
 }
 
+/// Returns the greatest shared memory of a description of this length, in bytes.
+pub fn description_memory(len: usize) -> u64 {
+    // One that each reader holds, one that waits for it, one for late joiners, and one that is being written.
+    ((2 * MAX_READERS + 2) * (ICEORYX2_HEADER + len)) as u64
+}
+
 /// Returns the size of one frame in shared memory, in bytes: iceoryx2's header, the frame header and the handles.
 fn frame_bytes(bench_count: usize) -> usize {
-    const ICEORYX2_HEADER: usize = 128;
     ICEORYX2_HEADER + size_of::<FrameHeader>() + (bench_count + 1) * size_of::<HandleState>()
 }

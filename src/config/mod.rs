@@ -4,6 +4,7 @@
 //! and impossible geometry are errors. They name the key, the value and the allowed values.
 
 mod document;
+mod drawn_route;
 mod priority;
 mod route_table;
 
@@ -15,8 +16,10 @@ use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::planner::HeadTimetable;
 use bench_dragon_geometry::route::{RouteShape, RouteSpec};
+use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
+pub use drawn_route::DrawingFit;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 
 use document::{DragonTable, parse, read};
@@ -56,6 +59,7 @@ pub struct ConfigDocument {
     tables: Document,
     dimensions: Dimensions,
     route: RouteSpec,
+    drawing: Option<DrawingFit>,
 }
 
 /// A valid configuration: the document's tables, and the dragon on its route.
@@ -66,14 +70,19 @@ pub struct Config {
 }
 
 impl ConfigDocument {
-    /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values.
+    /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values. A drawn route is read from its
+    /// own file, and becomes a path: the written document needs no drawing.
     ///
     /// # Errors
-    /// The file cannot be read, or a value is not valid.
+    /// A file cannot be read, a value is not valid, or a drawing has no path.
     pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
         let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
         set_flags(&mut tables);
-        Self::check(tables)
+        let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        let drawing = drawn_route::read(&mut tables.route, folder)?;
+        let document = Self { drawing, ..Self::check(tables)? };
+        document.require_short()?;
+        Ok(document)
     }
 
     /// Parses the text of a description.
@@ -115,7 +124,21 @@ impl ConfigDocument {
         tables.route = tables.route.completed();
         let route = tables.route.plan()?;
         let dimensions = dimensions(&tables.dragon)?;
-        Ok(Self { tables, dimensions, route })
+        Ok(Self { tables, dimensions, route, drawing: None })
+    }
+
+    /// Fails if the written document of a drawn route is longer than a description may be.
+    fn require_short(&self) -> Result<(), ConfigError> {
+        let Some(drawing) = &self.drawing else { return Ok(()) };
+        let written = toml::to_string(&self.tables).expect("the document has only tables of numbers and strings").len();
+        if written <= MAX_DESCRIPTION_LEN {
+            return Ok(());
+        }
+        let DrawingFit { segments, tolerance_m, .. } = drawing;
+        Err(ConfigError(format!(
+            "[route] the drawing needs {segments} segments, which take {written} bytes, at most {MAX_DESCRIPTION_LEN} are \
+             allowed: set tolerance_m, {tolerance_m}, to more"
+        )))
     }
 }
 
@@ -172,6 +195,11 @@ impl Config {
         &self.document.route
     }
 
+    /// How the route follows its drawing; `None` for a route that is not drawn.
+    pub fn drawing(&self) -> Option<&DrawingFit> {
+        self.document.drawing.as_ref()
+    }
+
     /// Show time in seconds at which the planned run starts.
     pub fn start_s(&self) -> f64 {
         self.document.route.start_s
@@ -224,7 +252,8 @@ impl Config {
     pub fn with_head_speed(&self, speed_mps: f64) -> Result<Self, ConfigError> {
         let mut tables = self.tables().clone();
         tables.head.speed_mps = speed_mps;
-        ConfigDocument::check(tables)?.build()
+        let drawing = self.document.drawing.clone();
+        ConfigDocument { drawing, ..ConfigDocument::check(tables)? }.build()
     }
 }
 

@@ -1,7 +1,9 @@
 //! The table `[route]`, not yet checked. Its kind determines which keys apply, and their defaults.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
+use bench_dragon_geometry::drawing::Fit;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::route::{
     PathSegment, PathSpec, Placement, RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec,
@@ -31,6 +33,17 @@ pub(super) struct RouteTable {
     turn_diameter_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     radius_ratio: Option<f64>,
+    /// Path of a drawing, relative to the folder of the configuration.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) file: Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) id: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) metres_per_unit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) tolerance_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) corner_radius_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     turn_line_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -44,7 +57,7 @@ pub(super) struct RouteTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     end_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    closed: Option<bool>,
+    pub(super) closed: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     laps: Option<u32>,
     /// After all other keys, because TOML writes an array of tables last.
@@ -59,6 +72,7 @@ enum RouteKind {
     Spiral,
     Turnaround,
     Path,
+    Drawing,
 }
 
 /// One of `[[route.segments]]`.
@@ -71,6 +85,16 @@ pub(super) enum SegmentTable {
 }
 
 impl SegmentTable {
+    fn of(segment: &PathSegment) -> Self {
+        match *segment {
+            PathSegment::Line { length_m } => Self::Line { length_m },
+            PathSegment::Arc { radius_m, turn } => Self::Arc { radius_m, turn_deg: turn.to_degrees() },
+            PathSegment::Spiral { start_radius_m, end_radius_m, turn } => {
+                Self::Spiral { start_radius_m, end_radius_m, turn_deg: turn.to_degrees() }
+            }
+        }
+    }
+
     fn plan(self) -> PathSegment {
         match self {
             Self::Line { length_m } => PathSegment::Line { length_m },
@@ -86,6 +110,9 @@ impl RouteTable {
     /// The same table with every key that applies. Missing ones have the paper's values, or those that leave the route where
     /// and as it is.
     pub(super) fn completed(self) -> Self {
+        if self.is_drawing() {
+            return self;
+        }
         let (spiral, turnaround) = (SpiralSpec::default(), TurnaroundSpec::default());
         let mut table = Self {
             start_x_m: self.start_x_m.or(Some(0.0)),
@@ -114,6 +141,7 @@ impl RouteTable {
                     table.laps.get_or_insert(1);
                 }
             }
+            RouteKind::Drawing => {}
         }
         table
     }
@@ -164,6 +192,10 @@ impl RouteTable {
                 line_m: known(self.turn_line_m),
             }),
             RouteKind::Path => RouteShape::Path(self.path()?),
+            RouteKind::Drawing => {
+                let reason = "kind is \"drawing\", only allowed in a file: its drawing is another file";
+                return Err(ConfigError(format!("[route] {reason}")));
+            }
         };
         let (start_x_m, start_y_m) = (known(self.start_x_m), known(self.start_y_m));
         let (start_heading_deg, start_s) = (known(self.start_heading_deg), known(self.start_s));
@@ -182,6 +214,34 @@ impl RouteTable {
         Ok(RouteSpec { shape, placement, start_s, end_s: self.end_s })
     }
 
+    /// Whether the route is a drawing, which is not read yet.
+    pub(super) fn is_drawing(&self) -> bool {
+        self.kind == RouteKind::Drawing
+    }
+
+    /// The same table with the path of a drawing in place of its file. The path begins where it is drawn, unless the table
+    /// moves or turns it.
+    ///
+    /// # Errors
+    /// There are laps, but the path is open.
+    pub(super) fn with_path(self, fit: &Fit, is_closed: bool) -> Result<Self, ConfigError> {
+        if let (Some(laps), false) = (self.laps, is_closed) {
+            return Err(ConfigError(format!("[route] laps is {laps}, only allowed with a closed path")));
+        }
+        Ok(Self {
+            kind: RouteKind::Path,
+            start_x_m: self.start_x_m.or(Some(fit.begin.position.x)),
+            start_y_m: self.start_y_m.or(Some(fit.begin.position.y)),
+            start_heading_deg: self.start_heading_deg.or(Some(fit.begin.heading.to_degrees())),
+            start_s: self.start_s,
+            end_s: self.end_s,
+            closed: Some(is_closed),
+            laps: self.laps,
+            segments: Some(fit.segments.iter().map(SegmentTable::of).collect()),
+            ..Self::default()
+        })
+    }
+
     fn path(&self) -> Result<PathSpec, ConfigError> {
         let segments = self.segments.iter().flatten().map(|segment| segment.plan()).collect();
         let laps = self.laps.filter(|_| self.closed == Some(true));
@@ -190,19 +250,24 @@ impl RouteTable {
     }
 
     /// Fails for a key that does not apply to the kind of route.
-    fn refuse_other_keys(&self) -> Result<(), ConfigError> {
-        use RouteKind::{Path, Spiral, Turnaround};
+    pub(super) fn refuse_other_keys(&self) -> Result<(), ConfigError> {
+        use RouteKind::{Drawing, Path, Spiral, Turnaround};
         let number = |value: Option<f64>| value.map(|value| Number(value).to_string());
         let listed = self.segments.as_ref().map(|segments| format!("a list of {}", segments.len()));
-        let keys: [(&str, Option<String>, &[RouteKind]); 8] = [
+        let keys: [(&str, Option<String>, &[RouteKind]); 13] = [
             ("pitch_m", number(self.pitch_m), &[Spiral, Turnaround]),
             ("start_turns", number(self.start_turns), &[Spiral]),
             ("turn_diameter_m", number(self.turn_diameter_m), &[Turnaround]),
             ("radius_ratio", number(self.radius_ratio), &[Turnaround]),
             ("turn_line_m", number(self.turn_line_m), &[Turnaround]),
             ("segments", listed, &[Path]),
-            ("closed", self.closed.map(|closed| closed.to_string()), &[Path]),
-            ("laps", self.laps.map(|laps| laps.to_string()), &[Path]),
+            ("closed", self.closed.map(|closed| closed.to_string()), &[Path, Drawing]),
+            ("laps", self.laps.map(|laps| laps.to_string()), &[Path, Drawing]),
+            ("file", self.file.as_ref().map(|file| format!("{:?}", file.display())), &[Drawing]),
+            ("id", self.id.as_ref().map(|id| format!("{id:?}")), &[Drawing]),
+            ("metres_per_unit", number(self.metres_per_unit), &[Drawing]),
+            ("tolerance_m", number(self.tolerance_m), &[Drawing]),
+            ("corner_radius_m", number(self.corner_radius_m), &[Drawing]),
         ];
         for (key, value, kinds) in keys {
             let Some(value) = value.filter(|_| !kinds.contains(&self.kind)) else { continue };
@@ -211,7 +276,7 @@ impl RouteTable {
             return Err(ConfigError(format!("[route] {key} is {value}, only allowed with {allowed}")));
         }
         match self.laps {
-            Some(laps) if self.closed != Some(true) => {
+            Some(laps) if self.closed != Some(true) && self.kind != Drawing => {
                 Err(ConfigError(format!("[route] laps is {laps}, only allowed with closed = true")))
             }
             _ => Ok(()),
@@ -225,6 +290,7 @@ impl RouteKind {
             Self::Spiral => "spiral",
             Self::Turnaround => "turnaround",
             Self::Path => "path",
+            Self::Drawing => "drawing",
         }
     }
 }

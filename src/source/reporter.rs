@@ -153,13 +153,13 @@ fn publish_description(
     member: &Member,
     description: &Description,
 ) -> Result<Publisher<service::Service, [u8], u64>, BusError> {
+    let text = description.toml.as_bytes();
     let publisher = member
         .description()?
         .publisher_builder()
-        .initial_max_slice_len(service::MAX_DESCRIPTION_LEN)
+        .initial_max_slice_len(text.len().max(1))
         .create()
         .map_err(|error| failed(service::DESCRIPTION, &error))?;
-    let text = description.toml.as_bytes();
     let mut sample = publisher.loan_slice(text.len()).map_err(|error| failed(service::DESCRIPTION, &error))?;
     sample.payload_mut().copy_from_slice(text);
     *sample.user_header_mut() = description.run_id;

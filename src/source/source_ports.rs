@@ -74,6 +74,7 @@ impl SourcePorts {
         let commands = commands.map_err(|error| BusError::failed(service::COMMANDS, error))?;
         let alerts = (member.alerts()?, member.alert_events()?);
         let readers = member.readers()?;
+        require_shared_memory(domain, service::description_memory(toml.len()))?;
         let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
         require_shared_memory(domain, service::frame_memory(bench_count))?;
         let wake = member.wake_page()?;

@@ -19,6 +19,7 @@ mod commands;
 mod ctl_status;
 mod directory;
 mod doctor;
+mod drawing;
 mod echo;
 mod endings;
 mod examples;

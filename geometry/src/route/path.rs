@@ -137,7 +137,7 @@ impl PathSegment {
     }
 
     /// Where a segment that begins at a placement ends.
-    fn end(&self, begin: &Placement) -> Placement {
+    pub(crate) fn end(&self, begin: &Placement) -> Placement {
         let turned = match *self {
             Self::Line { .. } => 0.0,
             Self::Arc { turn, .. } => turn,

@@ -1,0 +1,169 @@
+//! Elements of a fitted curve: lines and arcs that lie in the plane, and their distance from a drawn outline.
+
+use glam::DVec2;
+
+use super::curve::to_segment_m;
+
+/// Largest turn of an element: the normals at its two ends bound a convex wedge around it.
+pub(super) const MAX_TURN: f64 = 2.2;
+
+/// A line or an arc.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Element {
+    /// Where it begins, in metres.
+    pub(super) begin: DVec2,
+    /// Unit vector in walking direction at its beginning.
+    pub(super) tangent: DVec2,
+    /// Signed curvature in 1/m, above 0 where it turns left; 0: a line.
+    pub(super) curvature: f64,
+    /// Length in metres.
+    pub(super) length_m: f64,
+}
+
+impl Element {
+    /// The line between two points.
+    pub(super) fn line(from: DVec2, to: DVec2) -> Self {
+        Self { begin: from, tangent: (to - from).normalize_or_zero(), curvature: 0.0, length_m: from.distance(to) }
+    }
+
+    /// The arc that begins at a point in a direction, and ends at another point.
+    pub(super) fn arc(begin: DVec2, tangent: DVec2, end: DVec2) -> Self {
+        let chord = end - begin;
+        let half = f64::atan2(tangent.perp_dot(chord), tangent.dot(chord));
+        let curvature = 2.0 * half.sin() / chord.length();
+        let sinc = if half == 0.0 { 1.0 } else { half.sin() / half };
+        Self { begin, tangent, curvature, length_m: chord.length() / sinc }
+    }
+
+    /// Angle by which it turns.
+    pub(super) fn turn(&self) -> f64 {
+        self.curvature * self.length_m
+    }
+
+    /// Position and direction at this distance from its beginning.
+    pub(super) fn at(&self, distance_m: f64) -> (DVec2, DVec2) {
+        let half = 0.5 * self.curvature * distance_m;
+        let sinc = if half == 0.0 { 1.0 } else { half.sin() / half };
+        let chord = DVec2::from_angle(half).rotate(self.tangent) * (distance_m * sinc);
+        (self.begin + chord, DVec2::from_angle(2.0 * half).rotate(self.tangent))
+    }
+
+    /// Where it ends, and its direction there.
+    pub(super) fn end(&self) -> (DVec2, DVec2) {
+        self.at(self.length_m)
+    }
+
+    /// The part between two distances from its beginning.
+    pub(super) fn part(&self, from_m: f64, to_m: f64) -> Self {
+        let (begin, tangent) = self.at(from_m);
+        Self { begin, tangent, length_m: to_m - from_m, ..*self }
+    }
+
+    /// The element in equal parts that turn by at most [`MAX_TURN`].
+    pub(super) fn parts(self) -> impl Iterator<Item = Self> {
+        let count = (self.turn().abs() / MAX_TURN).ceil().max(1.0);
+        let step_m = self.length_m / count;
+        (0..count as usize).map(move |i| self.part(i as f64 * step_m, (i + 1) as f64 * step_m))
+    }
+
+    /// Signed distance of a point from the whole line or circle, above 0 to the left.
+    ///
+    /// With the centre at 1/κ to the left it is (1 − √(1 − 2κy + κ²ρ²)) / κ, written so that it holds for κ = 0.
+    pub(super) fn offset_m(&self, point: DVec2) -> f64 {
+        let lead = point - self.begin;
+        let left = self.tangent.perp_dot(lead);
+        let square = lead.length_squared();
+        let root = (1.0 - 2.0 * self.curvature * left + self.curvature * self.curvature * square).max(0.0).sqrt();
+        (2.0 * left - self.curvature * square) / (1.0 + root)
+    }
+
+    /// Distance from its beginning to the foot of a point, along the element; negative before the beginning.
+    pub(super) fn foot_m(&self, point: DVec2) -> f64 {
+        let lead = point - self.begin;
+        let (ahead, left) = (self.tangent.dot(lead), self.tangent.perp_dot(lead));
+        let angle = f64::atan2(self.curvature * ahead, 1.0 - self.curvature * left);
+        if angle.abs() < 1e-9 { ahead / (1.0 - self.curvature * left) } else { angle / self.curvature }
+    }
+
+    /// The largest distance of a line segment from the whole line or circle. It is at one end, or where the segment is nearest
+    /// to the centre.
+    fn farthest_m(&self, from: DVec2, to: DVec2) -> f64 {
+        let ends_m = self.offset_m(from).abs().max(self.offset_m(to).abs());
+        let edge = to - from;
+        let near =
+            (self.tangent.perp_dot(edge) / self.curvature - (from - self.begin).dot(edge)) / edge.length_squared();
+        if near > 0.0 && near < 1.0 { ends_m.max(self.offset_m(from + near * edge).abs()) } else { ends_m }
+    }
+}
+
+/// The largest distance between elements and the outline that they follow; `None` if it is above a limit.
+///
+/// 1. Neighbouring elements have a common tangent, so a common normal. The normals at the two ends of an element bound a wedge.
+/// 2. The outline is cut where it first crosses each normal. A part in the wedge of its element is as far from the element as
+///    from the whole line or circle.
+/// 3. A part is continuous from one normal to the other, so it crosses every normal of its element. No point of the element is
+///    further from the outline than the outline's points are from the element.
+/// 4. Where a part leaves its wedge, by rounding or because it turns back, the distance of each edge is bounded by those of its
+///    ends and its length.
+pub(super) fn distance_m(elements: &[Element], outline: &[DVec2], limit_m: f64) -> Option<f64> {
+    let mut rest = elements.iter();
+    let mut element = rest.next()?;
+    let (mut end, mut tangent) = element.end();
+    let mut largest_m = 0.0;
+    for edge in outline.windows(2) {
+        let (mut from, to) = (edge[0], edge[1]);
+        loop {
+            let ahead = (to - end).dot(tangent);
+            if ahead <= 0.0 || rest.len() == 0 {
+                largest_m = f64::max(largest_m, part_m(element, from, to));
+                break;
+            }
+            let behind = (from - end).dot(tangent).min(0.0);
+            let cut = from.lerp(to, behind / (behind - ahead));
+            largest_m = f64::max(largest_m, part_m(element, from, cut));
+            element = rest.next().expect("there is another element");
+            (end, tangent) = element.end();
+            from = cut;
+        }
+        if largest_m.is_nan() || largest_m > limit_m {
+            return None;
+        }
+    }
+    // Elements that the outline has not reached are as far as their farthest ends.
+    let last = *outline.last()?;
+    for element in std::iter::once(element).chain(rest) {
+        let (end, tangent) = element.end();
+        if (last - end).dot(tangent) < -1e-9 {
+            largest_m = f64::max(largest_m, end.distance(last));
+        }
+    }
+    (largest_m <= limit_m).then_some(largest_m)
+}
+
+/// A bound on the distance of a line segment from an element.
+fn part_m(element: &Element, from: DVec2, to: DVec2) -> f64 {
+    let (end, tangent) = element.end();
+    let slack_m = 1e-9;
+    let is_inside = |point: DVec2| {
+        (point - element.begin).dot(element.tangent) >= -slack_m && (point - end).dot(tangent) <= slack_m
+    };
+    if from == to {
+        return 0.0;
+    }
+    if is_inside(from) && is_inside(to) {
+        return element.farthest_m(from, to);
+    }
+    let to_element_m = |point: DVec2| {
+        if is_inside(point) {
+            element.offset_m(point).abs()
+        } else {
+            point.distance(element.begin).min(point.distance(end))
+        }
+    };
+    // The distance changes by at most a metre a metre.
+    let length_m = from.distance(to);
+    let bound_m = 0.5 * (to_element_m(from) + to_element_m(to) + length_m);
+    let to_chord_m = [from, to].map(|point| to_segment_m(point, element.begin, end));
+    // A line is convex: the distance from it is largest at an end.
+    if element.curvature == 0.0 { f64::max(to_chord_m[0], to_chord_m[1]) } else { bound_m }
+}

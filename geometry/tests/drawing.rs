@@ -1,0 +1,258 @@
+//! Paths that follow drawings: how near they are, what stays exact, and how many segments they have.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use bench_dragon_geometry::drawing::{Bezier, Drawing, DrawingError, Fit, FitSettings, Piece, Spline};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
+use glam::DVec2;
+use proptest::prelude::{Strategy, any, prop};
+use proptest::{prop_assert, prop_assume, proptest};
+
+const SETTINGS: FitSettings = FitSettings { tolerance_m: 0.005, corner_radius_m: None, joins_samples: false };
+
+fn rounded(corner_radius_m: f64) -> FitSettings {
+    FitSettings { corner_radius_m: Some(corner_radius_m), ..SETTINGS }
+}
+
+fn point(x: f64, y: f64) -> DVec2 {
+    DVec2::new(x, y)
+}
+
+/// The route of a fit, as a configuration builds it.
+fn route(fit: &Fit, laps: Option<u32>) -> Route {
+    let path = PathSpec { segments: fit.segments.clone(), laps };
+    let spec = RouteSpec { placement: fit.begin, ..RouteSpec::from(path) };
+    spec.build(1.0, 1.0).expect("the segments join")
+}
+
+/// Points of a route, a millimetre apart.
+fn points_of(route: &Route) -> Vec<DVec2> {
+    let count = (route.end_travel_m() / 1e-3).ceil();
+    let at = |i: usize| route.point(route.parameter(route.end_travel_m() * i as f64 / count)).position;
+    (0..=count as usize).map(at).collect()
+}
+
+/// The largest distance of the points of a polyline from another one that runs beside it.
+fn apart_m(points: &[DVec2], other: &[DVec2]) -> f64 {
+    let mut near = 0_usize;
+    let mut largest_m = 0.0;
+    for point in points {
+        // Both run in the same direction, so the nearest edge is not far from the last one.
+        let edges = near.saturating_sub(3000)..(near + 3000).min(other.len() - 1);
+        let distance_m = |i: usize| {
+            let (from, edge) = (other[i], other[i + 1] - other[i]);
+            let part = ((*point - from).dot(edge) / edge.length_squared().max(1e-300)).clamp(0.0, 1.0);
+            point.distance(from + part * edge)
+        };
+        let nearest = edges.map(|i| (distance_m(i), i)).min_by(|a, b| a.0.total_cmp(&b.0)).expect("an edge");
+        near = nearest.1;
+        largest_m = f64::max(largest_m, nearest.0);
+    }
+    largest_m
+}
+
+fn cubic(controls: [DVec2; 4], t: f64) -> DVec2 {
+    let [a, b, c, d] = controls;
+    let s = 1.0 - t;
+    a * s * s * s + b * 3.0 * s * s * t + c * 3.0 * s * t * t + d * t * t * t
+}
+
+/// A smooth chain of cubic Bézier curves from left to right.
+fn smooth_chain() -> impl Strategy<Value = Vec<[DVec2; 4]>> {
+    prop::collection::vec((4.0..12.0, -6.0..6.0, -1.0..1.0, 1.0..3.0), 2..6).prop_map(|steps| {
+        let (mut at, mut lead) = (DVec2::ZERO, point(1.5, 0.0));
+        let step = |(x, y, heading, handle): (f64, f64, f64, f64)| {
+            let (to, end) = (at + point(x, y), handle * DVec2::from_angle(heading));
+            let controls = [at, at + lead, to - end, to];
+            (at, lead) = (to, 0.7 * end);
+            controls
+        };
+        steps.into_iter().map(step).collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(proptest::test_runner::Config { cases: 40, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn a_smooth_curve_and_its_path_are_within_the_measured_distance_of_each_other(chain in smooth_chain()) {
+        let pieces = chain.iter().map(|controls| Piece::Bezier(Bezier::new(controls.to_vec()))).collect();
+        let fit = Drawing { pieces, is_closed: false }.fit(&SETTINGS).expect("a smooth curve");
+        prop_assert!(fit.error_m <= SETTINGS.tolerance_m);
+        let drawn: Vec<DVec2> =
+            chain.iter().flat_map(|&controls| (0..2000).map(move |i| cubic(controls, f64::from(i) / 1999.0))).collect();
+        let followed = points_of(&route(&fit, None));
+        let measured_m = apart_m(&drawn, &followed).max(apart_m(&followed, &drawn));
+        prop_assert!(measured_m <= fit.error_m + 1e-5, "{measured_m} is above {}", fit.error_m);
+        prop_assert!(measured_m >= 0.5 * fit.error_m, "{measured_m} is far below {}", fit.error_m);
+    }
+
+    #[test]
+    fn corners_become_arcs_of_the_radius_that_touch_both_lines(
+        headings in prop::collection::vec(-1.9..1.9, 1..5), radius_m in 0.06..0.7,
+    ) {
+        let (mut points, mut heading) = (vec![DVec2::ZERO], 0.0);
+        for turn in headings.iter().chain(&[0.0]) {
+            points.push(*points.last().expect("a point") + 2.1 * DVec2::from_angle(heading));
+            heading += turn;
+        }
+        prop_assume!(headings.iter().all(|turn: &f64| turn.abs() > 0.7));
+        let fit = Drawing::polyline(&points, false).fit(&rounded(radius_m)).expect("each arc fits");
+        prop_assert!(fit.corners == headings.len() && fit.error_m < 1e-9);
+        let arcs: Vec<_> = fit.segments.iter().filter_map(|segment| match *segment {
+            PathSegment::Arc { radius_m, turn } => Some((radius_m, turn)),
+            _ => None,
+        }).collect();
+        prop_assert!(arcs.len() == headings.len());
+        for ((arc_m, turn), heading) in arcs.iter().zip(&headings) {
+            prop_assert!((arc_m - radius_m).abs() < 1e-9 && (turn - heading).abs() < 1e-9);
+        }
+        let end = *points_of(&route(&fit, None)).last().expect("a point");
+        prop_assert!(end.distance(points[points.len() - 1]) < 1e-9);
+    }
+
+    #[test]
+    fn any_numbers_give_a_path_or_one_line(
+        numbers in prop::collection::vec(any::<(f64, f64)>(), 0..20), near in prop::collection::vec((-9.0..9.0, -9.0..9.0), 0..20),
+        radius_m in prop::option::of(0.01..5.0), is_closed in any::<bool>(), joins_samples in any::<bool>(),
+    ) {
+        for points in [numbers, near] {
+            let points: Vec<DVec2> = points.into_iter().map(DVec2::from).collect();
+            let settings = FitSettings { tolerance_m: 0.005, corner_radius_m: radius_m, joins_samples };
+            let beziers = points.chunks_exact(4).map(|four| Piece::Bezier(Bezier::new(four.to_vec()))).collect();
+            for drawing in [Drawing::polyline(&points, is_closed), Drawing { pieces: beziers, is_closed }] {
+                match drawing.fit(&settings) {
+                    Ok(fit) => {
+                        prop_assert!(fit.error_m <= settings.tolerance_m);
+                        let _ = route(&fit, is_closed.then_some(2));
+                    }
+                    Err(error) => prop_assert!(!error.to_string().contains('\n')),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn lines_and_arcs_that_join_stay_as_they_are() {
+    let arc = Piece::Arc { centre: point(10.0, 4.0), radius_m: 4.0, from_angle: -FRAC_PI_2, turn: FRAC_PI_2 };
+    let pieces = vec![
+        Piece::Line { from: DVec2::ZERO, to: point(10.0, 0.0) },
+        arc,
+        Piece::Line { from: point(14.0, 4.0), to: point(14.0, 9.0) },
+    ];
+    let fit = Drawing { pieces, is_closed: false }.fit(&SETTINGS).expect("a smooth path");
+    assert_eq!((fit.segments.len(), fit.corners), (3, 0));
+    let [PathSegment::Line { length_m }, PathSegment::Arc { radius_m, turn }, _] = fit.segments[..] else {
+        panic!("{:?}", fit.segments)
+    };
+    assert!((length_m - 10.0).abs() + (radius_m - 4.0).abs() + (turn - FRAC_PI_2).abs() < 1e-12);
+    // Only the outline by which the arc is measured is off.
+    assert!(fit.error_m <= 2.1e-5, "{}", fit.error_m);
+}
+
+#[test]
+fn a_circle_of_curves_is_few_arcs_and_can_be_walked_in_laps() {
+    let handle = 0.552_284_749_830_793;
+    let quarter = |i: usize| {
+        let turned = |x, y| DVec2::from_angle(FRAC_PI_2 * i as f64).rotate(point(x, y)) * 5.0;
+        Piece::Bezier(Bezier::new(vec![turned(1.0, 0.0), turned(1.0, handle), turned(handle, 1.0), turned(0.0, 1.0)]))
+    };
+    let fit = Drawing { pieces: (0..4).map(quarter).collect(), is_closed: true }.fit(&SETTINGS).expect("a circle");
+    assert!(fit.segments.len() <= 4, "{:?}", fit.segments);
+    assert!(fit.error_m <= SETTINGS.tolerance_m);
+    assert!((route(&fit, Some(3)).end_travel_m() - 3.0 * TAU * 5.0).abs() < 0.02);
+}
+
+/// Samples of a spiral with four turns, 1.7 m apart.
+fn spiral(count: u32) -> Vec<DVec2> {
+    let at = |i: u32| {
+        let turns = 4.0 * f64::from(i) / f64::from(count);
+        (3.0 + 1.7 * turns) * DVec2::from_angle(TAU * turns)
+    };
+    (0..=count).map(at).collect()
+}
+
+fn sine(count: u32) -> Vec<DVec2> {
+    let at = |x: f64| point(x, 5.0 * (x / 5.0).sin());
+    (0..=count).map(|i| at(60.0 * f64::from(i) / f64::from(count))).collect()
+}
+
+#[test]
+fn sampled_curves_become_few_segments_however_many_points_they_have() {
+    let millimetres = |points: Vec<DVec2>| points.iter().map(|point| (*point * 1e3).round() / 1e3).collect::<Vec<_>>();
+    for (name, points, most) in [
+        ("spiral of 1,000 points", spiral(1_000), 38),
+        ("spiral of 1,000,000 points", spiral(1_000_000), 38),
+        ("spiral in whole millimetres", millimetres(spiral(100_000)), 38),
+        ("sine of 1,000 points", sine(1_000), 46),
+        ("sine in whole millimetres", millimetres(sine(100_000)), 48),
+    ] {
+        let fit = Drawing::polyline(&points, false).fit(&SETTINGS).expect(name);
+        assert!(fit.segments.len() <= most, "{name}: {} segments", fit.segments.len());
+        assert!(fit.error_m <= SETTINGS.tolerance_m);
+    }
+}
+
+#[test]
+fn a_curve_through_points_far_apart_is_followed_only_if_they_are_samples() {
+    let points = spiral(100);
+    let drawing = Drawing::polyline(&points, false);
+    assert!(matches!(drawing.fit(&SETTINGS), Err(DrawingError::Corner { .. })));
+    let fit = drawing.fit(&FitSettings { joins_samples: true, ..SETTINGS }).expect("a smooth curve");
+    assert!(apart_m(&points, &points_of(&route(&fit, None))) <= SETTINGS.tolerance_m + 1e-6);
+    assert!(fit.segments.len() <= 32, "{}", fit.segments.len());
+    let bend = Drawing::polyline(&[DVec2::ZERO, point(9.0, 0.0), point(9.0, 9.0)], false);
+    let error = bend.fit(&FitSettings { joins_samples: true, ..SETTINGS }).expect_err("a corner");
+    assert_eq!(error, DrawingError::Corner { at: point(9.0, 0.0), turn: FRAC_PI_2 });
+}
+
+#[test]
+fn a_radius_that_does_not_fit_names_the_corner_and_the_largest_that_does() {
+    let bend = Drawing::polyline(&[DVec2::ZERO, point(3.0, 0.0), point(3.0, 9.0)], false);
+    assert_eq!(bend.fit(&rounded(3.0)).expect("it just fits").corners, 1);
+    let error = bend.fit(&rounded(3.5)).expect_err("the first line is too short").to_string();
+    let expected =
+        "corner_radius_m is 3.5, does not fit into the corner of 90.0° at (3.000, 0.000) m: at most 3.000 m fits";
+    assert_eq!(error, expected);
+}
+
+#[test]
+fn a_corner_between_curves_is_rounded_by_an_arc_that_touches_both() {
+    let up = Piece::Bezier(Bezier::new(vec![point(0.0, 0.0), point(3.0, 0.0), point(6.0, 1.0), point(8.0, 4.0)]));
+    let down = Piece::Bezier(Bezier::new(vec![point(8.0, 4.0), point(9.0, 1.0), point(12.0, 0.0), point(16.0, 0.0)]));
+    let fit = Drawing { pieces: vec![up, down], is_closed: false }.fit(&rounded(1.0)).expect("it fits");
+    assert_eq!(fit.corners, 1);
+    assert!(
+        fit.segments.iter().any(|segment| matches!(segment, PathSegment::Arc { radius_m, .. } if *radius_m == 1.0))
+    );
+    assert!(fit.error_m <= SETTINGS.tolerance_m);
+    assert_eq!(points_of(&route(&fit, None))[0], DVec2::ZERO);
+}
+
+#[test]
+fn interrupted_empty_and_sharp_drawings_are_refused() {
+    let line = |from: DVec2, to: DVec2| Piece::Line { from, to };
+    let of = |pieces: Vec<Piece>| Drawing { pieces, is_closed: false }.fit(&rounded(1.0));
+    let gap = of(vec![line(DVec2::ZERO, point(1.0, 0.0)), line(point(2.0, 0.0), point(3.0, 0.0))]);
+    assert_eq!(gap, Err(DrawingError::Gap { at: point(1.0, 0.0), gap_m: 1.0 }));
+    assert_eq!(of(vec![]), Err(DrawingError::Empty));
+    assert_eq!(of(vec![line(DVec2::ONE, DVec2::ONE)]), Err(DrawingError::Empty));
+    let cusp = Bezier::new(vec![DVec2::ZERO, point(10.0, 10.0), point(0.0, 10.0), point(10.0, 0.0)]);
+    assert!(matches!(of(vec![Piece::Bezier(cusp)]), Err(DrawingError::Sharp { .. })));
+    assert!(matches!(of(vec![line(DVec2::ZERO, point(f64::NAN, 0.0))]), Err(DrawingError::Coordinate { .. })));
+}
+
+#[test]
+fn a_spline_is_its_bezier_curves() {
+    let points: Vec<DVec2> = (0..7).map(|i| point(f64::from(i), f64::from(i * i % 5))).collect();
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 2.5, 3.0, 3.0, 3.0, 3.0];
+    let spline = Spline { degree: 3, knots, points: points.clone(), weights: vec![] };
+    let beziers = spline.beziers().expect("a spline");
+    assert_eq!(beziers.len(), 3);
+    let ends = Piece::Bezier(beziers[0].clone()).begin().distance(points[0])
+        + Piece::Bezier(beziers[2].clone()).end().distance(points[6]);
+    assert!(ends < 1e-12);
+    assert!(Spline { degree: 4, ..spline.clone() }.beziers().is_none());
+    assert!(Spline { weights: vec![-1.0; 7], ..spline }.beziers().is_none());
+}

@@ -1,0 +1,97 @@
+//! Drawings: files that hold the route as a drawn path, in SVG, DXF or CSV. All of them give a path in metres, with y up.
+
+mod csv;
+mod dxf;
+mod svg;
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use bench_dragon_geometry::drawing::Drawing;
+
+/// Greatest length of a file, in bytes.
+const MAX_LEN: u64 = 64 << 20;
+/// Most pieces of a path: lines, arcs and curves.
+const MAX_PIECES: usize = 2_000_000;
+/// Most names that a message lists.
+const MAX_LISTED: usize = 8;
+
+/// Reason why a file has no path, in one line. The caller adds the file's name.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct DrawingFileError(String);
+
+/// Which path of a file is the route, and its scale.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathChoice<'a> {
+    /// Name of the path in the file; without one, the file must have one path.
+    pub id: Option<&'a str>,
+    /// Length of a unit of the drawing, in metres; without one, that of the format.
+    pub metres_per_unit: Option<f64>,
+    /// Whether the end of the path joins its beginning; without one, as it is drawn.
+    pub is_closed: Option<bool>,
+    /// Largest gap between two entities of a path, in metres.
+    pub gap_m: f64,
+}
+
+/// Reads a path from a file. Its format is that of its extension: `.svg`, `.dxf` or `.csv`.
+///
+/// # Errors
+/// The file cannot be read, is too long, or does not have the path.
+pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
+    let extension = file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    let reader = match extension.as_deref() {
+        Some("svg") => svg::path,
+        Some("dxf") => dxf::path,
+        Some("csv") => csv::path,
+        _ => return Err(DrawingFileError("has no known format, must be .svg, .dxf or .csv".to_owned())),
+    };
+    let mut drawing = reader(&contents(file)?, choice)?;
+    if drawing.pieces.len() > MAX_PIECES {
+        let count = drawing.pieces.len();
+        return Err(DrawingFileError(format!("the path has {count} parts, at most {MAX_PIECES} are allowed")));
+    }
+    drawing.is_closed = choice.is_closed.unwrap_or(drawing.is_closed);
+    Ok(drawing)
+}
+
+/// Whether a file has points of a curve, and not the lines between them.
+pub fn has_points(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
+/// The bytes of a file.
+fn contents(file: &Path) -> Result<Vec<u8>, DrawingFileError> {
+    let mut bytes = vec![];
+    let read = File::open(file).and_then(|file| {
+        if file.metadata()?.is_file() {
+            file.take(MAX_LEN + 1).read_to_end(&mut bytes)
+        } else {
+            Err(std::io::Error::other("is not a file"))
+        }
+    });
+    match read.map_err(|error| DrawingFileError(format!("cannot be read: {error}")))? as u64 {
+        0..=MAX_LEN => Ok(bytes),
+        _ => Err(DrawingFileError(format!("is longer than {} MiB, the most that is allowed", MAX_LEN >> 20))),
+    }
+}
+
+/// The text of a file.
+fn utf8(bytes: &[u8]) -> Result<&str, DrawingFileError> {
+    std::str::from_utf8(bytes).map_err(|_| DrawingFileError("is not UTF-8 text".to_owned()))
+}
+
+/// A few names for a message, each in quotes.
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<String> = names.take(MAX_LISTED + 1).map(quoted).collect();
+    let more = if names.len() > MAX_LISTED { " and others" } else { "" };
+    names[..names.len().min(MAX_LISTED)].join(", ") + more
+}
+
+/// A name from a file for a message: short and printable.
+fn quoted(name: &str) -> String {
+    const LONGEST: usize = 40;
+    let printable = name.chars().map(|char| if char.is_control() { '?' } else { char });
+    format!("\"{}\"", printable.take(LONGEST).collect::<String>())
+}
