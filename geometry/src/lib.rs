@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`route`] | the curves that the handles follow |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
+//! | [`outline`] | the outline of a stage, and whether a board is inside |
 //! | [`clearance`] | distances of boards, first contact, and proofs about intervals of travel |
 //! | [`planner`] | answers to a choreographer's questions |
 //!
@@ -16,5 +17,6 @@ pub mod clearance;
 pub mod dragon;
 pub mod number;
 mod numerics;
+pub mod outline;
 pub mod planner;
 pub mod route;

@@ -6,6 +6,7 @@
 mod document;
 mod priority;
 mod route_table;
+mod stage_table;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -13,8 +14,9 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
 use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::HeadTimetable;
-use bench_dragon_geometry::route::{RouteShape, RouteSpec};
+use bench_dragon_geometry::route::{Route, RouteShape, RouteSpec};
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
@@ -56,6 +58,7 @@ pub struct ConfigDocument {
     tables: Document,
     dimensions: Dimensions,
     route: RouteSpec,
+    outline: Option<Outline>,
 }
 
 /// A valid configuration: the document's tables, and the dragon on its route.
@@ -84,14 +87,37 @@ impl ConfigDocument {
         Self::check(parse(text)?)
     }
 
+    /// The route as planned.
+    pub fn route(&self) -> &RouteSpec {
+        &self.route
+    }
+
+    /// The outline of the stage, if there is one.
+    pub fn outline(&self) -> Option<&Outline> {
+        self.outline.as_ref()
+    }
+
+    /// The benches.
+    pub fn dimensions(&self) -> &Dimensions {
+        &self.dimensions
+    }
+
+    /// The curve of the route, with room for the dragon behind its beginning.
+    ///
+    /// # Errors
+    /// The route is not valid.
+    pub fn curve(&self) -> Result<Route, ConfigError> {
+        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.links_m());
+        route.map_err(|error| ConfigError(format!("[route] {error}")))
+    }
+
     /// Places the dragon on its route, and computes how far it can walk.
     ///
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
     pub fn build(self) -> Result<Config, ConfigError> {
-        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.links_m());
-        let route = route.map_err(|error| ConfigError(format!("[route] {error}")))?;
-        let dragon = Dragon::new(self.dimensions, Arc::new(route)).map_err(|error| ConfigError(error.to_string()))?;
+        let route = Arc::new(self.curve()?);
+        let dragon = Dragon::new(self.dimensions, route).map_err(|error| ConfigError(error.to_string()))?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
     }
 
@@ -115,7 +141,8 @@ impl ConfigDocument {
         tables.route = tables.route.completed();
         let route = tables.route.plan()?;
         let dimensions = dimensions(&tables.dragon)?;
-        Ok(Self { tables, dimensions, route })
+        let outline = tables.stage.outline()?;
+        Ok(Self { tables, dimensions, route, outline })
     }
 }
 
@@ -139,6 +166,11 @@ impl Config {
     /// The whole configuration as TOML, with every key that applies.
     pub fn to_toml(&self) -> String {
         toml::to_string(&self.document.tables).expect("the document has only tables of numbers and strings")
+    }
+
+    /// The checked document.
+    pub fn document(&self) -> &ConfigDocument {
+        &self.document
     }
 
     /// The values of the document.
@@ -170,6 +202,11 @@ impl Config {
     /// The route as planned.
     pub fn route(&self) -> &RouteSpec {
         &self.document.route
+    }
+
+    /// The outline of the stage, if there is one.
+    pub fn outline(&self) -> Option<&Outline> {
+        self.document.outline()
     }
 
     /// Show time in seconds at which the planned run starts.
@@ -344,6 +381,14 @@ mod tests {
     #[test]
     fn every_error_is_one_line_that_names_key_value_and_range() {
         for (text, start) in [
+            ("[stage]\noutline = [[0, 0], [1, 0]]", "[stage] outline has 2 points, must have from 3 to 256"),
+            ("[stage]\noutline = [[0, 0], [1, 0], [inf, 1]]", "[stage] outline point 3 has the coordinate inf, must be from -"),
+            (
+                "[stage]\noutline = [[0, 0], [1, 1], [1, 0], [0, 1]]",
+                "[stage] outline crosses or touches itself: the edges from points 1 and 3 meet",
+            ),
+            ("[stage]\noutline = [[0, 0], [1e-4, 0], [0, 1e-4]]", "[stage] outline encloses 5e-9 m², must enclose"),
+            ("[stage]\noutline = [[0, 0], [1, 0], [2]]", "line 2, `outline = [[0, 0], [1, 0], [2]]`: invalid length 1"),
             ("[serve]\nrate_hz = 0", "[serve] rate_hz is 0, must be from 1 to 100000"),
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),

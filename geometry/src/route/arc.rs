@@ -73,6 +73,11 @@ impl CircularArc {
         self.radius_m * self.angle
     }
 
+    /// Angle walked from the beginning to the direction of a point, from −π to π.
+    pub(super) fn angle_of(&self, point: DVec2) -> f64 {
+        self.turn.sign() * self.begin.angle_to(point - self.centre)
+    }
+
     /// Distance from a point to the furthest point of the arc, in metres. That point lies beyond the centre, or is an end of
     /// the arc.
     pub(super) fn furthest_m(&self, from: DVec2) -> f64 {

@@ -120,7 +120,7 @@ fn draw(
     let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
     let title = format!("First {what} at {time_s:.6} s: benches {first} and {second}");
     let caption = args.figure.caption(config, title);
-    let view = ContactView { caption, dragon: in_plan(config.dragon(), travel_m), benches, point };
+    let view = ContactView { caption, dragon: in_plan(config, config.dragon(), travel_m), benches, point };
     args.figure.save_and_tell(view.draw(), args.format.format)
 }
 

@@ -17,6 +17,7 @@ mod contact;
 mod figure;
 mod pitch;
 mod poses;
+mod route;
 mod sensitivity;
 mod speed_limit;
 mod turn;
@@ -26,6 +27,7 @@ mod turn;
 #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
   bench-dragon solve contact --config stage.toml
+  bench-dragon solve route --config eight.toml
   bench-dragon solve pitch --turn-diameter 9
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
@@ -41,6 +43,7 @@ pub(crate) struct SolveArgs {
 pub(crate) enum Question {
     Poses(poses::PosesArgs),
     Contact(contact::ContactArgs),
+    Route(route::RouteArgs),
     Pitch(pitch::PitchArgs),
     Turn(turn::TurnArgs),
     SpeedLimit(speed_limit::SpeedLimitArgs),
@@ -51,6 +54,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
         Question::Contact(args) => contact::run(&args)?,
+        Question::Route(args) => route::run(&args)?,
         Question::Pitch(args) => pitch::run(&args)?,
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
