@@ -105,7 +105,8 @@ impl Outline {
     pub fn leaving_point(&self, board: &Board) -> Option<DVec2> {
         let depth_m = |corner: DVec2| if self.contains(corner) { 0.0 } else { self.distance_m(corner) };
         let corners = board.corners().map(|corner| (depth_m(corner), corner));
-        let furthest = corners.into_iter().reduce(|furthest, corner| if corner.0 > furthest.0 { corner } else { furthest });
+        let furthest =
+            corners.into_iter().reduce(|furthest, corner| if corner.0 > furthest.0 { corner } else { furthest });
         let outside = furthest.filter(|(depth_m, _)| *depth_m > GRAZE_M).map(|(_, corner)| corner);
         outside.or_else(|| self.edges().find_map(|edge| edge.middle_in(board)))
     }
@@ -204,21 +205,27 @@ impl Edge {
         (part[0] <= part[1]).then_some(part)
     }
 
-    /// Whether two edges without a common corner have a common point.
+    /// Whether two edges without a common corner have a common point, up to [`GRAZE_M`]. Either an end of one is on the other,
+    /// or the ends of each are clearly on different sides of the other.
     fn touches(&self, other: &Self) -> bool {
-        let side = |edge: &Self, point: DVec2| (edge.to - edge.from).perp_dot(point - edge.from);
-        let [a, b] = [other.from, other.to].map(|point| side(self, point));
-        let [c, d] = [self.from, self.to].map(|point| side(other, point));
         let on_edge = |edge: &Self, point: DVec2| edge.nearest(point).distance(point) <= GRAZE_M;
-        a * b < 0.0 && c * d < 0.0
-            || [other.from, other.to].into_iter().any(|point| on_edge(self, point))
-            || [self.from, self.to].into_iter().any(|point| on_edge(other, point))
+        let has_end_on = |one: &Self, edge: &Self| on_edge(edge, one.from) || on_edge(edge, one.to);
+        let is_on_both_sides = |one: &Self, edge: &Self| {
+            let across = (edge.to - edge.from).perp().normalize_or_zero();
+            let [from_m, to_m] = [one.from, one.to].map(|end| across.dot(end - edge.from));
+            from_m.min(to_m) < -GRAZE_M && from_m.max(to_m) > GRAZE_M
+        };
+        has_end_on(self, other)
+            || has_end_on(other, self)
+            || is_on_both_sides(self, other) && is_on_both_sides(other, self)
     }
 
     /// Whether the next edge runs back along this one, or either has no length.
     fn folds_onto(&self, next: &Self) -> bool {
         let (back, ahead) = (self.from - self.to, next.to - next.from);
         let is_short = back.length().min(ahead.length()) <= GRAZE_M;
-        is_short || next.nearest(self.from).distance(self.from) <= GRAZE_M || self.nearest(next.to).distance(next.to) <= GRAZE_M
+        is_short
+            || next.nearest(self.from).distance(self.from) <= GRAZE_M
+            || self.nearest(next.to).distance(next.to) <= GRAZE_M
     }
 }

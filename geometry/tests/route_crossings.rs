@@ -194,3 +194,19 @@ fn a_limit_of_work_ends_the_search() {
     let all = route.crossings(0.0, route.end_travel_m(), false, u64::MAX);
     assert!(all.is_complete && all.found.len() > 1000, "{} crossings in {} steps", all.found.len(), all.steps);
 }
+
+/// The default limit of `solve route` is 100 million steps.
+#[test]
+fn ten_thousand_segments_take_few_steps() {
+    let segment = |i: u32| {
+        let turn = [70.0_f64, -110.0, 45.0, -20.0, 160.0, -130.0][i as usize * i as usize % 6].to_radians();
+        match i % 3 {
+            0 => line(20.0 + 9.0 * f64::from(i % 11)),
+            1 => PathSegment::Arc { radius_m: 2.0 + f64::from(i % 5), turn },
+            _ => PathSegment::Spiral { start_radius_m: 3.0, end_radius_m: 4.0 + f64::from(i % 7), turn },
+        }
+    };
+    let route = path((0..10_000).map(segment).collect(), None, Placement::default());
+    let all = route.crossings(0.0, route.end_travel_m(), false, u64::MAX);
+    assert!(all.steps < 50_000_000 && all.found.len() > 100, "{} crossings in {} steps", all.found.len(), all.steps);
+}

@@ -382,7 +382,10 @@ mod tests {
     fn every_error_is_one_line_that_names_key_value_and_range() {
         for (text, start) in [
             ("[stage]\noutline = [[0, 0], [1, 0]]", "[stage] outline has 2 points, must have from 3 to 256"),
-            ("[stage]\noutline = [[0, 0], [1, 0], [inf, 1]]", "[stage] outline point 3 has the coordinate inf, must be from -"),
+            (
+                "[stage]\noutline = [[0, 0], [1, 0], [inf, 1]]",
+                "[stage] outline point 3 has the coordinate inf, must be from -",
+            ),
             (
                 "[stage]\noutline = [[0, 0], [1, 1], [1, 0], [0, 1]]",
                 "[stage] outline crosses or touches itself: the edges from points 1 and 3 meet",

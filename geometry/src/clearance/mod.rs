@@ -16,9 +16,11 @@ mod pair_motion;
 mod pose;
 mod proven_travel;
 mod search;
+mod stage_exit;
 
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};
+pub use stage_exit::{StageExit, first_exit};

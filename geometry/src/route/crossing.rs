@@ -298,11 +298,13 @@ impl Search {
         let lap_m = to_m - from_m;
         if self.is_lap {
             for crossing in &mut self.found {
-                let travels_m = crossing.travels_m.map(|at_m| if at_m >= to_m - JOINT_MERGE_M { at_m - lap_m } else { at_m });
+                let travels_m =
+                    crossing.travels_m.map(|at_m| if at_m >= to_m - JOINT_MERGE_M { at_m - lap_m } else { at_m });
                 crossing.travels_m = [travels_m[0].min(travels_m[1]), travels_m[0].max(travels_m[1])];
             }
         }
-        self.found.sort_by(|a, b| a.travels_m[0].total_cmp(&b.travels_m[0]).then(a.travels_m[1].total_cmp(&b.travels_m[1])));
+        self.found
+            .sort_by(|a, b| a.travels_m[0].total_cmp(&b.travels_m[0]).then(a.travels_m[1].total_cmp(&b.travels_m[1])));
         let (is_lap, mut kept) = (self.is_lap, Vec::<Crossing>::with_capacity(self.found.len()));
         for crossing in self.found.drain(..) {
             let is_joint = is_lap && crossing.travels_m[0] <= from_m + JOINT_MERGE_M;

@@ -2,7 +2,7 @@
 
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
-use bench_dragon_geometry::dragon::{RunEnd, Spent};
+use bench_dragon_geometry::dragon::Spent;
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
 use clap::Args;
 use glam::DVec2;
@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::figure::{FigureArgs, even_travels, in_plan};
 use super::poses::coarser_step_s;
+use super::stage::StageAnswer;
 use super::{CLEARANCE_M, WorkArgs};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::command::load_config;
@@ -62,6 +63,8 @@ struct ContactAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
     searched_to_s: Option<f64>,
     #[serde(flatten)]
+    stage: Option<StageAnswer>,
+    #[serde(flatten)]
     profile: Option<Profile>,
 }
 
@@ -80,12 +83,16 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         point_m: contact.map(|contact| contact.point.to_array()),
         clearance_m: args.clearance,
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
+        stage: StageAnswer::of(&config, args.work),
         profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
     };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => {
             print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
+            if let Some(stage) = &answer.stage {
+                print_line(format_args!("stage: {}", stage.text()))?;
+            }
             if let Some(profile) = &answer.profile {
                 print_line(profile.text())?;
             }
@@ -163,9 +170,10 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
         return format!("no {what} up to {reached_s:.6} s; later times are unknown: {spent}; --work allows more");
     }
     let end_s = config.end_s();
-    match config.dragon().run_end() {
-        RunEnd::RouteEnd => format!("no {what} before the run ends, at {end_s:.6} s"),
-        fault => format!("no {what} before the run ends, at {end_s:.6} s, where {fault}"),
+    let end = config.dragon().run_end();
+    match config.dragon().tight_spot() {
+        None => format!("no {what} before the run ends, at {end_s:.6} s"),
+        Some(spot) => format!("no {what} before the run ends, at {end_s:.6} s, where {end}: {spot}"),
     }
 }
 

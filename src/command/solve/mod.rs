@@ -20,6 +20,7 @@ mod poses;
 mod route;
 mod sensitivity;
 mod speed_limit;
+mod stage;
 mod turn;
 
 /// Answer a question about planning a show. Needs no server.

@@ -10,6 +10,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{corners_of, in_plan, polyline};
+use super::stage::StageAnswer;
 use super::{AnswerArgs, save_config};
 use crate::command::flags::ConfigArgs;
 use crate::command::print::print_report;
@@ -63,6 +64,8 @@ struct RouteAnswer {
     cannot_follow: Option<TightPlace>,
     /// The reason for which the dragon cannot stand at the start.
     infeasible: Option<String>,
+    #[serde(flatten)]
+    stage: Option<StageAnswer>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -85,9 +88,13 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     let placed = place(&document, &route);
     let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.dragon()));
     let survey = RouteSurvey::of(&route, document.route(), standing_m, &args.answer.work.meter());
-    let answer = RouteAnswer::of(&document, &survey, placed.as_ref());
+    let stage = match &placed {
+        Ok(config) => StageAnswer::of(config, args.answer.work),
+        Err(_) => document.outline().map(|_| StageAnswer::default()),
+    };
+    let answer = RouteAnswer { stage, ..RouteAnswer::of(&document, &survey, placed.as_ref()) };
     print_report(args.answer.format.format, &answer, answer.text(document.route()))?;
-    draw(args, &document, &route, &survey, &placed)?;
+    draw(args, &document, &route, &survey, &placed, &answer)?;
     match &placed {
         Ok(config) => save_config(&args.answer, Ok(config)),
         Err(error) => save_config(&args.answer, Err(&error.to_string())),
@@ -136,6 +143,7 @@ impl RouteAnswer {
             ends_because: dragon.map(|dragon| dragon.run_end().to_string()),
             cannot_follow: tight_spot(placed).map(|spot| TightPlace::of(&spot)),
             infeasible: placed.err().map(ToString::to_string),
+            stage: None,
         }
     }
 
@@ -147,7 +155,10 @@ impl RouteAnswer {
         line("end", format!("at {}, heading {}°", point(self.end_m), decimal(self.end_heading_deg)));
         match (self.tightest_radius_m, self.tightest_travel_m, self.tightest_m) {
             (Some(radius_m), Some(travel_m), Some(at)) => {
-                line("tightest bend", format!("radius {radius_m:.6} m, at {} m of travel, at {}", decimal(travel_m), point(at)));
+                line(
+                    "tightest bend",
+                    format!("radius {radius_m:.6} m, at {} m of travel, at {}", decimal(travel_m), point(at)),
+                );
             }
             _ => line("tightest bend", "none: the route is straight".to_owned()),
         }
@@ -168,7 +179,13 @@ impl RouteAnswer {
             line("run ends", format!("after {end_m:.6} m of travel, at {end_s:.6} s, at {}: {reason}", point(at)));
         }
         if let Some(TightPlace { bench, travel_m, point_m }) = self.cannot_follow {
-            line("cannot follow", format!("bench {bench}, at {} m of travel, at {}", decimal(travel_m), point(point_m)));
+            line(
+                "cannot follow",
+                format!("bench {bench}, at {} m of travel, at {}", decimal(travel_m), point(point_m)),
+            );
+        }
+        if let (Some(stage), None) = (&self.stage, &self.infeasible) {
+            line("stage", stage.text());
         }
         self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
         lines.join("\n")
@@ -226,6 +243,7 @@ fn draw(
     route: &Route,
     survey: &RouteSurvey,
     placed: &Result<Config, DragonError>,
+    answer: &RouteAnswer,
 ) -> anyhow::Result<()> {
     let figure = &args.answer.figure;
     if !figure.is_asked() {
@@ -245,7 +263,7 @@ fn draw(
         crossings: survey.crossings.found.iter().map(|crossing| crossing.point).collect::<Vec<DVec2>>(),
         tightest: survey.tightest.map(|TightestBend { point, .. }| point),
         tight_spot: tight_spot(placed.as_ref()).map(|spot| spot.point),
-        leaving: None,
+        leaving: answer.stage.as_ref().and_then(StageAnswer::point_m).map(DVec2::from),
     };
     figure.save_and_tell(view.draw(), args.answer.format.format)
 }

@@ -119,7 +119,8 @@ impl PlanView {
 
     /// Low and high corner of the plan, which shows all boards and the circle.
     fn bounds(&self) -> [DVec2; 2] {
-        let circle = self.circle.iter().flat_map(|circle| [-circle.radius_m, circle.radius_m].map(|m| circle.centre + m));
+        let circle =
+            self.circle.iter().flat_map(|circle| [-circle.radius_m, circle.radius_m].map(|m| circle.centre + m));
         let [low, high] = bounds(self.dragon.boards.iter().flatten().copied().chain(circle), 0.0);
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
