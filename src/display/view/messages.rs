@@ -57,7 +57,7 @@ pub(super) fn plan_message(run_id: u64, plan: &PlannedClearance) -> Value {
 
 /// Encodes an alert and its number. Units are metres and seconds of show time.
 pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>) -> Value {
-    let benches = alert.pair();
+    let (benches, bench) = (alert.pair(), alert.bench());
     json!({
         "type": "alert",
         "number": number,
@@ -65,8 +65,9 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
         "kind": alert.alert_kind().map_or(UNKNOWN, |kind| kind.name()),
         "time_s": alert.sim_time_ns as f64 * 1e-9,
         "benches": benches,
+        "bench": bench,
         "clearance_m": benches.map(|_| alert.clearance_m),
-        "point_m": benches.map(|_| alert.point_m),
+        "point_m": (benches.is_some() || bench.is_some()).then_some(alert.point_m),
         "forecast_s": alert.forecast(),
     })
 }

@@ -80,6 +80,7 @@
  * @property {string} kind
  * @property {number} time_s
  * @property {[number, number] | null} benches
+ * @property {number | null} bench of an alert about one bench
  * @property {number | null} clearance_m
  * @property {[number, number] | null} point_m
  * @property {number | null} forecast_s
