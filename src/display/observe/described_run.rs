@@ -1,8 +1,10 @@
 //! A run as its description defines it, and the clearance measured in it so far.
 
+use bench_dragon_geometry::outline::Outline;
 use glam::DVec2;
 
 use crate::config::Config;
+use crate::output::fit;
 
 /// Greatest distance of the drawn line from the route, in metres.
 const SAGITTA_M: f64 = 0.002;
@@ -20,17 +22,24 @@ pub struct DescribedRun {
     pub config: Config,
     /// Points of the route in metres, from one dragon's length behind the start to the route's end.
     pub route: Vec<DVec2>,
+    /// Low and high corner of the part of the plane that a plan shows at first: the walked route, the outline of the stage, and
+    /// the part behind the start that is not far from them.
+    pub view: [DVec2; 2],
 }
 
 impl DescribedRun {
     /// Returns the run of this number, with this configuration.
     pub fn new(run_id: u64, config: Config) -> Self {
         let (dragon, dimensions) = (config.dragon(), config.dragon().dimensions());
-        let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
-        let (from_m, to_m) = (dragon.start_travel_m() - length_m, dragon.route().end_travel_m());
-        let least_step_m = (to_m - from_m) / (MAX_POINTS - 1) as f64;
-        let route = dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
-        Self { run_id, config, route }
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.route().end_travel_m());
+        let from_m = start_m - dimensions.links_m();
+        let least_step_m = (end_m - from_m) / (MAX_POINTS - 3) as f64;
+        let polyline = |from_m, to_m| dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
+        let (behind, walked) = (polyline(from_m, start_m), polyline(start_m, end_m));
+        let corners = config.outline().map(Outline::corners).unwrap_or_default();
+        let view = fit(walked.iter().chain(corners).copied(), behind.iter().copied()).expect("a route has points");
+        let route = [behind, walked].concat();
+        Self { run_id, config, route, view }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The text messages between the view and its page: JSON with a `type` to the page, acknowledgements and commands from it.
 
+use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, Status, Stops};
 use glam::DVec2;
@@ -33,9 +34,17 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         "guarded": config.tables().monitor.guard,
         "planned_speed_mps": config.tables().head.speed_mps,
         "rate_hz": config.tables().serve.rate_hz,
-        // The points as x, y, x, y, …, rounded to a millimetre.
-        "route": run.route.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect::<Vec<_>>(),
+        // Points as x, y, x, y, …, rounded to a millimetre. Low and high corner of the part of the plane to show at first.
+        "route": in_a_row(&run.route),
+        "view": in_a_row(&run.view),
+        // Corners of the stage's outline; empty without one.
+        "outline": in_a_row(config.outline().map(Outline::corners).unwrap_or_default()),
     })
+}
+
+/// The coordinates of points as x, y, x, y, …, in metres, rounded to a millimetre.
+fn in_a_row(points: &[DVec2]) -> Vec<f64> {
+    points.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect()
 }
 
 /// Encodes the planned clearance of a whole run: some 15 kB, at most 40 kB. Units are metres.
