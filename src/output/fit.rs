@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// Room around the points that must be in view, as a share of their extent, in which other points enlarge the view.
-const REACH_SHARE: f64 = 0.5;
+const REACH_SHARE: f64 = 0.1;
 /// Least such room, in metres.
 const LEAST_REACH_M: f64 = 5.0;
 
@@ -16,8 +16,8 @@ const LEAST_REACH_M: f64 = 5.0;
 /// use bench_dragon::output::fit;
 /// use glam::DVec2;
 ///
-/// let (route, run_up) = ([DVec2::ZERO, DVec2::new(40.0, 10.0)], [DVec2::new(-15.0, 0.0), DVec2::new(-370.0, 0.0)]);
-/// assert_eq!(fit(route, run_up), Some([DVec2::new(-15.0, 0.0), DVec2::new(40.0, 10.0)]));
+/// let (route, run_up) = ([DVec2::ZERO, DVec2::new(40.0, 10.0)], [DVec2::new(-4.0, 0.0), DVec2::new(-370.0, 0.0)]);
+/// assert_eq!(fit(route, run_up), Some([DVec2::new(-4.0, 0.0), DVec2::new(40.0, 10.0)]));
 /// ```
 pub fn fit(core: impl IntoIterator<Item = DVec2>, rest: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     let around = |[low, high]: [DVec2; 2], point: DVec2| [low.min(point), high.max(point)];

@@ -14,7 +14,7 @@ pub(super) struct StageWatch {
     boards: Vec<BoardState>,
 }
 
-/// What is known about a board.
+/// The last measurement of a board.
 #[derive(Clone, Copy, Debug, Default)]
 struct BoardState {
     is_outside: bool,

@@ -325,7 +325,7 @@ struct SpiralPair<'a> {
     stretches: [Stretch<'a>; 2],
 }
 
-/// What the bounds of a pair of pieces prove.
+/// The result of the bounds of a pair of pieces.
 enum Verdict {
     /// The pieces do not cross.
     Apart,

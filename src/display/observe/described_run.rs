@@ -37,7 +37,10 @@ impl DescribedRun {
         let polyline = |from_m, to_m| dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
         let (behind, walked) = (polyline(from_m, start_m), polyline(start_m, end_m));
         let corners = config.outline().map(Outline::corners).unwrap_or_default();
-        let view = fit(walked.iter().chain(corners).copied(), behind.iter().copied()).expect("a route has points");
+        // On a coil, the dragon stands around the route.
+        let around = if dragon.route().coil().is_some() { &behind[..] } else { &[] };
+        let core = walked.iter().chain(corners).chain(around);
+        let view = fit(core.copied(), behind.iter().copied()).expect("a route has points");
         let route = [behind, walked].concat();
         Self { run_id, config, route, view }
     }
@@ -107,6 +110,18 @@ mod tests {
             let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
             assert!(beside_m.abs() < 2.0 * SAGITTA_M, "{beside_m} m beside the route at {middle}");
         }
+    }
+
+    #[test]
+    fn the_view_has_the_route_and_the_stage_without_a_long_run_up() {
+        let path = "[route]\nkind = \"path\"\nsegments = [{ kind = \"line\", length_m = 40 }]\n";
+        let stage = "[stage]\noutline = [[-1, -20], [60, -20], [60, 20], [-1, 20]]\n";
+        let view = |text: &str| DescribedRun::new(7, Config::from_toml(text).expect("valid")).view;
+        let [low, high] = view(path);
+        assert!(low.x < 0.0 && low.x > -6.0 && high.x == 40.0, "{low} to {high}");
+        assert_eq!(view(&format!("{path}{stage}"))[1], DVec2::new(60.0, 20.0));
+        let [low, high] = view("");
+        assert!((high - low).min_element() > 2.0 * 11.0, "the outer turns are in view: {low} to {high}");
     }
 
     #[test]
