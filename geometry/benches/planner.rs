@@ -4,9 +4,10 @@
 mod shared;
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
-use bench_dragon_geometry::dragon::{ChainSolver, Meter};
+use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through, smallest_pitch};
 use bench_dragon_geometry::route::Turnaround;
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -23,6 +24,20 @@ fn contact(criterion: &mut Criterion) {
     assert_eq!(contact.benches, [0, 8]);
     assert!((contact.travel_m - 412.473_838).abs() <= 5.001e-7, "{contact:?}");
     criterion.bench_function("first contact of the paper's dragon", |bencher| bencher.iter(first));
+}
+
+/// From the route to the first contact, or to the end of its run, on routes of 1 km.
+fn contact_on_a_path(criterion: &mut Criterion) {
+    for (name, route) in [("a street and two spirals", shared::mixed()), ("a winding street", shared::winding(670))] {
+        assert!((900.0..1100.0).contains(&route.end_travel_m()), "{name} is {} m long", route.end_travel_m());
+        let route = Arc::new(route);
+        let first = || {
+            let dragon = Dragon::new(shared::dimensions(223), Arc::clone(&route)).expect("the dragon stands");
+            (dragon.end_travel_m(), first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit"))
+        };
+        println!("{name}: {:?}", first());
+        criterion.bench_function(&format!("first contact on 1 km of {name}"), |bencher| bencher.iter(first));
+    }
 }
 
 fn pitch(criterion: &mut Criterion) {
@@ -54,5 +69,5 @@ fn chain(criterion: &mut Criterion) {
     criterion.bench_function("chain of 224 handles", |bencher| bencher.iter(|| tail(black_box(300.0))));
 }
 
-criterion_group!(planner, contact, pitch, speed_limit, chain);
+criterion_group!(planner, contact, contact_on_a_path, pitch, speed_limit, chain);
 criterion_main!(planner);

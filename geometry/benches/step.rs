@@ -1,5 +1,5 @@
-//! Measures one tick: from the head's travel to the whole frame of positions and velocities. The dragons are the paper's and
-//! one of 100,000 benches. First, the poses of the whole run are compared with the reference solver.
+//! Measures one tick: from the head's travel to the whole frame of positions and velocities. The dragons are the paper's, the
+//! same on a turnaround, a path and a drawing, and one of 100,000 benches. First, the poses of the whole run are compared with the reference solver.
 
 mod shared;
 
@@ -27,15 +27,22 @@ fn main() {
     let large = Arc::new(shared::dragon(100_000));
     figures.set("instructions", Instructions::best().name());
 
-    let errors = [whole_run(&paper), whole_run(&turn)];
+    let [path, drawing] = [shared::mixed(), shared::winding(300)]
+        .map(|route| Arc::new(Dragon::new(shared::dimensions(223), Arc::new(route)).expect("the dragon stands")));
+    let errors = [&paper, &turn, &path, &drawing].map(whole_run);
     figures.set("max_error_m", errors[0].position_m);
     figures.set("max_velocity_error_mps", errors[0].velocity_mps);
     figures.set("max_error_turnaround_m", errors[1].position_m);
     figures.set("max_velocity_error_turnaround_mps", errors[1].velocity_mps);
+    figures.set("max_error_path_m", errors[2].position_m);
+    figures.set("max_error_drawing_m", errors[3].position_m);
 
     let mut best = Walk::new(&paper, Instructions::best(), 0.0);
     let mut portable = Walk::new(&paper, Instructions::portable(), 0.0);
     let mut turning = Walk::new(&turn, Instructions::best(), 40.0);
+    // All but the first and the last segments are under the dragon.
+    let mut on_path = Walk::new(&path, Instructions::best(), 480.0);
+    let mut on_drawing = Walk::new(&drawing, Instructions::best(), 400.0);
     let mut solver = ChainSolver::new(&paper);
     let mut travel_m = 0.0;
     let mut reference = || {
@@ -44,18 +51,24 @@ fn main() {
             black_box(solver.solve(&paper, travel_m).expect("within the run"));
         })
     };
-    let [best_ns, portable_ns, turning_ns, reference_ns] = interleaved(
+    let [best_ns, portable_ns, turning_ns, path_ns, drawing_ns, reference_ns] = interleaved(
         200,
         [
             &mut || nanoseconds_a_call(1000, || best.tick()),
             &mut || nanoseconds_a_call(1000, || portable.tick()),
             &mut || nanoseconds_a_call(200, || turning.tick()),
+            &mut || nanoseconds_a_call(200, || on_path.tick()),
+            &mut || nanoseconds_a_call(200, || on_drawing.tick()),
             &mut reference,
         ],
     );
     figures.set("ns_per_tick_223", median(&best_ns));
     figures.set("ns_per_tick_223_portable", median(&portable_ns));
     figures.set("ns_per_tick_223_turnaround", median(&turning_ns));
+    figures.set("ns_per_tick_223_path", median(&path_ns));
+    figures.set("ns_per_tick_223_drawing", median(&drawing_ns));
+    figures.set("path_vs_spiral", median(&path_ns) / median(&best_ns));
+    figures.set("drawing_vs_spiral", median(&drawing_ns) / median(&best_ns));
     figures.set("ns_per_tick_223_reference", median(&reference_ns));
     figures.set("speedup_vs_reference", median(&reference_ns) / median(&best_ns));
 

@@ -26,7 +26,7 @@ fn keyhole() -> Route {
     let mut segments = vec![Segment::Line(Line::up_to(position, tangent))];
     for (angle, turn) in arcs {
         let arc = Segment::Arc(CircularArc::from_begin(position, tangent, RADIUS_M, angle, turn));
-        let end = arc.point(angle);
+        let end = arc.point(RADIUS_M * angle);
         (position, tangent, length_m) = (end.position, end.tangent, length_m + RADIUS_M * angle);
         segments.push(arc);
     }

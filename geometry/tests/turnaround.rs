@@ -84,6 +84,19 @@ fn run_ends_on_a_turn_that_is_too_tight() {
 }
 
 #[test]
+fn no_jump_is_missed_on_turns_that_are_slightly_too_tight() {
+    // At lower ratios handle 1 stops in the first arc; above, it jumps by a few millimetres on the way out.
+    let dimensions = Dimensions::new(2, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    for i in 0..2000 {
+        let ratio = 1.000_04 + 4e-8 * f64::from(i);
+        let turnaround = Turnaround::new(1.7, 5.668_4, ratio).and_then(|turn| turn.between(0.0, 40.0));
+        let route = turnaround.expect("valid").route();
+        let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands on the way in");
+        assert_eq!(dragon.run_end(), RunEnd::HandleJumps { handle: 1 }, "at the ratio {ratio}");
+    }
+}
+
+#[test]
 fn impossible_turnarounds_are_rejected_with_a_reason() {
     let error = |pitch_m, diameter_m, ratio| Turnaround::new(pitch_m, diameter_m, ratio).expect_err("not valid");
     assert_eq!(error(0.0, 9.0, 2.0), RouteError::Pitch(0.0));

@@ -41,6 +41,7 @@ mod monitor;
 mod other_versions;
 mod overflow;
 mod paper_page;
+mod path;
 mod planner;
 mod poses;
 mod poses_files;

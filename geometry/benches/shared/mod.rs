@@ -5,6 +5,7 @@ mod arguments;
 mod figures;
 mod handle_state;
 mod paper;
+mod routes;
 mod timing;
 
 #[allow(unused_imports, reason = "each bench uses a part of this")]
@@ -13,5 +14,6 @@ pub use self::{
     figures::Figures,
     handle_state::HandleState,
     paper::{dimensions, dragon},
+    routes::{mixed, winding},
     timing::{interleaved, median, nanoseconds_a_call, quantile},
 };

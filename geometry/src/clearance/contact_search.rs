@@ -9,6 +9,7 @@ use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
 use super::follower::Follower;
 use super::pose::Pose;
+use super::repeated_walk::RepeatedWalk;
 use super::search::ClearanceSearch;
 use crate::dragon::board::Board;
 use crate::dragon::meter::Spent;
@@ -82,6 +83,8 @@ pub struct ContactSearch {
     /// Travel at which the last such search ended without a contact, if `earlier` is still at that travel.
     searched_to_m: Option<f64>,
     near: ClearanceSearch,
+    /// The walk where the body repeats and no bound of a coil limits the pairs.
+    walk: RepeatedWalk,
     pairs: Vec<[usize; 2]>,
     events: Vec<PairEvent>,
 }
@@ -110,6 +113,7 @@ impl ContactSearch {
             beginning: Vec::new(),
             searched_to_m: None,
             near: ClearanceSearch::default(),
+            walk: RepeatedWalk::default(),
             pairs: Vec::new(),
             events: Vec::new(),
         }
@@ -138,15 +142,21 @@ impl ContactSearch {
         }
         while self.earlier.travel_m < to_m {
             let reached_m = self.earlier.travel_m;
-            self.stride(to_m);
-            let all_collected = if self.repeats() {
-                if self.is_clear_from_here() {
-                    break;
-                }
+            let all_collected = if !self.repeats() {
+                self.stride(to_m);
+                let all_collected = self.collect_pairs();
+                self.walk.add(&self.later);
+                all_collected
+            } else if self.reach.is_none() {
+                self.stride_repeating(to_m);
+                self.collect_meeting_pairs();
+                true
+            } else if self.is_clear_from_here() {
+                break;
+            } else {
+                self.stride(to_m);
                 self.collect_leading_pairs();
                 true
-            } else {
-                self.collect_pairs()
             };
             let touch = self.earliest_touch();
             if !all_collected || self.dragon.meter().is_spent() {
@@ -174,6 +184,8 @@ impl ContactSearch {
             return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
         }
         self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.parameter));
+        self.walk.clear();
+        self.walk.add(&self.earlier);
         None
     }
 
@@ -243,6 +255,17 @@ impl ContactSearch {
         self.later.place_head(&self.dragon, to_m.min(self.earlier.travel_m + stride_m));
     }
 
+    /// Places the head of `later` at the end of a stride after which the body repeats, or else at most at `to_m`.
+    fn stride_repeating(&mut self, to_m: f64) {
+        if let Some(travel_m) = self.walk.stride(&self.dragon, to_m) {
+            self.later.place_head(&self.dragon, travel_m);
+            return;
+        }
+        self.stride(to_m);
+        self.later.extend_to(&self.dragon, usize::MAX);
+        self.walk.stand(&self.later);
+    }
+
     fn advance(&mut self) {
         std::mem::swap(&mut self.earlier, &mut self.later);
     }
@@ -271,6 +294,17 @@ impl ContactSearch {
         self.pairs.extend(self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches));
         self.dragon.meter().add(self.near.take_steps());
         self.earlier.boards.len() < 3 || self.near.has_found_all(reach_m)
+    }
+
+    /// Collects the pairs of a leading bench that may touch on a stride of the repeating walk, and places their benches.
+    fn collect_meeting_pairs(&mut self) {
+        let Self { dragon, clearance_m, walk, pairs, earlier, later, .. } = self;
+        dragon.meter().add(dragon.dimensions().benches() as u64);
+        walk.find_pairs(dragon, *clearance_m, pairs);
+        let placed = pairs.iter().map(|[_, second]| second + 1).max().unwrap_or(0);
+        earlier.extend_to(dragon, placed);
+        later.extend_to(dragon, placed);
+        walk.advance();
     }
 
     /// Collects the pairs of a leading bench that may touch on the stride.

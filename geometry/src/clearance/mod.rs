@@ -15,6 +15,7 @@ mod pair;
 mod pair_motion;
 mod pose;
 mod proven_travel;
+mod repeated_walk;
 mod search;
 mod stage_exit;
 

@@ -11,7 +11,7 @@ pub(super) struct Pose {
     pub(super) travel_m: f64,
     pub(super) handles: Vec<Handle>,
     /// Travel of each handle.
-    handle_travels_m: Vec<f64>,
+    pub(super) handle_travels_m: Vec<f64>,
     pub(super) boards: Vec<Board>,
 }
 

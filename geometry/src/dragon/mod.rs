@@ -186,6 +186,11 @@ impl Dragon {
         Board::from_handles(front.position, rear.position, self.dimensions.length_m(bench), self.dimensions.width_m())
     }
 
+    /// Distance from the centre of a bench's board to its corners.
+    pub(crate) fn board_radius_m(&self, bench: usize) -> f64 {
+        0.5 * self.dimensions.length_m(bench).hypot(self.dimensions.width_m())
+    }
+
     /// Replaces `boards` by the boards of all benches, head first.
     pub fn place_boards(&self, handles: &[Handle], boards: &mut Vec<Board>) {
         self.place_boards_at(handles, |handle| handle.position, boards);

@@ -38,20 +38,25 @@ impl Dragon {
     /// Newton's method on the parameter of handle 1, which grows with the head's parameter throughout the run. The result is
     /// exact to about 10⁻¹² m.
     pub(crate) fn head_before(&self, parameter: f64) -> (f64, f64) {
-        let end = self.end_parameter.max(parameter);
-        let ahead_m = self.dimensions.link_m(0);
+        self.front_before(0, parameter, self.end_parameter)
+    }
+
+    /// The same for the front handle of any bench, whose rear handle is at `parameter`. `end` is the last parameter of the
+    /// front handle during the run.
+    pub(crate) fn front_before(&self, bench: usize, parameter: f64, end: f64) -> (f64, f64) {
+        let ahead_m = self.dimensions.link_m(bench);
         let near = parameter + ahead_m / self.route.point(parameter).speed_m_per_unit;
         let guess = self.route.parameter_near(self.route.travel(parameter) + ahead_m, near);
         let mut speed_ratio = 1.0;
-        let head_parameter = rising_root(parameter..=end, guess, ROUNDING_M, |head_parameter| {
-            let rear = self.rear(0, head_parameter).expect("handle 1 has a position throughout the run");
+        let front_parameter = rising_root(parameter..=end.max(parameter), guess, ROUNDING_M, |front_parameter| {
+            let rear = self.rear(bench, front_parameter).expect("every handle has a position throughout the run");
             speed_ratio = rear.speed_ratio();
             Slope {
                 value: (rear.parameter - parameter) * rear.point.speed_m_per_unit,
-                growth: speed_ratio * self.route.point(head_parameter).speed_m_per_unit,
+                growth: speed_ratio * self.route.point(front_parameter).speed_m_per_unit,
             }
         });
-        (head_parameter, speed_ratio)
+        (front_parameter, speed_ratio)
     }
 
     /// The rear handle of a bench whose front handle is at `front_parameter`.

@@ -29,12 +29,8 @@ const JUMP_PER_LINK: f64 = 0.25;
 /// Tolerance of faults and of the run's end, in metres and in units of the parameter.
 const TOLERANCE: f64 = 1e-12;
 
-/// A rear handle that moves at most this many times as far as the front handle between two samples does not jump.
-const BRISK: f64 = 1.5;
-
-/// Shortest jump, in metres. While the front handle walks [`TOLERANCE`], a rear handle of unbounded speed moves at most about
-/// √([`TOLERANCE`] × 100 m). This holds for a curvature of at least 1/100 m.
-const LEAST_JUMP_M: f64 = 1e-5;
+/// Shortest jump, as a multiple of the longest way of a rear handle whose crossing is about to vanish.
+const LEAST_JUMP: f64 = 8.0;
 
 /// Tolerance of a dip's parameter, as a share of the interval between two samples. The error of its depth is the square of
 /// that, so the depth is exact to rounding.
@@ -218,30 +214,38 @@ impl Faults<'_> {
         Some(Fault { parameter, jump })
     }
 
-    /// Finds a parameter between two samples at which the rear handle jumps.
+    /// Finds a parameter between two samples at which the rear handle jumps: its crossing vanishes, or a nearer one appears.
     ///
-    /// A crossing vanishes where the speed of the rear handle is unbounded. So at a jump the rear handle moves further than the
-    /// front handle. Bisection distinguishes the two cases: it continues in the half in which the rear handle moves further. A
-    /// continuous motion, however fast, shrinks at least with the square root of the interval; a jump does not.
-    fn leap(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
-        let (mut low, mut high) = (from, to);
-        let (mut low_m, mut high_m) = (self.route.travel(start.parameter), self.route.travel(end.parameter));
-        if high_m - low_m <= BRISK * (self.route.travel(to) - self.route.travel(from)) {
+    /// The interval is bisected until each part is proved to have no jump, or is so short that a longer motion is one.
+    fn leap(&self, low: (f64, &RearEnd), high: (f64, &RearEnd)) -> Option<f64> {
+        let arc_m = self.route.travel(high.0) - self.route.travel(low.0);
+        if self.keeps_crossing(low, high, arc_m) {
             return None;
         }
-        while high - low > TOLERANCE && high_m - low_m > LEAST_JUMP_M {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            let middle_m = self.route.travel(self.rear(middle)?.parameter);
-            if high_m - middle_m > middle_m - low_m {
-                (low, low_m) = (middle, middle_m);
-            } else {
-                (high, high_m) = (middle, middle_m);
-            }
+        let middle = 0.5 * (low.0 + high.0);
+        if high.0 - low.0 <= TOLERANCE || middle <= low.0 || middle >= high.0 {
+            let walked_m = self.route.travel(high.1.parameter) - self.route.travel(low.1.parameter);
+            return (walked_m.abs() > LEAST_JUMP * (arc_m * self.length_m).sqrt()).then_some(low.0);
         }
-        (high_m - low_m > LEAST_JUMP_M).then_some(low)
+        let Some(rear) = self.rear(middle) else {
+            return Some(turning_point(low.0, middle, TOLERANCE, |parameter| self.rear(parameter).is_none()).0);
+        };
+        self.leap(low, (middle, &rear)).or_else(|| self.leap((middle, &rear), high))
+    }
+
+    /// Whether no crossing vanishes or appears between two parameters of the front handle, which walks `arc_m`.
+    ///
+    /// Let γ be the angle by which the link is away from being perpendicular to the tangent at its rear handle, and K = |κ| +
+    /// 1/d. γ changes by at most K per metre of the rear handle and 1/d per metre of the front handle, and a crossing vanishes
+    /// at γ = 0. The rear handle walks at most 1 / sin γ metres per metre. So γ falls from γ₀ to 0 only if the front handle
+    /// walks at least (1 − cos(γ₀ − arc/d)) / K. The same holds backwards, from the later crossing. If both crossings persist,
+    /// they are the same one, because two crossings keep their order until they meet, at γ = 0.
+    fn keeps_crossing(&self, low: (f64, &RearEnd), high: (f64, &RearEnd), arc_m: f64) -> bool {
+        let rear = self.route.step_back(low.0, 1.5 * std::f64::consts::PI * self.length_m);
+        let bend = self.route.curvature_bound(rear, high.0) + 1.0 / self.length_m;
+        let least_sine = low.1.cos_rear.min(high.1.cos_rear).clamp(-1.0, 1.0);
+        let left = least_sine.asin() - arc_m / self.length_m;
+        left > 0.0 && 1.0 - left.cos() > bend * arc_m
     }
 
     /// Finds a parameter between two samples at which the rear handle stops, although it walks at both samples.

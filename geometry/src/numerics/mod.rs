@@ -8,4 +8,4 @@ mod sine;
 pub(crate) use bisection::{try_turning_point, turning_point};
 pub(crate) use newton::{Slope, rising_root};
 pub(crate) use peak::{GOLDEN, peak};
-pub(crate) use sine::{multiply_add, sine_and_cosine, sine_and_cosine_anywhere, small_sine_and_versine};
+pub(crate) use sine::{multiply_add, sine_and_cosine_anywhere, small_sine_and_versine};

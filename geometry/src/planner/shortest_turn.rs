@@ -70,8 +70,8 @@ const RATIO_ROOM: f64 = 1.02;
 /// takes 61 steps.
 const GOLDEN_STEPS: u32 = 64;
 
-/// Relative distance from the answer's ratio at which the limits are determined.
-const BESIDE: f64 = 1e-6;
+/// Relative distances from the answer's ratio at which the limits are determined: the first at which there is an obstacle.
+const BESIDE: [f64; 6] = [1e-6, 4e-6, 1.6e-5, 6.4e-5, 2.56e-4, 1.024e-3];
 
 /// The shortest S.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -192,9 +192,19 @@ impl Search<'_> {
             // The dragon passes however tight the S is.
             return Ok(Some((clear_m, ratio, [None, None])));
         }
-        let [below, above] =
-            [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.check.obstacle(self.meter, tight_m, ratio * side));
+        let [below, above] = [-1.0, 1.0].map(|side| self.limit(tight_m, ratio, side));
         Ok(Some((clear_m, ratio, [below?, above?])))
+    }
+
+    /// The nearest obstacle on one side of a ratio, −1 or 1, for an S that begins at this radius.
+    fn limit(&self, radius_m: f64, ratio: f64, side: f64) -> Result<Option<Obstacle>, Spent> {
+        for beside in BESIDE {
+            let obstacle = self.check.obstacle(self.meter, radius_m, ratio * (1.0 + side * beside))?;
+            if obstacle.is_some() {
+                return Ok(obstacle);
+            }
+        }
+        Ok(None)
     }
 
     /// The turn that begins `margin_m` further out than the tightest one, if the dragon passes it on its whole passage.

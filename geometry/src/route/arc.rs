@@ -24,7 +24,7 @@ impl Turn {
     }
 }
 
-/// A circular arc. Its parameter is the angle walked from its beginning, in radians.
+/// A circular arc. Its parameter is in metres from its beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CircularArc {
     centre: DVec2,
@@ -73,9 +73,11 @@ impl CircularArc {
         self.radius_m * self.angle
     }
 
-    /// Angle walked from the beginning to the direction of a point, from −π to π.
-    pub(super) fn angle_of(&self, point: DVec2) -> f64 {
-        self.turn.sign() * self.begin.angle_to(point - self.centre)
+    /// The parameter in the direction of a point from the centre, at most half a turn from the beginning.
+    pub(super) fn toward(&self, point: DVec2) -> f64 {
+        let direction = point - self.centre;
+        let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
+        self.turn.sign() * angle * self.radius_m
     }
 
     /// Distance from a point to the furthest point of the arc, in metres. That point lies beyond the centre, or is an end of
@@ -84,14 +86,15 @@ impl CircularArc {
         let away = self.centre - from;
         let direction = away.normalize_or(self.begin);
         let passes = (0..2).any(|round| {
-            let turned = self.turn.sign() * self.begin.angle_to(direction) + f64::from(round) * std::f64::consts::TAU;
+            let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
+            let turned = self.turn.sign() * angle + f64::from(round) * std::f64::consts::TAU;
             (0.0..=self.angle).contains(&turned)
         });
         if passes {
             away.length() + self.radius_m
         } else {
             let kernel = self.kernel(0.0, 0.0);
-            kernel.at(0.0).position.distance(from).max(kernel.at(self.angle).position.distance(from))
+            kernel.at(0.0).position.distance(from).max(kernel.at(self.length_m()).position.distance(from))
         }
     }
 
@@ -102,7 +105,7 @@ impl CircularArc {
     }
 
     pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let turn = self.turn.sign();
+        let turn = self.curvature();
         Kernel::Polar(PolarKernel {
             begin,
             centre: self.centre,

@@ -163,7 +163,7 @@ impl Search {
         for stretch in stretches {
             let longest = match stretch.placed.segment {
                 Segment::Line(_) => f64::INFINITY,
-                Segment::Arc(_) => FRAC_PI_2,
+                Segment::Arc(arc) => FRAC_PI_2 * arc.radius_m(),
                 Segment::Spiral(_) => FRAC_PI_4,
             };
             let span = stretch.front - stretch.rear;
@@ -461,8 +461,8 @@ fn parameter_near(stretch: &Stretch<'_>, near: DVec2) -> Option<f64> {
     let parameter = match &placed.segment {
         Segment::Line(line) => placed.parameter_of((near - line.origin()).dot(line.direction())),
         Segment::Arc(arc) => {
-            let parameter = placed.parameter_of(arc.angle_of(near));
-            parameter + TAU * ((0.5 * (rear + front) - parameter) / TAU).round()
+            let (parameter, turn) = (placed.parameter_of(arc.toward(near)), TAU * arc.radius_m());
+            parameter + turn * ((0.5 * (rear + front) - parameter) / turn).round()
         }
         Segment::Spiral(_) => return None,
     };

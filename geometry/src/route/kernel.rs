@@ -1,14 +1,38 @@
-//! Segments in the route's own parameter, as plain arithmetic. One form evaluates a single point. The other has no branch, so a
-//! loop over many handles compiles to vector instructions.
-//!
-//! Four numbers describe a point: x, y, and their changes per unit of the parameter, all in metres.
-
-#![allow(clippy::inline_always, reason = "a function that is not inlined loses the vector instructions of its caller")]
+//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`Piece`] is a
+//! short part of any segment in a form without a branch, so a loop over many handles compiles to vector instructions.
 
 use glam::DVec2;
 
 use super::RoutePoint;
-use crate::numerics::{multiply_add, sine_and_cosine_anywhere};
+use crate::numerics::sine_and_cosine_anywhere;
+
+/// Largest angle from its anchor, in radians, up to which a piece extends. Sine and cosine are derived from those at the anchor.
+const PIECE_ANGLE: f64 = 1.0 / 64.0;
+/// Largest distance from its anchor, in metres, up to which a piece of a line extends.
+const PIECE_M: f64 = 64.0;
+/// Share of a piece that lies behind the handle for which it is made. Handles walk forward, but corrections may be backward.
+const PIECE_BEHIND: f64 = 0.125;
+
+/// A part of a segment about an anchor. From the anchor, in units of the parameter, a point lies at the distance `radius_m` +
+/// `slope_m`·s from the centre, and its direction has turned by `turn`·s.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// Parameter of the anchor.
+    pub(crate) anchor: f64,
+    /// Largest distance from the anchor, in units of the parameter.
+    pub(crate) reach: f64,
+    /// Centre, in metres. A line's is its anchor.
+    pub(crate) centre: DVec2,
+    /// Direction from the centre to the anchor; a line's own direction.
+    pub(crate) cosine: f64,
+    pub(crate) sine: f64,
+    /// Turn of the direction per unit of the parameter, in radians; 0 on a line.
+    pub(crate) turn: f64,
+    /// Distance from the centre to the anchor, in metres; 0 on a line.
+    pub(crate) radius_m: f64,
+    /// Growth of the distance per unit of the parameter, in metres; 1 on a line, 0 on an arc.
+    pub(crate) slope_m: f64,
+}
 
 /// A segment in the route's own parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +59,8 @@ impl Kernel {
                 let spoke = DVec2::new(cosine, sine);
                 let position = polar.centre + radius_m * spoke;
                 if slope_m == 0.0 {
-                    return RoutePoint { position, tangent: polar.turn * spoke.perp(), speed_m_per_unit: radius_m };
+                    let tangent = polar.turn.signum() * spoke.perp();
+                    return RoutePoint { position, tangent, speed_m_per_unit: 1.0 };
                 }
                 // Calculates in units of the slope, so that the square of a tiny radius does not underflow to 0.
                 let radius = angle - polar.axis;
@@ -51,11 +76,48 @@ impl Kernel {
     }
 
     /// The parameter at which the segment begins. It ends where the next segment begins.
-    #[inline(always)]
+    #[inline]
     pub(crate) fn begin(&self) -> f64 {
         match self {
             Self::Line(line) => line.begin,
             Self::Polar(polar) => polar.begin,
+        }
+    }
+
+    /// The piece for a handle at a parameter of the segment, which ends at `end`.
+    pub(crate) fn piece(&self, parameter: f64, end: f64) -> Piece {
+        let length = match self {
+            Self::Line(_) => 2.0 * PIECE_M,
+            Self::Polar(polar) => 2.0 * PIECE_ANGLE / polar.turn.abs(),
+        };
+        let low = self.begin().max(parameter - PIECE_BEHIND * length);
+        let high = end.min(parameter + (1.0 - PIECE_BEHIND) * length);
+        let (anchor, reach) = (0.5 * (low + high), 0.5 * (high - low));
+        match self {
+            Self::Line(line) => Piece {
+                anchor,
+                reach,
+                centre: line.origin + anchor * line.direction,
+                cosine: line.direction.x,
+                sine: line.direction.y,
+                turn: 0.0,
+                radius_m: 0.0,
+                slope_m: 1.0,
+            },
+            Self::Polar(polar) => {
+                let angle = polar.angle + polar.turn * anchor;
+                let (sine, cosine) = sine_and_cosine_anywhere(angle);
+                Piece {
+                    anchor,
+                    reach,
+                    centre: polar.centre,
+                    cosine,
+                    sine,
+                    turn: polar.turn,
+                    radius_m: polar.radius_m + polar.radius_per_radian_m * angle,
+                    slope_m: polar.turn * polar.radius_per_radian_m,
+                }
+            }
         }
     }
 }
@@ -70,19 +132,6 @@ pub(crate) struct LineKernel {
     pub(super) direction: DVec2,
 }
 
-impl LineKernel {
-    #[inline(always)]
-    pub(crate) fn point<const FUSED: bool>(&self, parameter: f64) -> [f64; 4] {
-        let Self { origin, direction, .. } = *self;
-        [
-            multiply_add::<FUSED>(parameter, direction.x, origin.x),
-            multiply_add::<FUSED>(parameter, direction.y, origin.y),
-            direction.x,
-            direction.y,
-        ]
-    }
-}
-
 /// An arc or a spiral, whose radius is linear in the polar angle about a fixed centre.
 ///
 /// With φ = `angle` + `turn`·parameter, a point lies at the distance `radius_m` + `radius_per_radian_m`·φ from the centre, in
@@ -94,8 +143,8 @@ pub(crate) struct PolarKernel {
     pub(super) centre: DVec2,
     /// φ at parameter 0, in radians.
     pub(super) angle: f64,
-    /// 1 if φ grows with the parameter, −1 if φ falls.
-    pub(crate) turn: f64,
+    /// Change of φ per unit of the parameter: ±1 on a spiral, the curvature on an arc.
+    pub(super) turn: f64,
     /// Radius at φ = 0, in metres.
     pub(super) radius_m: f64,
     /// Growth of the radius per radian of φ, in metres.
@@ -109,26 +158,6 @@ impl PolarKernel {
     pub(super) fn angle(&self) -> f64 {
         self.angle
     }
-
-    /// φ at a parameter.
-    #[inline(always)]
-    pub(crate) fn polar<const FUSED: bool>(&self, parameter: f64) -> f64 {
-        multiply_add::<FUSED>(self.turn, parameter, self.angle)
-    }
-
-    /// The point at φ, from the sine and cosine of φ.
-    #[inline(always)]
-    pub(crate) fn point<const FUSED: bool>(&self, polar: f64, sine: f64, cosine: f64) -> [f64; 4] {
-        let Self { centre, turn, radius_m, radius_per_radian_m: slope_m, .. } = *self;
-        let radius_here_m = multiply_add::<FUSED>(slope_m, polar, radius_m);
-        let (turned_slope_m, turned_radius_m) = (turn * slope_m, turn * radius_here_m);
-        [
-            multiply_add::<FUSED>(radius_here_m, cosine, centre.x),
-            multiply_add::<FUSED>(radius_here_m, sine, centre.y),
-            multiply_add::<FUSED>(turned_slope_m, cosine, -(turned_radius_m * sine)),
-            multiply_add::<FUSED>(turned_slope_m, sine, turned_radius_m * cosine),
-        ]
-    }
 }
 
 #[cfg(test)]
@@ -136,32 +165,31 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::numerics::sine_and_cosine;
+    use crate::numerics::small_sine_and_versine;
     use crate::route::{CircularArc, Line, Route, Segment, Spiral, Turn, Turnaround};
 
-    /// A point at a parameter of a segment.
-    fn point(kernel: &Kernel, parameter: f64) -> [f64; 4] {
-        match kernel {
-            Kernel::Line(line) => line.point::<false>(parameter),
-            Kernel::Polar(polar) => {
-                let angle = polar.polar::<false>(parameter);
-                let (sine, cosine) = sine_and_cosine::<false>(angle);
-                polar.point::<false>(angle, sine, cosine)
-            }
-        }
+    /// Position and its change per unit of the parameter, at a parameter of a piece.
+    fn point(piece: &Piece, parameter: f64) -> (DVec2, DVec2) {
+        let s = parameter - piece.anchor;
+        assert!(s.abs() <= piece.reach, "{parameter} is not on {piece:?}");
+        let (sine, versine) = small_sine_and_versine::<false>(piece.turn * s);
+        let spoke = DVec2::new(piece.cosine, piece.sine).rotate(DVec2::new(1.0 + versine, sine));
+        let radius_m = piece.radius_m + piece.slope_m * s;
+        (piece.centre + radius_m * spoke, piece.slope_m * spoke + piece.turn * radius_m * spoke.perp())
     }
 
-    /// Compares the kernels with the route. Near parameter 0 of the route, the segment's own parameter may be large, and its
+    /// Compares the pieces with the route. Near parameter 0 of the route, the segment's own parameter may be large, and its
     /// rounding counts.
     fn assert_same(route: &Route) -> Result<(), TestCaseError> {
         let kernels = route.kernels();
         let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
         for step in 1..500 {
             let parameter = route.parameter(start_m + f64::from(step) / 500.0 * (end_m - start_m));
-            let kernel = kernels.iter().rfind(|kernel| kernel.begin() < parameter).expect("the first has no beginning");
+            let number =
+                kernels.iter().rposition(|kernel| kernel.begin() < parameter).expect("the first has no beginning");
+            let end = kernels.get(number + 1).map_or(f64::INFINITY, Kernel::begin);
             let expected = route.point(parameter);
-            let [x, y, change_x, change_y] = point(kernel, parameter);
-            let (position, change) = (DVec2::new(x, y), DVec2::new(change_x, change_y));
+            let (position, change) = point(&kernels[number].piece(parameter, end), parameter);
             let scale = 1.0 + expected.position.length();
             prop_assert!(position.distance(expected.position) < 1e-11 * scale, "{parameter}: {expected:?}");
             let off_m = (change - expected.tangent * expected.speed_m_per_unit).length();
@@ -175,7 +203,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_kernel_has_the_points_of_its_route(pitch_m in 0.2..3.0_f64, size in 2.0..20.0_f64, ratio in 0.1..10.0_f64) {
+        fn a_piece_has_the_points_of_its_route(pitch_m in 0.2..3.0_f64, size in 2.0..20.0_f64, ratio in 0.1..10.0_f64) {
             assert_same(&Turnaround::new(pitch_m, size, ratio).expect("a valid turnaround").route())?;
             assert_same(&Route::spiral(pitch_m, size).expect("a valid spiral"))?;
         }

@@ -2,8 +2,8 @@
 //!
 //! A [`Route`] is a list of [`Segment`]s in walking order: lines, arcs and spirals. Each segment begins at the end of the one
 //! before, with the same tangent. *Travel* is signed arc length in metres, 0 where t = 0. A *parameter* identifies a point of
-//! the route. It grows in walking direction, by 1 per metre on a line, and by 1 per radian on an arc or a spiral. A *seam* is
-//! the parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
+//! the route. It grows in walking direction, by 1 per metre on a line or an arc, and by 1 per radian on a spiral. A *seam* is the
+//! parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
 //! away.
 
 mod arc;
@@ -39,7 +39,8 @@ pub use spiral::Spiral;
 pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
-pub(crate) use kernel::{Kernel, PolarKernel};
+use kernel::PolarKernel;
+pub(crate) use kernel::{Kernel, Piece};
 
 use segment::PlacedSegment;
 

@@ -9,7 +9,7 @@ use super::{CircularArc, Kernel, Line, Placement, RoutePoint, Spiral};
 pub enum Segment {
     /// A straight line; its parameter is in metres.
     Line(Line),
-    /// A circular arc; its parameter is the angle by which it has turned.
+    /// A circular arc; its parameter is in metres.
     Arc(CircularArc),
     /// A part of an Archimedean spiral; its parameter is θ if walked outward and −θ if walked inward.
     Spiral(Spiral),
@@ -20,7 +20,7 @@ impl Segment {
     pub fn span(&self) -> (f64, f64) {
         match self {
             Self::Line(line) => line.span(),
-            Self::Arc(arc) => (0.0, arc.angle()),
+            Self::Arc(arc) => (0.0, arc.length_m()),
             Self::Spiral(spiral) => spiral.span(),
         }
     }
@@ -43,8 +43,7 @@ impl Segment {
     #[inline]
     pub(super) fn arc_m(&self, at: f64) -> f64 {
         match self {
-            Self::Line(_) => at,
-            Self::Arc(arc) => arc.radius_m() * at,
+            Self::Line(_) | Self::Arc(_) => at,
             Self::Spiral(spiral) => spiral.arc_m(at),
         }
     }
@@ -53,8 +52,7 @@ impl Segment {
     #[inline]
     fn at_arc(&self, arc_m: f64) -> f64 {
         match self {
-            Self::Line(_) => arc_m,
-            Self::Arc(arc) => arc_m / arc.radius_m(),
+            Self::Line(_) | Self::Arc(_) => arc_m,
             Self::Spiral(spiral) => spiral.at_arc(arc_m),
         }
     }
@@ -72,8 +70,7 @@ impl Segment {
     #[inline]
     pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         match self {
-            Self::Line(_) => arc_m,
-            Self::Arc(arc) => arc_m / arc.radius_m(),
+            Self::Line(_) | Self::Arc(_) => arc_m,
             Self::Spiral(spiral) => spiral.step_back(at, arc_m),
         }
     }
@@ -175,7 +172,7 @@ impl Rounding {
         // The direction from a centre is rounded once more than the parameter, unless it equals the parameter.
         let angle = polar.angle().abs();
         let parameters = if angle == 0.0 { 1.0 } else { 2.0 };
-        Self { parameters, units: angle + SINE_ERROR_EPSILONS, from_origin_m }
+        Self { parameters, units: (angle + SINE_ERROR_EPSILONS) / polar.turn.abs(), from_origin_m }
     }
 }
 

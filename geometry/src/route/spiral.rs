@@ -58,7 +58,8 @@ impl Spiral {
     pub fn from_begin(self, position: DVec2, tangent: DVec2, winding: Turn) -> Self {
         assert!(self.begin.is_finite(), "a spiral without a beginning has no point at its beginning");
         let about_origin = self.about(DVec2::ZERO, 0.0, winding);
-        let axis = Segment::Spiral(about_origin).point(self.begin).tangent.angle_to(tangent);
+        let unturned = Segment::Spiral(about_origin).point(self.begin).tangent;
+        let axis = f64::atan2(unturned.perp_dot(tangent), unturned.dot(tangent));
         let turned = self.about(DVec2::ZERO, axis, winding);
         self.about(position - Segment::Spiral(turned).point(self.begin).position, axis, winding)
     }

@@ -18,8 +18,8 @@ use super::{CircularArc, Placement, Route, RouteError, Segment, Spiral, Turn};
 /// A turnaround: inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. At t = 0 the head enters
 /// the circle. The way in is walked clockwise.
 ///
-/// The parameter of its route is −θ on the way in. Behind the way in, the parameter grows by the angle of each arc, and by θ on
-/// the way out.
+/// The parameter of its route is −θ on the way in. Behind the way in, the parameter grows by the length of each arc in metres,
+/// and by θ on the way out.
 ///
 /// ```
 /// use bench_dragon_geometry::route::Turnaround;

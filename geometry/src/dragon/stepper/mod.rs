@@ -13,6 +13,7 @@
 mod instructions;
 mod lanes;
 mod pass;
+mod places;
 mod scratch;
 mod section;
 
@@ -23,7 +24,7 @@ use glam::DVec2;
 use super::Dragon;
 use super::chain::TravelOutOfRange;
 use super::dimensions::Dimensions;
-use crate::route::{Kernel, Route};
+use crate::route::{Kernel, Piece, Route};
 
 pub use instructions::Instructions;
 
@@ -74,10 +75,11 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The index of the segment that contains a parameter; `None` for NaN.
-    #[inline(always)]
-    fn segment_at(&self, parameter: f64) -> Option<usize> {
-        self.kernels.iter().rposition(|kernel| kernel.begin() <= parameter)
+    /// The piece of the route at a parameter, which is not NaN.
+    fn piece_at(&self, parameter: f64) -> Piece {
+        let number = self.kernels.partition_point(|kernel| kernel.begin() <= parameter).max(1);
+        let end = self.kernels.get(number).map_or(f64::INFINITY, Kernel::begin);
+        self.kernels[number - 1].piece(parameter, end)
     }
 }
 

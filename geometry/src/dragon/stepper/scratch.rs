@@ -59,13 +59,6 @@ impl Scratch {
         }
     }
 
-    /// Position of a handle and its change per unit of the parameter, both in metres.
-    #[inline(always)]
-    pub(super) fn get(&self, index: usize) -> [f64; 4] {
-        let led = LANES + index;
-        [self.x_m[led], self.y_m[led], self.tangent_x_m[led], self.tangent_y_m[led]]
-    }
-
     /// Sets position and change of a handle.
     #[inline(always)]
     pub(super) fn set(&mut self, index: usize, point: [f64; 4]) {

@@ -2,16 +2,13 @@
 
 use super::Curve;
 use super::lanes::{HANDLES, LANES, ROWS, Values, index};
+use super::places::Places;
 use super::scratch::{Ahead, Links, Scratch};
 use crate::dragon::chain::Handle;
-use crate::numerics::{multiply_add, sine_and_cosine, small_sine_and_versine};
-use crate::route::{Kernel, PolarKernel};
+use crate::numerics::multiply_add;
 
 /// Largest number of corrections in a step. A step that needs more fails.
 const MAX_CORRECTIONS: usize = 6;
-/// Largest angle from its anchor, in radians, at which a handle's sine and cosine are derived from those of the anchor.
-const ANCHOR_RANGE: f64 = 1.0 / 64.0;
-
 /// Step of the head from the last pose to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
@@ -30,27 +27,14 @@ pub(super) struct Section {
     rates: Values,
     /// The rates one pose earlier.
     last_rates: Values,
-    /// Parameters near the present ones at which sine and cosine are known.
-    anchors: Values,
-    anchor_sines: Values,
-    anchor_cosines: Values,
-    /// Index of the segment that contains the anchors; `None` if the anchors are invalid.
-    anchored_on: Option<usize>,
+    places: Places,
 }
 
 impl Section {
     /// A section without handles. [`place`](Self::place) must set them.
     pub(super) fn new() -> Self {
         let none = [f64::NAN; HANDLES];
-        Self {
-            parameters: none,
-            rates: none,
-            last_rates: none,
-            anchors: none,
-            anchor_sines: none,
-            anchor_cosines: none,
-            anchored_on: None,
-        }
+        Self { parameters: none, rates: none, last_rates: none, places: Places::new() }
     }
 
     /// Sets the handles of the section, front first. A section with too few handles to fill it cannot be stepped.
@@ -130,23 +114,12 @@ impl Section {
     /// Calculates positions and tangents at the handles' parameters.
     #[inline(always)]
     pub(super) fn stand<const FUSED: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
-        let [rear, front] = [HANDLES - 1, 0].map(|end| curve.segment_at(self.parameters[end]));
-        // A NaN parameter lies on no segment. The step that produced it fails.
-        let (Some(rear), Some(front)) = (rear, front) else { return };
-        match &curve.kernels[front] {
-            Kernel::Polar(polar) if rear == front => self.stand_on_polar::<FUSED>(scratch, front, polar),
-            Kernel::Line(line) if rear == front => {
-                self.anchored_on = None;
-                for k in 0..HANDLES {
-                    scratch.set(k, line.point::<FUSED>(self.parameters[k]));
-                }
-            }
-            _ => {
-                self.anchored_on = None;
-                for kernel in curve.kernels.iter().take(front + 1).skip(rear) {
-                    self.stand_from_its_begin_on::<FUSED>(scratch, kernel);
-                }
-            }
+        let Self { parameters, places, .. } = self;
+        if !places.reach(parameters) {
+            places.renew(parameters, curve);
+        }
+        for (k, &parameter) in parameters.iter().enumerate() {
+            scratch.set(k, places.point::<FUSED>(k, parameter));
         }
     }
 
@@ -157,71 +130,6 @@ impl Section {
             let straight = multiply_add::<FUSED>(step.step_m, rate, self.parameters[k]);
             self.parameters[k] = multiply_add::<FUSED>(step.bend_m, rate - self.last_rates[k], straight);
             self.last_rates[k] = rate;
-        }
-    }
-
-    /// Places all handles on one arc or spiral. Their sines and cosines are those of their anchors, rotated by the angle from
-    /// the anchor.
-    #[inline(always)]
-    fn stand_on_polar<const FUSED: bool>(&mut self, scratch: &mut Scratch, number: usize, polar: &PolarKernel) {
-        if self.anchored_on != Some(number) || self.farthest_from_anchor() > ANCHOR_RANGE {
-            self.anchor::<FUSED>(number, polar);
-        }
-        for k in 0..HANDLES {
-            let from_anchor = polar.turn * (self.parameters[k] - self.anchors[k]);
-            let (small_sine, versine) = small_sine_and_versine::<FUSED>(from_anchor);
-            let (sine, cosine) = (self.anchor_sines[k], self.anchor_cosines[k]);
-            let sine_here = sine + multiply_add::<FUSED>(sine, versine, cosine * small_sine);
-            let cosine_here = cosine + multiply_add::<FUSED>(cosine, versine, -(sine * small_sine));
-            scratch.set(k, polar.point::<FUSED>(polar.polar::<FUSED>(self.parameters[k]), sine_here, cosine_here));
-        }
-    }
-
-    /// Places the handles behind the beginning of a segment, as if the segment had no end. The call for the next segment
-    /// overwrites the handles beyond that end.
-    #[inline(always)]
-    fn stand_from_its_begin_on<const FUSED: bool>(&self, scratch: &mut Scratch, kernel: &Kernel) {
-        match kernel {
-            Kernel::Line(line) => {
-                self.stand_where_from(scratch, kernel.begin(), |parameter| line.point::<FUSED>(parameter));
-            }
-            Kernel::Polar(polar) => self.stand_where_from(scratch, kernel.begin(), |parameter| {
-                let angle = polar.polar::<FUSED>(parameter);
-                let (sine, cosine) = sine_and_cosine::<FUSED>(angle);
-                polar.point::<FUSED>(angle, sine, cosine)
-            }),
-        }
-    }
-
-    #[inline(always)]
-    fn stand_where_from(&self, scratch: &mut Scratch, begin: f64, point: impl Fn(f64) -> [f64; 4]) {
-        for k in 0..HANDLES {
-            let (here, before) = (point(self.parameters[k]), scratch.get(k));
-            let is_here = self.parameters[k] >= begin;
-            scratch.set(k, std::array::from_fn(|i| if is_here { here[i] } else { before[i] }));
-        }
-    }
-
-    #[inline(always)]
-    fn farthest_from_anchor(&self) -> f64 {
-        let mut farthest = [0.0; LANES];
-        for row in 0..ROWS {
-            for (lane, farthest) in farthest.iter_mut().enumerate() {
-                let k = row * LANES + lane;
-                let distance = (self.parameters[k] - self.anchors[k]).abs();
-                *farthest = if distance > *farthest { distance } else { *farthest };
-            }
-        }
-        farthest.into_iter().fold(0.0, f64::max)
-    }
-
-    #[inline(always)]
-    fn anchor<const FUSED: bool>(&mut self, number: usize, polar: &PolarKernel) {
-        self.anchored_on = Some(number);
-        self.anchors = self.parameters;
-        for k in 0..HANDLES {
-            let angle = polar.polar::<FUSED>(self.anchors[k]);
-            (self.anchor_sines[k], self.anchor_cosines[k]) = sine_and_cosine::<FUSED>(angle);
         }
     }
 

@@ -1,0 +1,41 @@
+//! Routes of lines, arcs and spirals that the benches measure.
+
+use std::f64::consts::PI;
+
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
+
+use super::dimensions;
+
+/// A street of two straights and a bend, a spiral inward, an S, a spiral outward and a straight: 1 km. The spirals keep 1.7 m
+/// between their turns.
+pub fn mixed() -> Route {
+    let spiral =
+        |start_radius_m: f64, end_radius_m: f64, turn: f64| PathSegment::Spiral { start_radius_m, end_radius_m, turn };
+    route(vec![
+        PathSegment::Line { length_m: 150.0 },
+        PathSegment::Arc { radius_m: 12.0, turn: 0.5 * PI },
+        PathSegment::Line { length_m: 100.0 },
+        PathSegment::Arc { radius_m: 25.0, turn: -0.5 * PI },
+        spiral(17.0, 5.1, -14.0 * PI),
+        PathSegment::Arc { radius_m: 3.0, turn: -PI },
+        PathSegment::Arc { radius_m: 3.0, turn: 0.5 * PI },
+        PathSegment::Line { length_m: 150.0 },
+    ])
+}
+
+/// A winding street of this many arcs, each 1.2 to 1.8 m long and of a radius of 4 to 40 m, as a fitted drawing has them.
+pub fn winding(segments: usize) -> Route {
+    let mut random = fastrand::Rng::with_seed(1);
+    let arc = |number: usize| {
+        let (radius_m, length_m) = (4.0 + 36.0 * random.f64(), 1.2 + 0.6 * random.f64());
+        // Eight arcs to one side, then eight to the other.
+        let side = if (number / 8).is_multiple_of(2) { 1.0 } else { -1.0 };
+        PathSegment::Arc { radius_m, turn: side * length_m / radius_m }
+    };
+    route((0..segments).map(arc).collect())
+}
+
+fn route(segments: Vec<PathSegment>) -> Route {
+    let spec = RouteSpec::from(PathSpec { segments, laps: None });
+    spec.build(1.0, dimensions(223).links_m()).expect("each segment is valid")
+}

@@ -1,0 +1,315 @@
+//! Paths of lines, arcs and spirals, open and closed: the paper's routes written as paths, laps, contacts where a path crosses
+//! itself, and the guard's proofs there.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::{ContactSearch, ProvenTravel, first_contact, first_within};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, ChainStepper, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through};
+use bench_dragon_geometry::route::{
+    PathError, PathSegment, PathSpec, Placement, Route, RouteError, RouteSpec, Turnaround,
+};
+use glam::DVec2;
+use proptest::prelude::*;
+
+fn paper_benches() -> Dimensions {
+    Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
+}
+
+fn build(spec: RouteSpec, dimensions: &Dimensions) -> Result<Route, RouteError> {
+    spec.build(1.0, dimensions.links_m())
+}
+
+fn dragon_on(spec: RouteSpec, dimensions: Dimensions) -> Dragon {
+    let route = build(spec, &dimensions).expect("a valid path");
+    Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands")
+}
+
+/// A path with the tangent of a route at a travel as its beginning.
+fn path_from(route: &Route, travel_m: f64, segments: Vec<PathSegment>) -> RouteSpec {
+    let begin = route.point(route.parameter(travel_m));
+    let placement = Placement { position: begin.position, heading: begin.tangent.to_angle() };
+    RouteSpec { placement, ..RouteSpec::from(PathSpec { segments, laps: None }) }
+}
+
+fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
+    ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
+}
+
+/// Checks that a dragon has the same positions on both routes. Travels of `path` are greater by `ahead_m`.
+fn assert_same_poses(exact: &Dragon, path: &Dragon, ahead_m: f64, travels_m: &[f64]) {
+    for &travel_m in travels_m {
+        for (ours, exact) in handles(path, travel_m + ahead_m).iter().zip(handles(exact, travel_m)) {
+            let off_m = ours.position.distance(exact.position);
+            assert!(off_m < 1e-9, "{travel_m} m: off by {off_m} m at {exact:?}");
+            assert!((ours.speed_ratio - exact.speed_ratio).abs() < 1e-9, "{travel_m} m: {ours:?}, {exact:?}");
+        }
+    }
+}
+
+/// The length of the paper's spiral between two radii.
+fn spiral_length_m(pitch_m: f64, outer_turns: f64, turns: f64) -> f64 {
+    let spiral = Route::spiral(pitch_m, outer_turns).expect("a valid spiral");
+    spiral.travel(-TAU * turns)
+}
+
+#[test]
+fn the_papers_spiral_as_a_path_has_the_same_truth() {
+    // Eleven more turns, so that the body stands on the path at the time that the paper calls 0.
+    let (pitch_m, outer_turns) = (0.55, 27.0);
+    let ahead_m = spiral_length_m(pitch_m, outer_turns, 16.0);
+    let outer = Route::spiral(pitch_m, outer_turns).expect("a valid spiral");
+    let inward =
+        PathSegment::Spiral { start_radius_m: pitch_m * outer_turns, end_radius_m: 0.0, turn: -TAU * outer_turns };
+    let spec = path_from(&outer, 0.0, vec![inward]);
+    let path = dragon_on(spec, paper_benches());
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral");
+    let paper = Dragon::new(paper_benches(), Arc::new(spiral)).expect("the dragon stands");
+    assert_same_poses(&paper, &path, ahead_m, &[0.0, 60.0, 120.0, 180.0, 240.0, 300.0, 412.0, 430.0]);
+    let search =
+        |dragon: &Dragon, from_m, to_m| first_contact(dragon, from_m, to_m).expect("no limit").expect("a contact");
+    let ours = search(&path, ahead_m, path.end_travel_m());
+    let exact = search(&paper, 0.0, paper.end_travel_m());
+    assert_eq!((ours.benches, exact.benches), ([0, 8], [0, 8]));
+    assert!((ours.travel_m - ahead_m - exact.travel_m).abs() < 1e-9 && ours.point.distance(exact.point) < 1e-9);
+    assert!((path.end_travel_m() - ahead_m - paper.end_travel_m()).abs() < 1e-9);
+    assert_eq!(path.run_end(), paper.run_end());
+}
+
+#[test]
+fn the_papers_turnaround_as_a_path_has_the_same_truth() {
+    let turnaround =
+        Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround").between(-100.0, 100.0).expect("valid");
+    let dimensions = paper_benches();
+    let paper = Dragon::new(dimensions, Arc::new(turnaround.route())).expect("the dragon stands");
+    // The body reaches back to a radius of about 16 m at the paper's start.
+    let (outer_turns, circle_turns) = (14.0, 4.5 / 1.7);
+    let ahead_m = spiral_length_m(1.7, outer_turns, circle_turns);
+    let outer = Route::spiral(1.7, outer_turns).expect("a valid spiral");
+    let [entry, exit] = turnaround.arcs();
+    let turn = TAU * (outer_turns - circle_turns);
+    let radius_m = 1.7 * outer_turns;
+    let spec = path_from(
+        &outer,
+        0.0,
+        vec![
+            PathSegment::Spiral { start_radius_m: radius_m, end_radius_m: 4.5, turn: -turn },
+            PathSegment::Arc { radius_m: entry.radius_m(), turn: -entry.angle() },
+            PathSegment::Arc { radius_m: exit.radius_m(), turn: exit.angle() },
+            PathSegment::Spiral { start_radius_m: 4.5, end_radius_m: radius_m, turn },
+        ],
+    );
+    let path = dragon_on(spec, dimensions);
+    assert_same_poses(&paper, &path, ahead_m, &[-100.0, -50.0, 0.0, 14.48, 50.0, 100.0]);
+    let passage = passage_through(turnaround, dimensions, paper.meter()).expect("the paper's dragon passes");
+    let [ours, exact] = [&path, &passage].map(|dragon| largest_speed_ratio(dragon).expect("every handle walks"));
+    assert!((ours.ratio - exact.ratio).abs() < 1e-9 && (ours.travel_m - ahead_m - exact.travel_m).abs() < 1e-6);
+}
+
+#[test]
+fn a_spiral_elsewhere_has_the_poses_of_the_papers_spiral() {
+    let placement = Placement { position: DVec2::new(30.0, -12.0), heading: 1.0 };
+    let shape = RouteSpec::from(bench_dragon_geometry::route::SpiralSpec::default());
+    let home = dragon_on(shape.clone(), paper_benches());
+    let away = dragon_on(RouteSpec { placement, start_s: -20.0, end_s: Some(400.0), ..shape }, paper_benches());
+    assert_eq!((away.start_travel_m(), away.end_travel_m()), (-20.0, 400.0));
+    for (ours, exact) in handles(&away, 300.0).iter().zip(handles(&home, 300.0)) {
+        assert!(ours.position.distance(placement.place(exact.position)) < 1e-9);
+    }
+}
+
+/// A stadium: two straights of 20 m, and two half circles.
+fn stadium(laps: u32) -> RouteSpec {
+    let (line, bend) = (PathSegment::Line { length_m: 20.0 }, PathSegment::Arc { radius_m: 5.0, turn: PI });
+    RouteSpec::from(PathSpec { segments: vec![line, bend, line, bend], laps: Some(laps) })
+}
+
+#[test]
+fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
+    let dimensions = Dimensions::new(20, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let dragon = dragon_on(stadium(3), dimensions);
+    let lap_m = 40.0 + TAU * 5.0;
+    assert!((dragon.end_travel_m() - 3.0 * lap_m).abs() < 1e-9);
+    let at = |travel_m| handles(&dragon, travel_m);
+    let start = at(0.0);
+    // Behind the beginning is the second bend, not a straight.
+    assert!(start[0].position.length() < 1e-12 && start[3].position.y > 0.5, "{:?}", start[3]);
+    for travel_m in [0.0, 7.0, 31.0] {
+        for (first, third) in at(travel_m).iter().zip(at(travel_m + 2.0 * lap_m)) {
+            assert!(first.position.distance(third.position) < 1e-9);
+        }
+    }
+    assert_eq!(first_contact(&dragon, 0.0, dragon.end_travel_m()), Ok(None));
+    // A dragon longer than a lap meets its own tail at once.
+    let long = dragon_on(stadium(1), Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("valid benches"));
+    let contact = first_contact(&long, 0.0, long.end_travel_m()).expect("no limit").expect("it stands on itself");
+    assert_eq!(contact.travel_m, 0.0);
+}
+
+#[test]
+fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
+    let refused = |segments: &[PathSegment], laps: Option<u32>| {
+        let spec = RouteSpec::from(PathSpec { segments: segments.to_vec(), laps });
+        build(spec, &paper_benches()).expect_err("refused").to_string()
+    };
+    let line = PathSegment::Line { length_m: 5.0 };
+    assert_eq!(refused(&[], None), "a path needs at least one segment");
+    for length_m in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e6] {
+        let error = refused(&[line, PathSegment::Line { length_m }], None);
+        assert!(error.starts_with("segment 2: length_m is ") && error.contains("must be from 0.000001"), "{error}");
+    }
+    let arc = |radius_m, turn| PathSegment::Arc { radius_m, turn };
+    assert!(refused(&[arc(0.0, 1.0)], None).starts_with("segment 1: radius_m is 0, must be"));
+    assert!(refused(&[arc(1.0, 0.0)], None).starts_with("segment 1: turn_deg is 0, must be"));
+    assert!(refused(&[arc(1.0, f64::NAN)], None).starts_with("segment 1: turn_deg is NaN, must be"));
+    assert!(refused(&[arc(1e-6, 1e-3)], None).ends_with(" m long, must be at least 0.000001 m"));
+    let spiral = |start_radius_m, end_radius_m| PathSegment::Spiral { start_radius_m, end_radius_m, turn: 3.0 };
+    assert!(refused(&[spiral(-1.0, 2.0)], None).starts_with("segment 1: start_radius_m is -1, must be"));
+    assert!(refused(&[spiral(0.0, 0.0)], None).starts_with("segment 1: the larger radius is 0, must be"));
+    assert!(refused(&[line], Some(2)).starts_with("closed: the end is 5.000000 m from the beginning"));
+    assert!(refused(&[arc(1.0, 1.999 * PI)], Some(2)).starts_with("closed: the end is 0.003142 m from"));
+    let ring = arc(0.000_1, TAU);
+    assert!(matches!(
+        build(RouteSpec::from(PathSpec { segments: vec![ring], laps: Some(9) }), &paper_benches()),
+        Err(RouteError::Path(PathError::TooMany { .. }))
+    ));
+    assert!(refused(&[PathSegment::Line { length_m: 1e5 }; 11], None).starts_with("the path is longer than 1000000 m"));
+}
+
+#[test]
+fn a_bend_under_what_a_link_can_follow_ends_the_run_where_the_head_reaches_it() {
+    let segments = vec![
+        PathSegment::Line { length_m: 10.0 },
+        PathSegment::Arc { radius_m: 0.5, turn: PI },
+        PathSegment::Line { length_m: 10.0 },
+    ];
+    let dragon = dragon_on(RouteSpec::from(PathSpec { segments, laps: None }), paper_benches());
+    assert!((10.0..12.0).contains(&dragon.end_travel_m()), "{}", dragon.end_travel_m());
+    assert_ne!(dragon.run_end(), bench_dragon_geometry::dragon::RunEnd::RouteEnd);
+}
+
+/// Segments that a dragon of small benches can walk, with much turning, so that paths cross themselves.
+fn segments() -> impl Strategy<Value = PathSegment> {
+    let turn = prop_oneof![-5.0..-0.2_f64, 0.2..5.0_f64];
+    prop_oneof![
+        (0.5..12.0_f64).prop_map(|length_m| PathSegment::Line { length_m }),
+        (1.5..6.0_f64, turn.clone()).prop_map(|(radius_m, turn)| PathSegment::Arc { radius_m, turn }),
+        (2.0..7.0_f64, 2.0..7.0_f64, turn).prop_map(|(start_radius_m, end_radius_m, turn)| PathSegment::Spiral {
+            start_radius_m,
+            end_radius_m,
+            turn
+        }),
+    ]
+}
+
+fn crossing_dragons() -> impl Strategy<Value = Dragon> {
+    let benches = (3_usize..60, 1.0..2.5_f64, 0.8..1.5_f64, 0.1..0.3_f64, 0.0..0.3_f64);
+    (benches, prop::collection::vec(segments(), 2..12)).prop_filter_map("cannot stand", |(benches, segments)| {
+        let (count, head_m, body_m, width_m, hole) = benches;
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole * head_m.min(body_m)).ok()?;
+        let route = build(RouteSpec::from(PathSpec { segments, laps: None }), &dimensions).ok()?;
+        Dragon::new(dimensions, Arc::new(route)).ok()
+    })
+}
+
+fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
+    let mut boards = Vec::new();
+    dragon.place_boards(&handles(dragon, travel_m), &mut boards);
+    boards
+}
+
+/// The least clearance of all pairs, each measured.
+fn least_clearance_m(dragon: &Dragon, travel_m: f64) -> f64 {
+    let boards = boards_at(dragon, travel_m);
+    let pairs = (2..boards.len()).flat_map(|second| (0..second - 1).map(move |first| (first, second)));
+    pairs.map(|(first, second)| boards[first].clearance(&boards[second])).fold(f64::INFINITY, f64::min)
+}
+
+fn assert_first_within(dragon: &Dragon, clearance_m: f64) -> Result<(), TestCaseError> {
+    const STEP_M: f64 = 0.01;
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let found = first_within(dragon, clearance_m, start_m, end_m).expect("no limit");
+    let searched_m = found.map_or(end_m, |contact| contact.travel_m);
+    let steps = ((searched_m - start_m) / STEP_M) as u32;
+    for step in 0..=steps {
+        let travel_m = start_m + f64::from(step) * STEP_M;
+        let least_m = least_clearance_m(dragon, travel_m);
+        prop_assert!(
+            least_m > clearance_m || travel_m > searched_m - 1e-9,
+            "{least_m} m at {travel_m} m, but the search reports {found:?}"
+        );
+    }
+    if let Some(contact) = found {
+        let least_m = least_clearance_m(dragon, (contact.travel_m + 1e-9).min(end_m));
+        prop_assert!(least_m <= clearance_m + 1e-8, "{least_m} m at {contact:?}");
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_pair_is_near_before_the_first_contact_of_a_crossing_path(
+        dragon in crossing_dragons(), clearance_m in prop_oneof![Just(0.0), 0.01..0.2_f64],
+    ) {
+        assert_first_within(&dragon, clearance_m)?;
+    }
+
+    /// A search in parts ends strides at other travels. It finds the same contact.
+    #[test]
+    fn a_search_in_parts_finds_the_contact_of_the_whole(dragon in crossing_dragons(), part_m in 0.3..9.0_f64) {
+        let end_m = dragon.end_travel_m();
+        let whole = first_contact(&dragon, 0.0, end_m).expect("no limit");
+        let mut search = ContactSearch::new(&dragon);
+        let mut from_m = 0.0;
+        let mut found = None;
+        while from_m < end_m && found.is_none() {
+            let to_m = (from_m + part_m).min(end_m);
+            found = search.first(from_m, to_m).expect("no limit");
+            from_m = to_m;
+        }
+        prop_assert_eq!(whole.map(|contact| contact.benches), found.map(|contact| contact.benches));
+        let travels_m = [whole, found].map(|contact| contact.map_or(0.0, |contact| contact.travel_m));
+        prop_assert!((travels_m[0] - travels_m[1]).abs() < 1e-9, "{whole:?}, {found:?}");
+    }
+
+    /// The guard lets the head walk on proven travel only.
+    #[test]
+    fn no_pair_is_under_the_margin_on_proven_travel_of_a_crossing_path(
+        dragon in crossing_dragons(), margin_m in 0.000_1..0.1_f64,
+    ) {
+        const STEP_M: f64 = 0.01;
+        let Ok(mut proven) = ProvenTravel::at(&dragon, margin_m, 0.0) else { return Ok(()) };
+        while !proven.is_whole() {
+            proven.extend(dragon.end_travel_m(), 10_000);
+        }
+        for step in 0..=(proven.end_m() / STEP_M) as u32 {
+            let least_m = least_clearance_m(&dragon, f64::from(step) * STEP_M);
+            prop_assert!(least_m >= margin_m - 1e-11, "{least_m} m at step {step}, under the margin of {margin_m} m");
+        }
+        if proven.end_m() < dragon.end_travel_m() {
+            // The proof ends where the margin is nearly reached.
+            let least_m = least_clearance_m(&dragon, proven.end_m());
+            prop_assert!(least_m < margin_m + 1e-6, "proved up to {} m only, with {least_m} m", proven.end_m());
+        }
+    }
+
+    #[test]
+    fn steps_equal_the_reference_solver_on_a_crossing_path(dragon in crossing_dragons(), step_m in 1e-4..0.04_f64) {
+        let dragon = Arc::new(dragon);
+        let mut stepper = ChainStepper::new(Arc::clone(&dragon));
+        let mut records = vec![DVec2::ZERO; dragon.dimensions().handles()];
+        let steps = (dragon.end_travel_m() / step_m) as u32;
+        for step in 0..=steps {
+            let travel_m = f64::from(step) * step_m;
+            stepper.step(travel_m, 1.0, &mut records, |position, _| position).expect("within the run");
+            if step % 61 == 0 {
+                for (position, handle) in records.iter().zip(handles(&dragon, travel_m)) {
+                    prop_assert!(position.distance(handle.position) < 1e-9, "{travel_m} m: {position}, {handle:?}");
+                }
+            }
+        }
+    }
+}
