@@ -86,6 +86,15 @@ impl RouteShape {
             Self::Path(_) => "path",
         }
     }
+
+    /// Number of segments, of a closed path: in one lap.
+    pub fn segments(&self) -> usize {
+        match self {
+            Self::Spiral(_) => 1,
+            Self::Turnaround(_) => 4,
+            Self::Path(spec) => spec.segments.len(),
+        }
+    }
 }
 
 impl From<SpiralSpec> for RouteSpec {

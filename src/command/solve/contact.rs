@@ -2,7 +2,7 @@
 
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
-use bench_dragon_geometry::dragon::{RunEnd, Spent};
+use bench_dragon_geometry::dragon::Spent;
 use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile, first_faster, near_misses};
 use clap::Args;
 use glam::DVec2;
@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::figure::{FigureArgs, even_travels, in_plan};
 use super::poses::coarser_step_s;
+use super::stage::StageAnswer;
 use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::command::load_config;
@@ -67,6 +68,8 @@ struct ContactAnswer {
     #[serde(flatten)]
     speed: Option<SpeedAnswer>,
     #[serde(flatten)]
+    stage: Option<StageAnswer>,
+    #[serde(flatten)]
     profile: Option<Profile>,
 }
 
@@ -122,6 +125,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         clearance_m: args.clearance,
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
         speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(&config, max_ratio, args.work)),
+        stage: StageAnswer::of(&config, args.work),
         profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
     };
     match args.format.format {
@@ -129,6 +133,9 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         Format::Text => {
             print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
             answer.speed.iter().try_for_each(|speed| print_line(speed.text()))?;
+            if let Some(stage) = &answer.stage {
+                print_line(format_args!("stage: {}", stage.text()))?;
+            }
             if let Some(profile) = &answer.profile {
                 print_line(profile.text())?;
             }
@@ -163,7 +170,7 @@ fn draw(
     let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
     let title = format!("First {what} at {time_s:.6} s: benches {first} and {second}");
     let caption = args.figure.caption(config, title);
-    let view = ContactView { caption, dragon: in_plan(config.dragon(), travel_m), benches, point };
+    let view = ContactView { caption, dragon: in_plan(config, config.dragon(), travel_m), benches, point };
     args.figure.save_and_tell(view.draw(), args.format.format)
 }
 
@@ -206,9 +213,10 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
         return format!("no {what} up to {reached_s:.6} s; later times are unknown: {spent}; --work allows more");
     }
     let end_s = config.end_s();
-    match config.dragon().run_end() {
-        RunEnd::RouteEnd => format!("no {what} before the run ends, at {end_s:.6} s"),
-        fault => format!("no {what} before the run ends, at {end_s:.6} s, where {fault}"),
+    let end = config.dragon().run_end();
+    match config.dragon().tight_spot() {
+        None => format!("no {what} before the run ends, at {end_s:.6} s"),
+        Some(spot) => format!("no {what} before the run ends, at {end_s:.6} s, where {end}: {spot}"),
     }
 }
 

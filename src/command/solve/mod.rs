@@ -18,8 +18,10 @@ mod contact;
 mod figure;
 mod pitch;
 mod poses;
+mod route;
 mod sensitivity;
 mod speed_limit;
+mod stage;
 mod turn;
 
 /// Answer a question about planning a show. Needs no server.
@@ -27,6 +29,7 @@ mod turn;
 #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
   bench-dragon solve contact --config stage.toml
+  bench-dragon solve route --config eight.toml
   bench-dragon solve pitch --turn-diameter 9
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
@@ -42,6 +45,7 @@ pub(crate) struct SolveArgs {
 pub(crate) enum Question {
     Poses(poses::PosesArgs),
     Contact(contact::ContactArgs),
+    Route(route::RouteArgs),
     Pitch(pitch::PitchArgs),
     Turn(turn::TurnArgs),
     SpeedLimit(speed_limit::SpeedLimitArgs),
@@ -52,6 +56,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
         Question::Contact(args) => contact::run(&args)?,
+        Question::Route(args) => route::run(&args)?,
         Question::Pitch(args) => pitch::run(&args)?,
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,

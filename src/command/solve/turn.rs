@@ -293,7 +293,7 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
     };
     let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
-    let plan = plan_of(&dragon, args.answer.figure.caption(config, title), travel_m);
+    let plan = plan_of(config, &dragon, args.answer.figure.caption(config, title), travel_m);
     let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turnaround) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }

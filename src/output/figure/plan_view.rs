@@ -3,7 +3,7 @@
 use glam::DVec2;
 use kurbo::{Rect, Shape as _};
 
-use super::boards::{DragonInPlan, bounds, width_m, write_names};
+use super::boards::{DragonInPlan, width_m, write_names};
 use super::drawing::{Drawing, Mark, circle, polyline};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
@@ -12,6 +12,7 @@ use super::style::{
     PLOT_WIDTH, PURPLE,
 };
 use super::text::{Anchor, Text};
+use crate::output::fit;
 
 /// The dragon on its route at one time. Both axes have the same scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,11 +120,12 @@ impl PlanView {
         self.pair.as_ref().map_or(&[], |pair| &pair.benches)
     }
 
-    /// Low and high corner of the plan, which shows all boards and the circle.
+    /// Low and high corner of the plan, which shows all boards, the circle, and the corners of the stage near them.
     fn bounds(&self) -> [DVec2; 2] {
-        let radius_m = self.circle.as_ref().map_or(0.0, |circle| circle.radius_m);
-        let circle = [DVec2::splat(-radius_m), DVec2::splat(radius_m)];
-        let [low, high] = bounds(self.dragon.boards.iter().flatten().copied().chain(circle), 0.0);
+        let circle =
+            self.circle.iter().flat_map(|circle| [-1.0, 1.0].map(|side| circle.centre + side * circle.radius_m));
+        let core = self.dragon.boards.iter().flatten().copied().chain(circle);
+        let [low, high] = fit(core, self.dragon.outline.iter().copied()).expect("a dragon has boards");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }
