@@ -15,7 +15,7 @@ use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
     Parameter, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
-    passage_through, shortest_turn, smallest_pitch, walk_through,
+    passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch, walk_through,
 };
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
@@ -159,6 +159,9 @@ fn is_bounded(text: &str) -> bool {
         });
         ask("the shortest turn within limits", &|meter| {
             let _ = black_box(shortest_turn(turnaround, dimensions, staging, meter, |_| ()));
+        });
+        ask("the shortest turn with a line", &|meter| {
+            let _ = black_box(shortest_turn_with_line(turnaround, dimensions, staging, None, meter, |_| ()));
         });
         ask("the shortest turn", &|meter| {
             let _ = black_box(shortest_turn(turnaround, dimensions, Staging::LIMITLESS, meter, |_| ()));

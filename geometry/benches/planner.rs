@@ -35,7 +35,11 @@ fn contact_on_a_path(criterion: &mut Criterion) {
             let dragon = Dragon::new(shared::dimensions(223), Arc::clone(&route)).expect("the dragon stands");
             (dragon.end_travel_m(), first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit"))
         };
-        println!("{name}: {:?}", first());
+        assert_eq!(
+            first().1.is_some(),
+            name.ends_with("spirals"),
+            "the last straight of the street crosses the spirals"
+        );
         criterion.bench_function(&format!("first contact on 1 km of {name}"), |bencher| bencher.iter(first));
     }
 }

@@ -7,6 +7,7 @@
 //! | [`route`] | the curves that the handles follow |
 //! | [`drawing`] | drawn curves, and the routes that follow them |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
+//! | [`outline`] | the outline of a stage, and whether a board is inside |
 //! | [`clearance`] | distances of boards, first contact, and proofs about intervals of travel |
 //! | [`planner`] | answers to a choreographer's questions |
 //!
@@ -18,5 +19,6 @@ pub mod dragon;
 pub mod drawing;
 pub mod number;
 mod numerics;
+pub mod outline;
 pub mod planner;
 pub mod route;

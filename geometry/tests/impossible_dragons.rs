@@ -61,8 +61,8 @@ fn boards_wider_than_the_pitch_are_rejected() {
 #[test]
 fn start_too_tight_for_a_link_is_rejected() {
     let error = refusal(on_spiral(paper_dimensions(223), 0.55, 0.865));
-    let tight =
-        "the route is too tight at its start: handle 1 cannot stand and walk 2.860 m behind the handle before it";
+    let tight = "the route is too tight at its start: bench 0 cannot follow at 0.000 m of travel, at (0.315, -0.357) m: \
+                 handle 1 cannot stand and walk 2.860 m behind handle 0";
     assert_eq!(error, tight);
 }
 

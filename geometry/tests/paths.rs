@@ -17,11 +17,11 @@ fn paper_benches() -> Dimensions {
     Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
 }
 
-fn build(spec: RouteSpec, dimensions: &Dimensions) -> Result<Route, RouteError> {
+fn build(spec: &RouteSpec, dimensions: &Dimensions) -> Result<Route, RouteError> {
     spec.build(1.0, dimensions.links_m())
 }
 
-fn dragon_on(spec: RouteSpec, dimensions: Dimensions) -> Dragon {
+fn dragon_on(spec: &RouteSpec, dimensions: Dimensions) -> Dragon {
     let route = build(spec, &dimensions).expect("a valid path");
     Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands")
 }
@@ -63,7 +63,7 @@ fn the_papers_spiral_as_a_path_has_the_same_truth() {
     let inward =
         PathSegment::Spiral { start_radius_m: pitch_m * outer_turns, end_radius_m: 0.0, turn: -TAU * outer_turns };
     let spec = path_from(&outer, 0.0, vec![inward]);
-    let path = dragon_on(spec, paper_benches());
+    let path = dragon_on(&spec, paper_benches());
     let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral");
     let paper = Dragon::new(paper_benches(), Arc::new(spiral)).expect("the dragon stands");
     assert_same_poses(&paper, &path, ahead_m, &[0.0, 60.0, 120.0, 180.0, 240.0, 300.0, 412.0, 430.0]);
@@ -100,7 +100,7 @@ fn the_papers_turnaround_as_a_path_has_the_same_truth() {
             PathSegment::Spiral { start_radius_m: 4.5, end_radius_m: radius_m, turn },
         ],
     );
-    let path = dragon_on(spec, dimensions);
+    let path = dragon_on(&spec, dimensions);
     assert_same_poses(&paper, &path, ahead_m, &[-100.0, -50.0, 0.0, 14.48, 50.0, 100.0]);
     let passage = passage_through(turnaround, dimensions, paper.meter()).expect("the paper's dragon passes");
     let [ours, exact] = [&path, &passage].map(|dragon| largest_speed_ratio(dragon).expect("every handle walks"));
@@ -111,8 +111,8 @@ fn the_papers_turnaround_as_a_path_has_the_same_truth() {
 fn a_spiral_elsewhere_has_the_poses_of_the_papers_spiral() {
     let placement = Placement { position: DVec2::new(30.0, -12.0), heading: 1.0 };
     let shape = RouteSpec::from(bench_dragon_geometry::route::SpiralSpec::default());
-    let home = dragon_on(shape.clone(), paper_benches());
-    let away = dragon_on(RouteSpec { placement, start_s: -20.0, end_s: Some(400.0), ..shape }, paper_benches());
+    let home = dragon_on(&shape, paper_benches());
+    let away = dragon_on(&RouteSpec { placement, start_s: -20.0, end_s: Some(400.0), ..shape }, paper_benches());
     assert_eq!((away.start_travel_m(), away.end_travel_m()), (-20.0, 400.0));
     for (ours, exact) in handles(&away, 300.0).iter().zip(handles(&home, 300.0)) {
         assert!(ours.position.distance(placement.place(exact.position)) < 1e-9);
@@ -128,7 +128,7 @@ fn stadium(laps: u32) -> RouteSpec {
 #[test]
 fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
     let dimensions = Dimensions::new(20, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
-    let dragon = dragon_on(stadium(3), dimensions);
+    let dragon = dragon_on(&stadium(3), dimensions);
     let lap_m = 40.0 + TAU * 5.0;
     assert!((dragon.end_travel_m() - 3.0 * lap_m).abs() < 1e-9);
     let at = |travel_m| handles(&dragon, travel_m);
@@ -142,7 +142,7 @@ fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
     }
     assert_eq!(first_contact(&dragon, 0.0, dragon.end_travel_m()), Ok(None));
     // A dragon longer than a lap meets its own tail at once.
-    let long = dragon_on(stadium(1), Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("valid benches"));
+    let long = dragon_on(&stadium(1), Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("valid benches"));
     let contact = first_contact(&long, 0.0, long.end_travel_m()).expect("no limit").expect("it stands on itself");
     assert_eq!(contact.travel_m, 0.0);
 }
@@ -151,7 +151,7 @@ fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
 fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
     let refused = |segments: &[PathSegment], laps: Option<u32>| {
         let spec = RouteSpec::from(PathSpec { segments: segments.to_vec(), laps });
-        build(spec, &paper_benches()).expect_err("refused").to_string()
+        build(&spec, &paper_benches()).expect_err("refused").to_string()
     };
     let line = PathSegment::Line { length_m: 5.0 };
     assert_eq!(refused(&[], None), "a path needs at least one segment");
@@ -171,7 +171,7 @@ fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
     assert!(refused(&[arc(1.0, 1.999 * PI)], Some(2)).starts_with("closed: the end is 0.003142 m from"));
     let ring = arc(0.000_1, TAU);
     assert!(matches!(
-        build(RouteSpec::from(PathSpec { segments: vec![ring], laps: Some(9) }), &paper_benches()),
+        build(&RouteSpec::from(PathSpec { segments: vec![ring], laps: Some(9) }), &paper_benches()),
         Err(RouteError::Path(PathError::TooMany { .. }))
     ));
     assert!(refused(&[PathSegment::Line { length_m: 1e5 }; 11], None).starts_with("the path is longer than 1000000 m"));
@@ -184,7 +184,7 @@ fn a_bend_under_what_a_link_can_follow_ends_the_run_where_the_head_reaches_it() 
         PathSegment::Arc { radius_m: 0.5, turn: PI },
         PathSegment::Line { length_m: 10.0 },
     ];
-    let dragon = dragon_on(RouteSpec::from(PathSpec { segments, laps: None }), paper_benches());
+    let dragon = dragon_on(&RouteSpec::from(PathSpec { segments, laps: None }), paper_benches());
     assert!((10.0..12.0).contains(&dragon.end_travel_m()), "{}", dragon.end_travel_m());
     assert_ne!(dragon.run_end(), bench_dragon_geometry::dragon::RunEnd::RouteEnd);
 }
@@ -208,7 +208,7 @@ fn crossing_dragons() -> impl Strategy<Value = Dragon> {
     (benches, prop::collection::vec(segments(), 2..12)).prop_filter_map("cannot stand", |(benches, segments)| {
         let (count, head_m, body_m, width_m, hole) = benches;
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole * head_m.min(body_m)).ok()?;
-        let route = build(RouteSpec::from(PathSpec { segments, laps: None }), &dimensions).ok()?;
+        let route = build(&RouteSpec::from(PathSpec { segments, laps: None }), &dimensions).ok()?;
         Dragon::new(dimensions, Arc::new(route)).ok()
     })
 }

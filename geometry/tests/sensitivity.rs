@@ -4,7 +4,8 @@ use bench_dragon_geometry::dragon::{Dimensions, Meter};
 use bench_dragon_geometry::planner::{
     Curve, NoDerivative, Parameter, Quantity, Response, Sample, Sensitivity, Setting, Undefined,
 };
-use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
+use proptest::prelude::*;
 
 /// Relative step of the differences. Their error is the fourth power of the step times a fifth derivative, to which every bench
 /// contributes. The solvers' errors of about 10⁻¹¹, divided by the step, are below 10⁻⁶.
@@ -28,7 +29,7 @@ fn difference(curve: &Curve) -> Option<f64> {
 }
 
 /// Checks every derivative that exists. Returns their number.
-fn check(setting: Setting, parameters: &[Parameter]) -> usize {
+fn check(setting: &Setting, parameters: &[Parameter]) -> usize {
     let mut checked = 0;
     for Response { quantity, curves, .. } in study(setting.clone(), parameters) {
         for curve in curves {
@@ -42,6 +43,53 @@ fn check(setting: Setting, parameters: &[Parameter]) -> usize {
         }
     }
     checked
+}
+
+/// Random paths of lines, arcs and spirals.
+fn paths() -> impl Strategy<Value = PathSpec> {
+    let radius_m = 3.0..9.0_f64;
+    let turn = (0.3..4.0_f64, any::<bool>()).prop_map(|(turn, left)| if left { turn } else { -turn });
+    let segments = prop_oneof![
+        (1.0..10.0_f64).prop_map(|length_m| PathSegment::Line { length_m }),
+        (radius_m.clone(), turn.clone()).prop_map(|(radius_m, turn)| PathSegment::Arc { radius_m, turn }),
+        (radius_m.clone(), radius_m, turn).prop_map(|(start_radius_m, end_radius_m, turn)| {
+            PathSegment::Spiral { start_radius_m, end_radius_m, turn }
+        }),
+    ];
+    prop::collection::vec(segments, 2..6).prop_map(|segments| PathSpec { segments, laps: None })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, max_shrink_iters: 0, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_paths_have_the_derivatives_of_the_differences(
+        path in paths(),
+        benches in 3_usize..40,
+        (head_m, body_m) in (1.5..4.0_f64, 1.5..2.5_f64),
+        (width_m, hole_m) in (0.1..0.4_f64, 0.05..0.3_f64),
+        accel_mps2 in prop::option::of(0.2..1.0_f64),
+    ) {
+        let dimensions = Dimensions::new(benches, head_m, body_m, width_m, hole_m).expect("valid benches");
+        let setting = Setting { dimensions, route: RouteSpec::from(path), speed_mps: 1.3, accel_mps2 };
+        let parameters: Vec<Parameter> =
+            Parameter::ALL.into_iter().filter(|parameter| setting.has(*parameter)).collect();
+        check(&setting, &parameters);
+    }
+}
+
+/// The eight's least clearance lasts as long as an arc; its route has no pitch.
+#[test]
+fn a_path_has_derivatives_over_all_but_the_pitch() {
+    let (line, radius_m) = (PathSegment::Line { length_m: 40.0 }, 20.0);
+    let arc = |turn| PathSegment::Arc { radius_m, turn };
+    let turn = 1.5 * std::f64::consts::PI;
+    let eight = PathSpec { segments: vec![line, arc(turn), line, arc(-turn)], laps: Some(1) };
+    let dimensions = Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let setting = Setting { dimensions, route: RouteSpec::from(eight), speed_mps: 1.0, accel_mps2: None };
+    let parameters =
+        [Parameter::HeadLength, Parameter::BodyLength, Parameter::Width, Parameter::HoleOffset, Parameter::Speed];
+    assert_eq!(check(&setting, &parameters), 2 * 5);
 }
 
 fn paper(route: RouteSpec) -> Setting {
@@ -62,7 +110,7 @@ fn papers_spiral_has_the_known_answers_and_their_derivatives() {
     assert!((value_of(&planned, Quantity::SmallestPitch) - 0.450_337).abs() <= 5.001e-7);
     assert_eq!(value_of(&planned, Quantity::LargestSpeedRatio), 1.0);
     // Four answers over six parameters, without the smallest pitch over the pitch.
-    assert_eq!(check(setting, &Parameter::ALL), 4 * 6 - 1);
+    assert_eq!(check(&setting, &Parameter::ALL), 4 * 6 - 1);
 }
 
 #[test]
@@ -71,7 +119,7 @@ fn papers_turnaround_has_the_known_answers_and_their_derivatives() {
     let planned = study(setting.clone(), &[]);
     assert!((value_of(&planned, Quantity::LargestSpeedRatio) - 1.604_793).abs() <= 5.001e-7);
     assert!(planned[0].value.is_err(), "no benches touch");
-    assert_eq!(check(setting, &Parameter::ALL), 3 * 6 - 1);
+    assert_eq!(check(&setting, &Parameter::ALL), 3 * 6 - 1);
 }
 
 #[test]
@@ -89,10 +137,11 @@ fn other_dragons_have_the_derivatives_of_the_differences() {
         let accel_mps2 = (pitch_m > 0.6).then_some(0.4);
         let setting = |route| Setting { dimensions, route, speed_mps: 1.5, accel_mps2 };
         let spiral = SpiralSpec { pitch_m, start_turns: 8.0 / pitch_m };
-        let turnaround = TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio };
+        let turnaround = TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, line_m: 0.0 };
+        let with_line = TurnaroundSpec { line_m: 0.2 * turn_diameter_m, ..turnaround };
         let parameters = [Parameter::Pitch, Parameter::HeadLength, Parameter::BodyLength, Parameter::HoleOffset];
-        for route in [RouteSpec::from(spiral), RouteSpec::from(turnaround)] {
-            let checked = check(setting(route.clone()), &parameters);
+        for route in [RouteSpec::from(spiral), RouteSpec::from(turnaround), RouteSpec::from(with_line)] {
+            let checked = check(&setting(route.clone()), &parameters);
             assert!(checked >= 8, "{checked} derivatives of {route:?}");
         }
     }

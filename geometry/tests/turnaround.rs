@@ -23,9 +23,16 @@ fn assert_near(actual: DVec2, x: f64, y: f64, what: &str) {
     assert!(error_m.abs().max_element() <= 5.001e-7, "{what} is at {actual}, not at ({x}, {y})");
 }
 
+/// Lengths of the line of an S, as shares of the diameter.
+fn line_shares() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), 0.0..0.1_f64, 0.0..0.999_f64]
+}
+
 fn turnarounds() -> impl Strategy<Value = Turnaround> {
-    (0.2..3.0_f64, 0.5..40.0_f64, 0.05..20.0_f64)
-        .prop_map(|(pitch_m, diameter_m, ratio)| Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"))
+    (0.2..3.0_f64, 0.5..40.0_f64, 0.05..20.0_f64, line_shares())
+        .prop_map(|(pitch_m, diameter_m, ratio, line)| {
+            Turnaround::with_line(pitch_m, diameter_m, ratio, line * diameter_m).expect("valid")
+        })
         .prop_map(|turnaround| turnaround.between(-500.0, 500.0).expect("a valid span"))
 }
 
@@ -109,6 +116,63 @@ fn impossible_turnarounds_are_rejected_with_a_reason() {
     assert_eq!(error, RouteError::Span { start_travel_m: 5.0, end_travel_m: 5.0 });
 }
 
+#[test]
+fn a_line_is_shorter_than_the_circle_is_wide() {
+    let with_line = |line_m| Turnaround::with_line(1.7, 9.0, 2.0, line_m);
+    for line_m in [-0.1, 9.0, f64::INFINITY] {
+        assert_eq!(with_line(line_m), Err(RouteError::TurnLine { line_m, turn_diameter_m: 9.0 }));
+    }
+    assert!(with_line(f64::NAN).is_err());
+    assert_eq!(
+        with_line(9.0).expect_err("too long").to_string(),
+        "turn_line_m is 9, must be 0 or more, and under turn_diameter_m 9"
+    );
+    assert!(with_line(8.999).is_ok());
+}
+
+/// Each arc turns by 2·atan θ, and the radii sum to R / sin(atan θ). The numbers have the same bits.
+#[test]
+fn a_line_of_no_length_is_the_s_of_two_arcs() {
+    for (pitch_m, diameter_m, ratio) in [(1.7, 9.0, 2.0), (0.55, 3.3, 0.7), (2.9, 31.0, 1.0)] {
+        let turnaround = Turnaround::with_line(pitch_m, diameter_m, ratio, 0.0).expect("valid");
+        assert_eq!(turnaround, Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"));
+        let angle = 0.5 * diameter_m / (pitch_m / std::f64::consts::TAU);
+        let (turn_angle, radii_sum_m) = (2.0 * angle.atan(), 0.5 * diameter_m / angle.atan().sin());
+        let [entry_arc, exit_arc] = turnaround.arcs();
+        assert_eq!([entry_arc.angle(), exit_arc.angle()], [turn_angle; 2]);
+        let exit_radius_m = radii_sum_m / (1.0 + ratio);
+        assert_eq!([entry_arc.radius_m(), exit_arc.radius_m()], [radii_sum_m - exit_radius_m, exit_radius_m]);
+    }
+}
+
+/// The radii of the arcs with a line of 2 m, from the equations of the closed form, solved by bisection.
+#[test]
+fn a_line_lies_between_two_tighter_arcs_on_the_way_to_the_exit() {
+    let (pitch_m, radius_m, line_m) = (1.7, 4.5, 2.0);
+    let turnaround = Turnaround::with_line(pitch_m, 2.0 * radius_m, 2.0, line_m).expect("valid");
+    let chord_angle = (radius_m * std::f64::consts::TAU / pitch_m).atan();
+    let chord = 2.0 * radius_m * DVec2::from_angle(chord_angle);
+    // The sum of the radii at which the two equations agree on their second component, for each angle of the arcs.
+    let sum_m = |angle: f64| (chord.x - line_m * angle.cos()) / angle.sin();
+    let beyond = |angle: f64| sum_m(angle) * (1.0 - angle.cos()) + line_m * angle.sin() - chord.y;
+    let (mut low, mut high) = (1.0, 3.0);
+    for _ in 0..60 {
+        let middle: f64 = 0.5 * (low + high);
+        if beyond(middle) < 0.0 { low = middle } else { high = middle }
+    }
+    let [entry_arc, exit_arc] = turnaround.arcs();
+    assert!((entry_arc.angle() - low).abs() < 1e-12, "{} is not {low}", entry_arc.angle());
+    let radii_m = entry_arc.radius_m() + exit_arc.radius_m();
+    assert!((radii_m - sum_m(low)).abs() < 1e-12, "{radii_m} is not {}", sum_m(low));
+    assert!((entry_arc.radius_m() / exit_arc.radius_m() - 2.0).abs() < 1e-12);
+    let ends_m = turnaround.ends_m();
+    assert!((ends_m[1] - ends_m[0] - line_m).abs() < 1e-12 && ends_m[2] == turnaround.turn_length_m());
+    let route = turnaround.route();
+    let [begin, end] = [ends_m[0], ends_m[1]].map(|travel_m| route.point(route.parameter(travel_m)));
+    assert!(begin.position.distance(end.position - line_m * begin.tangent) < 1e-12);
+    assert!(begin.tangent.distance(end.tangent) < 1e-12);
+}
+
 /// Numbers from the smallest positive `f64` to `most`. Each power of ten is equally likely.
 fn up_to(most: f64) -> impl Strategy<Value = f64> {
     (-323.0..=most.log10()).prop_map(move |power| 10_f64.powf(power).min(most))
@@ -119,11 +183,13 @@ proptest! {
 
     #[test]
     fn every_turnaround_that_is_accepted_has_a_route(
-        pitch_m in up_to(1000.0), pitches in up_to(20_000.0), ratio in 0.01..=100.0_f64,
+        pitch_m in up_to(1000.0), pitches in up_to(20_000.0), ratio in 0.01..=100.0_f64, line in up_to(1.0),
     ) {
         for (pitch_m, diameter_m) in [(pitch_m, pitches * pitch_m), (pitch_m, f64::from_bits(1)), (f64::from_bits(1), pitches)] {
-            if let Ok(turnaround) = Turnaround::new(pitch_m, diameter_m, ratio) {
-                prop_assert_eq!(turnaround.route().seams().len(), 3);
+            for line_m in [0.0, line * diameter_m, diameter_m.next_down()] {
+                if let Ok(turnaround) = Turnaround::with_line(pitch_m, diameter_m, ratio, line_m) {
+                    prop_assert_eq!(turnaround.route().seams().len(), if line_m > 0.0 { 4 } else { 3 });
+                }
             }
         }
     }
@@ -138,7 +204,8 @@ proptest! {
             prop_assert!(before.tangent.distance(after.tangent) < 1e-7, "{before:?} {after:?}");
         }
         prop_assert!(turnaround.route().point(turnaround.route().seams()[0]).position.distance(turnaround.entry()) < 1e-12);
-        prop_assert!(turnaround.route().point(turnaround.route().seams()[2]).position.distance(turnaround.exit()) < 1e-12);
+        let last = *turnaround.route().seams().last().expect("an S has seams");
+        prop_assert!(turnaround.route().point(last).position.distance(turnaround.exit()) < 1e-12);
     }
 
     #[test]
@@ -202,10 +269,11 @@ proptest! {
 /// Dragons on turns so narrow and tight that some touch and some cannot walk on.
 fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     let benches = (3_usize..40, 1.0..4.0_f64, 1.0..2.5_f64, 0.1..0.4_f64, 0.0..0.3_f64);
-    let turns = (1.5..6.0_f64, 2.0..12.0_f64, 0.3..3.0_f64);
+    let turns = (1.5..6.0_f64, 2.0..12.0_f64, 0.3..3.0_f64, line_shares());
     (benches, turns).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole_m), turn)| {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole_m).ok()?;
-        let turnaround = Turnaround::new(turn.0 * width_m, turn.1, turn.2).ok()?.between(-5.0, 40.0).ok()?;
+        let turnaround = Turnaround::with_line(turn.0 * width_m, turn.1, turn.2, turn.3 * turn.1).ok()?;
+        let turnaround = turnaround.between(-5.0, 40.0).ok()?;
         Dragon::new(dimensions, Arc::new(turnaround.route())).ok()
     })
 }

@@ -7,11 +7,13 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// One event, on the `bench-dragon/alerts` service.
 ///
-/// A monitor sends at most 200 alerts of pairs at once and 100 a second, measured by the frames' own clock. Beyond that,
-/// contacts have priority, then partings, then the nearest pairs. The monitor's summary counts the alerts that were not
-/// sent. These are always sent: the first contact of a run, every fault, and every alert without a pair.
+/// A monitor sends at most 200 alerts of benches at once and 100 a second, measured by the frames' own clock. Beyond that,
+/// contacts have priority, then partings, then boards outside the stage, then the nearest pairs. The monitor's summary counts
+/// the alerts that were not sent. These are always sent: the first contact of a run, every fault, and every alert without a
+/// bench.
 ///
-/// 72 bytes, no padding. Use [`Alert::alert_kind`], [`Alert::pair`] and [`Alert::forecast`] to read the coded fields.
+/// 72 bytes, no padding. Use [`Alert::alert_kind`], [`Alert::pair`], [`Alert::bench`] and [`Alert::forecast`] to read the coded
+/// fields.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
 #[type_name("bench_dragon.Alert.v1")]
@@ -24,13 +26,14 @@ pub struct Alert {
     pub sim_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds, or [`Alert::NO_FORECAST`].
     pub forecast_ns: i64,
-    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without benches.
+    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
     pub clearance_m: f64,
-    /// Point midway between the nearest points of the two boards, in metres; 0 for an alert without benches.
+    /// Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside, or of
+    /// the outline in the board. 0 for an alert without benches.
     pub point_m: [f64; 2],
     /// An [`AlertKind`] as its number.
     pub kind: u32,
-    /// The lower bench index, or [`Alert::NO_BENCH`].
+    /// The lower bench index, the only one, or [`Alert::NO_BENCH`].
     pub bench_a: u32,
     /// The higher bench index, or [`Alert::NO_BENCH`].
     pub bench_b: u32,
@@ -43,7 +46,7 @@ const _: () = assert!(size_of::<Alert>() == 72 && align_of::<Alert>() == 8);
 impl Alert {
     /// Sentinel of `forecast_ns` for *no forecast*: no contact lies ahead, or none is known yet.
     pub const NO_FORECAST: i64 = i64::MIN;
-    /// Sentinel of `bench_a` and `bench_b` for *no pair*.
+    /// Sentinel of `bench_a` and `bench_b` for *no bench*.
     pub const NO_BENCH: u32 = u32::MAX;
 
     /// The kind, or `None` for a number that this version does not support.
@@ -51,9 +54,14 @@ impl Alert {
         AlertKind::from_wire(self.kind)
     }
 
-    /// The two benches, the lower index first; `None` for an alert without benches.
+    /// The two benches, the lower index first; `None` for an alert without a pair.
     pub fn pair(&self) -> Option<[u32; 2]> {
-        (self.bench_a != Self::NO_BENCH).then_some([self.bench_a, self.bench_b])
+        (self.bench_b != Self::NO_BENCH).then_some([self.bench_a, self.bench_b])
+    }
+
+    /// The bench of an alert about one bench; `None` for any other.
+    pub fn bench(&self) -> Option<u32> {
+        (self.bench_a != Self::NO_BENCH && self.bench_b == Self::NO_BENCH).then_some(self.bench_a)
     }
 
     /// Show time of the forecast contact in seconds; `None` where no contact lies ahead, or none is known yet.
@@ -77,12 +85,14 @@ pub enum AlertKind {
     Fault = 4,
     /// The source of the frames was restarted.
     Restarted = 5,
+    /// A board left the outline of the stage, while the bench before it is inside.
+    Outside = 6,
 }
 
 impl AlertKind {
     /// The kind of a number on the wire; `None` for a number that this version does not support.
     pub fn from_wire(kind: u32) -> Option<Self> {
-        [Self::Near, Self::Contact, Self::Parted, Self::Held, Self::Fault, Self::Restarted]
+        [Self::Near, Self::Contact, Self::Parted, Self::Held, Self::Fault, Self::Restarted, Self::Outside]
             .into_iter()
             .find(|known| known.to_wire() == kind)
     }
@@ -101,6 +111,7 @@ impl AlertKind {
             Self::Held => "held",
             Self::Fault => "fault",
             Self::Restarted => "restarted",
+            Self::Outside => "outside",
         }
     }
 }

@@ -18,7 +18,7 @@ use clap::builder::Styles;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use crate::config::{Config, Document};
+use crate::config::{Config, ConfigDocument, ConfigError, Document};
 use crate::output::terminal_text::{Painted, is_coloured, printable};
 use crate::output::{self, complain, log, wait_for_reader};
 use crate::system::limits;
@@ -178,11 +178,19 @@ fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
 
 /// Reads the configuration that the arguments name; `set_flags` overrides its values. An error names the file.
 fn load_config(args: &ConfigArgs, set_flags: impl FnOnce(&mut Document)) -> anyhow::Result<Config> {
-    let path = args.config.as_deref();
-    let loaded = Config::load(path, set_flags);
-    match path {
-        Some(path) => loaded.with_context(|| path.display().to_string()),
-        None => Ok(loaded?),
+    in_file(args, Config::load(args.config.as_deref(), set_flags))
+}
+
+/// Reads a configuration without a dragon on its route.
+fn load_document(args: &ConfigArgs) -> anyhow::Result<ConfigDocument> {
+    in_file(args, ConfigDocument::load(args.config.as_deref(), |_| ()))
+}
+
+/// Adds the file's name to the error of a configuration.
+fn in_file<T>(args: &ConfigArgs, result: Result<T, ConfigError>) -> anyhow::Result<T> {
+    match &args.config {
+        Some(path) => result.with_context(|| path.display().to_string()),
+        None => Ok(result?),
     }
 }
 

@@ -4,8 +4,8 @@ use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon_geometry::dragon::RunEnd;
 use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::route::RouteShape;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Request, RunStart};
 use clap::Args;
@@ -222,12 +222,16 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     Ok(ServerSettings { start, readers: args.readers, ..planned })
 }
 
-/// Warns if the dragon cannot walk up to the planned end.
+/// Warns if the dragon cannot walk up to the planned end. On a spiral without an end, no dragon reaches the centre.
 fn warn_of_early_end(config: &Config) {
-    if let (Some(end_s), end) = (config.route().end_s, config.dragon().run_end())
-        && end != RunEnd::RouteEnd
-    {
-        tracing::warn!("the run ends at {:.6} s, not at end_s {end_s}: there {end}", config.end_s());
+    let Some(spot) = config.dragon().tight_spot() else { return };
+    let (end_s, end) = (config.end_s(), config.dragon().run_end());
+    match (config.route().end_s, &config.route().shape) {
+        (None, RouteShape::Spiral(_)) => {}
+        (Some(planned_s), _) => {
+            tracing::warn!("the run ends at {end_s:.6} s, not at end_s {planned_s}: there {end}: {spot}");
+        }
+        (None, _) => tracing::warn!("the run ends at {end_s:.6} s, before the route ends: there {end}: {spot}"),
     }
 }
 

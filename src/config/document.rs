@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::ConfigError;
 use super::priority::Priority;
 use super::route_table::RouteTable;
+use super::stage_table::StageTable;
 
 /// Greatest length of a document in bytes: the greatest length of a description.
 const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
@@ -26,6 +27,8 @@ pub struct Document {
     pub serve: ServeTable,
     /// Clearances that the monitor and the guard use.
     pub monitor: MonitorTable,
+    #[serde(skip_serializing_if = "StageTable::is_empty")]
+    pub(super) stage: StageTable,
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
 }

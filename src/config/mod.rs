@@ -7,6 +7,7 @@ mod document;
 mod drawn_route;
 mod priority;
 mod route_table;
+mod stage_table;
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -14,8 +15,9 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
 use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::HeadTimetable;
-use bench_dragon_geometry::route::{RouteShape, RouteSpec};
+use bench_dragon_geometry::route::{Route, RouteShape, RouteSpec};
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
@@ -60,6 +62,7 @@ pub struct ConfigDocument {
     dimensions: Dimensions,
     route: RouteSpec,
     drawing: Option<DrawingFit>,
+    outline: Option<Outline>,
 }
 
 /// A valid configuration: the document's tables, and the dragon on its route.
@@ -93,14 +96,42 @@ impl ConfigDocument {
         Self::check(parse(text)?)
     }
 
+    /// The route as planned.
+    pub fn route(&self) -> &RouteSpec {
+        &self.route
+    }
+
+    /// The outline of the stage, if there is one.
+    pub fn outline(&self) -> Option<&Outline> {
+        self.outline.as_ref()
+    }
+
+    /// How the route follows its drawing; `None` for a route that is not drawn.
+    pub fn drawing(&self) -> Option<&DrawingFit> {
+        self.drawing.as_ref()
+    }
+
+    /// The benches.
+    pub fn dimensions(&self) -> &Dimensions {
+        &self.dimensions
+    }
+
+    /// The curve of the route, with room for the dragon behind its beginning.
+    ///
+    /// # Errors
+    /// The route is not valid.
+    pub fn curve(&self) -> Result<Route, ConfigError> {
+        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.links_m());
+        route.map_err(|error| ConfigError(format!("[route] {error}")))
+    }
+
     /// Places the dragon on its route, and computes how far it can walk.
     ///
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
     pub fn build(self) -> Result<Config, ConfigError> {
-        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.links_m());
-        let route = route.map_err(|error| ConfigError(format!("[route] {error}")))?;
-        let dragon = Dragon::new(self.dimensions, Arc::new(route)).map_err(|error| ConfigError(error.to_string()))?;
+        let route = Arc::new(self.curve()?);
+        let dragon = Dragon::new(self.dimensions, route).map_err(|error| ConfigError(error.to_string()))?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
     }
 
@@ -124,7 +155,8 @@ impl ConfigDocument {
         tables.route = tables.route.completed();
         let route = tables.route.plan()?;
         let dimensions = dimensions(&tables.dragon)?;
-        Ok(Self { tables, dimensions, route, drawing: None })
+        let outline = tables.stage.outline()?;
+        Ok(Self { tables, dimensions, route, drawing: None, outline })
     }
 
     /// Fails if the written document of a drawn route is longer than a description may be.
@@ -164,6 +196,11 @@ impl Config {
         toml::to_string(&self.document.tables).expect("the document has only tables of numbers and strings")
     }
 
+    /// The checked document.
+    pub fn document(&self) -> &ConfigDocument {
+        &self.document
+    }
+
     /// The values of the document.
     pub fn tables(&self) -> &Document {
         &self.document.tables
@@ -195,9 +232,9 @@ impl Config {
         &self.document.route
     }
 
-    /// How the route follows its drawing; `None` for a route that is not drawn.
-    pub fn drawing(&self) -> Option<&DrawingFit> {
-        self.document.drawing.as_ref()
+    /// The outline of the stage, if there is one.
+    pub fn outline(&self) -> Option<&Outline> {
+        self.document.outline()
     }
 
     /// Show time in seconds at which the planned run starts.
@@ -373,6 +410,17 @@ mod tests {
     #[test]
     fn every_error_is_one_line_that_names_key_value_and_range() {
         for (text, start) in [
+            ("[stage]\noutline = [[0, 0], [1, 0]]", "[stage] outline has 2 points, must have from 3 to 256"),
+            (
+                "[stage]\noutline = [[0, 0], [1, 0], [inf, 1]]",
+                "[stage] outline point 3 has the coordinate inf, must be from -",
+            ),
+            (
+                "[stage]\noutline = [[0, 0], [1, 1], [1, 0], [0, 1]]",
+                "[stage] outline crosses or touches itself: the edges from points 1 and 3 meet",
+            ),
+            ("[stage]\noutline = [[0, 0], [1e-4, 0], [0, 1e-4]]", "[stage] outline encloses 5e-9 m², must enclose"),
+            ("[stage]\noutline = [[0, 0], [1, 0], [2]]", "line 2, `outline = [[0, 0], [1, 0], [2]]`: invalid length 1"),
             ("[serve]\nrate_hz = 0", "[serve] rate_hz is 0, must be from 1 to 100000"),
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),
@@ -390,13 +438,21 @@ mod tests {
             ("[dragon]\nwidth_m = inf", "[dragon] width_m is inf, must be"),
             ("[route]\npitch_m = 0.2", "pitch_m is 0.2, must be above width_m"),
             ("[route]\npitch_m = nan", "[route] pitch_m is NaN, must be"),
-            ("[route]\nkind = \"ring\"", "line 2, `kind = \"ring\"`: unknown variant `ring`, expected `spiral` or"),
+            (
+                "[route]\nkind = \"ring\"",
+                "line 2, `kind = \"ring\"`: unknown variant `ring`, expected one of `spiral`, `turnaround`",
+            ),
             ("[route]\nradius_ratio = 2", "[route] radius_ratio is 2, only allowed with kind = \"turnaround\""),
             (
                 "[route]\nkind = \"turnaround\"\nstart_turns = 16",
                 "[route] start_turns is 16, only allowed with kind = \"spiral\"",
             ),
             ("[route]\nkind = \"turnaround\"\nradius_ratio = 0", "[route] radius_ratio is 0, must be from 0.01 to 100"),
+            ("[route]\nturn_line_m = 1", "[route] turn_line_m is 1, only allowed with kind = \"turnaround\""),
+            (
+                "[route]\nkind = \"turnaround\"\nturn_line_m = 9",
+                "[route] turn_line_m is 9, must be 0 or more, and under turn_diameter_m 9",
+            ),
             (
                 "[route]\nkind = \"turnaround\"\nturn_diameter_m = -9",
                 "[route] turn_diameter_m is -9, must be above 0 and at most 34000",

@@ -45,6 +45,8 @@ pub(super) struct RouteTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) corner_radius_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    turn_line_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     start_x_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     start_y_m: Option<f64>,
@@ -129,6 +131,7 @@ impl RouteTable {
                 table.pitch_m.get_or_insert(turnaround.pitch_m);
                 table.turn_diameter_m.get_or_insert(turnaround.turn_diameter_m);
                 table.radius_ratio.get_or_insert(turnaround.radius_ratio);
+                table.turn_line_m.get_or_insert(turnaround.line_m);
                 table.start_s.get_or_insert(times.start_s);
                 table.end_s = table.end_s.or(times.end_s);
             }
@@ -146,17 +149,25 @@ impl RouteTable {
     /// The same table with another spiral or turnaround. A path stays as it is. Times of another kind of route are dropped.
     pub(super) fn with_shape(self, shape: &RouteShape) -> Self {
         let kind = self.kind;
-        let rest = Self { pitch_m: None, start_turns: None, turn_diameter_m: None, radius_ratio: None, ..self };
+        let rest = Self {
+            pitch_m: None,
+            start_turns: None,
+            turn_diameter_m: None,
+            radius_ratio: None,
+            turn_line_m: None,
+            ..self
+        };
         let table = match *shape {
             RouteShape::Spiral(SpiralSpec { pitch_m, start_turns }) => {
                 let kind = RouteKind::Spiral;
                 Self { kind, pitch_m: Some(pitch_m), start_turns: Some(start_turns), ..rest }
             }
-            RouteShape::Turnaround(TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio }) => Self {
+            RouteShape::Turnaround(TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, line_m }) => Self {
                 kind: RouteKind::Turnaround,
                 pitch_m: Some(pitch_m),
                 turn_diameter_m: Some(turn_diameter_m),
                 radius_ratio: Some(radius_ratio),
+                turn_line_m: Some(line_m),
                 ..rest
             },
             RouteShape::Path(_) => return rest,
@@ -178,6 +189,7 @@ impl RouteTable {
                 pitch_m: known(self.pitch_m),
                 turn_diameter_m: known(self.turn_diameter_m),
                 radius_ratio: known(self.radius_ratio),
+                line_m: known(self.turn_line_m),
             }),
             RouteKind::Path => RouteShape::Path(self.path()?),
             RouteKind::Drawing => {
@@ -242,11 +254,12 @@ impl RouteTable {
         use RouteKind::{Drawing, Path, Spiral, Turnaround};
         let number = |value: Option<f64>| value.map(|value| Number(value).to_string());
         let listed = self.segments.as_ref().map(|segments| format!("a list of {}", segments.len()));
-        let keys: [(&str, Option<String>, &[RouteKind]); 12] = [
+        let keys: [(&str, Option<String>, &[RouteKind]); 13] = [
             ("pitch_m", number(self.pitch_m), &[Spiral, Turnaround]),
             ("start_turns", number(self.start_turns), &[Spiral]),
             ("turn_diameter_m", number(self.turn_diameter_m), &[Turnaround]),
             ("radius_ratio", number(self.radius_ratio), &[Turnaround]),
+            ("turn_line_m", number(self.turn_line_m), &[Turnaround]),
             ("segments", listed, &[Path]),
             ("closed", self.closed.map(|closed| closed.to_string()), &[Path, Drawing]),
             ("laps", self.laps.map(|laps| laps.to_string()), &[Path, Drawing]),

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
+//! | [`fit`] | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
 //! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
 //! | `log` | the log on stderr |
@@ -13,6 +14,7 @@
 
 pub mod command_words;
 pub mod figure;
+mod fit;
 pub mod histogram;
 mod live_line;
 pub(crate) mod log;
@@ -25,6 +27,7 @@ mod writer;
 
 use std::fmt;
 
+pub use fit::fit;
 pub(crate) use live_line::bar;
 pub(crate) use printing::{
     Screen, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal, set_live_line, start,

@@ -102,15 +102,17 @@ fn keep(alerts: &mut Vec<Alert>, most: usize, last: Option<Alert>, first: Option
     });
 }
 
-/// Priority of alerts: contacts, then partings, then the others; each by clearance, then by pair.
+/// Priority of alerts: contacts, then partings, then boards outside, then the others; each by clearance, then by benches.
 fn order(one: &Alert, other: &Alert) -> Ordering {
     let rank = |alert: &Alert| match alert.alert_kind() {
         Some(AlertKind::Contact) => 0,
         Some(AlertKind::Parted) => 1,
-        _ => 2,
+        Some(AlertKind::Outside) => 2,
+        _ => 3,
     };
+    let benches = |alert: &Alert| [alert.bench_a, alert.bench_b];
     let by_clearance = || one.clearance_m.total_cmp(&other.clearance_m);
-    rank(one).cmp(&rank(other)).then_with(by_clearance).then_with(|| one.pair().cmp(&other.pair()))
+    rank(one).cmp(&rank(other)).then_with(by_clearance).then_with(|| benches(one).cmp(&benches(other)))
 }
 
 #[cfg(test)]

@@ -9,3 +9,4 @@ pub mod guard;
 pub mod monitor;
 
 mod source_motion;
+mod stage_watch;

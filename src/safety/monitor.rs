@@ -4,6 +4,8 @@
 //! - *Sweep:* between two frames that the head walked, the monitor uses the published description to find the exact travel at
 //!   which a pair touches or parts. So it misses no contact at any rate, time scale or loss of frames. It does not sweep travel
 //!   that the [`forecast`](super::forecast) has already shown to be free.
+//! - *Stage:* in each frame, the monitor compares the boards with the outline of the stage. It does not sweep for boards that
+//!   leave and return between two frames; the planner finds those.
 //! - The monitor never sweeps travel across a seek or a restart, because the head did not walk it (`source_motion`).
 //!
 //! The work and the alerts of a frame are bounded for every dragon. A sweep ends early if it needs too many steps. The monitor
@@ -23,6 +25,7 @@ use glam::DVec2;
 use super::alerts::AlertLimit;
 use super::forecast::Forecast;
 use super::source_motion::SourceMotion;
+use super::stage_watch::StageWatch;
 use crate::config::Config;
 
 #[cfg(doc)]
@@ -57,6 +60,8 @@ pub struct Monitor {
     contacts: ContactSearch,
     boards: Vec<Board>,
     pairs: BTreeMap<[usize; 2], PairState>,
+    /// The boards on the stage; `None` for a stage without an outline.
+    stage: Option<StageWatch>,
     last: Option<FrameHeader>,
     alerts: Vec<Alert>,
     limit: AlertLimit,
@@ -80,6 +85,7 @@ impl Monitor {
             contacts: ContactSearch::new(&dragon.metered(&sweeping)),
             boards: Vec::with_capacity(dragon.dimensions().benches()),
             pairs: BTreeMap::new(),
+            stage: config.outline().cloned().map(StageWatch::new),
             last: None,
             alerts: Vec::new(),
             limit: AlertLimit::new(),
@@ -117,9 +123,15 @@ impl Monitor {
         let forecast_ns = self.forecast_ns(header, forecast);
         match self.last.replace(*header) {
             Some(last) if self.source.walked(&last, header) => self.sweep(&last, header, forecast),
-            _ => self.pairs.clear(),
+            _ => {
+                self.pairs.clear();
+                self.stage.iter_mut().for_each(StageWatch::restart);
+            }
         }
         let nearest = self.measure(header, handles, forecast_ns);
+        if let Some(stage) = &mut self.stage {
+            stage.observe(&self.boards, |bench, point| self.alerts.push(outside_alert(header, bench, point)));
+        }
         self.limit.apply(header.scheduled_ns, &mut self.alerts);
         nearest
     }
@@ -204,6 +216,12 @@ pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
         bench_b: Alert::NO_BENCH,
         reserved: 0,
     }
+}
+
+/// An alert of a board that is outside the stage in a frame.
+fn outside_alert(header: &FrameHeader, bench: usize, point: DVec2) -> Alert {
+    let bench_a = bench as u32;
+    Alert { point_m: point.to_array(), bench_a, ..run_alert(header, AlertKind::Outside) }
 }
 
 /// A frame of run 1 whose head has walked one metre per show second since 0.

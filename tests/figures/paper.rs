@@ -69,6 +69,7 @@ pub(crate) fn plan_view() -> PlanView {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
             boards: corners(&boards(&dragon, &handles)),
             hinges: positions(&handles),
+            outline: Vec::new(),
         },
         circle: None,
         turn: None,
@@ -96,13 +97,16 @@ pub(crate) fn turning_plan_view() -> PlanView {
             route: polyline(dragon.route(), -460.0, 100.0),
             boards: corners(&boards),
             hinges: positions(&handles),
+            outline: Vec::new(),
         },
         circle: Some(Circle { centre: DVec2::ZERO, radius_m: 4.5, name: "turning circle".to_owned() }),
         pair: Some(nearest_pair(&boards)),
         turn: Some(TurnMarks {
             arcs: [polyline(dragon.route(), 0.0, middle_m), polyline(dragon.route(), middle_m, end_m)],
+            line: Vec::new(),
             seams: [0.0, middle_m, end_m]
-                .map(|travel_m| dragon.route().point(dragon.route().parameter(travel_m)).position),
+                .map(|travel_m| dragon.route().point(dragon.route().parameter(travel_m)).position)
+                .to_vec(),
         }),
     }
 }
@@ -119,6 +123,7 @@ pub(crate) fn contact_view() -> ContactView {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
             boards: corners(&boards(&dragon, &handles)),
             hinges: positions(&handles),
+            outline: Vec::new(),
         },
         benches: contact.benches,
         point: contact.point,

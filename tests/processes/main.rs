@@ -57,6 +57,7 @@ mod releases;
 mod replay;
 mod resources;
 mod restart;
+mod route;
 mod run_sheet;
 mod second_server;
 mod seed;

@@ -223,7 +223,7 @@ fn a_spiral_and_flags_for_a_turn_make_a_turnaround() {
     let limit = answer(&[&["speed-limit", "--limit", "2", "--config", &file], &flags[..]].concat());
     assert_six(&limit["head_speed_mps"], 1.246_266);
     let text = solve(&["speed-limit", "--limit", "2", "--config", &file]).expect_clean().stdout;
-    assert!(text.starts_with("infeasible on all of the spiral's run (--turn-diameter computes"), "{text}");
+    assert!(text.starts_with("infeasible on all of the planned run (--turn-diameter computes"), "{text}");
 }
 
 /// The answer is printed even if its figure cannot be written.

@@ -4,6 +4,10 @@
 //! bound its clearance from below. An interval whose bound stays at or above a limit is done. Other intervals are bisected down
 //! to pieces so short that the clearance is taken to have at most one minimum on each. So no approach under the limit is
 //! missed, however short. Only two minima of the same pair within one piece would count as one.
+//!
+//! *Rigid intervals.* If all handles of a pair, and those between, stay on one line or one arc, each handle is at a constant arc
+//! behind the one before it. So the pair moves as a rigid body, and its clearance is constant. Such an interval is a piece as a
+//! whole. Without this rule the search would bisect the whole of an arc on which a pair is at its nearest.
 
 use glam::DVec2;
 
@@ -23,7 +27,10 @@ const HALVINGS: u32 = 6;
 /// Work for storing a piece, in steps. It bounds the number of stored pieces.
 const STEPS_PER_PIECE: u64 = 100;
 
-/// A short interval of travel on which a pair's clearance may be under the limit.
+/// Rounding of a clearance, in metres. On a rigid interval, clearances that differ by less are equal.
+pub(crate) const ROUNDING_M: f64 = 1e-12;
+
+/// A short interval of travel on which a pair's clearance may be under the limit. A rigid interval may be as long as a stride.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     /// Indices of two benches that are not neighbours, the lower one first.
@@ -32,6 +39,8 @@ pub(crate) struct Piece {
     pub(crate) travels_m: [f64; 2],
     /// Clearance at both ends.
     pub(crate) clearances_m: [f64; 2],
+    /// Whether the interval is rigid, so that the clearance is constant up to rounding.
+    pub(crate) is_rigid: bool,
 }
 
 /// The pairs that a search evaluates.
@@ -228,15 +237,18 @@ impl Pair<'_> {
         limit_m: &impl Fn() -> f64,
         sink: &mut impl FnMut(Piece),
     ) {
-        if !self.may_look() || self.least_m(earlier, later) >= limit_m() {
+        let is_rigid = self.is_rigid(&earlier.pose, &later.pose);
+        let limit_below_m = if is_rigid { ROUNDING_M } else { 0.0 };
+        if !self.may_look() || self.least_m(earlier, later) >= limit_m() - limit_below_m {
             return;
         }
-        if halvings == 0 {
+        if halvings == 0 || is_rigid {
             self.dragon.meter().add(STEPS_PER_PIECE);
             return sink(Piece {
                 benches: self.benches,
                 travels_m: [earlier.pose.travel_m, later.pose.travel_m],
                 clearances_m: [earlier.approach.clearance_m, later.approach.clearance_m],
+                is_rigid,
             });
         }
         let middle = self.middle(earlier, later);
@@ -258,8 +270,11 @@ impl Pair<'_> {
             .or_else(|| self.violation_m(&middle, later, limit_m, resolution_m))
     }
 
-    /// A lower bound on the clearance over the interval.
+    /// A lower bound on the clearance over the interval. On a rigid interval it is exact up to rounding.
     fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
+        if self.is_rigid(&earlier.pose, &later.pose) {
+            return earlier.approach.clearance_m.min(later.approach.clearance_m);
+        }
         let [first, second] = self.coverages(&earlier.pose, &later.pose);
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);
         let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));

@@ -250,12 +250,12 @@ mod tests {
         #[test]
         fn benches_on_the_way_out_do_not_touch_where_the_bounds_rule_it_out(
             lengths in (1.0..3.0_f64, 1.0..3.0_f64, 0.1..0.4_f64, 0.0..0.3_f64),
-            turn in (0.6..2.5_f64, 3.0..9.0_f64, 0.5..2.0_f64),
+            turn in (0.6..2.5_f64, 3.0..9.0_f64, 0.5..2.0_f64, prop_oneof![Just(0.0), 0.0..0.9_f64]),
             part in 0.0..1.0_f64,
         ) {
-            let ((head_m, body_m, width_m, hole_m), (pitch_m, diameter_m, ratio)) = (lengths, turn);
+            let ((head_m, body_m, width_m, hole_m), (pitch_m, diameter_m, ratio, line)) = (lengths, turn);
             let dimensions = Dimensions::new(BENCHES, head_m, body_m, width_m, hole_m).expect("valid benches");
-            let turnaround = Turnaround::new(pitch_m, diameter_m, ratio).expect("a valid turn");
+            let turnaround = Turnaround::with_line(pitch_m, diameter_m, ratio, line * diameter_m).expect("a valid turn");
             let turnaround = turnaround.between(-1.0, 200.0).expect("a valid span");
             let route = turnaround.route();
             let Ok(dragon) = Dragon::new(dimensions, Arc::new(route.clone())) else { return Ok(()) };

@@ -60,6 +60,18 @@ impl BoardCoverage {
         0.5 * (clearances_m[0] + clearances_m[1] - (self.drift_m + other.drift_m))
     }
 
+    /// Largest distance of a point of the board from its position at either end, in metres.
+    pub(super) fn drift_m(&self) -> f64 {
+        self.drift_m
+    }
+
+    /// The least gap from a straight edge to this board in a direction, with the board anywhere in its motion.
+    pub(super) fn edge_gap_m(&self, edge: [DVec2; 2], direction: DVec2) -> f64 {
+        let near = edge[0].dot(direction).max(edge[1].dot(direction));
+        let far = self.corners.iter().map(|corner| corner.dot(direction)).fold(f64::INFINITY, f64::min);
+        far - near - self.bulge_m
+    }
+
     /// The least gap from this board to the other one in a direction, with each board anywhere in its motion. It is a lower
     /// bound on the clearance.
     pub(super) fn gap_m(&self, other: &Self, direction: DVec2) -> f64 {

@@ -17,9 +17,11 @@ mod pose;
 mod proven_travel;
 mod repeated_walk;
 mod search;
+mod stage_exit;
 
-pub(crate) use approach_search::{ApproachSearch, Pairs, Piece};
+pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};
+pub use stage_exit::{StageExit, first_exit};

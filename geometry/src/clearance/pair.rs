@@ -41,6 +41,12 @@ impl Pair<'_> {
         PairPose { travel_m, benches: [bench_pose(first, first), bench_pose(second, second - first - 2)] }
     }
 
+    /// Whether the pair moves as a rigid body between two poses: all its handles, and those between, stay on one line or arc.
+    pub(super) fn is_rigid(&self, earlier: &PairPose, later: &PairPose) -> bool {
+        let (rear, front) = (earlier.benches[1].rear.parameter, later.benches[0].front.parameter);
+        self.dragon.route().is_one_line_or_arc(rear, front)
+    }
+
     /// Counts one evaluation of the pair's bounds. Returns whether the dragon's meter allows it.
     pub(super) fn may_look(&self) -> bool {
         self.dragon.meter().add(STEPS_PER_LOOK);

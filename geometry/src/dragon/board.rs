@@ -160,7 +160,7 @@ impl Board {
     }
 
     /// The point of the board that is nearest to `point`.
-    fn clamp(&self, point: DVec2) -> DVec2 {
+    pub(crate) fn clamp(&self, point: DVec2) -> DVec2 {
         let half = DVec2::new(self.half_length, self.half_width);
         self.centre + self.heading.rotate(self.local(point).clamp(-half, half))
     }

@@ -27,7 +27,7 @@ pub use dimensions::{
     Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH, WIDTH_M,
 };
 pub use meter::{Meter, Spent};
-pub use run::RunEnd;
+pub use run::{RunEnd, TightSpot};
 pub use stepper::{ChainStepper, Instructions};
 
 pub(crate) use orbit::Station;
@@ -47,12 +47,14 @@ pub enum DragonError {
     },
     /// At the start, a handle has no position behind the handle before it, or could not move forward.
     #[error(
-        "the route is too tight at its start: handle {handle} cannot stand and walk {link_m:.3} m behind the handle before it"
+        "the route is too tight at its start: {at}: handle {} cannot stand and walk {link_m:.3} m behind handle {}",
+        at.bench + 1,
+        at.bench
     )]
     CannotStand {
-        /// The first such handle.
-        handle: usize,
-        /// Length of the link in front of that handle, in metres.
+        /// The first bench that cannot stand. Its rear handle has no valid position.
+        at: TightSpot,
+        /// Length of the link of that bench, in metres.
         link_m: f64,
     },
     /// The search for the end of the run takes too much work.
@@ -106,7 +108,7 @@ impl Dragon {
         if placing.is_spent() {
             return Err(DragonError::TooMuchWork(placing.spent(route.start_travel_m())));
         }
-        let run = run.map_err(|handle| DragonError::CannotStand { handle, link_m: dimensions.link_m(handle - 1) })?;
+        let run = run.map_err(|at| DragonError::CannotStand { at, link_m: dimensions.link_m(at.bench) })?;
         Ok(Self { dimensions, end_parameter: route.parameter(run.end_travel_m), route, run, meter })
     }
 
@@ -141,9 +143,21 @@ impl Dragon {
         self.run.end_travel_m
     }
 
+    /// Parameter of the head at the end of the run.
+    pub fn end_parameter(&self) -> f64 {
+        self.end_parameter
+    }
+
     /// The reason why the run ends.
     pub fn run_end(&self) -> RunEnd {
         self.run.end
+    }
+
+    /// The place that a bench cannot follow at the end of the run; `None` if the run ends with the route.
+    pub fn tight_spot(&self) -> Option<TightSpot> {
+        let bench = self.run.end.handle()? - 1;
+        let handle = self.chain(self.end_travel_m()).ok()?.nth(bench)?;
+        Some(TightSpot::at(&self.route, bench, handle.parameter))
     }
 
     /// Iterator over the handles with the head at `travel_m`, head first.

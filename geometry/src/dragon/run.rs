@@ -10,6 +10,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
+use glam::DVec2;
+
 use super::chain::Chain;
 use super::dimensions::Dimensions;
 use super::link::{Link, RearEnd};
@@ -51,6 +53,42 @@ pub enum RunEnd {
     },
 }
 
+impl RunEnd {
+    /// The handle that would stop or jump.
+    pub fn handle(self) -> Option<usize> {
+        match self {
+            Self::RouteEnd => None,
+            Self::HandleStops { handle } | Self::HandleJumps { handle } => Some(handle),
+        }
+    }
+}
+
+/// A place on the route that a bench cannot follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TightSpot {
+    /// Index of the bench.
+    pub bench: usize,
+    /// Travel of the bench's front handle along the route, in metres.
+    pub travel_m: f64,
+    /// Position of that handle, in metres.
+    pub point: DVec2,
+}
+
+impl TightSpot {
+    /// The place at which the front handle of a bench is at a parameter.
+    pub(super) fn at(route: &Route, bench: usize, parameter: f64) -> Self {
+        Self { bench, travel_m: route.travel(parameter), point: route.point(parameter).position }
+    }
+}
+
+impl Display for TightSpot {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        // Rounds before printing, and adds 0, so that no zero has a sign.
+        let [travel_m, x, y] = [self.travel_m, self.point.x, self.point.y].map(|m| (m * 1000.0).round() / 1000.0 + 0.0);
+        write!(formatter, "bench {} cannot follow at {travel_m:.3} m of travel, at ({x:.3}, {y:.3}) m", self.bench)
+    }
+}
+
 impl Display for RunEnd {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         match self {
@@ -72,8 +110,9 @@ impl Run {
     /// Finds the run of a dragon of these dimensions from the route's start.
     ///
     /// # Errors
-    /// The first handle that has no valid position at the start. The result is valid only if the meter's limit is not reached.
-    pub(crate) fn of(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, usize> {
+    /// The first bench whose rear handle has no valid position at the start. The result is valid only if the meter's limit is
+    /// not reached.
+    pub(crate) fn of(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, TightSpot> {
         let parameters = standing_parameters(route, dimensions, meter)?;
         let mut run = Self { end_travel_m: route.end_travel_m(), end: RunEnd::RouteEnd };
         for bench in 0..dimensions.benches() {
@@ -107,13 +146,17 @@ impl Run {
 /// The parameters of all handles at the route's start.
 ///
 /// # Errors
-/// The first handle that has no parameter there, or could not move forward.
-fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, usize> {
+/// The first bench whose rear handle has no parameter there, or could not move forward.
+fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, TightSpot> {
     let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.parameter(route.start_travel_m()))
         .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
         .map(|handle| handle.parameter)
         .collect();
-    if parameters.len() == dimensions.handles() { Ok(parameters) } else { Err(parameters.len()) }
+    if parameters.len() == dimensions.handles() {
+        return Ok(parameters);
+    }
+    let bench = parameters.len().saturating_sub(1);
+    Err(TightSpot::at(route, bench, parameters.last().copied().unwrap_or(route.parameter(route.start_travel_m()))))
 }
 
 /// A fault of a link: the last parameter that the front handle can reach, and whether the rear handle would jump there.

@@ -96,10 +96,19 @@ pub enum Unanswered {
     OwnPitch,
 }
 
-/// The value of a quantity in its unit, and a function for its derivatives with respect to each parameter.
+/// The value of a quantity in its unit, and functions for its derivatives with respect to each parameter, and for its value at
+/// another speed of the head.
 pub(super) struct Answer {
     pub(super) value: f64,
     pub(super) derivatives: Box<dyn Fn() -> Derivatives + Send + Sync>,
+    pub(super) at_speed: Box<dyn Fn(f64) -> f64 + Send + Sync>,
+}
+
+impl Answer {
+    /// The answer of a quantity that does not depend on the speed of the head.
+    fn at_any_speed(value: f64, derivatives: impl Fn() -> Derivatives + Send + Sync + 'static) -> Self {
+        Self { value, derivatives: Box::new(derivatives), at_speed: Box::new(move |_| value) }
+    }
 }
 
 /// Calculates one quantity. The meter counts the work.
@@ -117,13 +126,13 @@ pub(super) fn answer(
             let closest = least_clearance(&passage.dragon, start_m, end_m, |_| ())?.ok_or(Unanswered::NoPairs)?;
             let (value, benches) = (closest.pair.clearance_m, closest.pair.benches);
             let derivatives = move || derivative::of_least_clearance(&passage, closest.travel_m, benches);
-            Ok(Answer { value, derivatives: Box::new(derivatives) })
+            Ok(Answer::at_any_speed(value, derivatives))
         }
         Quantity::LargestSpeedRatio => {
             let passage = passage(setting, turn_diameter_m, meter)?;
             let largest = largest_speed_ratio(&passage.dragon)?;
             let derivatives = move || derivative::of_largest_ratio(&passage, &largest);
-            Ok(Answer { value: largest.ratio, derivatives: Box::new(derivatives) })
+            Ok(Answer::at_any_speed(largest.ratio, derivatives))
         }
         Quantity::SmallestPitch => pitch(setting, turn_diameter_m, meter),
     }
@@ -136,7 +145,10 @@ fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> 
     let timetable = setting.timetable(end_m);
     let value = timetable.time_s(contact.travel_m);
     let derivatives = move || derivative::of_contact_time(&run, &contact, &timetable);
-    Ok(Answer { value, derivatives: Box::new(derivatives) })
+    let planned = setting.clone();
+    // The walked interval stays that of the plan.
+    let at_speed = move |speed_mps| Setting { speed_mps, ..planned.clone() }.timetable(end_m).time_s(contact.travel_m);
+    Ok(Answer { value, derivatives: Box::new(derivatives), at_speed: Box::new(at_speed) })
 }
 
 /// The smallest pitch. For a turnaround: that of a spiral with the paper's number of turns at the start.
@@ -145,11 +157,11 @@ fn pitch(setting: &Setting, turn_diameter_m: f64, meter: &Meter) -> Result<Answe
     let SmallestPitch { pitch_m, limit } =
         smallest_pitch(&setting.dimensions, start_turns, turn_diameter_m, 0.0, meter)?;
     let PitchLimit::Contact(contact) = limit else {
-        return Ok(Answer { value: pitch_m, derivatives: Box::new(move || derivative::of_untouching_pitch(&limit)) });
+        return Ok(Answer::at_any_speed(pitch_m, move || derivative::of_untouching_pitch(&limit)));
     };
     let plan = SpiralSpec { pitch_m, start_turns };
     let passage = spiral_passage(plan, setting.dimensions, turn_diameter_m, meter)?;
-    Ok(Answer { value: pitch_m, derivatives: Box::new(move || derivative::of_touching_pitch(&passage, &contact)) })
+    Ok(Answer::at_any_speed(pitch_m, move || derivative::of_touching_pitch(&passage, &contact)))
 }
 
 fn family(setting: &Setting) -> Result<PitchFamily, RouteError> {

@@ -23,6 +23,7 @@ use super::local::{Local, Rates, VariedDragon};
 use super::pitch::PitchLimit;
 use super::speed_limit::LargestRatio;
 use crate::clearance::{ClearanceSearch, Contact};
+use crate::dragon::RunEnd;
 use crate::numerics::try_turning_point;
 use crate::planner::HeadTimetable;
 
@@ -84,7 +85,29 @@ fn touching_rates(varied: &VariedDragon, contact: &Contact) -> Result<Rates, Und
 /// Derivatives of the least clearance over a run, which `benches` have at `travel_m`.
 pub(super) fn of_least_clearance(varied: &VariedDragon, travel_m: f64, benches: [usize; 2]) -> Derivatives {
     let extremum = Extremum::of_clearance(varied, travel_m, benches);
-    Parameter::ALL.map(|parameter| extremum?.rate(parameter))
+    let has_twin = has_twin(varied, travel_m, benches);
+    Parameter::ALL.map(|parameter| match parameter {
+        Parameter::HeadLength | Parameter::BodyLength if has_twin => {
+            Err(Undefined("the head is as long as the other benches, so another pair comes as near"))
+        }
+        _ => extremum?.rate(parameter),
+    })
+}
+
+/// Whether another pair has the same clearance elsewhere on the run, because all links are alike: the pair one bench behind at
+/// a later travel, or the pair one bench ahead at an earlier one. The head's length changes only one of the two clearances.
+fn has_twin(varied: &VariedDragon, travel_m: f64, [first, second]: [usize; 2]) -> bool {
+    let (dragon, dimensions) = (&varied.dragon, varied.dragon.dimensions());
+    let parameter = |travel_m: f64, handle: usize| {
+        dragon.chain(travel_m).expect("the travel lies within the run").nth(handle).map(|handle| handle.parameter)
+    };
+    if dimensions.head_length_m() != dimensions.body_length_m() || first > 1 {
+        return false;
+    }
+    if first == 1 {
+        return parameter(travel_m, 1) >= parameter(dragon.start_travel_m(), 0);
+    }
+    second + 1 < dimensions.benches() && parameter(travel_m, 0) <= parameter(dragon.end_travel_m(), 1)
 }
 
 /// Derivatives of the smallest pitch if a contact limits it. `passage` is the passage at that pitch.
@@ -190,6 +213,9 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
     } else if varied.family.ends_on_circle() {
         // A spiral ends at the travel at which the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
+    } else if varied.family.is_fixed() && varied.dragon.run_end() == RunEnd::RouteEnd {
+        // A path ends at a fixed travel.
+        Some(Motion::Held)
     } else {
         Some(Motion::PassageEnd)
     }

@@ -14,8 +14,8 @@ use crate::route::Turnaround;
 /// Number of benches whose speeds are checked when only the links are.
 const SPEED_BENCHES: usize = 8;
 
-/// Index of the way out among the segments of a turnaround's route.
-const WAY_OUT: usize = 3;
+/// Index of the way out among the pieces of a turnaround's route.
+const WAY_OUT: usize = 4;
 
 /// Reason why a dragon cannot pass a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub enum Obstacle {
         travel_m: f64,
         /// The fault of the handle.
         end: RunEnd,
-        /// Index of the segment that contains the handle before it: way in, entry arc, exit arc, way out.
+        /// Index of the piece that contains the handle before it: way in, entry arc, line, exit arc, way out.
         piece: usize,
     },
     /// Two benches touch, or come within the required clearance.
@@ -79,18 +79,25 @@ pub(super) enum Extent {
     Whole,
 }
 
+impl Extent {
+    /// All extents, each of which includes those before it.
+    pub(super) const ALL: [Self; 3] = [Self::Links, Self::OnceRound, Self::Whole];
+}
+
 /// Checks one dragon on turns inside the turning circle of a turnaround.
 pub(super) struct TurnCheck {
     pub(super) turnaround: Turnaround,
     pub(super) dimensions: Dimensions,
     pub(super) staging: Staging,
     pub(super) extent: Extent,
+    /// Length of the line between the arcs, in metres.
+    pub(super) line_m: f64,
 }
 
 impl TurnCheck {
     /// The turn whose S begins at this radius, with this ratio of its arcs.
     pub(super) fn turn(&self, radius_m: f64, ratio: f64) -> Turnaround {
-        let turn = Turnaround::new(self.turnaround.pitch_m(), 2.0 * radius_m, ratio);
+        let turn = Turnaround::with_line(self.turnaround.pitch_m(), 2.0 * radius_m, ratio, self.line_m);
         let (start_m, end_m) = (self.turnaround.start_travel_m(), self.turnaround.end_travel_m());
         turn.and_then(|turn| turn.between(start_m, end_m)).expect("a smaller circle on the same spiral is valid")
     }
@@ -153,7 +160,8 @@ fn walked(meter: &Meter, turn: Turnaround, dimensions: Dimensions) -> Result<Dra
     let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
     let (RunEnd::HandleStops { handle } | RunEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
     let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
-    let piece = dragon.route().seams().partition_point(|&seam| seam < ahead.parameter);
+    let segment = dragon.route().seams().partition_point(|&seam| seam < ahead.parameter);
+    let piece = if turn.line_m() > 0.0 || segment < 2 { segment } else { segment + 1 };
     Err(Blocked::By(Obstacle::Fault { travel_m, end, piece }))
 }
 

@@ -5,19 +5,20 @@
 //! rest is in pieces of 1/256 of a link's length. On the pieces, Brent's method refines the minima of each pair. A minimum is
 //! kept if no other pair is nearer there.
 //!
+//! On a line or an arc a clearance may stay at its minimum for a while. Such a plateau counts once, at its beginning, if no pair
+//! is as near just before. So the plateaus of further pairs that come to the same place do not count again.
+//!
 //! *Guarantee.* Every interval on which a pair comes under the limit is evaluated, however short. A near miss is exact to
-//! rounding, about 10⁻¹² m. Two minima of the same pair within one piece count as one.
+//! rounding, about 10⁻¹² m. Two minima of the same pair within one piece count as one. The travel at which a plateau begins is
+//! exact to one piece.
 
 use std::collections::BTreeMap;
 
 use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::strides::Strides;
-use crate::clearance::{ApproachSearch, Pairs, Piece};
+use crate::clearance::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 use crate::dragon::{Dragon, Spent};
-
-/// Rounding of a clearance in metres. Minima less deep than this do not count.
-const ROUNDING_M: f64 = 1e-12;
 
 /// Travel in metres within which minima count as one. Pairs with equal clearances differ only by rounding.
 const SAME_M: f64 = 1e-5;
@@ -125,43 +126,69 @@ fn pieces(dragon: &Dragon, strides: &Strides, stretch: usize, limit_m: f64) -> R
     Ok(pieces)
 }
 
-/// A short interval on which the clearance of a pair has a minimum, possibly at an end.
+/// An interval on which the clearance of a pair has a minimum, possibly at an end.
 struct Bracket {
     benches: [usize; 2],
     travels_m: [f64; 2],
+    /// Travel at which the clearance begins to stay at the minimum, if it stays there.
+    plateau_m: Option<f64>,
 }
 
-/// The brackets of one pair's minima. `way` contains the pair's pieces in order of travel.
+/// The brackets of one pair's minima. `way` contains the pair's pieces in order of travel. Minima less deep than rounding do not
+/// count.
 fn brackets(way: &[Piece]) -> Vec<Bracket> {
     let mut brackets = Vec::new();
     for (i, piece) in way.iter().enumerate() {
-        let [low_m, high_m] = piece.travels_m;
-        let after = way.get(i + 1).filter(|after| after.travels_m[0] == high_m);
+        let (benches, [low_m, high_m]) = (piece.benches, piece.travels_m);
         let follows = i > 0 && way[i - 1].travels_m[1] == low_m;
-        let falls = piece.clearances_m[1] < piece.clearances_m[0];
-        if !follows && !falls {
-            brackets.push(Bracket { benches: piece.benches, travels_m: piece.travels_m });
+        if !falls(piece) {
+            if !follows && !piece.is_rigid {
+                brackets.push(Bracket { benches, travels_m: piece.travels_m, plateau_m: None });
+            }
+            continue;
         }
-        if falls && after.is_none_or(|after| after.clearances_m[1] >= after.clearances_m[0]) {
-            let end_m = after.map_or(high_m, |after| after.travels_m[1]);
-            brackets.push(Bracket { benches: piece.benches, travels_m: [low_m, end_m] });
+        let contiguous = way[i..].windows(2).take_while(|ends| ends[1].travels_m[0] == ends[0].travels_m[1]);
+        let mut behind = contiguous.map(|ends| &ends[1]).peekable();
+        let (mut end_m, mut stays) = (high_m, false);
+        while let Some(level) = behind.next_if(|next| !falls(next) && !rises(next)) {
+            end_m = level.travels_m[1];
+            stays |= level.is_rigid;
+        }
+        if behind.peek().is_none_or(|next| rises(next)) {
+            end_m = behind.next().map_or(end_m, |next| next.travels_m[1]);
+            brackets.push(Bracket { benches, travels_m: [low_m, end_m], plateau_m: stays.then_some(high_m) });
         }
     }
     brackets
+}
+
+fn falls(piece: &Piece) -> bool {
+    piece.clearances_m[1] < piece.clearances_m[0] - ROUNDING_M
+}
+
+fn rises(piece: &Piece) -> bool {
+    piece.clearances_m[1] > piece.clearances_m[0] + ROUNDING_M
 }
 
 impl Bracket {
     /// The minimum in the bracket; `None` if it is at an end, not below the limit, or if another pair is nearer there.
     fn near_miss(&self, dragon: &Dragon, limit_m: f64) -> Option<ClosestApproach> {
         let [from_m, to_m] = self.travels_m;
-        let valley = ClosestApproach::between(dragon, self.benches, from_m, to_m);
+        let valley = match self.plateau_m {
+            Some(plateau_m) => ClosestApproach::at(dragon, self.benches, plateau_m),
+            None => ClosestApproach::between(dragon, self.benches, from_m, to_m),
+        };
         let floor_m = valley.pair.clearance_m;
         let deep =
             |travel_m| ClosestApproach::at(dragon, self.benches, travel_m).pair.clearance_m > floor_m + ROUNDING_M;
         if floor_m >= limit_m || !deep(from_m) || !deep(to_m) {
             return None;
         }
-        let nearest = ApproachSearch::new(dragon, Pairs::All, valley.travel_m).nearest()?;
-        (nearest.clearance_m >= floor_m - ROUNDING_M).then_some(valley)
+        let nearest_m =
+            |travel_m| ApproachSearch::new(dragon, Pairs::All, travel_m).nearest().map(|nearest| nearest.clearance_m);
+        if self.plateau_m.is_some() && nearest_m(from_m)? <= floor_m + ROUNDING_M {
+            return None;
+        }
+        (nearest_m(valley.travel_m)? >= floor_m - ROUNDING_M).then_some(valley)
     }
 }

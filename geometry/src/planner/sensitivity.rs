@@ -142,10 +142,11 @@ impl Sensitivity {
         let curve = |&parameter: &Parameter| {
             let sampled = |step| match parameter {
                 _ if is_its_own(quantity, parameter) => Err(Unanswered::OwnPitch),
-                Parameter::Speed if quantity == Quantity::FirstContact => {
-                    value(planned).map(|time_s| time_s * self.setting.speed_mps / self.parameter_value(parameter, step))
+                _ if step == 0 => value(planned),
+                Parameter::Speed => {
+                    let at_speed = |answer: &Answer| (answer.at_speed)(self.parameter_value(parameter, step));
+                    planned.as_ref().map(at_speed).map_err(Clone::clone)
                 }
-                _ if step == 0 || parameter == Parameter::Speed => value(planned),
                 _ => value(found(Task { quantity, varied: Some((parameter, step)) })),
             };
             let sample = |step| Sample { parameter_value: self.parameter_value(parameter, step), value: sampled(step) };

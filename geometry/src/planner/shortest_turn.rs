@@ -1,6 +1,6 @@
-//! The shortest S in which a dragon can turn inside a circle, within limits of clearance and speed.
+//! The shortest S of two arcs in which a dragon can turn inside a circle, within limits of clearance and speed.
 //!
-//! The S may begin further in than the circle, where the spiral has any radius ρ up to the circle's radius. It has the length
+//! `turn_line` tries a line between the arcs. The S may begin further in than the circle, where the spiral has any radius ρ up to the circle's radius. It has the length
 //! 2·α·ρ / sin α, with α = atan(2π·ρ/pitch), for every ratio of its radii (see `route::turnaround`). So the S is longer for a
 //! larger ρ. The search finds the least ρ at which the dragon passes with some ratio.
 //!
@@ -51,7 +51,7 @@ const TOLERANCE_M: f64 = 1e-10;
 
 /// Amount by which the answer's radius exceeds the least one found, in metres. At the least radius a handle stops, or its speed
 /// is unbounded. There, rounding would decide differently from one run to the next whether the handle walks on.
-const LEAST_MARGIN_M: f64 = 1e-5;
+pub(super) const LEAST_MARGIN_M: f64 = 1e-5;
 
 /// Larger amounts, tried in this order if [`LEAST_MARGIN_M`] is not enough.
 const WIDER_MARGINS_M: [f64; 3] = [1e-4, 1e-3, 1e-2];
@@ -70,8 +70,8 @@ const RATIO_ROOM: f64 = 1.02;
 /// takes 61 steps.
 const GOLDEN_STEPS: u32 = 64;
 
-/// Relative distances from the answer's ratio at which the limits are determined: the first at which there is an obstacle.
-const BESIDE: [f64; 6] = [1e-6, 4e-6, 1.6e-5, 6.4e-5, 2.56e-4, 1.024e-3];
+/// Relative distance from the answer's ratio at which the limits are determined.
+const BESIDE: f64 = 1e-6;
 
 /// The shortest S.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,8 +103,8 @@ pub fn shortest_turn(
     let mut tried = Vec::new();
     // A radius at which the links alone do not pass is not clear for the wider checks either.
     let mut from_m = 0.0;
-    for extent in [Extent::Links, Extent::OnceRound, Extent::Whole] {
-        let search = Search { check: TurnCheck { turnaround, dimensions, staging, extent }, meter };
+    for extent in Extent::ALL {
+        let search = Search { check: TurnCheck { turnaround, dimensions, staging, extent, line_m: 0.0 }, meter };
         let Some(tightest) = search.tightest(from_m, &progress)? else { break };
         from_m = tightest.0;
         // If the whole passage has another obstacle, the search repeats with a wider check.
@@ -113,8 +113,13 @@ pub fn shortest_turn(
         }
         tried.push((search, tightest));
     }
+    beside_any(&tried)
+}
+
+/// The first of these turns that the dragon passes on its whole passage, with one of the wider margins.
+pub(super) fn beside_any(tried: &[(Search<'_>, Tightest)]) -> Result<Option<ShortestTurn>, Spent> {
     for margin_m in WIDER_MARGINS_M {
-        for (search, tightest) in &tried {
+        for (search, tightest) in tried {
             if let Some(found) = search.beside(tightest, margin_m)? {
                 return Ok(Some(found));
             }
@@ -144,16 +149,28 @@ fn is_valley(three: &[Trial]) -> bool {
 }
 
 /// The least radius at which the dragon passes, a ratio at which it passes, and the obstacles of a smaller radius.
-type Tightest = (f64, f64, [Option<Obstacle>; 2]);
+pub(super) type Tightest = (f64, f64, [Option<Obstacle>; 2]);
+
+/// A ratio, and two to either side: clear ratios at a smaller radius lie within those at a larger one.
+pub(super) fn ratios_around(ratio: f64) -> Vec<f64> {
+    let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
+    [-2, -1, 0, 1, 2].map(|i| ratio * beside.powi(i)).into_iter().filter(|ratio| is_allowed(*ratio)).collect()
+}
+
+/// All ratios that the first search tries, from small to large.
+pub(super) fn all_ratios() -> Vec<f64> {
+    (0..RATIOS).map(|i| LARGEST_RATIO.powf(2.0 * i as f64 / (RATIOS - 1) as f64 - 1.0)).collect()
+}
 
 /// Whether a ratio and the ratios tried beside it are within the allowed range.
 fn is_allowed(ratio: f64) -> bool {
     (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(&ratio)
 }
 
-struct Search<'a> {
-    check: TurnCheck,
-    meter: &'a Meter,
+/// A search for turns that a dragon passes.
+pub(super) struct Search<'a> {
+    pub(super) check: TurnCheck,
+    pub(super) meter: &'a Meter,
 }
 
 impl Search<'_> {
@@ -161,8 +178,7 @@ impl Search<'_> {
     fn tightest(&self, from_m: f64, progress: &(impl Fn(f64) + Sync)) -> Result<Option<Tightest>, Spent> {
         let largest_m = 0.5 * self.check.turnaround.turn_diameter_m();
         let step_m = largest_m / RADII as f64;
-        let ratios: Vec<f64> =
-            (0..RATIOS).map(|i| LARGEST_RATIO.powf(2.0 * i as f64 / (RATIOS - 1) as f64 - 1.0)).collect();
+        let ratios = all_ratios();
         let mut found = None;
         for i in (from_m / step_m).ceil().max(1.0) as usize..=RADII {
             progress(0.5 / RADII as f64);
@@ -171,44 +187,43 @@ impl Search<'_> {
                 break;
             }
         }
-        let Some((first, mut ratio)) = found else { return Ok(None) };
-        let (mut tight_m, mut clear_m) = (step_m * (first - 1) as f64, step_m * first as f64);
-        // Two ratios to either side: clear ratios at a smaller radius lie within those at a larger one.
-        let beside = LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64);
-        while clear_m - tight_m > TOLERANCE_M {
+        let Some((first, ratio)) = found else { return Ok(None) };
+        let bracket_m = [step_m * (first - 1) as f64, step_m * first as f64];
+        self.refine(bracket_m, ratio, TOLERANCE_M, || progress(0.5 / 32.0)).map(Some)
+    }
+
+    /// The least radius at which the dragon passes, by bisection to `tolerance_m`. At the upper end of the bracket it passes
+    /// with this ratio, at the lower end it does not pass. `step` is called after each step.
+    pub(super) fn refine(
+        &self,
+        [mut tight_m, mut clear_m]: [f64; 2],
+        mut ratio: f64,
+        tolerance_m: f64,
+        step: impl Fn(),
+    ) -> Result<Tightest, Spent> {
+        while clear_m - tight_m > tolerance_m {
             let middle_m = 0.5 * (tight_m + clear_m);
-            let around: Vec<f64> = [-2, -1, 0, 1, 2]
-                .map(|i| ratio * beside.powi(i))
-                .into_iter()
-                .filter(|ratio| is_allowed(*ratio))
-                .collect();
-            match self.clear_ratio(middle_m, clear_m - tight_m, &around)? {
+            match self.clear_ratio(middle_m, clear_m - tight_m, &ratios_around(ratio))? {
                 Some(found) => (clear_m, ratio) = (middle_m, found),
                 None => tight_m = middle_m,
             }
-            progress(0.5 / 32.0);
+            step();
         }
         if tight_m == 0.0 {
             // The dragon passes however tight the S is.
-            return Ok(Some((clear_m, ratio, [None, None])));
+            return Ok((clear_m, ratio, [None, None]));
         }
-        let [below, above] = [-1.0, 1.0].map(|side| self.limit(tight_m, ratio, side));
-        Ok(Some((clear_m, ratio, [below?, above?])))
-    }
-
-    /// The nearest obstacle on one side of a ratio, −1 or 1, for an S that begins at this radius.
-    fn limit(&self, radius_m: f64, ratio: f64, side: f64) -> Result<Option<Obstacle>, Spent> {
-        for beside in BESIDE {
-            let obstacle = self.check.obstacle(self.meter, radius_m, ratio * (1.0 + side * beside))?;
-            if obstacle.is_some() {
-                return Ok(obstacle);
-            }
-        }
-        Ok(None)
+        let [below, above] =
+            [1.0 - BESIDE, 1.0 + BESIDE].map(|side| self.check.obstacle(self.meter, tight_m, ratio * side));
+        Ok((clear_m, ratio, [below?, above?]))
     }
 
     /// The turn that begins `margin_m` further out than the tightest one, if the dragon passes it on its whole passage.
-    fn beside(&self, &(least_m, ratio, limits): &Tightest, margin_m: f64) -> Result<Option<ShortestTurn>, Spent> {
+    pub(super) fn beside(
+        &self,
+        &(least_m, ratio, limits): &Tightest,
+        margin_m: f64,
+    ) -> Result<Option<ShortestTurn>, Spent> {
         let radius_m = least_m + margin_m;
         let radius_ratio = self.middle_ratio(radius_m, ratio)?;
         let turnaround = self.check.turn(radius_m, radius_ratio);
@@ -227,7 +242,7 @@ impl Search<'_> {
 
     /// A ratio at which the dragon passes an S that begins at this radius. It is one of `ratios`, or lies between two of them
     /// with different obstacles. `excess_m` is the remaining bracket of the radius.
-    fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Result<Option<f64>, Spent> {
+    pub(super) fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Result<Option<f64>, Spent> {
         let trials = self.on_all(ratios.len(), |i, meter| self.trial(meter, radius_m, ratios[i]))?;
         if let Some(clear) = trials.iter().find(|trial| trial.obstacle.is_none()) {
             return Ok(Some(clear.ratio));

@@ -9,9 +9,10 @@
 //!
 //! 1. The run is surveyed. [`SURVEYED_PER_LINK`] such orbits give the speed of the fastest handle for a few thousand parameters
 //!    of the head. Often a bound on r is enough for the head; otherwise the head is solved.
-//! 2. Stretches between two of those parameters that may contain the largest ratio are searched with the dragon itself. They
-//!    are cut where a handle crosses a seam of the route, because there the curvature jumps, and with it the slope of the
-//!    ratio. They are also cut evenly, so that the pieces are as short as those of the search for faults.
+//! 2. Stretches between two of those parameters that may contain the largest ratio are searched with the dragon itself, up to
+//!    the last handle that may be the fastest in between. They are cut where a handle crosses a seam of the route, because there
+//!    the curvature jumps, and with it the slope of the ratio. They are also cut evenly, so that the pieces are as short as those
+//!    of the search for faults.
 //! 3. In the pieces next to the largest of these ratios, Brent's method refines it.
 //!
 //! *Precondition.* The dragon walks its whole route.
@@ -21,13 +22,16 @@
 //! density. Within a piece the ratio is smooth. A stretch is skipped only if the samples at its ends are well below the largest
 //! ratio: further than the ratio changes between samples around the stretch. A higher peak is narrower. The run treats peaks
 //! narrower than a piece as jumps, and ends there.
-//! there.
+//!
+//! *First excess.* The first travel at which a handle exceeds a given ratio is found in the same way, from the beginning of the
+//! run. The first piece with a sample or a refined maximum over the ratio contains it. There the ratio of the fastest handle is
+//! continuous, because the route has a continuous tangent. So bisection finds the travel at which it exceeds the ratio.
 
 use std::collections::VecDeque;
 
 use super::passage::{ARC_PER_CHORD, Infeasible};
-use crate::dragon::{Chain, Dragon, RunEnd, Station};
-use crate::numerics::{Slope, peak, rising_root};
+use crate::dragon::{Chain, Dragon, RunEnd, Spent, Station};
+use crate::numerics::{Slope, peak, rising_root, turning_point};
 
 /// Number of orbits in the survey, evenly spaced over the last link's length that handle 1 walks.
 const SURVEYED_PER_LINK: usize = 16;
@@ -87,7 +91,7 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
             survey.solve(spot);
         }
         if may_exceed(&spots, ahead, largest.ratio) {
-            let found = survey.look_through(&spots[ahead + 1], &spots[ahead]);
+            let found = survey.look_through(&spots, ahead, largest.ratio);
             survey.check_meter()?;
             largest = found.into_iter().fold(largest, faster);
         }
@@ -99,6 +103,41 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
     Ok(LargestRatio { ratio, travel_m, handle })
 }
 
+/// Finds the first travel of a run at which a handle is more than `ratio` times as fast as the head, with that handle. `ratio`
+/// is 1 or more. The run may end with a fault. Returns `None` if no handle exceeds the ratio, up to rounding.
+///
+/// # Errors
+/// The dragon's meter is spent.
+pub fn first_faster(dragon: &Dragon, ratio: f64) -> Result<Option<LargestRatio>, Spent> {
+    let survey = Survey { dragon };
+    let (start_m, handles) = (dragon.start_travel_m(), dragon.dimensions().handles());
+    let limit = ratio * (1.0 + rounding(handles));
+    let mut spots = survey.spots();
+    dragon.meter().check(start_m)?;
+    let start = survey.fastest_at(start_m, handles);
+    if start.ratio > limit {
+        return Ok(Some(survey.lowest_as_fast(start)));
+    }
+    for ahead in (0..spots.len() - 1).rev() {
+        if !may_exceed(&spots, ahead, limit) {
+            continue;
+        }
+        spots[ahead..=ahead + 1].iter_mut().for_each(|spot| survey.solve(spot));
+        let is_possible = may_exceed(&spots, ahead, limit);
+        let found = is_possible.then(|| survey.first_over(&spots, ahead, limit)).flatten();
+        dragon.meter().check(start_m)?;
+        if let Some(found) = found {
+            return Ok(Some(survey.lowest_as_fast(found)));
+        }
+    }
+    Ok(None)
+}
+
+/// Bound on the relative rounding of the speed ratios of the first `handles` handles.
+fn rounding(handles: usize) -> f64 {
+    8.0 * f64::EPSILON * handles as f64
+}
+
 /// The faster of two; the first if they are equal.
 fn faster(first: LargestRatio, second: LargestRatio) -> LargestRatio {
     if second.ratio > first.ratio { second } else { first }
@@ -107,9 +146,13 @@ fn faster(first: LargestRatio, second: LargestRatio) -> LargestRatio {
 /// Whether the ratio between a spot and the next may exceed `largest`. It may if the faster of the two is below `largest` by no
 /// more than the ratio changes from spot to spot around them.
 fn may_exceed(spots: &[Spot], ahead: usize, largest: f64) -> bool {
+    spots[ahead].ratio.max(spots[ahead + 1].ratio) + change_around(spots, ahead) > largest
+}
+
+/// The most by which the ratio changes from spot to spot around a spot and the next.
+fn change_around(spots: &[Spot], ahead: usize) -> f64 {
     let around = &spots[ahead.saturating_sub(1)..spots.len().min(ahead + 3)];
-    let change = around.windows(2).map(|ends| (ends[0].ratio - ends[1].ratio).abs()).fold(0.0, f64::max);
-    spots[ahead].ratio.max(spots[ahead + 1].ratio) + change > largest
+    around.windows(2).map(|ends| (ends[0].ratio - ends[1].ratio).abs()).fold(0.0, f64::max)
 }
 
 /// The fastest handle, with handle 1 at one parameter.
@@ -217,25 +260,58 @@ impl Survey<'_> {
         }
     }
 
-    /// The largest ratios between two solved spots. It evaluates the handles up to the fastest of both, and one more.
-    fn look_through(&self, behind: &Spot, ahead: &Spot) -> Vec<LargestRatio> {
-        let handles = (behind.handle.max(ahead.handle) + 2).min(self.dragon.dimensions().handles());
-        let cuts_m = self.cuts(behind.fastest().travel_m, ahead.fastest().travel_m, handles);
-        let samples: Vec<LargestRatio> = cuts_m.iter().map(|&travel_m| self.fastest_at(travel_m, handles)).collect();
-        let mut found = samples.clone();
-        for (i, ends) in samples.windows(2).enumerate() {
-            let before = i.checked_sub(1).map_or(0.0, |before| samples[before].ratio);
-            let after = samples.get(i + 2).map_or(0.0, |after| after.ratio);
-            // Two samples have no peak between them if a neighbouring sample is higher than both.
-            if before.max(after) <= ends[0].ratio.max(ends[1].ratio) {
-                found.extend([ends[0].handle, ends[1].handle].map(|handle| {
-                    let ratio = |travel_m| self.ratio(travel_m, handle);
-                    let peak = peak(ends[0].travel_m, ends[1].travel_m, TOLERANCE_M, ratio);
-                    LargestRatio { ratio: peak.value, travel_m: peak.at, handle }
-                }));
-            }
+    /// The largest ratios between a solved spot and the next, of handles that may exceed `largest`.
+    fn look_through(&self, spots: &[Spot], ahead: usize, largest: f64) -> Vec<LargestRatio> {
+        let samples = self.samples(spots, ahead, self.handles_between(spots, ahead, largest));
+        let peaks = (0..samples.len() - 1).flat_map(|piece| self.peaks(&samples, piece));
+        samples.iter().copied().chain(peaks).collect()
+    }
+
+    /// The first travel between a solved spot and the next at which a handle exceeds a ratio. At the spot behind, none does.
+    fn first_over(&self, spots: &[Spot], ahead: usize, limit: f64) -> Option<LargestRatio> {
+        let handles = self.handles_between(spots, ahead, limit);
+        let samples = self.samples(spots, ahead, handles);
+        let over = samples.windows(2).enumerate().find_map(|(piece, ends)| {
+            let peaks = self.peaks(&samples, piece);
+            let over = peaks.into_iter().chain([ends[1]]).find(|at| at.ratio > limit);
+            over.map(|over| [ends[0].travel_m, over.travel_m])
+        });
+        let [low_m, high_m] = over?;
+        let is_over = |travel_m| self.fastest_at(travel_m, handles).ratio > limit;
+        Some(self.fastest_at(turning_point(low_m, high_m, TOLERANCE_M, is_over).1, handles))
+    }
+
+    /// Number of handles that are evaluated between a solved spot and the next. At one of them, the last handle, or the one
+    /// before, is the fastest, or below `largest` by no more than the ratio changes from spot to spot around them.
+    fn handles_between(&self, spots: &[Spot], ahead: usize, largest: f64) -> usize {
+        let least = largest - change_around(spots, ahead);
+        let last = spots[ahead..=ahead + 1].iter().map(|spot| {
+            let ratios = self.chain(spot.fastest().travel_m).map(|handle| handle.speed_ratio).enumerate();
+            ratios.filter(|(_, ratio)| *ratio >= least).fold(spot.handle, |_, (handle, _)| handle).max(spot.handle)
+        });
+        (last.max().unwrap_or(0) + 2).min(self.dragon.dimensions().handles())
+    }
+
+    /// The fastest of the first `handles` handles, at the ends of the pieces between a solved spot and the next.
+    fn samples(&self, spots: &[Spot], ahead: usize, handles: usize) -> Vec<LargestRatio> {
+        let cuts_m = self.cuts(spots[ahead + 1].fastest().travel_m, spots[ahead].fastest().travel_m, handles);
+        cuts_m.iter().map(|&travel_m| self.fastest_at(travel_m, handles)).collect()
+    }
+
+    /// The maxima in the piece from one sample to the next. It has none if a neighbouring sample is higher than both.
+    fn peaks(&self, samples: &[LargestRatio], piece: usize) -> Vec<LargestRatio> {
+        let ends = [samples[piece], samples[piece + 1]];
+        let before = piece.checked_sub(1).map_or(0.0, |before| samples[before].ratio);
+        let after = samples.get(piece + 2).map_or(0.0, |after| after.ratio);
+        if before.max(after) > ends[0].ratio.max(ends[1].ratio) {
+            return Vec::new();
         }
-        found
+        let at = |end: LargestRatio| {
+            let ratio = |travel_m| self.ratio(travel_m, end.handle);
+            let peak = peak(ends[0].travel_m, ends[1].travel_m, TOLERANCE_M, ratio);
+            LargestRatio { ratio: peak.value, travel_m: peak.at, handle: end.handle }
+        };
+        ends.map(at).to_vec()
     }
 
     /// Travels that cut a stretch into pieces: evenly, and where one of the handles crosses a seam.
@@ -272,7 +348,7 @@ impl Survey<'_> {
 
     /// The same, with the lowest handle that is equally fast up to rounding. On an arc all handles are equally fast.
     fn lowest_as_fast(&self, largest: LargestRatio) -> LargestRatio {
-        let rounding = 8.0 * f64::EPSILON * (largest.handle + 1) as f64;
+        let rounding = rounding(largest.handle + 1);
         let as_fast = |ratio: f64| ratio >= largest.ratio * (1.0 - rounding);
         let handle = self.chain(largest.travel_m).position(|state| as_fast(state.speed_ratio));
         LargestRatio { handle: handle.unwrap_or(largest.handle), ..largest }

@@ -73,6 +73,13 @@ impl CircularArc {
         self.radius_m * self.angle
     }
 
+    /// The parameter in the direction of a point from the centre, at most half a turn from the beginning.
+    pub(super) fn toward(&self, point: DVec2) -> f64 {
+        let direction = point - self.centre;
+        let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
+        self.turn.sign() * angle * self.radius_m
+    }
+
     /// Distance from a point to the furthest point of the arc, in metres. That point lies beyond the centre, or is an end of
     /// the arc.
     pub(super) fn furthest_m(&self, from: DVec2) -> f64 {

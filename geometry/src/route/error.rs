@@ -41,6 +41,14 @@ pub enum RouteError {
         RADIUS_RATIO.end()
     )]
     RadiusRatio(f64),
+    /// The line of the S is out of range for the turning circle.
+    #[error("turn_line_m is {}, must be 0 or more, and under turn_diameter_m {}", Number(*line_m), Number(*turn_diameter_m))]
+    TurnLine {
+        /// Length of the line between the arcs, in metres.
+        line_m: f64,
+        /// Diameter of the turning circle, in metres.
+        turn_diameter_m: f64,
+    },
     /// The path is invalid.
     #[error(transparent)]
     Path(#[from] super::PathError),
@@ -100,6 +108,11 @@ impl RouteError {
 
     pub(super) fn check_radius_ratio(radius_ratio: f64) -> Result<(), Self> {
         if RADIUS_RATIO.contains(&radius_ratio) { Ok(()) } else { Err(Self::RadiusRatio(radius_ratio)) }
+    }
+
+    pub(super) fn check_turn_line(line_m: f64, turn_diameter_m: f64) -> Result<(), Self> {
+        let allowed = line_m >= 0.0 && line_m < turn_diameter_m;
+        if allowed { Ok(()) } else { Err(Self::TurnLine { line_m, turn_diameter_m }) }
     }
 
     pub(super) fn check_span(start_travel_m: f64, end_travel_m: f64) -> Result<(), Self> {

@@ -66,6 +66,11 @@ impl PitchFamily {
         matches!(self.shape, Shape::Spiral { .. })
     }
 
+    /// Whether the route and its end are the same at every pitch.
+    pub(crate) fn is_fixed(&self) -> bool {
+        matches!(self.shape, Shape::Path)
+    }
+
     /// Change of the route near a parameter, at fixed travel.
     pub fn variation(&self, parameter: f64) -> RouteVariation {
         let (point, travel_m) = (self.route.point(parameter), self.route.travel(parameter));

@@ -36,6 +36,11 @@ impl Line {
         self.origin
     }
 
+    /// Unit vector in walking direction.
+    pub(super) fn direction(&self) -> DVec2 {
+        self.direction
+    }
+
     pub(super) fn span(&self) -> (f64, f64) {
         (self.begin, self.end)
     }

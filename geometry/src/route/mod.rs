@@ -8,6 +8,7 @@
 
 mod arc;
 mod coil;
+mod crossing;
 mod error;
 mod family;
 mod kernel;
@@ -17,15 +18,16 @@ mod placement;
 mod segment;
 mod spec;
 mod spiral;
+mod stretch;
 mod turnaround;
 
 use std::f64::consts::TAU;
-use std::ops::RangeInclusive;
 
 use glam::DVec2;
 
 pub use arc::{CircularArc, Turn};
 pub use coil::{Coil, WayOut};
+pub use crossing::{Crossing, Crossings};
 pub use error::{RADIUS_RATIO, RouteError};
 pub use family::{PitchFamily, RouteVariation};
 pub use line::Line;
@@ -34,6 +36,7 @@ pub use placement::Placement;
 pub use segment::Segment;
 pub use spec::{RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec};
 pub use spiral::Spiral;
+pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
 use kernel::PolarKernel;
@@ -250,6 +253,12 @@ impl Route {
         self.segments[first..=last].iter().map(|placed| placed.curvature_bound(rear, front)).fold(0.0, f64::max)
     }
 
+    /// Whether one line or one arc contains the route between two parameters, `rear <= front`.
+    pub(crate) fn is_one_line_or_arc(&self, rear: f64, front: f64) -> bool {
+        let number = self.number_of_begin(rear);
+        number == self.number_at(front) && !matches!(self.segments[number].segment, Segment::Spiral(_))
+    }
+
     /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the
     /// speed of the route there.
     ///
@@ -329,23 +338,4 @@ fn count_while<T>(items: &[T], condition: impl Fn(&T) -> bool) -> usize {
         count -= 1;
     }
     count
-}
-
-impl Route {
-    /// Approximates the route between two travels by a polyline. Both ends are included.
-    ///
-    /// The polyline deviates from the route by at most `sagitta_m`, except where the step would be shorter than the allowed
-    /// minimum. A chord of length s on a curve of curvature κ has a sagitta of κ·s²/8.
-    pub fn polyline(&self, from_m: f64, to_m: f64, sagitta_m: f64, steps_m: RangeInclusive<f64>) -> Vec<DVec2> {
-        let mut points = Vec::new();
-        let mut travel_m = from_m;
-        while travel_m < to_m {
-            let parameter = self.parameter(travel_m);
-            points.push(self.point(parameter).position);
-            let step_m = (8.0 * sagitta_m / self.curvature_bound(parameter, parameter)).sqrt();
-            travel_m += step_m.min(*steps_m.end()).max(*steps_m.start());
-        }
-        points.push(self.point(self.parameter(to_m)).position);
-        points
-    }
 }

@@ -217,6 +217,11 @@ impl PlacedSegment {
         parameter + self.offset
     }
 
+    /// The route's parameter at one of the segment's own.
+    pub(super) fn parameter_of(&self, local: f64) -> f64 {
+        local - self.offset
+    }
+
     #[inline]
     pub(super) fn travel(&self, parameter: f64) -> f64 {
         self.anchor_m.0 + (self.segment.arc_m(self.local(parameter)) - self.anchor_m.1)

@@ -52,11 +52,13 @@ pub struct TurnaroundSpec {
     pub turn_diameter_m: f64,
     /// Radius of the entry arc ÷ that of the exit arc.
     pub radius_ratio: f64,
+    /// Length of the straight line between the two arcs, in metres; 0 without one.
+    pub line_m: f64,
 }
 
 impl Default for TurnaroundSpec {
     fn default() -> Self {
-        Self { pitch_m: 1.7, turn_diameter_m: 9.0, radius_ratio: 2.0 }
+        Self { pitch_m: 1.7, turn_diameter_m: 9.0, radius_ratio: 2.0, line_m: 0.0 }
     }
 }
 
@@ -82,6 +84,15 @@ impl RouteShape {
             Self::Spiral(_) => "spiral",
             Self::Turnaround(_) => "turnaround",
             Self::Path(_) => "path",
+        }
+    }
+
+    /// Number of segments, of a closed path: in one lap.
+    pub fn segments(&self) -> usize {
+        match self {
+            Self::Spiral(_) => 1,
+            Self::Turnaround(_) => 4,
+            Self::Path(spec) => spec.segments.len(),
         }
     }
 }
@@ -147,7 +158,7 @@ impl RouteSpec {
 
     fn turnaround(&self, spec: &TurnaroundSpec, head_speed_mps: f64) -> Result<Turnaround, RouteError> {
         let end_s = self.end_s.unwrap_or(TURNAROUND_S[1]);
-        Turnaround::new(spec.pitch_m, spec.turn_diameter_m, spec.radius_ratio)?
+        Turnaround::with_line(spec.pitch_m, spec.turn_diameter_m, spec.radius_ratio, spec.line_m)?
             .placed(self.placement)
             .between(head_speed_mps * self.start_s, head_speed_mps * end_s)
     }

@@ -112,6 +112,16 @@ impl Spiral {
         centre && pitch && self.winding == other.winding && (self.axis - other.axis - PI).abs() <= HALF_TURN_TOLERANCE
     }
 
+    /// Whether this spiral is the other one, turned by any angle about the same centre. Such spirals are equal, or have only
+    /// their centre in common. Centres this far apart are the same.
+    pub(super) fn is_turned_copy(&self, other: &Self, tolerance_m: f64) -> bool {
+        let is_equal_pitch = (self.pitch_m - other.pitch_m).abs() <= f64::EPSILON.sqrt() * self.pitch_m;
+        let distance_m = self.centre.distance(other.centre);
+        is_equal_pitch
+            && self.winding == other.winding
+            && distance_m <= tolerance_m * (1.0 + self.centre.abs().max_element())
+    }
+
     /// Metres of arc per radian.
     #[inline]
     pub(super) fn speed_m_per_unit(&self, at: f64) -> f64 {

@@ -2,24 +2,41 @@
 //!
 //! The spiral r = b·θ reaches the turning circle, of radius R, at the point E, where θ = R/b. The way in has the direction v at
 //! E. The way out is the way in, reflected in the centre and walked backwards. So it leaves the circle at −E with the same
-//! direction v. Two arcs that touch each other join E to −E. Because the two directions are equal, the arcs turn by the same
-//! angle, in opposite directions. They touch on the chord from E to −E, which makes the angle α = atan θ with v. So each arc
-//! turns by 2·α, and its part of the chord is 2·radius·sin α. The radii sum to R / sin α, and the S has the length 2·α·R / sin
-//! α for every ratio of the radii. The S lies in the circle. An arc that enters the circle at E and ends inside could leave the
-//! circle only through two more crossings. Two circles have at most two.
+//! direction v. Two arcs join E to −E, with a straight line of length ℓ between them that is tangent to both. Because the two
+//! directions are equal, the arcs turn by the same angle 2ψ, in opposite directions.
+//!
+//! *Closed form.* Let α = atan θ, the angle between v and the chord from E to −E. Let λ = ℓ/2R, and let r be the sum of the
+//! radii. In axes along v and to the right of it, the S adds up to the chord:
+//!
+//!     r·sin 2ψ + ℓ·cos 2ψ = 2R·cos α,   r·(1 − cos 2ψ) + ℓ·sin 2ψ = 2R·sin α.
+//!
+//! With tan ψ = t, the second minus t times the first is 2R·(sin α − t·cos α) = ℓ·t. So tan ψ = sin α / (cos α + λ). Then ψ =
+//! α − δ, with tan δ = λ·sin α / (1 + λ·cos α). The centres of the two circles are √(r² + ℓ²) apart, so r = (1 − λ²)·R / sin α.
+//! The S has the length 2ψ·r + ℓ for every ratio of the radii. Without a line, δ = 0 and the arcs touch on the chord.
+//!
+//! *The S lies in the circle* if 0 ≤ ℓ < 2R:
+//!
+//! 1. With u the direction of the line, let Q = −E − ℓ·u. The entry arc ends on the chord from E to Q, because its end is
+//!    linear in its radius: E for a radius of 0, and Q for a radius of r.
+//! 2. Q lies in the circle: |Q|² − R² = ℓ·(ℓ − 2R·cos(2ψ − α)). From sin δ = λ·sin ψ follows δ ≤ ψ < π/2, and from 2ψ − α =
+//!    ψ − δ follows sin ψ·cos(ψ − δ) − sin δ = cos ψ·sin(ψ − δ) ≥ 0. So λ ≤ cos(2ψ − α).
+//! 3. So the entry arc ends in the circle. By symmetry the exit arc begins in the circle. A circle is convex, so the line
+//!    between them lies in it.
+//! 4. An arc that enters the circle at E and ends inside could leave the circle only through two more crossings. Two circles
+//!    have at most two.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
 use super::family::SegmentVariation;
-use super::{CircularArc, Placement, Route, RouteError, Segment, Spiral, Turn};
+use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
-/// A turnaround: inward spiral, two tangent arcs in an S inside the turning circle, outward spiral. At t = 0 the head enters
-/// the circle. The way in is walked clockwise.
+/// A turnaround: inward spiral, an S inside the turning circle, outward spiral. The S is two arcs, possibly with a straight
+/// line between them that is tangent to both. At t = 0 the head enters the circle. The way in is walked clockwise.
 ///
-/// The parameter of its route is −θ on the way in. Behind the way in, the parameter grows by the length of each arc in metres,
-/// and by θ on the way out.
+/// The parameter of its route is −θ on the way in. Behind the way in, the parameter grows by the length of each arc and of the
+/// line in metres, and by θ on the way out.
 ///
 /// ```
 /// use bench_dragon_geometry::route::Turnaround;
@@ -41,14 +58,16 @@ pub struct Turnaround {
     circle_angle: f64,
     /// About the origin, like all of the above.
     arcs: [CircularArc; 2],
+    /// Length of the line between the arcs; 0 without one.
+    line_m: f64,
     placement: Placement,
     start_travel_m: f64,
     end_travel_m: f64,
 }
 
 impl Turnaround {
-    /// The turnaround inside a circle of this diameter. `radius_ratio` is the entry arc's radius divided by the exit arc's
-    /// radius.
+    /// The turnaround inside a circle of this diameter, without a line between its arcs. `radius_ratio` is the entry arc's
+    /// radius divided by the exit arc's radius.
     ///
     /// It is walked from 100 m before the entry into the circle to 100 m past the entry. [`between`](Self::between) sets other
     /// travels.
@@ -57,11 +76,20 @@ impl Turnaround {
     /// The pitch must be above 0 and at most 1000 m. The diameter must be above 0 and at most 20 000 pitches. The ratio must be
     /// from 0.01 to 100. The sum of the arcs' radii must be a normal number.
     pub fn new(pitch_m: f64, turn_diameter_m: f64, radius_ratio: f64) -> Result<Self, RouteError> {
+        Self::with_line(pitch_m, turn_diameter_m, radius_ratio, 0.0)
+    }
+
+    /// The same with a line of the length `line_m` between its arcs.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new). The line must be 0 m long or longer, and shorter than the diameter.
+    pub fn with_line(pitch_m: f64, turn_diameter_m: f64, radius_ratio: f64, line_m: f64) -> Result<Self, RouteError> {
         RouteError::check_pitch(pitch_m)?;
         RouteError::check_turn_diameter(turn_diameter_m, pitch_m)?;
         RouteError::check_radius_ratio(radius_ratio)?;
+        RouteError::check_turn_line(line_m, turn_diameter_m)?;
         let circle_angle = 0.5 * turn_diameter_m / (pitch_m / TAU);
-        let (turn_angle, radii_sum_m) = (2.0 * circle_angle.atan(), 0.5 * turn_diameter_m / circle_angle.atan().sin());
+        let Bend { turn_angle, radii_sum_m } = Bend::new(circle_angle, turn_diameter_m, line_m);
         // Values near the limits of `f64` give no arcs.
         if !(circle_angle.is_normal() && radii_sum_m.is_normal()) {
             return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
@@ -78,6 +106,7 @@ impl Turnaround {
                 CircularArc::from_begin(entry.position, entry.tangent, entry_radius_m, turn_angle, Turn::Clockwise),
                 CircularArc::to_end(-entry.position, entry.tangent, exit_radius_m, turn_angle, Turn::CounterClockwise),
             ],
+            line_m,
             placement: Placement::default(),
             start_travel_m: -100.0,
             end_travel_m: 100.0,
@@ -104,15 +133,22 @@ impl Turnaround {
         self.placement.position
     }
 
-    /// The route: four segments. The last one has no end.
+    /// The route: four segments, or five with a line. The last one has no end.
     pub fn route(&self) -> Route {
         let [entry_arc, exit_arc] = self.arcs;
         let way_out = Spiral::new(self.pitch_m, self.circle_angle, f64::INFINITY);
         let way_out = way_out.about(DVec2::ZERO, PI, Turn::CounterClockwise);
-        let segments =
-            [Segment::Spiral(self.way_in), Segment::Arc(entry_arc), Segment::Arc(exit_arc), Segment::Spiral(way_out)];
+        let mut segments = vec![Segment::Spiral(self.way_in), Segment::Arc(entry_arc)];
+        segments.extend(self.unplaced_line().map(Segment::Line));
+        segments.extend([Segment::Arc(exit_arc), Segment::Spiral(way_out)]);
         let route = Route::new(&segments, 0.0, [self.start_travel_m, self.end_travel_m]);
-        route.expect("the arcs join the spirals, and the span was checked").placed(&self.placement)
+        route.expect("the S joins the spirals, and the span was checked").placed(&self.placement)
+    }
+
+    fn unplaced_line(&self) -> Option<Line> {
+        let arc = Segment::Arc(self.arcs[0]);
+        let end = arc.point(arc.span().1);
+        (self.line_m > 0.0).then(|| Line::from_begin(end.position, end.tangent, self.line_m))
     }
 
     /// Distance between neighbouring turns of the spirals.
@@ -135,9 +171,20 @@ impl Turnaround {
         self.arcs.map(|arc| arc.placed(&self.placement))
     }
 
+    /// Length of the line between the arcs, in metres; 0 without one.
+    pub fn line_m(&self) -> f64 {
+        self.line_m
+    }
+
+    /// Travel at the ends of the entry arc, of the line, and of the exit arc, in metres.
+    pub fn ends_m(&self) -> [f64; 3] {
+        let [entry_m, exit_m] = self.arcs.map(|arc| arc.length_m());
+        [entry_m, entry_m + self.line_m, entry_m + self.line_m + exit_m]
+    }
+
     /// Arc length of the S, in metres.
     pub fn turn_length_m(&self) -> f64 {
-        self.arcs[0].length_m() + self.arcs[1].length_m()
+        self.ends_m()[2]
     }
 
     /// Diameter of the turning circle, in metres.
@@ -161,52 +208,88 @@ impl Turnaround {
 
     /// Change of the S per metre of pitch.
     ///
-    /// The radius R is fixed. The way in reaches the circle at θ = R/b, which falls by θ/p per metre of pitch. The direction at
-    /// the entry falls with θ and α. The length of the arcs is 2·α times the sum of the radii, R / sin α.
+    /// The radius R and the line are fixed. The way in reaches the circle at θ = R/b, which falls by θ/p per metre of pitch.
+    /// The direction at the entry falls with θ and α. The sum of the radii, (1 − λ²)·R / sin α, changes by −cot α = −1/θ of
+    /// itself per radian of α. Half the angle of the arcs is ψ = α − δ, and dδ/dα = (λ·cos α + λ²) / (1 + 2λ·cos α + λ²).
     fn turn_variation(&self) -> TurnVariation {
         let (angle, radii_sum_m) = (self.circle_angle, self.arcs[0].radius_m() + self.arcs[1].radius_m());
         let entry_angle = -angle / self.pitch_m;
-        let arc_half_angle = entry_angle / (1.0 + angle * angle);
-        let scale = -arc_half_angle / angle;
+        let chord_angle = entry_angle / (1.0 + angle * angle);
+        let (line, cosine) = (self.line_m / self.turn_diameter_m(), (1.0 + angle * angle).sqrt().recip());
+        let bend = line * (cosine + line) / (1.0 + 2.0 * line * cosine + line * line);
+        let arc_angle = 2.0 * (chord_angle - bend * chord_angle);
+        let scale = -chord_angle / angle;
         TurnVariation {
             entry_angle,
-            turn: entry_angle + arc_half_angle,
+            turn: entry_angle + chord_angle,
+            arc_angle,
             scale,
-            length: 2.0 * arc_half_angle * radii_sum_m + scale * self.turn_length_m(),
+            length: arc_angle * radii_sum_m + scale * (self.turn_length_m() - self.line_m),
         }
     }
 
     /// Change of the segment that contains a point with this travel.
     ///
     /// At a fixed angle, the spirals are proportional to the pitch. At a fixed angle from its end on the turning circle, each
-    /// arc moves, turns and grows with that end.
+    /// arc moves, turns and grows with that end. At a fixed distance from its beginning, the line moves and turns with the end
+    /// of the entry arc.
     pub(super) fn variation(&self, position: DVec2, travel_m: f64) -> SegmentVariation {
         let position = self.placement.unplace(position);
-        let (length_m, middle_m) = (self.turn_length_m(), self.arcs[0].length_m());
+        let [entry_end_m, line_end_m, length_m] = self.ends_m();
         let turn = self.turn_variation();
         let circle_speed = self.way_in.speed_m_per_unit(-self.circle_angle) * turn.entry_angle;
-        let on_arc = |end: DVec2, travel: f64| {
-            let spoke = position - end;
-            let position = turn.entry_angle * end.perp() + turn.scale * spoke + turn.turn * spoke.perp();
-            SegmentVariation { position, turn: turn.turn, travel }
-        };
         let on_spiral = |travel: f64| SegmentVariation { position: position / self.pitch_m, turn: 0.0, travel };
         let variation = if travel_m <= 0.0 {
             on_spiral(travel_m / self.pitch_m + circle_speed)
-        } else if travel_m <= middle_m {
-            on_arc(self.unplaced_entry(), turn.scale * travel_m)
+        } else if travel_m <= entry_end_m {
+            turn.on_arc(position, self.unplaced_entry(), turn.scale * travel_m)
+        } else if travel_m <= line_end_m {
+            self.line_variation(&turn, travel_m - entry_end_m)
         } else if travel_m <= length_m {
-            on_arc(-self.unplaced_entry(), turn.length - turn.scale * (length_m - travel_m))
+            turn.on_arc(position, -self.unplaced_entry(), turn.length - turn.scale * (length_m - travel_m))
         } else {
             on_spiral(turn.length + (travel_m - length_m) / self.pitch_m - circle_speed)
         };
         SegmentVariation { position: self.placement.turn(variation.position), ..variation }
     }
 
-    /// Change of the travel of each seam, in metres per metre of pitch. Each arc keeps its share of the length of the S.
+    /// Change of the line at a fixed distance from its beginning. The end of the entry arc moves with the arc, and along it as
+    /// the arc's angle grows.
+    fn line_variation(&self, turn: &TurnVariation, from_begin_m: f64) -> SegmentVariation {
+        let arc = Segment::Arc(self.arcs[0]);
+        let end = arc.point(arc.span().1);
+        let (grown_m, turned) = (turn.arc_angle * self.arcs[0].radius_m(), turn.turn - turn.arc_angle);
+        let begin = turn.on_arc(end.position, self.unplaced_entry(), turn.scale * self.arcs[0].length_m());
+        let position = begin.position + grown_m * end.tangent + turned * from_begin_m * end.tangent.perp();
+        SegmentVariation { position, turn: turned, travel: begin.travel + grown_m }
+    }
+
+    /// Change of the travel of each seam, in metres per metre of pitch. Each arc keeps its share of the length of both.
     pub(super) fn seam_variations(&self) -> Vec<f64> {
-        let per_metre = self.turn_variation().length / self.turn_length_m();
-        [0.0, self.arcs[0].length_m(), self.turn_length_m()].map(|seam_m| per_metre * seam_m).to_vec()
+        let [entry_m, exit_m] = self.arcs.map(|arc| arc.length_m());
+        let per_metre = self.turn_variation().length / (entry_m + exit_m);
+        let line_end = (self.line_m > 0.0).then_some(entry_m);
+        [0.0, entry_m].into_iter().chain(line_end).chain([entry_m + exit_m]).map(|arc_m| per_metre * arc_m).collect()
+    }
+}
+
+/// The arcs of an S.
+struct Bend {
+    /// 2ψ: the angle of each arc.
+    turn_angle: f64,
+    /// Sum of the radii, in metres.
+    radii_sum_m: f64,
+}
+
+impl Bend {
+    /// The arcs of an S that begins where the spiral has the angle θ, in a circle of this diameter.
+    fn new(circle_angle: f64, turn_diameter_m: f64, line_m: f64) -> Self {
+        let (line, (sine, cosine)) = (line_m / turn_diameter_m, circle_angle.atan().sin_cos());
+        let less_turn = (line * sine).atan2(1.0 + line * cosine);
+        Self {
+            turn_angle: 2.0 * (circle_angle.atan() - less_turn),
+            radii_sum_m: (1.0 - line) * (1.0 + line) * (0.5 * turn_diameter_m / sine),
+        }
     }
 }
 
@@ -217,8 +300,20 @@ struct TurnVariation {
     entry_angle: f64,
     /// Change of the direction at entry and exit, in radians.
     turn: f64,
+    /// Change of the angle of each arc.
+    arc_angle: f64,
     /// Change of the radii, relative to them.
     scale: f64,
     /// Change of the length of the arcs.
     length: f64,
+}
+
+impl TurnVariation {
+    /// Change of a point of an arc at a fixed angle from the arc's end on the turning circle. `travel` is the change of its
+    /// travel.
+    fn on_arc(&self, position: DVec2, end: DVec2, travel: f64) -> SegmentVariation {
+        let spoke = position - end;
+        let position = self.entry_angle * end.perp() + self.scale * spoke + self.turn * spoke.perp();
+        SegmentVariation { position, turn: self.turn, travel }
+    }
 }

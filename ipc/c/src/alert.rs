@@ -9,7 +9,7 @@ use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
 
-/// Value of `bench_a` and `bench_b` in an alert without benches.
+/// Value of `bench_a` and `bench_b` in an alert without benches, and of `bench_b` in an alert about one bench.
 pub const BD_NO_BENCH: u32 = 0xFFFF_FFFF;
 
 /// One alert: an event that a monitor detected. 72 bytes.
@@ -24,13 +24,14 @@ pub struct bd_alert_t {
     pub sim_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds; `INT64_MIN` where none lies ahead, or none is known yet.
     pub forecast_ns: i64,
-    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without benches.
+    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
     pub clearance_m: f64,
-    /// Point midway between the nearest points of the two boards, in metres; 0 for an alert without benches.
+    /// Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside, or of
+    /// the outline in the board. 0 for an alert without benches.
     pub point_m: [f64; 2],
     /// A `bd_alert_kind_t`.
     pub kind: u32,
-    /// The lower bench index, or `BD_NO_BENCH`.
+    /// The lower bench index, the only one, or `BD_NO_BENCH`.
     pub bench_a: u32,
     /// The higher bench index, or `BD_NO_BENCH`.
     pub bench_b: u32,
@@ -59,6 +60,8 @@ pub enum bd_alert_kind_t {
     BD_ALERT_FAULT = 4,
     /// The source of the frames was restarted.
     BD_ALERT_RESTARTED = 5,
+    /// A board left the outline of the stage, while the bench before it is inside.
+    BD_ALERT_OUTSIDE = 6,
 }
 
 /// Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal

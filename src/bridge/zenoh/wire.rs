@@ -60,15 +60,18 @@ fn decode_header(bytes: &[u8]) -> Option<FrameHeader> {
     (is_run(header.run_id) && is_finite && is_known && is_dragon).then_some(header)
 }
 
-/// Decodes an alert as a monitor publishes it. It names two benches, the lower one first, or none.
+/// Decodes an alert as a monitor publishes it. It names two benches, the lower one first, or none; an alert about a board
+/// outside the stage names one.
 pub(super) fn decode_alert(bytes: &[u8]) -> Option<Alert> {
     let alert: Alert = read(bytes)?;
     let is_finite = are_finite(&[alert.clearance_m]) && are_finite(&alert.point_m);
-    let is_known = AlertKind::from_wire(alert.kind).is_some();
     let (a, b) = (alert.bench_a, alert.bench_b);
     let is_none = a == Alert::NO_BENCH && b == Alert::NO_BENCH;
-    let is_pair = a < b && (b as usize) < MAX_BENCHES;
-    (is_run(alert.run_id) && is_finite && is_known && (is_none || is_pair)).then_some(alert)
+    let has_benches = match AlertKind::from_wire(alert.kind)? {
+        AlertKind::Outside => (a as usize) < MAX_BENCHES && b == Alert::NO_BENCH,
+        _ => is_none || (a < b && (b as usize) < MAX_BENCHES),
+    };
+    (is_run(alert.run_id) && is_finite && has_benches).then_some(alert)
 }
 
 /// Decodes a reply. Unknown refusal codes, which another version may send, are accepted.
@@ -282,7 +285,8 @@ mod tests {
             reserved: 0,
         };
         let none = Alert { bench_a: Alert::NO_BENCH, bench_b: Alert::NO_BENCH, ..alert };
-        for sound in [alert, none] {
+        let outside = Alert { kind: AlertKind::Outside.to_wire(), bench_b: Alert::NO_BENCH, ..alert };
+        for sound in [alert, none, outside] {
             assert_eq!(decode_alert(sound.as_bytes()), Some(sound));
         }
         for (bench_a, bench_b) in [(8, 0), (3, 3), (0, Alert::NO_BENCH)] {

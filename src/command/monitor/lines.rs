@@ -30,8 +30,11 @@ pub(crate) struct AlertLine {
     pub(crate) run_id: u64,
     /// The two benches, or null if the alert is not about a pair.
     pub(crate) benches: Option<[u32; 2]>,
+    /// The bench of an alert about one bench.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) bench: Option<u32>,
     pub(crate) clearance_m: Option<f64>,
-    /// Point midway between the two boards, or null.
+    /// Point midway between the two boards, point of the one board, or null.
     pub(crate) point_m: Option<[f64; 2]>,
     /// Show time of the forecast contact, or null.
     pub(crate) forecast_s: Option<f64>,
@@ -39,15 +42,16 @@ pub(crate) struct AlertLine {
 
 impl From<&Alert> for AlertLine {
     fn from(alert: &Alert) -> Self {
-        let pair = alert.pair();
+        let (pair, bench) = (alert.pair(), alert.bench());
         Self {
             kind: alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string()),
             time_s: alert.sim_time_ns as f64 * 1e-9,
             tick: alert.tick,
             run_id: alert.run_id,
             benches: pair,
+            bench,
             clearance_m: pair.map(|_| alert.clearance_m),
-            point_m: pair.map(|_| alert.point_m),
+            point_m: (pair.is_some() || bench.is_some()).then_some(alert.point_m),
             forecast_s: alert.forecast(),
         }
     }
@@ -56,7 +60,11 @@ impl From<&Alert> for AlertLine {
 impl AlertLine {
     /// The alert in words, for printing above the live line.
     pub(crate) fn words(&self) -> String {
-        let benches = self.benches.map_or(String::new(), |[a, b]| format!(", benches {a} and {b}"));
+        let benches = match (self.benches, self.bench) {
+            (Some([a, b]), _) => format!(", benches {a} and {b}"),
+            (None, Some(bench)) => format!(", bench {bench}"),
+            (None, None) => String::new(),
+        };
         format!("{:.6} s: {}{benches}", self.time_s, self.kind)
     }
 }

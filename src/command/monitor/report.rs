@@ -151,6 +151,9 @@ fn alert_text(line: &AlertLine) -> String {
         // Writing into a String cannot fail, here and below.
         let _ = write!(text, "  benches {a} and {b}, clearance {clearance_m:.6} m at ({x:.3}, {y:.3})");
     }
+    if let (Some(bench), Some([x, y])) = (line.bench, line.point_m) {
+        let _ = write!(text, "  bench {bench} leaves the stage at ({x:.3}, {y:.3})");
+    }
     if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
         let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
     }

@@ -2,15 +2,16 @@
 
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
-use bench_dragon_geometry::dragon::{RunEnd, Spent};
-use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses};
+use bench_dragon_geometry::dragon::Spent;
+use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile, first_faster, near_misses};
 use clap::Args;
 use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{FigureArgs, even_travels, in_plan};
 use super::poses::coarser_step_s;
-use super::{CLEARANCE_M, WorkArgs};
+use super::stage::StageAnswer;
+use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, print_json, print_line};
@@ -22,7 +23,7 @@ use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMis
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve contact --config stage.toml --format json
-  bench-dragon solve contact --clearance 0.05
+  bench-dragon solve contact --clearance 0.05 --max-ratio 1.5
   bench-dragon solve contact --figure contact.svg
   bench-dragon solve contact --figure poster.png --title \"Dragon of the North Gate\" --paper a2
   bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
@@ -34,6 +35,9 @@ pub(crate) struct ContactArgs {
     /// Find the first time at which a pair comes within this clearance in metres, 0 to 10, instead of a contact [default: 0].
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = within(CLEARANCE_M))]
     pub(crate) clearance: Option<f64>,
+    /// Also find the first time at which a handle is more than this many times as fast as the head, 1 to 1000, on the whole run.
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = within(SPEED_RATIO))]
+    pub(crate) max_ratio: Option<f64>,
     /// Seconds between two times of the profile, above 0.
     #[arg(long, value_name = "SECONDS", requires = "profile", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 1, "above 0 and at most"))]
     pub(crate) step: i64,
@@ -62,7 +66,47 @@ struct ContactAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
     searched_to_s: Option<f64>,
     #[serde(flatten)]
+    speed: Option<SpeedAnswer>,
+    #[serde(flatten)]
+    stage: Option<StageAnswer>,
+    #[serde(flatten)]
     profile: Option<Profile>,
+}
+
+/// The first handle over a ratio of speeds, on the whole run.
+#[derive(Serialize)]
+struct SpeedAnswer {
+    /// The requested ratio.
+    max_ratio: f64,
+    too_fast: Option<TooFast>,
+    /// The reason for which the answer is unknown: it took too much work.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    too_fast_undecided: Option<String>,
+}
+
+impl SpeedAnswer {
+    fn of(config: &Config, max_ratio: f64, work: WorkArgs) -> Self {
+        let searched = first_faster(&config.dragon().metered(&work.meter()), max_ratio);
+        let too_fast = |LargestRatio { ratio, travel_m, handle }| TooFast {
+            ratio,
+            time_s: config.timetable().time_s(travel_m),
+            handle,
+        };
+        let too_fast_undecided = searched.as_ref().err().map(ToString::to_string);
+        Self { max_ratio, too_fast: searched.ok().flatten().map(too_fast), too_fast_undecided }
+    }
+
+    fn text(&self) -> String {
+        let Self { max_ratio, too_fast, too_fast_undecided } = self;
+        let over = format!("over {max_ratio} times as fast as the head");
+        match (too_fast, too_fast_undecided) {
+            (Some(TooFast { time_s, handle, .. }), _) => {
+                format!("first handle {over}: handle {handle} at {time_s:.6} s")
+            }
+            (None, Some(reason)) => format!("whether a handle is {over} is unknown: {reason}; --work allows more"),
+            (None, None) => format!("no handle is {over}"),
+        }
+    }
 }
 
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
@@ -80,12 +124,18 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         point_m: contact.map(|contact| contact.point.to_array()),
         clearance_m: args.clearance,
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
+        speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(&config, max_ratio, args.work)),
+        stage: StageAnswer::of(&config, args.work),
         profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
     };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => {
             print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
+            answer.speed.iter().try_for_each(|speed| print_line(speed.text()))?;
+            if let Some(stage) = &answer.stage {
+                print_line(format_args!("stage: {}", stage.text()))?;
+            }
             if let Some(profile) = &answer.profile {
                 print_line(profile.text())?;
             }
@@ -120,7 +170,7 @@ fn draw(
     let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
     let title = format!("First {what} at {time_s:.6} s: benches {first} and {second}");
     let caption = args.figure.caption(config, title);
-    let view = ContactView { caption, dragon: in_plan(config.dragon(), travel_m), benches, point };
+    let view = ContactView { caption, dragon: in_plan(config, config.dragon(), travel_m), benches, point };
     args.figure.save_and_tell(view.draw(), args.format.format)
 }
 
@@ -163,9 +213,10 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
         return format!("no {what} up to {reached_s:.6} s; later times are unknown: {spent}; --work allows more");
     }
     let end_s = config.end_s();
-    match config.dragon().run_end() {
-        RunEnd::RouteEnd => format!("no {what} before the run ends, at {end_s:.6} s"),
-        fault => format!("no {what} before the run ends, at {end_s:.6} s, where {fault}"),
+    let end = config.dragon().run_end();
+    match config.dragon().tight_spot() {
+        None => format!("no {what} before the run ends, at {end_s:.6} s"),
+        Some(spot) => format!("no {what} before the run ends, at {end_s:.6} s, where {end}: {spot}"),
     }
 }
 

@@ -1,17 +1,19 @@
 //! Shared parts of the figures of several questions: flags, captions, and the dragon in plan view.
 
+use std::f64::consts::TAU;
 use std::path::PathBuf;
 
 use anyhow::ensure;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
-use bench_dragon_geometry::route::{Route, RouteShape, RouteSpec, Turnaround};
+use bench_dragon_geometry::outline::Outline;
+use bench_dragon_geometry::route::{Coil, Route, RouteShape, RouteSpec, Turnaround};
 use clap::{Args, ValueHint};
 use glam::DVec2;
 
 use crate::command::flags::Format;
 use crate::command::print::print_line;
-use crate::config::Config;
+use crate::config::{Config, ConfigDocument};
 use crate::output::Counted;
 use crate::output::figure::{
     Caption, Circle, DragonInPlan, Drawing, FigureFormat, NearestPair, Paper, PlanView, TurnMarks, missing_letter,
@@ -69,9 +71,15 @@ impl FigureArgs {
 
     /// The caption of a figure with this title, for the configured dragon with another speed of the head, in m/s.
     pub(super) fn caption_at_speed(&self, config: &Config, speed_mps: f64, title: impl Into<String>) -> Caption {
-        let mut facts = dragon_facts(config.dragon().dimensions());
-        facts.push(route_fact(config.route()));
-        facts.push(speed_fact(speed_mps, config.tables().head.accel_mps2));
+        let mut caption = self.caption_of(config.document(), title);
+        caption.facts.push(speed_fact(speed_mps, config.tables().head.accel_mps2));
+        caption
+    }
+
+    /// The caption of a figure with this title, for the configured benches and route.
+    pub(super) fn caption_of(&self, document: &ConfigDocument, title: impl Into<String>) -> Caption {
+        let mut facts = dragon_facts(document.dimensions());
+        facts.push(route_fact(document.route()));
         Caption { heading: self.title.clone(), title: title.into(), facts }
     }
 }
@@ -119,7 +127,8 @@ fn route_fact(route: &RouteSpec) -> String {
         RouteShape::Spiral(plan) => format!("spiral, pitch {} m", rounded(plan.pitch_m)),
         RouteShape::Turnaround(plan) => {
             let [pitch_m, diameter_m, ratio] = [plan.pitch_m, plan.turn_diameter_m, plan.radius_ratio].map(rounded);
-            format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}")
+            let line = if plan.line_m > 0.0 { format!(", line {} m", rounded(plan.line_m)) } else { String::new() };
+            format!("turnaround, pitch {pitch_m} m, turning circle {diameter_m} m, radius ratio {ratio}{line}")
         }
         RouteShape::Path(plan) => {
             let (segments, lap_m) = (Counted(plan.segments.len() as u64, "segment"), rounded(plan.lap_m()));
@@ -150,17 +159,23 @@ const SAGITTA_M: f64 = 0.0005;
 /// Most points of a drawn route. A route that needs more points is drawn coarser.
 const MAX_POINTS: f64 = 20_000.0;
 
-pub(super) fn plan_of(dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
-    PlanView { caption, dragon: in_plan(dragon, travel_m), circle: None, turn: None, pair: None }
+pub(super) fn plan_of(config: &Config, dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
+    PlanView { caption, dragon: in_plan(config, dragon, travel_m), circle: None, turn: None, pair: None }
 }
 
-pub(super) fn in_plan(dragon: &Dragon, travel_m: f64) -> DragonInPlan {
+pub(super) fn in_plan(config: &Config, dragon: &Dragon, travel_m: f64) -> DragonInPlan {
     let handles = handles(dragon, travel_m);
     DragonInPlan {
+        outline: corners_of(config.outline()),
         route: route_around(dragon, &handles),
         boards: corners(&boards(dragon, &handles)),
         hinges: handles.iter().map(|handle| handle.position).collect(),
     }
+}
+
+/// The corners of a stage; none without an outline.
+pub(super) fn corners_of(outline: Option<&Outline>) -> Vec<DVec2> {
+    outline.map_or_else(Vec::new, |outline| outline.corners().to_vec())
 }
 
 pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
@@ -212,23 +227,24 @@ fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
 fn route_around(dragon: &Dragon, handles: &[Handle]) -> Vec<DVec2> {
     let route = dragon.route();
     let tail = handles.last().expect("a dragon has handles");
-    // The length of at least one turn of a spiral behind the tail.
-    let behind_m = std::f64::consts::TAU * (tail.position.length() + route.pitch_m());
+    // On a coil: the length of at least one turn behind the tail.
+    let coil = route.coil().filter(|coil| tail.parameter <= coil.end);
+    let turn_m = |coil: Coil| TAU * (tail.position.distance(coil.centre) + TAU * coil.radius_per_radian_m);
+    let behind_m = coil.map_or(dragon.dimensions().link_m(0), turn_m);
     polyline(route, route.travel(tail.parameter) - behind_m, route.end_travel_m())
 }
 
 /// Points of a route. Their distance follows from the curvature and [`SAGITTA_M`].
-fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
+pub(super) fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
     route.polyline(from_m, to_m, SAGITTA_M, (to_m - from_m) / MAX_POINTS..=f64::INFINITY)
 }
 
 fn turn_marks(turnaround: &Turnaround) -> TurnMarks {
-    let [entry_arc, exit_arc] = turnaround.arcs();
-    let middle_m = entry_arc.length_m();
-    let end_m = middle_m + exit_arc.length_m();
+    let [entry_m, line_end_m, end_m] = turnaround.ends_m();
     let route = turnaround.route();
-    let seams = [0.0, middle_m, end_m].map(|travel_m| route.point(route.parameter(travel_m)).position);
-    TurnMarks { arcs: [polyline(&route, 0.0, middle_m), polyline(&route, middle_m, end_m)], seams }
+    let seams = route.seams().iter().map(|&seam| route.point(seam).position).collect();
+    let line = if turnaround.line_m() > 0.0 { polyline(&route, entry_m, line_end_m) } else { Vec::new() };
+    TurnMarks { arcs: [polyline(&route, 0.0, entry_m), polyline(&route, line_end_m, end_m)], line, seams }
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::bail;
 use bench_dragon_geometry::dragon::Meter;
 use clap::{Args, Subcommand, ValueHint};
+use serde::Serialize;
 
 use self::figure::FigureArgs;
 use crate::command::flags::{FormatArgs, within};
@@ -17,8 +18,10 @@ mod contact;
 mod figure;
 mod pitch;
 mod poses;
+mod route;
 mod sensitivity;
 mod speed_limit;
+mod stage;
 mod turn;
 
 /// Answer a question about planning a show. Needs no server.
@@ -26,6 +29,7 @@ mod turn;
 #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
   bench-dragon solve contact --config stage.toml
+  bench-dragon solve route --config eight.toml
   bench-dragon solve pitch --turn-diameter 9
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
@@ -41,6 +45,7 @@ pub(crate) struct SolveArgs {
 pub(crate) enum Question {
     Poses(poses::PosesArgs),
     Contact(contact::ContactArgs),
+    Route(route::RouteArgs),
     Pitch(pitch::PitchArgs),
     Turn(turn::TurnArgs),
     SpeedLimit(speed_limit::SpeedLimitArgs),
@@ -51,6 +56,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
     match question {
         Question::Poses(args) => poses::run(&args)?,
         Question::Contact(args) => contact::run(&args)?,
+        Question::Route(args) => route::run(&args)?,
         Question::Pitch(args) => pitch::run(&args)?,
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
@@ -105,6 +111,19 @@ const STEPS: u64 = 1_000_000;
 
 /// Allowed values of `--clearance`, in metres.
 const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
+
+/// Allowed values of `--max-ratio`: a handle's speed ÷ the head's speed. Under 1 every run would fail, because the head itself
+/// has 1. A handle with a greater ratio than the upper limit jumps.
+const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// A handle that exceeds `--max-ratio`, in an answer.
+#[derive(Serialize)]
+struct TooFast {
+    /// Its speed ÷ the head's speed.
+    ratio: f64,
+    time_s: f64,
+    handle: usize,
+}
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);

@@ -107,7 +107,7 @@ fn draw(
     let centre = tightest.route().placement.position;
     let circle = Circle { centre, radius_m: 0.5 * turn_diameter_m, name };
     let pair = pair(tightest.dragon(), travel_m, benches);
-    let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest.dragon(), caption, travel_m) };
+    let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest, tightest.dragon(), caption, travel_m) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
 

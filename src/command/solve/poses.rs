@@ -120,7 +120,7 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
 /// The dragon on its route, which may be a turnaround.
 fn plan_view(args: &FigureArgs, config: &Config, time_s: f64) -> anyhow::Result<PlanView> {
     let caption = args.caption(config, format!("The dragon at {time_s} s"));
-    let plan = plan_of(config.dragon(), caption, travel_m(time_s, config));
+    let plan = plan_of(config, config.dragon(), caption, travel_m(time_s, config));
     let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps)?;
     Ok(match turnaround {
         Some(turnaround) => on_turn(plan, &turnaround),

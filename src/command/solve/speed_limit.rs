@@ -19,8 +19,8 @@ use crate::output::figure::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTim
 
 /// Find the greatest speed of the head at which no handle exceeds a limit.
 ///
-/// On a turnaround the whole passage of all benches counts. On a spiral (--config with kind = "spiral", without --pitch,
-/// --turn-diameter and --radius-ratio) the whole run counts, until the head reaches the centre.
+/// On a turnaround the whole passage of all benches counts. On another route (--config with another kind, without --pitch,
+/// --turn-diameter, --radius-ratio and --turn-line) the whole run counts, on a spiral until the head reaches the centre.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve speed-limit --limit 2

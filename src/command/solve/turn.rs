@@ -1,6 +1,5 @@
 //! `solve turn`: checks whether the dragon passes a turnaround, and finds its least clearance and largest speed.
 
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
@@ -8,7 +7,7 @@ use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::planner::{
     ClosestApproach, HeadTimetable, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio,
-    passage_through, shortest_turn, walk_through,
+    passage_through, shortest_turn, shortest_turn_with_line, walk_through,
 };
 use bench_dragon_geometry::route::{CircularArc, RouteShape, Turnaround, TurnaroundSpec};
 use clap::{Args, ValueHint};
@@ -16,7 +15,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{on_turn, pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, save_config};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_report};
@@ -28,11 +27,13 @@ use crate::output::figure::PlanView;
 #[command(after_help = "Examples:
   bench-dragon solve turn
   bench-dragon solve turn --pitch 1.5 --radius-ratio 1.2
+  bench-dragon solve turn --turn-line 0.65 --radius-ratio 1
   bench-dragon solve turn --config spiral.toml --pitch 1.7 --turn-diameter 9
   bench-dragon solve turn --shortest --clearance 0.05 --max-ratio 2 --save-config short.toml")]
 pub(crate) struct TurnArgs {
-    /// Find the shortest S inside the turning circle, by varying the radius at which it begins and the ratio of its radii.
-    #[arg(long, conflicts_with = "radius_ratio")]
+    /// Find the shortest S inside the turning circle, by varying the radius at which it begins, the ratio of its radii, and
+    /// the line between its arcs.
+    #[arg(long, conflicts_with_all = ["radius_ratio", "turn_line"])]
     pub(crate) shortest: bool,
     /// Clearance in metres that any two boards must keep, 0 to 10 [default: 0; with --shortest 0.05 or the configured
     /// margin_m, whichever is larger].
@@ -59,20 +60,22 @@ pub(crate) struct TurnPlanArgs {
     /// Radius of the entry arc ÷ radius of the exit arc [default: configured, else 2].
     #[arg(long, value_name = "RATIO", allow_negative_numbers = true, value_parser = finite)]
     pub(crate) radius_ratio: Option<f64>,
-    /// Configuration file, in TOML; if its route is a spiral, --pitch, --turn-diameter or --radius-ratio makes it a turnaround
-    /// on that spiral [default: the paper's turnaround].
+    /// Length in metres of a straight line between the two arcs, under the turning circle's diameter [default: configured,
+    /// else 0].
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true, value_parser = finite)]
+    pub(crate) turn_line: Option<f64>,
+    /// Configuration file, in TOML; if its route is a spiral, --pitch, --turn-diameter, --radius-ratio or --turn-line makes it
+    /// a turnaround on that spiral [default: the paper's turnaround].
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
 }
-
-/// Allowed limits for a handle's speed ÷ the head's speed. Under 1 every turn would fail, because the head itself has 1. A
-/// handle with a greater ratio than the upper limit jumps.
-const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
 
 #[derive(Default, Serialize)]
 struct TurnAnswer {
     radii_m: [f64; 2],
     length_m: f64,
+    /// Length of the line between the arcs.
+    line_m: f64,
     centres_m: [[f64; 2]; 2],
     entry_m: [f64; 2],
     exit_m: [f64; 2],
@@ -107,6 +110,33 @@ struct Shortest {
     saving_m: f64,
     /// The obstacles to a shorter S with a lower and with a higher ratio.
     limits: [Option<String>; 2],
+    /// The shortest S without a line.
+    arcs: Option<ShortestOfKind>,
+    /// The shortest S with a line; `None` if no line gives a shorter S.
+    with_line: Option<ShortestOfKind>,
+    /// The reason for which the shortest S with a line is unknown: it took too much work.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    with_line_undecided: Option<String>,
+}
+
+/// The shortest S of two arcs, or of two arcs and a line.
+#[derive(Serialize)]
+struct ShortestOfKind {
+    length_m: f64,
+    line_m: f64,
+    entry_radius_m: f64,
+    radius_ratio: f64,
+}
+
+impl From<&ShortestTurn> for ShortestOfKind {
+    fn from(ShortestTurn { turnaround, radius_ratio, .. }: &ShortestTurn) -> Self {
+        Self {
+            length_m: turnaround.turn_length_m(),
+            line_m: turnaround.line_m(),
+            entry_radius_m: 0.5 * turnaround.turn_diameter_m(),
+            radius_ratio: *radius_ratio,
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -121,13 +151,6 @@ struct Touch {
     time_s: f64,
     benches: [usize; 2],
     point_m: [f64; 2],
-}
-
-#[derive(Serialize)]
-struct TooFast {
-    ratio: f64,
-    time_s: f64,
-    handle: usize,
 }
 
 /// Default clearance of the shortest turn, in metres: enough for people.
@@ -187,10 +210,22 @@ fn find_shortest(
     staging: Staging,
     plan: TurnaroundSpec,
 ) -> anyhow::Result<(TurnaroundSpec, TurnPassage, Shortest)> {
-    let progress = Progress::new("shortest turn", 1.0);
-    let found =
-        shortest_turn(*planned, dimensions, staging, &args.answer.work.long_meter(), |share| progress.add(share));
-    let Some(found) = found.context("the shortest S is unknown; --work allows more")? else {
+    let found = Progress::new("shortest turn", 1.0);
+    let arcs = shortest_turn(*planned, dimensions, staging, &args.answer.work.long_meter(), |share| found.add(share));
+    drop(found);
+    let arcs = arcs.context("the shortest S is unknown; --work allows more")?;
+    let found = Progress::new("with a line", 1.0);
+    let meter = args.answer.work.long_meter();
+    let lined = shortest_turn_with_line(*planned, dimensions, staging, arcs.as_ref(), &meter, |share| found.add(share));
+    drop(found);
+    if let (None, Err(spent)) = (&arcs, &lined) {
+        return Err(*spent).context("the shortest S is unknown; --work allows more");
+    }
+    let with_line_undecided = lined.as_ref().err().map(ToString::to_string);
+    let (of_arcs, with_line) =
+        (arcs.as_ref().map(Into::into), lined.as_ref().ok().and_then(Option::as_ref).map(Into::into));
+    // A line counts only if it gives a shorter S.
+    let Some(found) = lined.unwrap_or_default().or(arcs) else {
         let Staging { clearance_m, speed_ratio } = staging;
         bail!(
             "no S inside a circle of diameter {} m keeps {} m between boards and every handle at most {} times as fast as \
@@ -201,14 +236,42 @@ fn find_shortest(
         );
     };
     let ShortestTurn { turnaround, radius_ratio, closest, limits } = found;
+    let (turn_diameter_m, line_m) = (turnaround.turn_diameter_m(), turnaround.line_m());
     let shortest = Shortest {
-        entry_radius_m: 0.5 * turnaround.turn_diameter_m(),
+        entry_radius_m: 0.5 * turn_diameter_m,
         radius_ratio,
         saving_m: planned.turn_length_m() - turnaround.turn_length_m(),
         limits: limits.map(|limit| limit.map(|obstacle| obstacle.to_string())),
+        arcs: of_arcs,
+        with_line,
+        with_line_undecided,
     };
-    let plan = TurnaroundSpec { turn_diameter_m: turnaround.turn_diameter_m(), radius_ratio, ..plan };
+    let plan = TurnaroundSpec { turn_diameter_m, radius_ratio, line_m, ..plan };
     Ok((plan, TurnPassage::Clear { closest }, shortest))
+}
+
+impl Shortest {
+    /// The lines of its text, each with its name.
+    fn lines(&self) -> Vec<(&'static str, String)> {
+        let Self { entry_radius_m, radius_ratio, saving_m, limits, arcs, with_line, with_line_undecided } = self;
+        let begins = format!("at the radius {entry_radius_m:.6} m, with the radius ratio {radius_ratio:.6}");
+        let mut lines = vec![("begins", begins), ("saving", format!("{saving_m:.6} m"))];
+        for (side, limit) in ["lower ratio", "higher ratio"].iter().zip(limits) {
+            let limit = limit.as_deref().unwrap_or("none");
+            lines.push(("limit", format!("at a smaller radius with a {side}: {limit}")));
+        }
+        lines.push(match (arcs, with_line, with_line_undecided) {
+            (.., Some(reason)) => ("with a line", format!("unknown: {reason}; --work allows more")),
+            (Some(ShortestOfKind { length_m, .. }), Some(lined), None) => {
+                let (saved_m, percent) = (length_m - lined.length_m, 100.0 * (1.0 - lined.length_m / length_m));
+                let saved = format!("{length_m:.6} m; the line saves {saved_m:.6} m, {percent:.1} %");
+                ("without a line", saved)
+            }
+            (None, ..) => ("without a line", "no S keeps the limits".to_owned()),
+            (Some(_), None, None) => ("with a line", "no S is shorter".to_owned()),
+        });
+        lines
+    }
 }
 
 /// Draws the dragon at its least clearance, or at its contact.
@@ -230,7 +293,7 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
     };
     let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
-    let plan = plan_of(&dragon, args.answer.figure.caption(config, title), travel_m);
+    let plan = plan_of(config, &dragon, args.answer.figure.caption(config, title), travel_m);
     let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turnaround) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
@@ -250,6 +313,7 @@ impl TurnAnswer {
         let mut answer = Self {
             radii_m: arcs.map(|arc| arc.radius_m()),
             length_m: turnaround.turn_length_m(),
+            line_m: turnaround.line_m(),
             centres_m: arcs.map(|arc| arc.centre().to_array()),
             entry_m: turnaround.entry().to_array(),
             exit_m: turnaround.exit().to_array(),
@@ -303,6 +367,9 @@ impl TurnAnswer {
         };
         line("entry", point(self.entry_m));
         line("exit", point(self.exit_m));
+        if self.line_m > 0.0 {
+            line("line", format!("{:.6} m between the arcs", self.line_m));
+        }
         line("length", format!("{:.6} m", self.length_m));
         if let Some(Nearness { clearance_m, at }) = &self.least_clearance {
             line("least clearance", format!("{clearance_m:.6} m {}", place(at)));
@@ -323,14 +390,7 @@ impl TurnAnswer {
         if let Some(max_ratio) = self.max_ratio {
             line("required", format!("at most {max_ratio} times the head's speed"));
         }
-        if let Some(Shortest { entry_radius_m, radius_ratio, saving_m, limits }) = &self.shortest {
-            line("begins", format!("at the radius {entry_radius_m:.6} m, with the radius ratio {radius_ratio:.6}"));
-            line("saving", format!("{saving_m:.6} m"));
-            for (side, limit) in ["lower ratio", "higher ratio"].iter().zip(limits) {
-                let limit = limit.as_deref().unwrap_or("none");
-                line("limit", format!("at a smaller radius with a {side}: {limit}"));
-            }
-        }
+        self.shortest.iter().flat_map(Shortest::lines).for_each(|(name, text)| line(name, text));
         self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
         self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}; --work allows more")));
         lines.join("\n")
@@ -339,7 +399,7 @@ impl TurnAnswer {
 
 /// Whether flags request a turn, for any route of the configuration.
 pub(super) fn asks_for_turn(args: &TurnPlanArgs) -> bool {
-    args.pitch.or(args.turn_diameter).or(args.radius_ratio).is_some()
+    args.pitch.or(args.turn_diameter).or(args.radius_ratio).or(args.turn_line).is_some()
 }
 
 /// Returns the configuration with this turnaround, and the turnaround.
@@ -373,6 +433,7 @@ pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, Turna
         pitch_m: args.pitch.unwrap_or(plan.pitch_m),
         turn_diameter_m: args.turn_diameter.unwrap_or(plan.turn_diameter_m),
         radius_ratio: args.radius_ratio.unwrap_or(plan.radius_ratio),
+        line_m: args.turn_line.unwrap_or(plan.line_m),
     };
     let (config, turnaround) = with_turnaround(&config, plan)?;
     Ok((config, plan, turnaround))

@@ -1,8 +1,10 @@
 //! A run as its description defines it, and the clearance measured in it so far.
 
+use bench_dragon_geometry::outline::Outline;
 use glam::DVec2;
 
 use crate::config::Config;
+use crate::output::fit;
 
 /// Greatest distance of the drawn line from the route, in metres.
 const SAGITTA_M: f64 = 0.002;
@@ -20,17 +22,27 @@ pub struct DescribedRun {
     pub config: Config,
     /// Points of the route in metres, from one dragon's length behind the start to the route's end.
     pub route: Vec<DVec2>,
+    /// Low and high corner of the part of the plane that a plan shows at first: the walked route, the outline of the stage, and
+    /// the part behind the start that is not far from them.
+    pub view: [DVec2; 2],
 }
 
 impl DescribedRun {
     /// Returns the run of this number, with this configuration.
     pub fn new(run_id: u64, config: Config) -> Self {
         let (dragon, dimensions) = (config.dragon(), config.dragon().dimensions());
-        let length_m: f64 = (0..dimensions.benches()).map(|bench| dimensions.link_m(bench)).sum();
-        let (from_m, to_m) = (dragon.start_travel_m() - length_m, dragon.route().end_travel_m());
-        let least_step_m = (to_m - from_m) / (MAX_POINTS - 1) as f64;
-        let route = dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
-        Self { run_id, config, route }
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.route().end_travel_m());
+        let from_m = start_m - dimensions.links_m();
+        let least_step_m = (end_m - from_m) / (MAX_POINTS - 3) as f64;
+        let polyline = |from_m, to_m| dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
+        let (behind, walked) = (polyline(from_m, start_m), polyline(start_m, end_m));
+        let corners = config.outline().map(Outline::corners).unwrap_or_default();
+        // On a coil, the dragon stands around the route.
+        let around = if dragon.route().coil().is_some() { &behind[..] } else { &[] };
+        let core = walked.iter().chain(corners).chain(around);
+        let view = fit(core.copied(), behind.iter().copied()).expect("a route has points");
+        let route = [behind, walked].concat();
+        Self { run_id, config, route, view }
     }
 }
 
@@ -98,6 +110,18 @@ mod tests {
             let beside_m = middle.length() - 0.55 * (turns + middle.to_angle() / TAU);
             assert!(beside_m.abs() < 2.0 * SAGITTA_M, "{beside_m} m beside the route at {middle}");
         }
+    }
+
+    #[test]
+    fn the_view_has_the_route_and_the_stage_without_a_long_run_up() {
+        let path = "[route]\nkind = \"path\"\nsegments = [{ kind = \"line\", length_m = 40 }]\n";
+        let stage = "[stage]\noutline = [[-1, -20], [60, -20], [60, 20], [-1, 20]]\n";
+        let view = |text: &str| DescribedRun::new(7, Config::from_toml(text).expect("valid")).view;
+        let [low, high] = view(path);
+        assert!(low.x < 0.0 && low.x > -6.0 && high.x == 40.0, "{low} to {high}");
+        assert_eq!(view(&format!("{path}{stage}"))[1], DVec2::new(60.0, 20.0));
+        let [low, high] = view("");
+        assert!((high - low).min_element() > 2.0 * 11.0, "the outer turns are in view: {low} to {high}");
     }
 
     #[test]

@@ -8,8 +8,15 @@ use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind};
 const KEPT_ALERTS: usize = 200;
 const KEPT_COMMANDS: usize = 100;
 /// Kinds of alerts that this version supports.
-const KINDS: [AlertKind; 6] =
-    [AlertKind::Near, AlertKind::Contact, AlertKind::Parted, AlertKind::Held, AlertKind::Fault, AlertKind::Restarted];
+const KINDS: [AlertKind; 7] = [
+    AlertKind::Near,
+    AlertKind::Contact,
+    AlertKind::Parted,
+    AlertKind::Held,
+    AlertKind::Fault,
+    AlertKind::Restarted,
+    AlertKind::Outside,
+];
 
 /// The newest events of one kind, each with its number.
 #[derive(Clone, Debug)]
@@ -133,7 +140,7 @@ mod tests {
         assert_eq!(numbers, (1..=KEPT_ALERTS as u64).collect::<Vec<_>>());
         assert_eq!((log.log.total, log.log.since(KEPT_ALERTS as u64).count()), (KEPT_ALERTS as u64 + 1, 1));
         let counts: Vec<u64> = log.counts().map(|(_, count)| count).collect();
-        assert_eq!(counts, [KEPT_ALERTS as u64, 0, 0, 0, 0, 1]);
+        assert_eq!(counts, [KEPT_ALERTS as u64, 0, 0, 0, 0, 1, 0]);
     }
 
     #[test]

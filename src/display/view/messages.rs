@@ -1,5 +1,6 @@
 //! The text messages between the view and its page: JSON with a `type` to the page, acknowledgements and commands from it.
 
+use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, Status, Stops};
 use glam::DVec2;
@@ -33,9 +34,17 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         "guarded": config.tables().monitor.guard,
         "planned_speed_mps": config.tables().head.speed_mps,
         "rate_hz": config.tables().serve.rate_hz,
-        // The points as x, y, x, y, …, rounded to a millimetre.
-        "route": run.route.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect::<Vec<_>>(),
+        // Points as x, y, x, y, …, rounded to a millimetre. Low and high corner of the part of the plane to show at first.
+        "route": in_a_row(&run.route),
+        "view": in_a_row(&run.view),
+        // Corners of the stage's outline; empty without one.
+        "outline": in_a_row(config.outline().map(Outline::corners).unwrap_or_default()),
     })
+}
+
+/// The coordinates of points as x, y, x, y, …, in metres, rounded to a millimetre.
+fn in_a_row(points: &[DVec2]) -> Vec<f64> {
+    points.iter().flat_map(DVec2::to_array).map(|value_m| (value_m * 1e3).round() / 1e3).collect()
 }
 
 /// Encodes the planned clearance of a whole run: some 15 kB, at most 40 kB. Units are metres.
@@ -57,7 +66,7 @@ pub(super) fn plan_message(run_id: u64, plan: &PlannedClearance) -> Value {
 
 /// Encodes an alert and its number. Units are metres and seconds of show time.
 pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>) -> Value {
-    let benches = alert.pair();
+    let (benches, bench) = (alert.pair(), alert.bench());
     json!({
         "type": "alert",
         "number": number,
@@ -65,8 +74,9 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
         "kind": alert.alert_kind().map_or(UNKNOWN, |kind| kind.name()),
         "time_s": alert.sim_time_ns as f64 * 1e-9,
         "benches": benches,
+        "bench": bench,
         "clearance_m": benches.map(|_| alert.clearance_m),
-        "point_m": benches.map(|_| alert.point_m),
+        "point_m": (benches.is_some() || bench.is_some()).then_some(alert.point_m),
         "forecast_s": alert.forecast(),
     })
 }

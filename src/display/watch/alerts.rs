@@ -48,10 +48,14 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     let name = kind.map_or("unknown", AlertKind::name);
     let tone = match kind {
         Some(AlertKind::Contact | AlertKind::Held | AlertKind::Fault) => Tone::Danger,
-        Some(AlertKind::Near) | None => Tone::Caution,
+        Some(AlertKind::Near | AlertKind::Outside) | None => Tone::Caution,
         Some(AlertKind::Parted | AlertKind::Restarted) => Tone::Calm,
     };
-    let benches = alert.pair().map_or_else(String::new, |[one, another]| format!(" {one}-{another}"));
+    let benches = match (alert.pair(), alert.bench()) {
+        (Some([one, another]), _) => format!(" {one}-{another}"),
+        (None, Some(bench)) => format!(" {bench}"),
+        (None, None) => String::new(),
+    };
     let is_past = is_of_another_run(alert, snapshot);
     // An alert of an earlier run is no longer urgent.
     let style = if is_past { look.theme.faint() } else { look.theme.text(tone) };
@@ -73,11 +77,12 @@ pub(super) enum AlertFilter {
 }
 
 impl AlertFilter {
-    const IN_ORDER: [Self; 7] = [
+    const IN_ORDER: [Self; 8] = [
         Self::All,
         Self::NotNear,
         Self::Only(AlertKind::Contact),
         Self::Only(AlertKind::Near),
+        Self::Only(AlertKind::Outside),
         Self::Only(AlertKind::Held),
         Self::Only(AlertKind::Fault),
         Self::Only(AlertKind::Restarted),
@@ -121,7 +126,7 @@ mod tests {
     fn alerts_are_filtered_by_kind() {
         let snapshot = snapshot(ShowState::Running, 300.0);
         let near = |keys| text_after(keys, &snapshot).contains("near      0-11");
-        assert_eq!(["", "k", "kk", "kkk", "kkkkkkk"].map(near), [true, false, false, true, true]);
+        assert_eq!(["", "k", "kk", "kkk", "kkkkkkkk"].map(near), [true, false, false, true, true]);
         let without = text_after("k", &snapshot);
         assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
     }

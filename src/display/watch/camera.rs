@@ -12,9 +12,10 @@ use crate::safety::monitor::plan_view;
 
 /// Factor of one zoom step, and range of the zoom. At 1, all of the route is in view.
 const ZOOM_STEP: f64 = 1.25;
-const ZOOM: RangeInclusive<f64> = 0.5..=200.0;
-/// Smallest zoom while the head is followed.
+const ZOOM: RangeInclusive<f64> = 0.5..=20_000.0;
+/// Smallest zoom, and largest extent of the part in view in metres, when the camera begins to follow the head.
 const FOLLOW_ZOOM: f64 = 4.0;
+const FOLLOW_M: f64 = 30.0;
 /// Step of an arrow key, as a share of the part in view.
 const PAN_STEP: f64 = 0.1;
 /// Free margin around the route, as a share of its size.
@@ -99,7 +100,9 @@ impl Camera {
             self.offset = all.map_or(DVec2::ZERO, |all| self.centre(&all, snapshot) - all.middle());
             self.follows = false;
         } else {
-            *self = Self { follows: true, zoom: self.zoom.max(FOLLOW_ZOOM), offset: DVec2::ZERO };
+            let largest_m = all.map_or(0.0, |all| (all.high - all.low).max_element());
+            let least = FOLLOW_ZOOM.max(largest_m / FOLLOW_M).min(*ZOOM.end());
+            *self = Self { follows: true, zoom: self.zoom.max(least), offset: DVec2::ZERO };
         }
     }
 
@@ -116,10 +119,11 @@ impl Camera {
 }
 
 impl Extent {
-    /// The extent of the route, on which the dragon lies; without a description, the extent of the handles.
+    /// The extent of the route and the stage, without the far part of a long run-up; without a description, the extent of the
+    /// handles.
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         match &snapshot.run {
-            Some(run) => Self::around(run.route.iter().copied()),
+            Some(run) => Self::around(run.view.into_iter()),
             None => Self::around(snapshot.frame.iter().flat_map(|frame| &frame.handles).map(plan_view)),
         }
     }

@@ -43,6 +43,12 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
             line(context, [ends[0], ends[1]], look.theme.colour(Color::DarkGray));
         }
     }
+    if let Some(outline) = snapshot.run.as_ref().and_then(|run| run.config.outline()) {
+        let corners = outline.corners();
+        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+            line(context, [*from, *to], look.theme.colour(Color::Gray));
+        }
+    }
     let Some(copy) = snapshot.frame.as_deref() else { return };
     paint_boards(context, viewport, copy, snapshot, look.theme);
     if let Some(nearest) = snapshot.nearest {

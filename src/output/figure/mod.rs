@@ -10,7 +10,7 @@
 //!
 //! | files | contents |
 //! |---|---|
-//! | `plan_view`, `contact`, `clearance`, `speeds`, `sensitivity` | the figures |
+//! | `plan_view`, `route`, `contact`, `clearance`, `speeds`, `sensitivity` | the figures |
 //! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
 //! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
@@ -23,6 +23,7 @@ mod page;
 mod plan_view;
 mod plot;
 mod png;
+mod route;
 mod sensitivity;
 mod speeds;
 mod style;
@@ -37,6 +38,7 @@ pub use contact::ContactView;
 pub use drawing::{Drawing, Paper};
 pub use page::{Caption, missing_letter};
 pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
+pub use route::RouteView;
 pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 

@@ -3,15 +3,16 @@
 use glam::DVec2;
 use kurbo::{Rect, Shape as _};
 
-use super::boards::{DragonInPlan, bounds, width_m, write_names};
+use super::boards::{DragonInPlan, width_m, write_names};
 use super::drawing::{Drawing, Mark, circle, polyline};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::style::{
-    AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, GREEN, LABEL_SIZE, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH,
-    PURPLE,
+    AXIS_WIDTH, BLACK, BOTTOM_MARGIN, FINE_WIDTH, GREEN, LABEL_SIZE, LEFT_MARGIN, LINE_WIDTH, LineStyle, ORANGE,
+    PLOT_WIDTH, PURPLE,
 };
 use super::text::{Anchor, Text};
+use crate::output::fit;
 
 /// The dragon on its route at one time. Both axes have the same scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,8 +45,10 @@ pub struct Circle {
 pub struct TurnMarks {
     /// Points of the two arcs.
     pub arcs: [Vec<DVec2>; 2],
-    /// The seams between the spiral in, the two arcs and the spiral out.
-    pub seams: [DVec2; 3],
+    /// Points of the line between the arcs; empty without one.
+    pub line: Vec<DVec2>,
+    /// The seams between the spiral in, the arcs, the line and the spiral out.
+    pub seams: Vec<DVec2>,
 }
 
 /// Two benches, with their clearance.
@@ -117,11 +120,12 @@ impl PlanView {
         self.pair.as_ref().map_or(&[], |pair| &pair.benches)
     }
 
-    /// Low and high corner of the plan, which shows all boards and the circle.
+    /// Low and high corner of the plan, which shows all boards, the circle, and the corners of the stage near them.
     fn bounds(&self) -> [DVec2; 2] {
-        let radius_m = self.circle.as_ref().map_or(0.0, |circle| circle.radius_m);
-        let circle = [DVec2::splat(-radius_m), DVec2::splat(radius_m)];
-        let [low, high] = bounds(self.dragon.boards.iter().flatten().copied().chain(circle), 0.0);
+        let circle =
+            self.circle.iter().flat_map(|circle| [-1.0, 1.0].map(|side| circle.centre + side * circle.radius_m));
+        let core = self.dragon.boards.iter().flatten().copied().chain(circle);
+        let [low, high] = fit(core, self.dragon.outline.iter().copied()).expect("a dragon has boards");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }
@@ -133,8 +137,8 @@ impl PlanView {
             let swatch = Swatch::Line { colour: BLACK, width: FINE_WIDTH, style: LineStyle::Dashed };
             entries.push(LegendEntry::new(swatch, circle.name.as_str()));
         }
-        if self.turn.is_some() {
-            entries.extend(TurnMarks::legend());
+        if let Some(turn) = &self.turn {
+            entries.extend(turn.legend());
         }
         entries
     }
@@ -152,18 +156,23 @@ impl TurnMarks {
         for (arc, colour) in self.arcs.iter().zip([GREEN, PURPLE]) {
             drawing.push(plot.line(arc, colour, ARC_WIDTH));
         }
-        for seam in self.seams {
+        if !self.line.is_empty() {
+            drawing.push(plot.line(&self.line, ORANGE, ARC_WIDTH));
+        }
+        for &seam in &self.seams {
             drawing.push(Mark::stroked(circle(plot.at(seam), SEAM_RADIUS), BLACK, FINE_WIDTH).clipped(plot.area));
         }
     }
 
-    fn legend() -> [LegendEntry; 3] {
+    fn legend(&self) -> Vec<LegendEntry> {
         let line = |colour| Swatch::Line { colour, width: ARC_WIDTH, style: LineStyle::Solid };
-        [
-            LegendEntry::new(line(GREEN), "first arc"),
-            LegendEntry::new(line(PURPLE), "second arc"),
-            LegendEntry::new(Swatch::Ring { colour: BLACK, radius: SEAM_RADIUS }, "joint"),
-        ]
+        let mut entries = vec![LegendEntry::new(line(GREEN), "first arc")];
+        if !self.line.is_empty() {
+            entries.push(LegendEntry::new(line(ORANGE), "line"));
+        }
+        entries.push(LegendEntry::new(line(PURPLE), "second arc"));
+        entries.push(LegendEntry::new(Swatch::Ring { colour: BLACK, radius: SEAM_RADIUS }, "joint"));
+        entries
     }
 }
 

@@ -113,14 +113,15 @@ fn frame_row(header: &FrameHeader) -> Vec<Cell> {
 
 fn alert_row(alert: &Alert) -> Vec<Cell> {
     let kind = alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string());
-    let pair = alert.pair();
-    let bench = |index: usize| pair.map_or(Cell::Blank, |pair| Cell::Whole(u64::from(pair[index])));
-    let of_pair = |number: f64| Cell::from(pair.map(|_| number));
+    let bench = |bench: u32| if bench == Alert::NO_BENCH { Cell::Blank } else { Cell::Whole(u64::from(bench)) };
+    let of_pair = |number: f64| Cell::from(alert.pair().map(|_| number));
+    let of_bench = |number: f64| Cell::from((alert.bench_a != Alert::NO_BENCH).then_some(number));
     let [x_m, y_m] = alert.point_m;
     let forecast_s = (alert.forecast_ns != Alert::NO_FORECAST).then(|| seconds(alert.forecast_ns));
-    let what = [kind.into(), bench(0), bench(1), of_pair(alert.clearance_m), of_pair(x_m), of_pair(y_m)];
+    let benches = [bench(alert.bench_a), bench(alert.bench_b)];
+    let what = [of_pair(alert.clearance_m), of_bench(x_m), of_bench(y_m)];
     let when = when(alert.run_id, alert.tick, alert.sim_time_ns).into_iter();
-    when.chain(what).chain([forecast_s.into()]).collect()
+    when.chain([kind.into()]).chain(benches).chain(what).chain([forecast_s.into()]).collect()
 }
 
 /// Row of a command event, with the values of its [`CommandLine`]. An event that is not a command has no outcome.

@@ -23,10 +23,12 @@ class AlertKind(WireCode):
     """The frames do not agree with the published description."""
     RESTARTED = 5
     """The source of the frames was restarted."""
+    OUTSIDE = 6
+    """A board left the outline of the stage, while the bench before it is inside."""
 
 
 class Alert(WireType):
-    """One event. Use `alert_kind`, `pair` and `forecast_s` to read the coded fields."""
+    """One event. Use `alert_kind`, `pair`, `bench` and `forecast_s` to read the coded fields."""
 
     TYPE_NAME = "bench_dragon.Alert.v1"
 
@@ -40,13 +42,15 @@ class Alert(WireType):
     forecast_ns: int
     """Show time of the forecast contact in nanoseconds, coded. Read it with `forecast_s`."""
     clearance_m: float
-    """Clearance of the two benches in metres, negative where they overlap; 0 for an alert without benches."""
+    """Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair."""
     point_m: ctypes.Array[ctypes.c_double]
-    """Point midway between the nearest points of the two boards, in metres; 0 for an alert without benches."""
+    """Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside,
+    or of the outline in the board. 0 for an alert without benches.
+    """
     kind: int
     """An `AlertKind` as its number. Read it with `alert_kind`."""
     bench_a: int
-    """The lower bench index, coded. Read it with `pair`."""
+    """The lower bench index, or the only one, coded. Read it with `pair` or `bench`."""
     bench_b: int
     """The higher bench index, coded. Read it with `pair`."""
     reserved: int
@@ -72,8 +76,13 @@ class Alert(WireType):
 
     @property
     def pair(self) -> tuple[int, int] | None:
-        """The two benches, the lower index first; `None` for an alert without benches."""
-        return None if self.bench_a == _NO_BENCH else (self.bench_a, self.bench_b)
+        """The two benches, the lower index first; `None` for an alert without a pair."""
+        return None if self.bench_b == _NO_BENCH else (self.bench_a, self.bench_b)
+
+    @property
+    def bench(self) -> int | None:
+        """The bench of an alert about one bench; `None` for any other."""
+        return self.bench_a if self.bench_b == _NO_BENCH != self.bench_a else None
 
     @property
     def sim_time_s(self) -> float:

@@ -4,7 +4,7 @@
 /** @typedef {import('./show.js').Alert} Alert */
 
 /** Kinds of alerts, the most severe first. */
-const KINDS = ['contact', 'held', 'fault', 'restarted', 'parted', 'near'];
+const KINDS = ['contact', 'held', 'fault', 'restarted', 'outside', 'parted', 'near'];
 
 export class AlertFilter {
   /** @type {Set<string>} */ #hidden = new Set();

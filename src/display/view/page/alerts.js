@@ -72,13 +72,14 @@ export function alertKey({ number, run_id, kind, time_s }) {
 
 /** @param {Alert} alert */
 function row(alert) {
-  const { kind, time_s, benches, clearance_m, forecast_s } = alert;
+  const { kind, time_s, benches, bench, clearance_m, forecast_s } = alert;
   const item = document.createElement('li');
   item.className = 'alert';
   item.dataset.kind = kind;
   item.dataset.key = alertKey(alert);
   const what = [];
   if (benches !== null) what.push(`${benches[0]} · ${benches[1]}`);
+  if (bench !== null) what.push(`bench ${bench}`);
   if (clearance_m !== null) what.push(`${format.millimetres(clearance_m)} mm`);
   if (kind === 'held' && forecast_s !== null) what.push(`contact at ${format.showTime(forecast_s)} s`);
   item.append(text('b', capital(kind)), text('span', what.join(', ')), text('time', `${format.showTime(time_s)} s`));

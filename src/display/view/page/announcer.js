@@ -37,8 +37,8 @@ export class Announcer {
 }
 
 /** @param {Alert} alert */
-function sentence({ kind, time_s, benches, clearance_m }) {
-  const who = benches === null ? '' : `, ${format.pair(benches)}`;
+function sentence({ kind, time_s, benches, bench, clearance_m }) {
+  const who = benches !== null ? `, ${format.pair(benches)}` : bench !== null ? `, bench ${bench}` : '';
   const what = clearance_m === null ? '' : `, ${format.millimetres(clearance_m)} millimetres`;
   return `Alert: ${kind}${who}${what}, at ${format.showTime(time_s)} seconds.`;
 }

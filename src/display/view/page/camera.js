@@ -1,7 +1,8 @@
 // @ts-check
 // The part of the plane on the screen. y points up in the plane and down on the screen.
 
-const LEAST_SCALE = 0.05;
+/** A route may be 1000 km long. */
+const LEAST_SCALE = 0.0005;
 const LARGEST_SCALE = 4000;
 /** Smallest scale, in pixels per metre, at which the head is followed. */
 const FOLLOW_SCALE = 56;

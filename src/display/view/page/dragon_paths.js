@@ -15,19 +15,25 @@ const HINGE_RADIUS_M = 0.028;
 /** Approximate distance of a line's points, in pixels. Hinges between them are left out. */
 const STRETCH_PX = 6;
 
-/** The box around the dragon and its route. @param {Frame} frame @param {Run | null} run */
-export function extent(frame, run) {
+/**
+ * The box to show: the run's view, which contains the route and the stage. Without a run, or with a head outside that view: the
+ * box around the dragon.
+ * @param {Frame} frame
+ * @param {Run | null} run
+ */
+export function extent({ handles }, run) {
+  if (run !== null) {
+    const [x0, y0, x1, y1] = run.view;
+    const [x, y] = handles;
+    if (x > x0 - 1 && x < x1 + 1 && y > y0 - 1 && y < y1 + 1) return { x0, y0, x1, y1 };
+  }
   const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
-  const include = (/** @type {ArrayLike<number>} */ values, /** @type {number} */ stride) => {
-    for (let at = 0; at + 1 < values.length; at += stride) {
-      box.x0 = Math.min(box.x0, values[at]);
-      box.x1 = Math.max(box.x1, values[at]);
-      box.y0 = Math.min(box.y0, values[at + 1]);
-      box.y1 = Math.max(box.y1, values[at + 1]);
-    }
-  };
-  include(frame.handles, 3);
-  if (run !== null) include(run.route, 2);
+  for (let at = 0; at + 1 < handles.length; at += 3) {
+    box.x0 = Math.min(box.x0, handles[at]);
+    box.x1 = Math.max(box.x1, handles[at]);
+    box.y0 = Math.min(box.y0, handles[at + 1]);
+    box.y1 = Math.max(box.y1, handles[at + 1]);
+  }
   return box;
 }
 

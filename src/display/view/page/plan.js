@@ -75,7 +75,8 @@ export class Plan {
   draw(show, bench) {
     const { frame, run } = { frame: show.frame, run: show.runOfFrame() };
     this.#aim(frame, run);
-    this.#route.draw(this.#screen.context, this.#camera, run, { ground: this.#palette.halo, ink: this.#palette.route });
+    const { halo: ground, route: ink, edge } = this.#palette;
+    this.#route.draw(this.#screen.context, this.#camera, run, { ground, ink, edge });
     this.#screen.begin();
     if (frame !== null) {
       this.#inPlane(() => this.#drawDragon(frame, run, bench));

@@ -1,5 +1,5 @@
 // @ts-check
-// The route. It is constant while the dragon moves, so it is drawn once for each camera, and then copied.
+// The stage and the route. They are constant while the dragon moves, so they are drawn once for each camera, and then copied.
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {import('./camera.js').Box} Box */
@@ -7,6 +7,8 @@
 
 /** Points per path: the cost of stroking a path grows faster than its length. */
 const POINTS_A_PATH = 64;
+/** Width of the line around the stage, in pixels. */
+const STAGE_PX = 2;
 
 export class RouteLayer {
   #canvas = document.createElement('canvas');
@@ -14,35 +16,47 @@ export class RouteLayer {
   #drawn = '';
   /** @type {Run | null} */ #run = null;
   /** @type {{path: Path2D, box: Box}[]} */ #parts = [];
+  #stage = new Path2D();
 
   /**
-   * Draws the ground and the route.
+   * Draws the ground, the stage and the route.
    * @param {CanvasRenderingContext2D} context
    * @param {Camera} camera
    * @param {Run | null} run
-   * @param {{ground: string, ink: string}} colours
+   * @param {{ground: string, ink: string, edge: string}} colours
    */
-  draw(context, camera, run, { ground, ink }) {
+  draw(context, camera, run, { ground, ink, edge }) {
     const { width, height } = context.canvas;
     const wanted = [camera.x, camera.y, camera.scale, width, height, run?.run_id, ground].join();
     if (wanted !== this.#drawn) {
       this.#drawn = wanted;
-      if (run !== this.#run) [this.#run, this.#parts] = [run, run === null ? [] : parts(run.route)];
+      if (run !== this.#run) this.#read(run);
       Object.assign(this.#canvas, { width, height });
-      this.#paint(camera, ground, ink);
+      this.#paint(camera, ground, ink, edge);
     }
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.drawImage(this.#canvas, 0, 0);
   }
 
-  /** @param {Camera} camera @param {string} ground @param {string} ink */
-  #paint(camera, ground, ink) {
+  /** @param {Run | null} run */
+  #read(run) {
+    [this.#run, this.#parts, this.#stage] = [run, run === null ? [] : parts(run.route), new Path2D()];
+    const corners = run?.outline ?? [];
+    for (let at = 0; at + 1 < corners.length; at += 2) this.#stage.lineTo(corners[at], corners[at + 1]);
+    if (corners.length > 0) this.#stage.closePath();
+  }
+
+  /** @param {Camera} camera @param {string} ground @param {string} ink @param {string} edge */
+  #paint(camera, ground, ink, edge) {
     const ratio = this.#canvas.width / camera.width;
     const { x, y, width, height } = camera;
     const scale = camera.scale * ratio;
     this.#context.fillStyle = ground;
     this.#context.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
     this.#context.setTransform(scale, 0, 0, -scale, (width * ratio) / 2 - x * scale, (height * ratio) / 2 + y * scale);
+    this.#context.lineWidth = STAGE_PX / camera.scale;
+    this.#context.strokeStyle = edge;
+    this.#context.stroke(this.#stage);
     this.#context.lineWidth = 1 / camera.scale;
     this.#context.strokeStyle = ink;
     const seen = camera.seen(0);

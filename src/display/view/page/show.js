@@ -19,6 +19,8 @@
  * @property {number} planned_speed_mps
  * @property {number} rate_hz
  * @property {number[]} route x, y, x, y, …
+ * @property {[number, number, number, number]} view low and high corner of the part of the plane to show at first
+ * @property {number[]} outline x, y, x, y, … of the stage's corners; empty without an outline
  */
 /** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */
 /** @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival travel, its show time, and wall time until then */
@@ -80,6 +82,7 @@
  * @property {string} kind
  * @property {number} time_s
  * @property {[number, number] | null} benches
+ * @property {number | null} bench of an alert about one bench
  * @property {number | null} clearance_m
  * @property {[number, number] | null} point_m
  * @property {number | null} forecast_s

@@ -139,7 +139,8 @@ export class Timeline {
     for (const { run_id, kind, time_s } of alerts) {
       if (run_id !== frame?.run_id) continue;
       const isGrave = kind === 'contact' || kind === 'held' || kind === 'fault';
-      context.fillStyle = isGrave ? this.#palette.contact : kind === 'near' ? this.#palette.near : this.#palette.quiet;
+      const isWarning = kind === 'near' || kind === 'outside';
+      context.fillStyle = isGrave ? this.#palette.contact : isWarning ? this.#palette.near : this.#palette.quiet;
       context.fillRect(this.#axis.x(time_s) - 1, this.#axis.top - 4, 2, isGrave ? 12 : 8);
     }
   }

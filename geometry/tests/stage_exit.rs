@@ -1,0 +1,230 @@
+//! The first board that leaves a stage, compared with dense samples of the run.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use bench_dragon_geometry::clearance::first_exit;
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
+use bench_dragon_geometry::outline::{Outline, OutlineError};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec, SpiralSpec};
+use glam::DVec2;
+use proptest::prelude::*;
+
+/// Distance between two samples of a run, in metres of travel.
+const STEP_M: f64 = 0.002;
+
+fn segments() -> impl Strategy<Value = PathSegment> {
+    let turn = || prop_oneof![-4.0..-0.2_f64, 0.2..4.0_f64];
+    prop_oneof![
+        (0.5..5.0_f64).prop_map(|length_m| PathSegment::Line { length_m }),
+        (1.6..4.0_f64, turn()).prop_map(|(radius_m, turn)| PathSegment::Arc { radius_m, turn }),
+        (1.6..4.0_f64, 0.2..2.0_f64, any::<bool>(), turn()).prop_map(|(less_m, by_m, inward, turn)| {
+            let [start_radius_m, end_radius_m] = if inward { [less_m + by_m, less_m] } else { [less_m, less_m + by_m] };
+            PathSegment::Spiral { start_radius_m, end_radius_m, turn }
+        }),
+    ]
+}
+
+/// Closed paths. The body of the dragon stands in the bends, so a bench behind the first two may be the first that leaves.
+fn ovals() -> impl Strategy<Value = PathSpec> {
+    (0.5..6.0_f64, 1.6..3.0_f64, 0.5..6.0_f64).prop_map(|(length_m, radius_m, other_m)| {
+        let (bend, lines) = (
+            PathSegment::Arc { radius_m, turn: 0.5 * PI },
+            [length_m, other_m].map(|length_m| PathSegment::Line { length_m }),
+        );
+        let half = [lines[0], bend, lines[1], bend];
+        PathSpec { segments: [half, half].concat(), laps: Some(1) }
+    })
+}
+
+fn dragons() -> impl Strategy<Value = Dragon> {
+    let dimensions = (1_usize..12, 1.0..2.5_f64, 0.8..2.0_f64, 0.1..0.3_f64, 0.0..0.3_f64);
+    let path = prop_oneof![
+        prop::collection::vec(segments(), 1..6).prop_map(|segments| PathSpec { segments, laps: None }),
+        ovals(),
+    ];
+    (dimensions, path).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m, hole), path)| {
+        let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole * head_m.min(body_m)).ok()?;
+        let route = RouteSpec::from(path).build(1.0, dimensions.links_m()).ok()?;
+        Dragon::new(dimensions, Arc::new(route)).ok()
+    })
+}
+
+/// A star about the middle of the run: its corners have random distances in growing directions, so it may be concave.
+fn outlines() -> impl Strategy<Value = (Vec<f64>, f64, bool)> {
+    (prop::collection::vec(0.3..1.6_f64, 3..9), 0.0..6.0_f64, any::<bool>())
+}
+
+fn boards_at(dragon: &Dragon, solver: &mut ChainSolver, travel_m: f64) -> Vec<Board> {
+    let mut boards = Vec::new();
+    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
+    boards
+}
+
+fn star(dragon: &Dragon, (shares, turn, is_reversed): &(Vec<f64>, f64, bool)) -> Option<Outline> {
+    let mut solver = ChainSolver::new(dragon);
+    let handles: Vec<DVec2> = [dragon.start_travel_m(), dragon.end_travel_m()]
+        .into_iter()
+        .flat_map(|travel_m| solver.solve(dragon, travel_m).expect("within the run").to_vec())
+        .map(|handle| handle.position)
+        .collect();
+    let centre = handles.iter().sum::<DVec2>() / handles.len() as f64;
+    let reach_m = 2.0 + handles.iter().map(|handle| handle.distance(centre)).fold(0.0, f64::max);
+    let corner = |(i, share): (usize, &f64)| {
+        let angle = turn + TAU * i as f64 / shares.len() as f64;
+        (centre + share * reach_m * 1.3 * DVec2::from_angle(angle)).to_array()
+    };
+    let mut corners: Vec<[f64; 2]> = shares.iter().enumerate().map(corner).collect();
+    if *is_reversed {
+        corners.reverse();
+    }
+    Outline::new(&corners).ok()
+}
+
+fn is_outside(outline: &Outline, boards: &[Board]) -> bool {
+    boards.iter().any(|board| outline.leaving_point(board).is_some())
+}
+
+/// Compares the first exit with samples of the whole run.
+fn assert_like_samples(dragon: &Dragon, outline: &Outline) -> Result<(), TestCaseError> {
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let exit = first_exit(dragon, outline).expect("no limit");
+    let mut solver = ChainSolver::new(dragon);
+    let mut outside_at = |travel_m: f64| is_outside(outline, &boards_at(dragon, &mut solver, travel_m));
+    let count = ((end_m - start_m) / STEP_M).ceil();
+    let sampled = (0..=count as u32)
+        .map(|step| start_m + (end_m - start_m) * (f64::from(step) / count))
+        .find(|at| outside_at(*at));
+    let Some(exit) = exit else {
+        prop_assert!(sampled.is_none(), "outside at {sampled:?}");
+        return Ok(());
+    };
+    prop_assert!(sampled.is_none_or(|sampled_m| exit.travel_m <= sampled_m + 1e-8), "{exit:?}, sampled at {sampled:?}");
+    prop_assert!(exit.travel_m == start_m || !outside_at(exit.travel_m - 1e-7), "{exit:?} is late");
+    let boards = boards_at(dragon, &mut solver, exit.travel_m);
+    let point = outline.leaving_point(&boards[exit.bench]);
+    prop_assert!(point.is_some_and(|point| point.distance(exit.point) < 1e-6), "{exit:?}: {point:?}");
+    prop_assert!(exit.travel_m == start_m || outline.distance_m(exit.point) < 1e-6, "{exit:?} is not on the outline");
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn the_first_exit_is_that_of_dense_samples(dragon in dragons(), star_of in outlines()) {
+        let Some(outline) = star(&dragon, &star_of) else { return Ok(()) };
+        assert_like_samples(&dragon, &outline)?;
+    }
+
+    /// A spike from outside points at a place on or beside the route behind the head. So any bench may be the first that meets
+    /// it.
+    #[test]
+    fn each_bench_is_followed_over_its_own_ground(
+        radius_m in 3.0..6.0_f64, behind_m in -2.0..14.0_f64, off_m in -0.3..0.4_f64, (head_m, body_m, width_m) in (1.0..2.5_f64, 0.8..2.0_f64, 0.1..0.3_f64),
+    ) {
+        let circle = PathSpec { segments: vec![PathSegment::Arc { radius_m, turn: TAU }], laps: Some(1) };
+        let dimensions = Dimensions::new(8, head_m, body_m, width_m, 0.1).expect("valid");
+        let route = RouteSpec::from(circle).build(1.0, dimensions.links_m()).expect("valid");
+        let Ok(dragon) = Dragon::new(dimensions, Arc::new(route)) else { return Ok(()) };
+        let out = DVec2::from_angle(-0.5 * PI - behind_m / radius_m);
+        let (centre, side) = (DVec2::new(0.0, radius_m), 0.01 * out.perp());
+        let at = |m: f64, across: f64| (centre + m * out + across * out.perp()).to_array();
+        let (tip, base) = (centre + (radius_m + off_m) * out, centre + 10.0 * out);
+        let corners = [at(10.0, 10.0), at(-10.0, 10.0), at(-10.0, -10.0), at(10.0, -10.0), (base - side).to_array(), tip.to_array(), (base + side).to_array()];
+        assert_like_samples(&dragon, &Outline::new(&corners).expect("simple"))?;
+    }
+
+    /// The mean of random samples inside the board decides, and no other function of the outline.
+    #[test]
+    fn a_board_is_inside_if_all_of_its_points_are(
+        star_of in outlines(), at in (-4.0..4.0_f64, -4.0..4.0_f64), heading in -3.0..3.0_f64,
+    ) {
+        let corners: Vec<[f64; 2]> = star_of.0.iter().enumerate().map(|(i, share)| {
+            let angle = star_of.1 + TAU * i as f64 / star_of.0.len() as f64;
+            (3.0 * share * DVec2::from_angle(angle)).to_array()
+        }).collect();
+        let Ok(outline) = Outline::new(&corners) else { return Ok(()) };
+        let along = DVec2::from_angle(heading);
+        let board = Board::from_handles(DVec2::from(at) + 0.8 * along, DVec2::from(at) - 0.8 * along, 2.0, 0.4);
+        let points = (0..=60).flat_map(|i| (0..=20).map(move |j| (f64::from(i) / 30.0 - 1.0, f64::from(j) / 10.0 - 1.0)));
+        let mut points = points.map(|(u, v)| board.centre + u * board.half_length * along + v * board.half_width * along.perp());
+        match outline.leaving_point(&board) {
+            None => prop_assert!(points.all(|point| outline.contains(point) || outline.distance_m(point) < 1e-9)),
+            Some(point) if outline.distance_m(point) > 0.1 => prop_assert!(points.any(|point| !outline.contains(point))),
+            Some(_) => {}
+        }
+    }
+}
+
+fn paper() -> Dragon {
+    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's");
+    let route = RouteSpec::from(SpiralSpec::default()).build(1.0, dimensions.links_m()).expect("the paper's");
+    Dragon::new(dimensions, Arc::new(route)).expect("it stands")
+}
+
+fn square(half_m: f64) -> Outline {
+    Outline::new(&[[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]]).expect("a square")
+}
+
+#[test]
+fn a_board_outside_at_the_start_is_found_there() {
+    let exit = first_exit(&paper(), &square(10.0)).expect("no limit").expect("the tail is outside");
+    assert_eq!(exit.travel_m, 0.0);
+    assert_eq!(first_exit(&paper(), &square(20.0)).expect("no limit"), None);
+}
+
+/// The board's sides slide along two edges of the stage for the whole run.
+#[test]
+fn a_board_that_slides_along_an_edge_does_not_leave() {
+    let dimensions = Dimensions::new(5, 3.0, 2.0, 0.4, 0.25).expect("valid");
+    let route = Route::clone(
+        &RouteSpec::from(PathSpec { segments: vec![PathSegment::Line { length_m: 30.0 }], laps: None })
+            .build(1.0, dimensions.links_m())
+            .expect("valid"),
+    );
+    let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands").metered(&Meter::of(1_000_000));
+    let aisle = |length_m: f64| {
+        Outline::new(&[[-20.0, -0.2], [length_m, -0.2], [length_m, 0.2], [-20.0, 0.2]]).expect("an aisle")
+    };
+    assert_eq!(first_exit(&dragon, &aisle(40.0)), Ok(None));
+    let exit = first_exit(&dragon, &aisle(12.0)).expect("enough work").expect("the head leaves");
+    assert!((exit.travel_m - 11.75).abs() < 2e-9 && exit.bench == 0, "{exit:?}");
+    assert!((exit.point.x - 12.0).abs() < 2e-9, "{exit:?}");
+}
+
+#[test]
+fn a_corner_of_a_concave_stage_enters_the_side_of_a_board() {
+    let arc = PathSegment::Arc { radius_m: 5.0, turn: 3.0 };
+    let dimensions = Dimensions::new(3, 3.0, 3.0, 0.4, 0.25).expect("valid");
+    let route =
+        RouteSpec::from(PathSpec { segments: vec![arc], laps: None }).build(1.0, dimensions.links_m()).expect("valid");
+    let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
+    // A spike whose tip lies inside the arc, where only the middle of a board reaches.
+    let tip = [4.7, 5.0];
+    let outline =
+        Outline::new(&[[-12.0, -3.0], [9.0, -3.0], [9.0, 12.0], [-12.0, 12.0], [-12.0, 5.1], tip, [-12.0, 4.9]]);
+    let outline = outline.expect("simple");
+    let exit = first_exit(&dragon, &outline).expect("no limit").expect("the spike meets a board");
+    assert!(exit.point.distance(tip.into()) < 1e-6, "{exit:?}");
+}
+
+#[test]
+fn outlines_that_are_not_simple_polygons_are_rejected() {
+    let of = |corners: &[[f64; 2]]| Outline::new(corners).expect_err("not simple");
+    assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0]]), OutlineError::Points { points: 2 });
+    assert_eq!(of(&[[0.0, 0.0]; 257]), OutlineError::Points { points: 257 });
+    assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]), OutlineError::Crossing { first: 2, second: 4 });
+    assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [2.0, 0.0]]), OutlineError::Crossing { first: 1, second: 2 });
+    assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), OutlineError::Crossing { first: 1, second: 2 });
+    // A corner on another edge.
+    let bow = of(&[[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [2.0, 0.0], [0.0, 2.0]]);
+    assert_eq!(bow, OutlineError::Crossing { first: 1, second: 3 });
+    assert!(matches!(of(&[[0.0, 0.0], [f64::NAN, 0.0], [0.0, 1.0]]), OutlineError::Coordinate { point: 2, .. }));
+}
+
+#[test]
+fn a_limit_of_work_ends_the_search() {
+    let dragon = paper().metered(&Meter::of(1000));
+    assert!(first_exit(&dragon, &square(14.0)).is_err());
+}

@@ -1,0 +1,274 @@
+//! `solve route`: surveys a route of any kind, and how far the dragon gets on it.
+
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::{Dragon, DragonError, TightSpot};
+use bench_dragon_geometry::planner::RouteSurvey;
+use bench_dragon_geometry::route::{Crossing, Route, RouteShape, RouteSpec, TightestBend};
+use clap::Args;
+use glam::DVec2;
+use serde::Serialize;
+
+use super::figure::{corners_of, in_plan, polyline};
+use super::stage::StageAnswer;
+use super::{AnswerArgs, save_config};
+use crate::command::flags::ConfigArgs;
+use crate::command::print::print_report;
+use crate::command::{in_file, load_document};
+use crate::config::{Config, ConfigDocument, DrawingFit};
+use crate::output::Counted;
+use crate::output::figure::{DragonInPlan, RouteView};
+
+/// Survey the route: its length, end, tightest bend and crossings, and how far the dragon gets on it.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve route
+  bench-dragon solve route --config eight.toml --format json
+  bench-dragon solve route --config eight.toml --figure route.svg
+  bench-dragon solve route --config street.toml --save-config segments.toml
+
+The length counts from the head's start to the end of the route, even if the dragon's run ends before. Travel is the length \
+that the head has walked since t = 0.
+
+A crossing is a point that the route passes twice, at an angle. A route that touches itself, or runs along itself, does not \
+cross itself there. The crossings are those of the part that the head walks, and of the part on which the dragon stands at the \
+start. For a closed path, they are those of one lap with itself.")]
+pub(crate) struct RouteArgs {
+    #[command(flatten)]
+    pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) answer: AnswerArgs,
+}
+
+#[derive(Debug, Serialize)]
+struct RouteAnswer {
+    length_m: f64,
+    end_m: [f64; 2],
+    end_heading_deg: f64,
+    /// Null for a straight route.
+    tightest_radius_m: Option<f64>,
+    tightest_travel_m: Option<f64>,
+    tightest_m: Option<[f64; 2]>,
+    segments: usize,
+    /// Distance of the route from the drawing; null for a route that is not a drawing.
+    fit_error_m: Option<f64>,
+    /// Null if the search took too much work.
+    crossings: Option<usize>,
+    crossing_points: Vec<CrossingPoint>,
+    /// Travel of the head at the end of the run; null if the dragon cannot stand at the start.
+    run_end_m: Option<f64>,
+    run_end_s: Option<f64>,
+    run_end_point_m: Option<[f64; 2]>,
+    ends_because: Option<String>,
+    /// The first place that a bench cannot follow; null if the dragon walks the whole route.
+    cannot_follow: Option<TightPlace>,
+    /// The reason for which the dragon cannot stand at the start.
+    infeasible: Option<String>,
+    #[serde(flatten)]
+    stage: Option<StageAnswer>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct CrossingPoint {
+    point_m: [f64; 2],
+    travels_m: [f64; 2],
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct TightPlace {
+    bench: usize,
+    /// Travel of the bench's front handle along the route.
+    travel_m: f64,
+    point_m: [f64; 2],
+}
+
+pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
+    let document = load_document(&args.config)?;
+    let route = in_file(&args.config, document.curve())?;
+    let placed = place(&document, &route);
+    let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.dragon()));
+    let survey = RouteSurvey::of(&route, document.route(), standing_m, &args.answer.work.meter());
+    let stage = match &placed {
+        Ok(config) => StageAnswer::of(config, args.answer.work),
+        Err(_) => document.outline().map(|_| StageAnswer::default()),
+    };
+    let answer = RouteAnswer { stage, ..RouteAnswer::of(&document, &survey, placed.as_ref()) };
+    print_report(args.answer.format.format, &answer, answer.text(document.route(), document.drawing()))?;
+    draw(args, &document, &route, &survey, &placed, &answer)?;
+    match &placed {
+        Ok(config) => save_config(&args.answer, Ok(config)),
+        Err(error) => save_config(&args.answer, Err(&error.to_string())),
+    }
+}
+
+/// Places the dragon on its route.
+fn place(document: &ConfigDocument, route: &Route) -> Result<Config, DragonError> {
+    match document.clone().build() {
+        Ok(config) => Ok(config),
+        Err(_) => {
+            let placed = Dragon::new(*document.dimensions(), Arc::new(route.clone()));
+            Err(placed.err().unwrap_or_else(|| unreachable!("the same dragon was rejected")))
+        }
+    }
+}
+
+/// Length of the route on which the dragon stands at the start.
+fn standing_m(dragon: &Dragon) -> f64 {
+    let start_m = dragon.start_travel_m();
+    let chain = dragon.chain(start_m).expect("the run has a start");
+    chain.last().map_or(0.0, |tail| start_m - dragon.route().travel(tail.parameter))
+}
+
+impl RouteAnswer {
+    fn of(document: &ConfigDocument, survey: &RouteSurvey, placed: Result<&Config, &DragonError>) -> Self {
+        let RouteSurvey { length_m, end, tightest, crossings } = survey;
+        let config = placed.ok();
+        let dragon = config.map(Config::dragon);
+        let run_end_m = dragon.map(|dragon| dragon.end_travel_m());
+        let head = dragon.map(|dragon| dragon.route().point(dragon.end_parameter()).position);
+        Self {
+            length_m: *length_m,
+            end_m: end.position.to_array(),
+            end_heading_deg: end.tangent.to_angle().to_degrees(),
+            tightest_radius_m: tightest.map(|tightest| tightest.radius_m),
+            tightest_travel_m: tightest.map(|tightest| tightest.travel_m),
+            tightest_m: tightest.map(|tightest| tightest.point.to_array()),
+            segments: document.route().shape.segments(),
+            fit_error_m: document.drawing().map(|drawing| drawing.fit_error_m),
+            crossings: crossings.is_complete.then_some(crossings.found.len()),
+            crossing_points: crossings.found.iter().map(CrossingPoint::of).collect(),
+            run_end_m,
+            run_end_s: config.map(Config::end_s),
+            run_end_point_m: head.map(|head| head.to_array()),
+            ends_because: dragon.map(|dragon| dragon.run_end().to_string()),
+            cannot_follow: tight_spot(placed).map(|spot| TightPlace::of(&spot)),
+            infeasible: placed.err().map(ToString::to_string),
+            stage: None,
+        }
+    }
+
+    fn text(&self, plan: &RouteSpec, drawing: Option<&DrawingFit>) -> String {
+        let mut lines = Vec::new();
+        let mut line = |name: &str, text: String| lines.push(format!("{name:<16} {text}"));
+        line("route", kind(plan));
+        line("length", format!("{:.6} m", self.length_m));
+        line("end", format!("at {}, heading {}°", point(self.end_m), decimal(self.end_heading_deg)));
+        match (self.tightest_radius_m, self.tightest_travel_m, self.tightest_m) {
+            (Some(radius_m), Some(travel_m), Some(at)) => {
+                line(
+                    "tightest bend",
+                    format!("radius {radius_m:.6} m, at {} m of travel, at {}", decimal(travel_m), point(at)),
+                );
+            }
+            _ => line("tightest bend", "none: the route is straight".to_owned()),
+        }
+        if let Some(DrawingFit { file, fit_error_m, tolerance_m, corners, .. }) = drawing {
+            let file = file.display();
+            let corners = Counted(*corners as u64, "rounded corner");
+            line("drawing", format!("at most {fit_error_m:.6} m from {file}, allowed are {tolerance_m} m; {corners}"));
+        }
+        match self.crossings {
+            Some(count) => line("crossings", count.to_string()),
+            None => line("crossings", "unknown: the search took too much work; --work allows more".to_owned()),
+        }
+        for CrossingPoint { point_m, travels_m: [one, other] } in self.crossing_points.iter().take(SHOWN_CROSSINGS) {
+            line("crossing", format!("at {}, after {one:.6} m and {other:.6} m of travel", point(*point_m)));
+        }
+        let hidden = self.crossing_points.len().saturating_sub(SHOWN_CROSSINGS);
+        if hidden > 0 {
+            line("crossing", format!("{hidden} more; --format json has all"));
+        }
+        if let (Some(end_m), Some(end_s), Some(at), Some(reason)) =
+            (self.run_end_m, self.run_end_s, self.run_end_point_m, &self.ends_because)
+        {
+            line("run ends", format!("after {end_m:.6} m of travel, at {end_s:.6} s, at {}: {reason}", point(at)));
+        }
+        if let Some(TightPlace { bench, travel_m, point_m }) = self.cannot_follow {
+            line(
+                "cannot follow",
+                format!("bench {bench}, at {} m of travel, at {}", decimal(travel_m), point(point_m)),
+            );
+        }
+        if let (Some(stage), None) = (&self.stage, &self.infeasible) {
+            line("stage", stage.text());
+        }
+        self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
+        lines.join("\n")
+    }
+}
+
+/// A number with six decimals. A zero has no sign.
+fn decimal(value: f64) -> String {
+    format!("{:.6}", (value * 1e6).round() / 1e6 + 0.0)
+}
+
+fn point([x, y]: [f64; 2]) -> String {
+    format!("({}, {}) m", decimal(x), decimal(y))
+}
+
+/// Most crossings that the text lists.
+const SHOWN_CROSSINGS: usize = 20;
+
+impl CrossingPoint {
+    fn of(&Crossing { point, travels_m }: &Crossing) -> Self {
+        Self { point_m: point.to_array(), travels_m }
+    }
+}
+
+impl TightPlace {
+    fn of(&TightSpot { bench, travel_m, point }: &TightSpot) -> Self {
+        Self { bench, travel_m, point_m: point.to_array() }
+    }
+}
+
+/// The first place that a bench cannot follow, at the start or at the end of the run.
+fn tight_spot(placed: Result<&Config, &DragonError>) -> Option<TightSpot> {
+    match placed {
+        Ok(config) => config.dragon().tight_spot(),
+        Err(DragonError::CannotStand { at, .. }) => Some(*at),
+        Err(_) => None,
+    }
+}
+
+fn kind(plan: &RouteSpec) -> String {
+    let segments = Counted(plan.shape.segments() as u64, "segment");
+    match &plan.shape {
+        RouteShape::Path(path) if path.laps.is_some() => {
+            let laps = Counted(u64::from(path.laps.unwrap_or(1)), "lap");
+            format!("closed path of {segments}, {:.6} m, {laps}", path.lap_m())
+        }
+        shape => format!("{} of {segments}", shape.kind()),
+    }
+}
+
+/// Draws the route, and the dragon at the end of its run.
+fn draw(
+    args: &RouteArgs,
+    document: &ConfigDocument,
+    route: &Route,
+    survey: &RouteSurvey,
+    placed: &Result<Config, DragonError>,
+    answer: &RouteAnswer,
+) -> anyhow::Result<()> {
+    let figure = &args.answer.figure;
+    if !figure.is_asked() {
+        return Ok(());
+    }
+    let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
+    let title = format!("The route, {:.3} m long", survey.length_m);
+    let dragon = placed.as_ref().map(|config| in_plan(config, config.dragon(), config.dragon().end_travel_m()));
+    let view = RouteView {
+        caption: figure.caption_of(document, title),
+        dragon: DragonInPlan {
+            route: polyline(route, start_m - document.dimensions().links_m(), start_m),
+            outline: corners_of(document.outline()),
+            ..dragon.unwrap_or_default()
+        },
+        walked: polyline(route, start_m, end_m),
+        crossings: survey.crossings.found.iter().map(|crossing| crossing.point).collect::<Vec<DVec2>>(),
+        tightest: survey.tightest.map(|TightestBend { point, .. }| point),
+        tight_spot: tight_spot(placed.as_ref()).map(|spot| spot.point),
+        leaving: answer.stage.as_ref().and_then(StageAnswer::point_m).map(DVec2::from),
+    };
+    figure.save_and_tell(view.draw(), args.answer.format.format)
+}

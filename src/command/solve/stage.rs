@@ -1,0 +1,56 @@
+//! The part of an answer about the outline of the stage.
+
+use bench_dragon_geometry::clearance::{StageExit, first_exit};
+use serde::Serialize;
+
+use super::WorkArgs;
+use crate::config::Config;
+
+/// Whether the dragon stays on the stage during its run.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct StageAnswer {
+    /// The first board that leaves the stage; null if none does, or if the answer is unknown.
+    leaves_stage: Option<Leaving>,
+    /// The reason for which the answer is unknown: it took too much work.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stage_undecided: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Leaving {
+    time_s: f64,
+    bench: usize,
+    point_m: [f64; 2],
+}
+
+impl StageAnswer {
+    /// The answer for a configuration; `None` if its stage has no outline.
+    pub(super) fn of(config: &Config, work: WorkArgs) -> Option<Self> {
+        let outline = config.outline()?;
+        Some(match first_exit(&config.dragon().metered(&work.meter()), outline) {
+            Ok(exit) => Self { leaves_stage: exit.map(|exit| Leaving::of(&exit, config)), stage_undecided: None },
+            Err(spent) => Self { leaves_stage: None, stage_undecided: Some(spent.to_string()) },
+        })
+    }
+
+    /// The point at which the first board leaves the stage.
+    pub(super) fn point_m(&self) -> Option<[f64; 2]> {
+        self.leaves_stage.map(|leaving| leaving.point_m)
+    }
+
+    pub(super) fn text(&self) -> String {
+        match (&self.leaves_stage, &self.stage_undecided) {
+            (Some(Leaving { time_s, bench, point_m: [x, y] }), _) => {
+                format!("bench {bench} is the first that leaves it, at {time_s:.6} s, at ({x:.6}, {y:.6}) m")
+            }
+            (None, Some(reason)) => format!("unknown whether a board leaves it: {reason}; --work allows more"),
+            (None, None) => "no board leaves it".to_owned(),
+        }
+    }
+}
+
+impl Leaving {
+    fn of(&StageExit { travel_m, bench, point }: &StageExit, config: &Config) -> Self {
+        Self { time_s: config.timetable().time_s(travel_m), bench, point_m: point.to_array() }
+    }
+}
