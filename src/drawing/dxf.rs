@@ -356,7 +356,6 @@ fn chain(ends: &[[DVec2; 2]], gap_m: f64) -> Option<Vec<(usize, bool)>> {
         let all = (0..ends.len()).flat_map(|number| [(number, 0), (number, 1)]);
         all.filter(|&(number, end)| (number, end) != own && ends[number][end].distance(at) <= gap_m).collect()
     };
-    let is_free = |number: usize, end: usize| partners(ends[number][end], (number, end)).is_empty();
     // The first curve keeps its direction: the path begins at the free end behind it.
     let (mut at, mut begin) = (0, 0);
     for _ in 0..ends.len() {
@@ -369,7 +368,6 @@ fn chain(ends: &[[DVec2; 2]], gap_m: f64) -> Option<Vec<(usize, bool)>> {
             break;
         }
     }
-    debug_assert!(at == 0 || is_free(at, begin));
     let mut order = vec![(at, begin == 1)];
     let (first, mut end) = (at, 1 - begin);
     loop {

@@ -4,8 +4,8 @@ mod csv;
 mod dxf;
 mod svg;
 
-use std::fs::File;
-use std::io::Read as _;
+use std::fs::{self, File};
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use bench_dragon_geometry::drawing::Drawing;
@@ -64,13 +64,10 @@ pub fn has_points(file: &Path) -> bool {
 /// The bytes of a file.
 fn contents(file: &Path) -> Result<Vec<u8>, DrawingFileError> {
     let mut bytes = vec![];
-    let read = File::open(file).and_then(|file| {
-        if file.metadata()?.is_file() {
-            file.take(MAX_LEN + 1).read_to_end(&mut bytes)
-        } else {
-            Err(std::io::Error::other("is not a file"))
-        }
-    });
+    // Opening a pipe would wait for its writer.
+    let is_file = |metadata: fs::Metadata| metadata.is_file().then_some(()).ok_or(io::Error::other("is not a file"));
+    let read =
+        fs::metadata(file).and_then(is_file).and_then(|()| File::open(file)?.take(MAX_LEN + 1).read_to_end(&mut bytes));
     match read.map_err(|error| DrawingFileError(format!("cannot be read: {error}")))? as u64 {
         0..=MAX_LEN => Ok(bytes),
         _ => Err(DrawingFileError(format!("is longer than {} MiB, the most that is allowed", MAX_LEN >> 20))),

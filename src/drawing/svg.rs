@@ -85,7 +85,7 @@ fn with_ids(text: &str) -> Result<String, DrawingFileError> {
     let (mut named, mut at) = (String::with_capacity(text.len() + 40 * places.len()), 0);
     for (number, place) in places.into_iter().enumerate() {
         named += &text[at..place];
-        named += &format!(" id=\"{UNNAMED}{number}\"");
+        named.extend([" id=\"", UNNAMED, &number.to_string(), "\""]);
         at = place;
     }
     named += &text[at..];

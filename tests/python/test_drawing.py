@@ -222,6 +222,27 @@ def test_every_svg_shape_is_followed_in_every_transform(tmp_path, shape, transfo
         assert len(route["segments"]) == 1
 
 
+@pytest.mark.parametrize("nested", [False, True])
+def test_used_paths_lie_where_their_transforms_and_units_put_them(tmp_path, nested):
+    use = '<use id="a" href="#p" x="5" y="3" transform="rotate(10) scale(2)"/>'
+    body = f'<svg x="4" y="6" width="50" height="25" viewBox="0 0 25 12.5">{use}</svg>' if nested else f"<g>{use}</g>"
+    text = document(
+        f'<defs><g><path id="p" style="display:inline" d="M1 2 Q 9 2 9 9"/></g></defs>{body}',
+        'width="200mm" height="100mm" viewBox="0 0 100 50"',
+    )
+    drawing = tmp_path / "used.svg"
+    drawing.write_text(text)
+    route = route_of(tmp_path, drawing, id="a", metres_per_unit=0.1)
+    rotation = complex(math.cos(math.radians(10)), math.sin(math.radians(10)))
+    steps = np.linspace(0, 1, 8000)
+    local = (1 + 2j) * (1 - steps) ** 2 + 2 * (9 + 2j) * (1 - steps) * steps + (9 + 9j) * steps**2 + (5 + 3j)
+    placed = 2 * local * rotation
+    placed = 4 + 6j + 2 * placed if nested else placed
+    # Two millimetres are a unit of the viewBox, and 96 pixels an inch.
+    drawn = (placed * 2 * 96 / 25.4 * 0.1).conjugate()
+    assert_follows(route, drawn)
+
+
 def dxf_points(entity):
     """Points of an entity. Those of splines and ellipses lie on the curve itself, not on ezdxf's approximation by cubics."""
     match entity.dxftype():

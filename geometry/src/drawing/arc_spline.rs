@@ -76,7 +76,7 @@ impl Stretch {
             fitted.push(step.elements);
             at = step.from;
         }
-        Ok(fitted.iter().rev().flat_map(|elements| elements.as_slice()).copied().collect())
+        Ok(fitted.iter().rev().flat_map(Elements::as_slice).copied().collect())
     }
 
     /// Nodes at which steps from a node may end: those near the end of the longest step, which is found by doubling and

@@ -55,7 +55,7 @@ pub(super) fn fit(drawing: &Drawing, settings: &FitSettings) -> Result<Fit, Draw
 
 /// Rounds the corners between runs.
 fn rounded(runs: Runs, settings: &FitSettings) -> Result<Vec<Group>, DrawingError> {
-    let Runs { mut runs, corners, is_closed } = runs;
+    let Runs { list: mut runs, corners } = runs;
     let count = runs.len();
     let mut arcs = Vec::with_capacity(corners.len());
     for (i, corner) in corners.iter().enumerate() {
@@ -74,7 +74,6 @@ fn rounded(runs: Runs, settings: &FitSettings) -> Result<Vec<Group>, DrawingErro
         runs[i].elements = before;
         arcs.push(arc);
     }
-    debug_assert!(is_closed || arcs.len() + 1 == count);
     Ok(groups(runs, &corners, arcs))
 }
 

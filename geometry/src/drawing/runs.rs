@@ -41,10 +41,9 @@ const SHORTEST_NODE: f64 = 1e-9;
 
 /// A drawing as runs.
 pub(super) struct Runs {
-    pub(super) runs: Vec<Run>,
+    pub(super) list: Vec<Run>,
     /// The corner behind each run; an open drawing has none behind its last.
     pub(super) corners: Vec<Corner>,
-    pub(super) is_closed: bool,
 }
 
 /// Elements with common tangents.
@@ -157,7 +156,7 @@ fn simplified(parts: &[Part], tolerance_m: f64) -> Vec<Part> {
             fewer.push(parts[from].clone());
             from += 1;
         }
-        let last = parts.get(to).filter(|after| from < to && continues(&parts[to - 1], after)).is_some();
+        let last = parts.get(to).is_some_and(|after| from < to && continues(&parts[to - 1], after));
         to -= usize::from(last);
         if from < to {
             merge(&parts[from..to], tolerance_m, &mut fewer);
@@ -281,7 +280,7 @@ impl<'a> Builder<'a> {
         if !matches!(self.closing, Some(Joint::Corner(_))) {
             self.finish_run()?;
         }
-        Ok(Runs { runs: self.runs, corners, is_closed: self.closing.is_some() })
+        Ok(Runs { list: self.runs, corners })
     }
 
     fn joint_before(&self, i: usize) -> Option<Joint> {
