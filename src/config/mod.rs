@@ -409,7 +409,10 @@ mod tests {
             ("[dragon]\nwidth_m = inf", "[dragon] width_m is inf, must be"),
             ("[route]\npitch_m = 0.2", "pitch_m is 0.2, must be above width_m"),
             ("[route]\npitch_m = nan", "[route] pitch_m is NaN, must be"),
-            ("[route]\nkind = \"ring\"", "line 2, `kind = \"ring\"`: unknown variant `ring`, expected one of `spiral`, `turnaround`"),
+            (
+                "[route]\nkind = \"ring\"",
+                "line 2, `kind = \"ring\"`: unknown variant `ring`, expected one of `spiral`, `turnaround`",
+            ),
             ("[route]\nradius_ratio = 2", "[route] radius_ratio is 2, only allowed with kind = \"turnaround\""),
             (
                 "[route]\nkind = \"turnaround\"\nstart_turns = 16",
