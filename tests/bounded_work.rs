@@ -73,7 +73,7 @@ fn paths() -> impl Strategy<Value = String> {
         )),
     ];
     (log(3.0, 10_000.0), prop::collection::vec(segment, 1..20)).prop_map(|(benches, segments)| {
-        let segments: String = segments.iter().map(|segment| format!("[[route.segments]]\n{segment}")).collect();
+        let segments = segments.iter().flat_map(|segment| ["[[route.segments]]\n", segment]).collect::<String>();
         format!("[dragon]\nbenches = {}\n[route]\nkind = \"path\"\n{segments}", benches as u64)
     })
 }

@@ -189,6 +189,33 @@ fn a_turn_that_exceeds_a_limit_is_reported_and_not_saved() {
 }
 
 #[test]
+fn a_line_between_the_arcs_is_planned_saved_and_played() {
+    let stage = Stage::new();
+    let saved = stage.path("line.toml").display().to_string();
+    let turn = answer(&["turn", "--turn-line", "2", "--radius-ratio", "1", "--save-config", &saved]);
+    assert_eq!((&turn["line_m"], &answer(&["turn"])["line_m"]), (&json!(2.0), &json!(0.0)));
+    assert_eq!(answer(&["turn", "--config", &saved]), turn);
+    assert!(fs::read_to_string(&saved).expect("a file").contains("turn_line_m = 2.0\n"));
+    let text = solve(&["turn", "--turn-line", "2", "--radius-ratio", "1"]).expect_clean().stdout;
+    assert!(text.contains("line             2.000000 m between the arcs\n"), "{text}");
+}
+
+#[test]
+fn the_first_handle_over_a_ratio_is_found_on_any_route() {
+    let stage = Stage::new();
+    let file = stage.path("turn.toml").display().to_string();
+    fs::write(&file, "[route]\nkind = \"turnaround\"\n").expect("a file");
+    let limits = ["--clearance", "0.05", "--max-ratio", "1.5"];
+    let found = answer(&[&["contact", "--config", &file], &limits[..]].concat());
+    assert_eq!((&found["time_s"], &found["max_ratio"]), (&Value::Null, &json!(1.5)));
+    let [ratio, time_s] = ["ratio", "time_s"].map(|key| found["too_fast"][key].as_f64().expect("a number"));
+    // The largest ratio is reached at 14.480 s.
+    assert!((ratio - 1.5).abs() < 1e-6 && time_s > 10.0 && time_s < 14.48, "{found}");
+    assert_eq!(answer(&["contact", "--config", &file, "--max-ratio", "1.605"])["too_fast"], Value::Null);
+    assert_eq!(answer(&["contact", "--config", &file]).get("too_fast"), None);
+}
+
+#[test]
 fn the_shortest_turn_leaves_room_and_plays_through_under_the_guard() {
     let stage = Stage::new();
     let (file, saved) = (stage.path("turn.toml").display().to_string(), stage.path("short.toml").display().to_string());
@@ -199,6 +226,10 @@ fn the_shortest_turn_leaves_room_and_plays_through_under_the_guard() {
     let ratio = turn["largest_ratio"].as_f64().expect("a ratio");
     assert!(ratio <= 2.0 && ratio > 1.99, "{ratio}");
     assert!(turn["least_clearance"]["clearance_m"].as_f64().expect("a clearance") >= 0.05, "{turn}");
+    // A line makes the S shorter, and the answer has both.
+    let length_m = |turn: &Value| turn["length_m"].as_f64().expect("a length");
+    assert!(length_m(&turn["with_line"]) < length_m(&turn["arcs"]), "{turn}");
+    assert_eq!((length_m(&turn), &turn["line_m"]), (length_m(&turn["with_line"]), &turn["with_line"]["line_m"]));
 
     let pace = ["--time-scale", "20", "--rate", "100", "--out", "out", "--format", "json"];
     let ended = stage.run(&[&["show", "--guard", "--config", "short.toml"], &pace[..]].concat());

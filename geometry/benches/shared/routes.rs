@@ -25,9 +25,10 @@ pub fn mixed() -> Route {
 
 /// A winding street of this many arcs, each 1.2 to 1.8 m long and of a radius of 4 to 40 m, as a fitted drawing has them.
 pub fn winding(segments: usize) -> Route {
-    let mut random = fastrand::Rng::with_seed(1);
     let arc = |number: usize| {
-        let (radius_m, length_m) = (4.0 + 36.0 * random.f64(), 1.2 + 0.6 * random.f64());
+        // Multiples of irrational numbers, without their whole parts, are spread evenly.
+        let spread = |step: f64| (number as f64 * step).fract();
+        let (radius_m, length_m) = (4.0 + 36.0 * spread(0.618_034), 1.2 + 0.6 * spread(0.414_214));
         // Eight arcs to one side, then eight to the other.
         let side = if (number / 8).is_multiple_of(2) { 1.0 } else { -1.0 };
         PathSegment::Arc { radius_m, turn: side * length_m / radius_m }

@@ -129,16 +129,7 @@ impl BenchSearch<'_> {
             let distances_m = boards.map(|board| edge.board_distance_m(board));
             // The displacements from the two ends add up to at most the drift.
             distances_m[0] + distances_m[1] > coverage.drift_m()
-                || self.stays_beside(&coverage, &edge, boards.map(|board| board.centre))
-        })
-    }
-
-    /// Whether the board stays on one side of an edge, across the edge or in the direction from the edge to the board's centre.
-    fn stays_beside(&self, coverage: &BoardCoverage, edge: &Edge, centres: [DVec2; 2]) -> bool {
-        let across = (edge.to - edge.from).perp().normalize_or_zero();
-        let away = centres.map(|centre| (centre - edge.nearest(centre)).normalize_or_zero());
-        [across, -across, away[0], away[1]].into_iter().any(|direction| {
-            direction != DVec2::ZERO && coverage.edge_gap_m([edge.from, edge.to], direction) > -GRAZE_M
+                || stays_beside(&coverage, &edge, boards.map(|board| board.centre))
         })
     }
 
@@ -167,4 +158,13 @@ impl BenchSearch<'_> {
         }
         turning_point(low_m, high_m, TRAVEL_TOLERANCE_M, |travel_m| front(travel_m) >= parameter).1
     }
+}
+
+/// Whether the board stays on one side of an edge, across the edge or in the direction from the edge to the board's centre.
+fn stays_beside(coverage: &BoardCoverage, edge: &Edge, centres: [DVec2; 2]) -> bool {
+    let across = (edge.to - edge.from).perp().normalize_or_zero();
+    let away = centres.map(|centre| (centre - edge.nearest(centre)).normalize_or_zero());
+    [across, -across, away[0], away[1]]
+        .into_iter()
+        .any(|direction| direction != DVec2::ZERO && coverage.edge_gap_m([edge.from, edge.to], direction) > -GRAZE_M)
 }

@@ -1,7 +1,7 @@
 //! Survey of a route: its length, its end, its tightest bend and its crossings, whether or not a dragon can walk it.
 
 use crate::dragon::Meter;
-use crate::route::{Crossings, Route, RoutePoint, RouteSpec, TightestBend};
+use crate::route::{Crossings, PathSpec, Route, RoutePoint, RouteSpec, TightestBend};
 
 /// Facts about a route.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ impl RouteSurvey {
     /// ```
     pub fn of(route: &Route, plan: &RouteSpec, standing_m: f64, meter: &Meter) -> Self {
         let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
-        let lap_m = plan.as_path().filter(|path| path.laps.is_some()).map(|path| path.lap_m());
+        let lap_m = plan.as_path().filter(|path| path.laps.is_some()).map(PathSpec::lap_m);
         let [from_m, to_m] = lap_m.map_or([start_m - standing_m, end_m], |lap_m| [0.0, lap_m]);
         let crossings = route.crossings(from_m, to_m, lap_m.is_some(), meter.left());
         meter.add(crossings.steps);

@@ -216,19 +216,16 @@ impl Search {
 
     /// Finds the crossings of two pieces.
     fn meet(&mut self, first: &Stretch<'_>, second: &Stretch<'_>) {
-        let pair = [first, second];
-        match (&first.placed.segment, &second.placed.segment) {
-            (Segment::Spiral(_), _) | (_, Segment::Spiral(_)) => self.bisect(*first, *second),
-            (Segment::Line(one), Segment::Line(other)) => {
-                let at = line_and_line(one, other);
-                at.into_iter().for_each(|at| self.settle(pair, at));
-            }
+        let points: Vec<DVec2> = match (&first.placed.segment, &second.placed.segment) {
+            (Segment::Spiral(_), _) | (_, Segment::Spiral(_)) => return self.bisect(*first, *second),
+            (Segment::Line(one), Segment::Line(other)) => line_and_line(one, other).into_iter().collect(),
             (Segment::Line(line), Segment::Arc(arc)) | (Segment::Arc(arc), Segment::Line(line)) => {
-                line_and_arc(line, arc).into_iter().flatten().for_each(|at| self.settle(pair, at));
+                line_and_arc(line, arc).into_iter().flatten().collect()
             }
-            (Segment::Arc(one), Segment::Arc(other)) => {
-                arc_and_arc(one, other).into_iter().flatten().for_each(|at| self.settle(pair, at));
-            }
+            (Segment::Arc(one), Segment::Arc(other)) => arc_and_arc(one, other).into_iter().flatten().collect(),
+        };
+        for near in points {
+            self.settle([first, second], near);
         }
     }
 
@@ -335,7 +332,7 @@ enum Verdict {
     Unknown(usize),
 }
 
-impl<'a> SpiralPair<'a> {
+impl SpiralPair<'_> {
     /// Examines the pair.
     ///
     /// 1. A curve with |κ| ≤ K stays within K·ℓ²/8 of the chord between its ends. So the pieces are apart if their chords are

@@ -8,7 +8,9 @@
 //! *Closed form.* Let α = atan θ, the angle between v and the chord from E to −E. Let λ = ℓ/2R, and let r be the sum of the
 //! radii. In axes along v and to the right of it, the S adds up to the chord:
 //!
-//!     r·sin 2ψ + ℓ·cos 2ψ = 2R·cos α,   r·(1 − cos 2ψ) + ℓ·sin 2ψ = 2R·sin α.
+//! ```text
+//! r·sin 2ψ + ℓ·cos 2ψ = 2R·cos α,   r·(1 − cos 2ψ) + ℓ·sin 2ψ = 2R·sin α
+//! ```
 //!
 //! With tan ψ = t, the second minus t times the first is 2R·(sin α − t·cos α) = ℓ·t. So tan ψ = sin α / (cos α + λ). Then ψ =
 //! α − δ, with tan δ = λ·sin α / (1 + λ·cos α). The centres of the two circles are √(r² + ℓ²) apart, so r = (1 − λ²)·R / sin α.

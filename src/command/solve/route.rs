@@ -103,13 +103,11 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
 
 /// Places the dragon on its route.
 fn place(document: &ConfigDocument, route: &Route) -> Result<Config, DragonError> {
-    match document.clone().build() {
-        Ok(config) => Ok(config),
-        Err(_) => {
-            let placed = Dragon::new(*document.dimensions(), Arc::new(route.clone()));
-            Err(placed.err().unwrap_or_else(|| unreachable!("the same dragon was rejected")))
-        }
+    if let Ok(config) = document.clone().build() {
+        return Ok(config);
     }
+    let placed = Dragon::new(*document.dimensions(), Arc::new(route.clone()));
+    Err(placed.expect_err("the same dragon was rejected"))
 }
 
 /// Length of the route on which the dragon stands at the start.
