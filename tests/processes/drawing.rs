@@ -205,7 +205,7 @@ fn a_million_points_are_followed_and_noise_is_refused() {
 #[test]
 fn a_route_that_no_description_can_hold_is_refused() {
     let stage = Stage::new();
-    let waves = "c0 10 10 10 10 0c0 -10 10 -10 10 0".repeat(250);
+    let waves = "c0 10 10 10 10 0c0 -10 10 -10 10 0".repeat(60);
     let content = format!("{SVG}<path d=\"M0 0{waves}\"/></svg>");
     assert_refused(
         &stage,

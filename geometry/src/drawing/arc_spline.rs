@@ -17,10 +17,12 @@ use super::element::{Element, distance_m};
 const MAX_MISSES: usize = 8;
 /// Number of ends that are tried near the longest step from a point.
 const ENDS: usize = 10;
+/// Number of those that are longer than the longest step with the first ratio.
+const LONGER: usize = 4;
 /// Ratios of the two legs of a biarc, in the order in which they are tried.
 const RATIOS: [f64; 5] = [1.0, 0.6, 1.7, 0.3, 3.0];
-/// Most elements of a fit: the path of more would be too long for any configuration.
-const MAX_ELEMENTS: usize = 10_000;
+/// Most elements of a fit. The path of more would be too long for any configuration.
+const MAX_ELEMENTS: usize = 4_000;
 
 /// A smooth curve: points with directions, and the outline between them.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +63,7 @@ impl Stretch {
                 return Err(DrawingError::Segments { limit: MAX_ELEMENTS });
             }
             for to in self.ends(from, tolerance_m) {
-                let Some((elements, step_cost)) = self.step(from, to, tolerance_m) else { continue };
+                let Some((elements, step_cost)) = self.step(from, to, &RATIOS, tolerance_m) else { continue };
                 farthest = farthest.max(to);
                 let cost = cost + step_cost;
                 if best[to].is_none_or(|step| cost < step.cost) {
@@ -83,7 +85,7 @@ impl Stretch {
     /// bisection.
     fn ends(&self, from: usize, tolerance_m: f64) -> RangeInclusive<usize> {
         let last = self.nodes.len() - 1;
-        let reaches = |width: usize| self.step(from, from + width, tolerance_m).is_some();
+        let reaches = |width: usize| self.step(from, from + width, &RATIOS[..1], tolerance_m).is_some();
         let longest = last - from;
         let Some(first) = (1..=longest.min(MAX_MISSES)).find(|&width| reaches(width)) else { return from + 1..=from };
         let (mut low, mut high) = (first, longest + 1);
@@ -95,12 +97,12 @@ impl Stretch {
             let width = low.midpoint(high);
             *(if reaches(width) { &mut low } else { &mut high }) = width;
         }
-        // Steps slightly longer than one that is too far may be near enough again.
-        from + low.saturating_sub(ENDS - 3).max(1)..=last.min(from + low + 2)
+        // With other ratios slightly longer steps may be near enough.
+        from + low.saturating_sub(ENDS - LONGER - 1).max(1)..=last.min(from + low + LONGER)
     }
 
     /// Elements from one node to another, with their cost: their number, and less than 1 for their distance from the outline.
-    fn step(&self, from: usize, to: usize, tolerance_m: f64) -> Option<(Elements, f64)> {
+    fn step(&self, from: usize, to: usize, ratios: &[f64], tolerance_m: f64) -> Option<(Elements, f64)> {
         let (begin, end) = (self.nodes[from], self.nodes[to]);
         let outline = &self.outline[self.on_outline[from]..=self.on_outline[to]];
         let costed = |elements: Elements| {
@@ -112,7 +114,7 @@ impl Stretch {
             return costed(Elements::line(begin.position, end.position));
         }
         let [from, to] = [begin, end].map(|node| [node.position, node.tangent]);
-        RATIOS.iter().find_map(|&ratio| costed(biarc(from, to, ratio)?))
+        ratios.iter().find_map(|&ratio| costed(biarc(from, to, ratio)?))
     }
 }
 

@@ -6,6 +6,8 @@ use super::curve::to_segment_m;
 
 /// Largest turn of an element: the normals at its two ends bound a convex wedge around it.
 pub(super) const MAX_TURN: f64 = 2.2;
+/// Distance by which a point may lie outside its wedge, by rounding, in metres.
+const SLACK_M: f64 = 1e-9;
 
 /// A line or an arc.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,63 +109,79 @@ impl Element {
 ///    ends and its length.
 pub(super) fn distance_m(elements: &[Element], outline: &[DVec2], limit_m: f64) -> Option<f64> {
     let mut rest = elements.iter();
-    let mut element = rest.next()?;
-    let (mut end, mut tangent) = element.end();
+    let mut wedge = Wedge::of(rest.next()?);
     let mut largest_m = 0.0;
     for edge in outline.windows(2) {
         let (mut from, to) = (edge[0], edge[1]);
         loop {
-            let ahead = (to - end).dot(tangent);
-            if ahead <= 0.0 || rest.len() == 0 {
-                largest_m = f64::max(largest_m, part_m(element, from, to));
+            let ahead_m = wedge.ahead_m(to);
+            if ahead_m <= 0.0 || rest.len() == 0 {
+                largest_m = f64::max(largest_m, wedge.distance_m(from, to));
                 break;
             }
-            let behind = (from - end).dot(tangent).min(0.0);
-            let cut = from.lerp(to, behind / (behind - ahead));
-            largest_m = f64::max(largest_m, part_m(element, from, cut));
-            element = rest.next().expect("there is another element");
-            (end, tangent) = element.end();
+            let behind_m = wedge.ahead_m(from).min(0.0);
+            let cut = from.lerp(to, behind_m / (behind_m - ahead_m));
+            largest_m = f64::max(largest_m, wedge.distance_m(from, cut));
+            wedge = Wedge::of(rest.next().expect("there is another element"));
             from = cut;
         }
         if largest_m.is_nan() || largest_m > limit_m {
             return None;
         }
     }
-    // Elements that the outline has not reached are as far as their farthest ends.
+    // Elements that the outline has not reached are as far as their ends.
     let last = *outline.last()?;
-    for element in std::iter::once(element).chain(rest) {
-        let (end, tangent) = element.end();
-        if (last - end).dot(tangent) < -1e-9 {
-            largest_m = f64::max(largest_m, end.distance(last));
+    for wedge in std::iter::once(wedge).chain(rest.map(Wedge::of)) {
+        if wedge.ahead_m(last) < -SLACK_M {
+            largest_m = f64::max(largest_m, wedge.end.distance(last));
         }
     }
     (largest_m <= limit_m).then_some(largest_m)
 }
 
-/// A bound on the distance of a line segment from an element.
-fn part_m(element: &Element, from: DVec2, to: DVec2) -> f64 {
-    let (end, tangent) = element.end();
-    let slack_m = 1e-9;
-    let is_inside = |point: DVec2| {
-        (point - element.begin).dot(element.tangent) >= -slack_m && (point - end).dot(tangent) <= slack_m
-    };
-    if from == to {
-        return 0.0;
+/// An element and the normals at its two ends.
+struct Wedge<'a> {
+    element: &'a Element,
+    end: DVec2,
+    end_tangent: DVec2,
+}
+
+impl<'a> Wedge<'a> {
+    fn of(element: &'a Element) -> Self {
+        let (end, end_tangent) = element.end();
+        Self { element, end, end_tangent }
     }
-    if is_inside(from) && is_inside(to) {
-        return element.farthest_m(from, to);
+
+    /// Distance of a point from the normal at the end, above 0 beyond it.
+    fn ahead_m(&self, point: DVec2) -> f64 {
+        (point - self.end).dot(self.end_tangent)
     }
-    let to_element_m = |point: DVec2| {
-        if is_inside(point) {
-            element.offset_m(point).abs()
-        } else {
-            point.distance(element.begin).min(point.distance(end))
+
+    fn contains(&self, point: DVec2) -> bool {
+        (point - self.element.begin).dot(self.element.tangent) >= -SLACK_M && self.ahead_m(point) <= SLACK_M
+    }
+
+    /// A bound on the distance of a line segment from the element.
+    fn distance_m(&self, from: DVec2, to: DVec2) -> f64 {
+        if from == to {
+            return 0.0;
         }
-    };
-    // The distance changes by at most a metre a metre.
-    let length_m = from.distance(to);
-    let bound_m = 0.5 * (to_element_m(from) + to_element_m(to) + length_m);
-    let to_chord_m = [from, to].map(|point| to_segment_m(point, element.begin, end));
-    // A line is convex: the distance from it is largest at an end.
-    if element.curvature == 0.0 { f64::max(to_chord_m[0], to_chord_m[1]) } else { bound_m }
+        if self.contains(from) && self.contains(to) {
+            return self.element.farthest_m(from, to);
+        }
+        let begin = self.element.begin;
+        if self.element.curvature == 0.0 {
+            // A line is convex: the distance from it is largest at an end.
+            return to_segment_m(from, begin, self.end).max(to_segment_m(to, begin, self.end));
+        }
+        let point_m = |point: DVec2| {
+            if self.contains(point) {
+                self.element.offset_m(point).abs()
+            } else {
+                point.distance(begin).min(point.distance(self.end))
+            }
+        };
+        // The distance changes by at most a metre a metre.
+        0.5 * (point_m(from) + point_m(to) + from.distance(to))
+    }
 }

@@ -29,7 +29,7 @@ const SIMPLIFIED: f64 = 0.25;
 /// Share of the tolerance for the outline of Bézier curves.
 const OUTLINE: f64 = 0.04;
 /// Share of the tolerance by which the points of a Bézier curve at which elements may begin leave it.
-const NODES: f64 = 0.15;
+const NODES: f64 = 0.25;
 /// Share of the tolerance that an arc in place of a slight kink uses.
 const KINK: f64 = 0.5;
 /// Largest gap between two pieces, as a share of the tolerance.
