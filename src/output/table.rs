@@ -1,6 +1,6 @@
 //! Tables: answers in rows and columns, for people and for other programs.
 //!
-//! A [`Table`] is independent of file formats. [`text`] is for people, [`csv`] for programs, `workbook` for spreadsheets. Equal
+//! A [`Table`] is independent of file formats. [`text`] is for people, [`csv()`] for programs, `workbook` for spreadsheets. Equal
 //! tables give equal bytes. `CsvWriter` and `Book` take one row at a time, for a table that does not fit into memory.
 
 use std::io::{self, Write};
