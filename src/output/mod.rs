@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
-//! | [`mod@fit`] | the part of the plane that a picture shows |
+//! | `fit` | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
 //! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
 //! | `log` | the log on stderr |
