@@ -185,7 +185,7 @@ fn sampled_curves_become_few_segments_however_many_points_they_have() {
         ("spiral of 1,000 points", spiral(1_000), 38),
         ("spiral of 1,000,000 points", spiral(1_000_000), 38),
         ("spiral in whole millimetres", millimetres(spiral(100_000)), 38),
-        ("sine of 1,000 points", sine(1_000), 46),
+        ("sine of 1,000 points", sine(1_000), 48),
         ("sine in whole millimetres", millimetres(sine(100_000)), 48),
     ] {
         let fit = Drawing::polyline(&points, false).fit(&SETTINGS).expect(name);

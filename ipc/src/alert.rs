@@ -121,3 +121,27 @@ impl fmt::Display for AlertKind {
         formatter.pad(self.name())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_alert_names_a_pair_one_bench_or_none() {
+        let alert = |bench_a, bench_b| Alert {
+            run_id: 1,
+            tick: 0,
+            sim_time_ns: 0,
+            forecast_ns: Alert::NO_FORECAST,
+            clearance_m: 0.0,
+            point_m: [0.0; 2],
+            kind: AlertKind::Outside.to_wire(),
+            bench_a,
+            bench_b,
+            reserved: 0,
+        };
+        let [pair, one, none] = [alert(0, 8), alert(3, Alert::NO_BENCH), alert(Alert::NO_BENCH, Alert::NO_BENCH)];
+        assert_eq!([pair, one, none].map(|alert| alert.pair()), [Some([0, 8]), None, None]);
+        assert_eq!([pair, one, none].map(|alert| alert.bench()), [None, Some(3), None]);
+    }
+}

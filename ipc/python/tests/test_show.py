@@ -7,7 +7,7 @@ import threading
 import time
 
 import pytest
-from bench_dragon import AlertKind, Dragon, NoServer, ShowState, SourceState
+from bench_dragon import Alert, AlertKind, Dragon, NoServer, ShowState, SourceState
 from stage import PATIENCE_S
 
 
@@ -21,7 +21,8 @@ def test_the_description_is_the_configuration(stage):
         assert description.run_id == server.run_id
         assert description.config["dragon"]["benches"] == 12
         assert description.config["serve"]["rate_hz"] == 20
-        assert description.config["route"] == {"kind": "spiral", "pitch_m": 0.55, "start_turns": 16.0}
+        route = description.config["route"]
+        assert (route["kind"], route["pitch_m"], route["start_turns"]) == ("spiral", 0.55, 16.0)
         assert dragon.description() == description
         assert dragon.wait(PATIENCE_S).positions.shape == (13, 3)
     server.stop()
@@ -119,6 +120,13 @@ def test_the_alerts_are_those_that_the_monitor_prints(stage):
         [contact] = [alert for alert in heard if alert.alert_kind is AlertKind.CONTACT]
         assert abs(contact.sim_time_s - 412.473838) < 1e-6
         assert (contact.pair, contact.clearance_m, str(contact.alert_kind)) == ((0, 8), 0.0, "contact")
+
+
+def test_an_alert_names_a_pair_one_bench_or_none():
+    none = 2**32 - 1
+    pair, outside, held = (Alert(bench_a=a, bench_b=b) for a, b in [(0, 8), (3, none), (none, none)])
+    assert [alert.pair for alert in (pair, outside, held)] == [(0, 8), None, None]
+    assert [alert.bench for alert in (pair, outside, held)] == [None, 3, None]
 
 
 def line_of(alert):
