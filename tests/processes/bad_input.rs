@@ -120,7 +120,10 @@ fn bad_configurations_are_named_by_key_value_and_what_is_allowed() {
         ("[route]\npitch_m = 0.2", &["pitch_m is 0.2, must be above width_m 0.3"]),
         ("[route]\npitch_m = nan", &["[route] pitch_m is NaN, must be"]),
         ("[route]\nstart_turns = -1.0", &["[route] start_turns is -1, must be"]),
-        ("[route]\nkind = \"ring\"", &["line 2, `kind = \"ring\"`: unknown variant `ring`, expected one of `spiral`, `turnaround`"]),
+        (
+            "[route]\nkind = \"ring\"",
+            &["line 2, `kind = \"ring\"`: unknown variant `ring`, expected one of `spiral`, `turnaround`"],
+        ),
         ("[head]\nspeed_mps = 0.0", &["[head] speed_mps is 0, must be from 0.001 to 10"]),
         ("[serve]\nrate_hz = 0", &["[serve] rate_hz is 0, must be from 1 to 100000"]),
         ("[serve]\nrate_hz = 10000000", &["[serve] rate_hz is 10000000, must be from 1 to 100000"]),
