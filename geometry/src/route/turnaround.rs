@@ -34,6 +34,9 @@ use glam::DVec2;
 use super::family::SegmentVariation;
 use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
+/// Smallest radius of an arc, in metres.
+const LEAST_RADIUS_M: f64 = 1e-9;
+
 /// A turnaround: inward spiral, an S inside the turning circle, outward spiral. The S is two arcs, possibly with a straight
 /// line between them that is tangent to both. At t = 0 the head enters the circle. The way in is walked clockwise.
 ///
@@ -92,14 +95,14 @@ impl Turnaround {
         RouteError::check_turn_line(line_m, turn_diameter_m)?;
         let circle_angle = 0.5 * turn_diameter_m / (pitch_m / TAU);
         let Bend { turn_angle, radii_sum_m } = Bend::new(circle_angle, turn_diameter_m, line_m);
-        // Values near the limits of `f64` give no arcs.
-        if !(circle_angle.is_normal() && radii_sum_m.is_normal()) {
-            return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
-        }
         let way_in = Spiral::new(pitch_m, f64::INFINITY, circle_angle);
         let entry = Segment::Spiral(way_in).point(-circle_angle);
         let exit_radius_m = radii_sum_m / (1.0 + radius_ratio);
         let entry_radius_m = radii_sum_m - exit_radius_m;
+        // Values near the limits of `f64` give no arcs.
+        if !(circle_angle.is_normal() && entry_radius_m.min(exit_radius_m) >= LEAST_RADIUS_M) {
+            return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
+        }
         Ok(Self {
             pitch_m,
             way_in,
