@@ -95,14 +95,14 @@ impl Turnaround {
         RouteError::check_turn_line(line_m, turn_diameter_m)?;
         let circle_angle = 0.5 * turn_diameter_m / (pitch_m / TAU);
         let Bend { turn_angle, radii_sum_m } = Bend::new(circle_angle, turn_diameter_m, line_m);
-        let way_in = Spiral::new(pitch_m, f64::INFINITY, circle_angle);
-        let entry = Segment::Spiral(way_in).point(-circle_angle);
         let exit_radius_m = radii_sum_m / (1.0 + radius_ratio);
         let entry_radius_m = radii_sum_m - exit_radius_m;
         // Values near the limits of `f64` give no arcs.
         if !(circle_angle.is_normal() && entry_radius_m.min(exit_radius_m) >= LEAST_RADIUS_M) {
             return Err(RouteError::TurnDiameter { turn_diameter_m, pitch_m });
         }
+        let way_in = Spiral::new(pitch_m, f64::INFINITY, circle_angle);
+        let entry = Segment::Spiral(way_in).point(-circle_angle);
         Ok(Self {
             pitch_m,
             way_in,
