@@ -163,6 +163,17 @@ fn a_lap_that_begins_at_its_crossing_has_one_crossing() {
     assert!(found[0].travels_m[0] == 0.0 && found[0].point.length() < 1e-9, "{found:?}");
 }
 
+/// Decimals of a millimetre leave a gap at the joint, in which the end of the lap may cross its beginning.
+#[test]
+fn a_lap_with_a_gap_at_its_joint_has_no_crossing_there() {
+    for (off_m, off_deg) in [(0.0003, 0.002), (-0.0003, 0.002), (0.0003, -0.002), (-0.0004, -0.003)] {
+        let oval = vec![line(10.0 + off_m), arc(5.0, 180.0 + off_deg), line(10.0), arc(5.0, 180.0)];
+        let route = path(oval, Some(2), Placement::default());
+        let found = route.crossings(0.0, 0.5 * route.end_travel_m(), true, u64::MAX).found;
+        assert_eq!(found, [], "{off_m} m and {off_deg}°");
+    }
+}
+
 #[test]
 fn a_route_that_touches_itself_or_repeats_itself_does_not_cross_itself() {
     // Two rounds of a circle, and a straight line that touches it.
