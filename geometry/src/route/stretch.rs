@@ -32,7 +32,10 @@ impl Route {
     /// The parts of the segments between two travels, in walking order. The end must lie on the curve.
     pub(super) fn stretches(&self, from_m: f64, to_m: f64) -> impl Iterator<Item = Stretch<'_>> {
         let first = count_while(&self.segments[1..], |placed| placed.begin_travel_m <= from_m);
-        self.segments.iter().enumerate().skip(first).map_while(move |(number, placed)| {
+        let reached =
+            self.segments.iter().enumerate().skip(first).take_while(move |(_, placed)| placed.begin_travel_m < to_m);
+        // Rounding may leave nothing of the first segment.
+        reached.filter_map(move |(number, placed)| {
             let rear = if number == first { placed.parameter(from_m) } else { placed.begin };
             let goes_on = self.segments.get(number + 1).is_some_and(|next| next.begin_travel_m < to_m);
             let front = if goes_on { placed.end() } else { placed.parameter(to_m) };
