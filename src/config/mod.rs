@@ -159,17 +159,25 @@ impl ConfigDocument {
         Ok(Self { tables, dimensions, route, drawing: None, outline })
     }
 
-    /// Fails if the written document of a drawn route is longer than a description may be.
+    /// The whole document as TOML, with every key that applies.
+    fn to_toml(&self) -> String {
+        toml::to_string(&self.tables).expect("the document has only tables of numbers and strings")
+    }
+
+    /// Fails if the written document is longer than a description may be.
     fn require_short(&self) -> Result<(), ConfigError> {
-        let Some(drawing) = &self.drawing else { return Ok(()) };
-        let written = toml::to_string(&self.tables).expect("the document has only tables of numbers and strings").len();
+        let written = self.to_toml().len();
         if written <= MAX_DESCRIPTION_LEN {
             return Ok(());
         }
-        let DrawingFit { segments, tolerance_m, .. } = drawing;
+        let segments = self.route.shape.segments();
+        let (what, remedy) = match &self.drawing {
+            Some(drawing) => ("drawing needs", format!("set tolerance_m, {}, to more", drawing.tolerance_m)),
+            None => ("route has", "use fewer".to_owned()),
+        };
         Err(ConfigError(format!(
-            "[route] the drawing needs {segments} segments, which take {written} bytes, at most {MAX_DESCRIPTION_LEN} are \
-             allowed: set tolerance_m, {tolerance_m}, to more"
+            "[route] the {what} {segments} segments, which take {written} bytes, at most {MAX_DESCRIPTION_LEN} are allowed: \
+             {remedy}"
         )))
     }
 }
@@ -193,7 +201,7 @@ impl Config {
 
     /// The whole configuration as TOML, with every key that applies.
     pub fn to_toml(&self) -> String {
-        toml::to_string(&self.document.tables).expect("the document has only tables of numbers and strings")
+        self.document.to_toml()
     }
 
     /// The checked document.

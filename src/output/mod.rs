@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
-//! | `fit` | the part of the plane that a picture shows |
+//! | `visible_box()` | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
 //! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
 //! | `log` | the log on stderr |
@@ -14,7 +14,6 @@
 
 pub mod command_words;
 pub mod figure;
-mod fit;
 pub mod histogram;
 mod live_line;
 pub(crate) mod log;
@@ -22,18 +21,19 @@ mod printing;
 mod queue;
 pub mod table;
 pub(crate) mod terminal_text;
+mod visible_box;
 mod workbook;
 mod writer;
 
 use std::fmt;
 
-pub use fit::fit;
 pub(crate) use live_line::bar;
 pub(crate) use printing::{
     Screen, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal, set_live_line, start,
     wait_for_reader,
 };
 pub(crate) use queue::Stream;
+pub use visible_box::visible_box;
 
 /// A count with its noun in singular or plural: `1 frame`, `2 frames`.
 ///

@@ -150,6 +150,18 @@ fn bad_paths_and_questions_without_sense_are_refused_in_one_line() {
 }
 
 #[test]
+fn a_path_that_no_description_can_hold_is_refused() {
+    let segments = vec!["{kind=\"arc\",radius_m=9,turn_deg=9}"; 6000].join(",");
+    let text = format!("[route]\nkind = \"path\"\nsegments = [{segments}]\n");
+    assert!(text.len() < 256 << 10, "the file itself is short enough");
+    let stage = stage_with(&text);
+    let ended = offline(&stage, &["solve", "route", "--config", "path.toml"]);
+    assert_eq!((ended.code(), ended.stderr.lines().count()), (Some(2), 1), "{}", ended.stderr);
+    let reason = "[route] the route has 6000 segments, which take ";
+    assert!(ended.stderr.contains(reason) && ended.stderr.ends_with("allowed: use fewer\n"), "{}", ended.stderr);
+}
+
+#[test]
 fn a_route_elsewhere_and_between_two_times_is_the_same_route() {
     let stage =
         stage_with("[route]\nstart_x_m = 30\nstart_y_m = -12\nstart_heading_deg = 90\nstart_s = -20\nend_s = 430\n");

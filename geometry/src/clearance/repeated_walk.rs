@@ -76,7 +76,8 @@ impl RepeatedWalk {
         self.bodies.push_back(places(pose).skip(1).collect());
     }
 
-    /// Travel at the end of the next stride; `None` if it is beyond `to_m`. The walk then stands there.
+    /// Walks the next stride after which the body repeats. Returns the head's travel there; `None`, without a stride, if that
+    /// is beyond `to_m`.
     pub(super) fn stride(&mut self, dragon: &Dragon, to_m: f64) -> Option<f64> {
         let [end, led_end] = *self.end.get_or_insert_with(|| {
             let mut chain = dragon.chain(dragon.end_travel_m()).expect("the run's end is in it").skip(1);

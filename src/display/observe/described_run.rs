@@ -4,7 +4,7 @@ use bench_dragon_geometry::outline::Outline;
 use glam::DVec2;
 
 use crate::config::Config;
-use crate::output::fit;
+use crate::output::visible_box;
 
 /// Greatest distance of the drawn line from the route, in metres.
 const SAGITTA_M: f64 = 0.002;
@@ -40,7 +40,7 @@ impl DescribedRun {
         // On a coil, the dragon stands around the route.
         let around = if dragon.route().coil().is_some() { &behind[..] } else { &[] };
         let core = walked.iter().chain(corners).chain(around);
-        let view = fit(core.copied(), behind.iter().copied()).expect("a route has points");
+        let view = visible_box(core.copied(), behind.iter().copied()).expect("a route has points");
         let route = [behind, walked].concat();
         Self { run_id, config, route, view }
     }

@@ -12,7 +12,7 @@ use super::style::{
     PLOT_WIDTH, PURPLE,
 };
 use super::text::{Anchor, Text};
-use crate::output::fit;
+use crate::output::visible_box;
 
 /// The dragon on its route at one time. Both axes have the same scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,7 +125,7 @@ impl PlanView {
         let circle =
             self.circle.iter().flat_map(|circle| [-1.0, 1.0].map(|side| circle.centre + side * circle.radius_m));
         let core = self.dragon.boards.iter().flatten().copied().chain(circle);
-        let [low, high] = fit(core, self.dragon.outline.iter().copied()).expect("a dragon has boards");
+        let [low, high] = visible_box(core, self.dragon.outline.iter().copied()).expect("a dragon has boards");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }

@@ -11,7 +11,7 @@ use super::style::{
     BLACK, BLUE, BOTTOM_MARGIN, Colour, GREEN, LEFT_MARGIN, LINE_WIDTH, LineStyle, ORANGE, PLOT_WIDTH, PURPLE,
     VERMILION,
 };
-use crate::output::fit;
+use crate::output::visible_box;
 
 /// A route from above. Both axes have the same scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +85,7 @@ impl RouteView {
     fn bounds(&self) -> [DVec2; 2] {
         let core = self.walked.iter().chain(&self.dragon.outline).copied();
         let rest = self.dragon.route.iter().chain(self.dragon.boards.iter().flatten()).copied();
-        let [low, high] = fit(core, rest).expect("a route has points");
+        let [low, high] = visible_box(core, rest).expect("a route has points");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }

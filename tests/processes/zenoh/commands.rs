@@ -7,7 +7,7 @@ use test_support::eventually::DEADLINE;
 use zenoh::Wait as _;
 
 use super::bridges::{Bridge, KEY};
-use super::hostile::connected;
+use super::hostile::connected_to_sender;
 use crate::reader::Reader;
 use crate::stage::Stage;
 
@@ -112,7 +112,7 @@ fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     let near = Stage::new();
     let server = near.serve(&["--rate", "20"]);
     let sender = Bridge::sending(&near, &["--allow-commands"]);
-    let session = connected(&sender.endpoint);
+    let session = connected_to_sender(&sender);
     let command = Request::Pause.to_wire();
     server.process.signal(Signal::STOP);
     let replies: Vec<_> = (0..ASKED)

@@ -7,8 +7,11 @@ use std::time::Instant;
 use bench_dragon::bridge::zenoh::wire::{Described, encode_described};
 use bench_dragon_ipc::{FrameHeader, HandleState, frame_bytes};
 use serde_json::json;
+use test_support::eventually::DEADLINE;
 use test_support::process::Process;
 use test_support::skip::is_possible;
+use zenoh::handlers::FifoChannelHandler;
+use zenoh::matching::MatchingStatus;
 use zenoh::qos::CongestionControl;
 use zenoh::{Config, Session, Wait as _};
 
@@ -16,7 +19,7 @@ use super::bridges::{ANY_PORT, Bridge, KEY, arguments};
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
-pub(super) fn connected(endpoint: &str) -> Session {
+fn connected(endpoint: &str) -> Session {
     let config = json!({
         "mode": "peer",
         "connect": { "endpoints": [endpoint] },
@@ -24,6 +27,38 @@ pub(super) fn connected(endpoint: &str) -> Session {
         "scouting": { "multicast": { "enabled": false } },
     });
     zenoh::open(Config::from_json5(&config.to_string()).expect("a configuration")).wait().expect("the peer listens")
+}
+
+fn wait_until_matching(mut status: MatchingStatus, changes: &FifoChannelHandler<MatchingStatus>, key: &str) {
+    while !status.matching() {
+        let changed = changes.recv_timeout(DEADLINE).expect("the session is open");
+        status = changed.unwrap_or_else(|| panic!("waited {DEADLINE:?} until the session knew who has {key}"));
+    }
+}
+
+/// Connects a session to a receiving bridge. A message to a subscriber that the session does not know yet would be lost, so this
+/// waits for all that the bridge subscribes to.
+fn connected_to_receiver(receiver: &Bridge) -> Session {
+    let session = connected(&receiver.endpoint);
+    for key in ["description", "frames", "alerts"] {
+        let publisher = session.declare_publisher(format!("{KEY}/{key}")).wait().expect("the session is open");
+        let changes = publisher.matching_listener().wait().expect("the session is open");
+        let matching = publisher.matching_status().wait().expect("the session is open");
+        wait_until_matching(matching, &changes, key);
+    }
+    session
+}
+
+/// Connects a session to a sending bridge, and waits until it knows all that the bridge answers.
+pub(super) fn connected_to_sender(sender: &Bridge) -> Session {
+    let session = connected(&sender.endpoint);
+    for key in ["description", "commands"] {
+        let querier = session.declare_querier(format!("{KEY}/{key}")).wait().expect("the session is open");
+        let changes = querier.matching_listener().wait().expect("the session is open");
+        let matching = querier.matching_status().wait().expect("the session is open");
+        wait_until_matching(matching, &changes, key);
+    }
+    session
 }
 
 #[test]
@@ -36,7 +71,7 @@ fn malformed_and_foreign_messages_are_counted_and_dropped() {
     let mut reader = Reader::join(&far);
     let mut shots = vec![reader.next()];
 
-    let session = connected(&receiver.endpoint);
+    let session = connected_to_receiver(&receiver);
     let put = |key: &str, payload: Vec<u8>| {
         session
             .put(format!("{KEY}/{key}"), payload)
@@ -100,7 +135,7 @@ fn a_frame_that_contradicts_the_description_of_its_run_is_dropped() {
     let mut receiver = Bridge::start(&far, &["--receive", "--listen", ANY_PORT, "--connect", &sender.endpoint]);
     let run_id = receiver.until("receiving")["run_id"].clone();
     let mut reader = Reader::join(&far);
-    let session = connected(&receiver.endpoint);
+    let session = connected_to_receiver(&receiver);
     describe(&session, 5, 223);
     assert_eq!(receiver.until("found")["remote_run_id"], 5);
     let put = |frame| session.put(format!("{KEY}/frames"), frame).congestion_control(CongestionControl::Block).wait();
@@ -133,7 +168,7 @@ fn a_run_too_large_for_the_bus_is_refused_and_the_show_continues() {
     command.args(&launcher[1..]).arg(plain.get_program()).args(plain.get_args()).env_remove("RUST_LOG");
     let mut receiver = Bridge::announced(Process::start(command));
     receiver.until("receiving");
-    let session = connected(&receiver.endpoint);
+    let session = connected_to_receiver(&receiver);
     describe(&session, 5, 100_000);
     receiver.until("found");
     let put =
@@ -162,7 +197,7 @@ fn a_flood_of_descriptions_is_limited_to_a_few_per_second() {
     let far = Stage::new();
     let mut receiver = Bridge::start(&far, &["--receive", "--listen", ANY_PORT]);
     let begun = Instant::now();
-    let session = connected(&receiver.endpoint);
+    let session = connected_to_receiver(&receiver);
     (1..=4_000).for_each(|run_id| describe(&session, run_id, 5));
     receiver.until("found");
     session.close().wait().expect("the session is open");

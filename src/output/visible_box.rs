@@ -13,13 +13,13 @@ const LEAST_REACH_M: f64 = 5.0;
 /// A dragon on a long straight run-up would make its route tiny. So the far part of the run-up is not in view.
 ///
 /// ```
-/// use bench_dragon::output::fit;
+/// use bench_dragon::output::visible_box;
 /// use glam::DVec2;
 ///
 /// let (route, run_up) = ([DVec2::ZERO, DVec2::new(40.0, 10.0)], [DVec2::new(-4.0, 0.0), DVec2::new(-370.0, 0.0)]);
-/// assert_eq!(fit(route, run_up), Some([DVec2::new(-4.0, 0.0), DVec2::new(40.0, 10.0)]));
+/// assert_eq!(visible_box(route, run_up), Some([DVec2::new(-4.0, 0.0), DVec2::new(40.0, 10.0)]));
 /// ```
-pub fn fit(core: impl IntoIterator<Item = DVec2>, rest: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
+pub fn visible_box(core: impl IntoIterator<Item = DVec2>, rest: impl IntoIterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     let around = |[low, high]: [DVec2; 2], point: DVec2| [low.min(point), high.max(point)];
     let [low, high] = core.into_iter().map(|point| [point, point]).reduce(|all, [point, _]| around(all, point))?;
     let reach_m = LEAST_REACH_M.max(REACH_SHARE * (high - low).max_element());
