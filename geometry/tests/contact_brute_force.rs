@@ -90,6 +90,26 @@ fn assert_same_contacts([known, plain]: &[Dragon; 2], clearance_m: f64, begin: f
     Ok(())
 }
 
+#[test]
+fn heads_that_start_where_they_barely_follow_have_the_same_contacts_with_and_without_the_bounds() {
+    // Behind the start of a tight spiral, the head's link has other positions that lead to the same handle 1.
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut searched = 0;
+    for _ in 0..2000 {
+        let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
+        let lengths = [between(2.0, 4.0), between(0.8, 1.3), between(0.1, 0.3), between(0.0, 0.25)];
+        let [pitch, turns] = [between(1.02, 2.0), between(2.0, 4.0)];
+        let [head_m, body_m, width_m, hole_m] = lengths;
+        let Ok(dimensions) = Dimensions::new(random.usize(3..30), head_m, body_m, width_m, hole_m) else { continue };
+        let spiral = Route::spiral(pitch * width_m, turns).expect("a valid spiral");
+        let plain = Dragon::new(dimensions, Arc::new(spiral.clone().without_coil()));
+        let (Ok(known), Ok(plain)) = (Dragon::new(dimensions, Arc::new(spiral)), plain) else { continue };
+        assert_same_contacts(&[known, plain], 0.0, 0.5).expect("the same contacts");
+        searched += 1;
+    }
+    assert!(searched > 1000, "only {searched} dragons stand");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 

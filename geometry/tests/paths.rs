@@ -148,6 +148,64 @@ fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
 }
 
 #[test]
+fn laps_of_typed_decimals_close_and_the_last_lap_is_where_the_first_is() {
+    let segments = vec![
+        PathSegment::Line { length_m: 10.0 },
+        PathSegment::Arc { radius_m: 5.0, turn: PI },
+        PathSegment::Line { length_m: 10.0009 },
+        PathSegment::Arc { radius_m: 5.0, turn: 180.004_f64.to_radians() },
+    ];
+    let typed = RouteSpec::from(PathSpec { segments: segments.clone(), laps: Some(1_000) });
+    let dimensions = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let dragon = dragon_on(&typed, dimensions);
+    let lap_m = dragon.end_travel_m() / 1_000.0;
+    for travel_m in [3.0, 12.0, 17.0, 45.0] {
+        // After 51 km, a travel has fewer digits than at the beginning.
+        for (laps, most_m) in [(100.0, 1e-9), (999.0, 1e-6)] {
+            for (first, last) in handles(&dragon, travel_m).iter().zip(handles(&dragon, travel_m + laps * lap_m)) {
+                assert!(first.position.distance(last.position) < most_m, "{first:?} {last:?}");
+            }
+        }
+    }
+    // The lap is as typed, to the gap, and the end is the beginning, to the rounding of its travel.
+    let typed_m: f64 = segments.iter().map(PathSegment::length_m).sum();
+    assert!((lap_m - typed_m).abs() < 1e-3, "{lap_m} {typed_m}");
+    let end = dragon.route().point(dragon.route().parameter(dragon.end_travel_m()));
+    assert!(end.position.length() < 1e-6 && (end.tangent - DVec2::X).length() < 1e-6, "{end:?}");
+}
+
+#[test]
+fn a_closed_path_too_small_for_the_head_has_no_ground_elsewhere() {
+    let ring =
+        RouteSpec::from(PathSpec { segments: vec![PathSegment::Arc { radius_m: 1.4, turn: TAU }], laps: Some(2) });
+    for benches in [1, 3, 40] {
+        let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+        let error =
+            Dragon::new(dimensions, Arc::new(build(&ring, &dimensions).expect("a ring"))).expect_err("too tight");
+        assert!(error.to_string().contains("too tight at its start: bench 0 cannot follow at 0.000 m"), "{error}");
+    }
+    // A start many laps before the beginning is on the ring too.
+    let ring = PathSpec { segments: vec![PathSegment::Arc { radius_m: 9.0, turn: TAU }], laps: Some(3) };
+    let early = RouteSpec { start_s: -300.0, ..RouteSpec::from(ring) };
+    let dragon = dragon_on(&early, Dimensions::new(20, 3.41, 2.20, 0.30, 0.275).expect("valid benches"));
+    for handle in handles(&dragon, -300.0) {
+        assert!((handle.position.distance(DVec2::new(0.0, 9.0)) - 9.0).abs() < 1e-9, "{handle:?}");
+    }
+}
+
+#[test]
+fn a_spiral_of_nearly_equal_radii_is_an_arc_and_joins() {
+    for difference_m in [0.0, 1e-12, 1e-9, 1e-8, 1e-7, 3e-7, 1e-6, 1e-5] {
+        let spiral = PathSegment::Spiral { start_radius_m: 10.0, end_radius_m: 10.0 + difference_m, turn: 0.5 * PI };
+        let line = PathSegment::Line { length_m: 5.0 };
+        let spec = RouteSpec::from(PathSpec { segments: vec![line, spiral, line], laps: None });
+        let route = spec.build(1.0, 10.0).unwrap_or_else(|error| panic!("{difference_m}: {error}"));
+        let end = route.point(route.parameter(5.0 + 5.0 * PI));
+        assert!(end.position.distance(DVec2::new(15.0, 10.0)) < 1e-8 + 2.0 * difference_m, "{difference_m}: {end:?}");
+    }
+}
+
+#[test]
 fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
     let refused = |segments: &[PathSegment], laps: Option<u32>| {
         let spec = RouteSpec::from(PathSpec { segments: segments.to_vec(), laps });

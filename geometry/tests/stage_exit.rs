@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::first_exit;
+use bench_dragon_geometry::clearance::{first_exit, standing_outside};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::outline::{Outline, OutlineError};
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec, SpiralSpec};
@@ -81,30 +81,43 @@ fn star(dragon: &Dragon, (shares, turn, is_reversed): &(Vec<f64>, f64, bool)) ->
     Outline::new(&corners).ok()
 }
 
-fn is_outside(outline: &Outline, boards: &[Board]) -> bool {
-    boards.iter().any(|board| outline.leaving_point(board).is_some())
+/// The first sample at which a board is outside that was inside for a while: for at least a sixteenth of its link, which no look
+/// misses.
+fn first_sampled_exit(dragon: &Dragon, outline: &Outline) -> Option<f64> {
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let count = ((end_m - start_m) / STEP_M).ceil();
+    let step_m = (end_m - start_m) / count;
+    let mut solver = ChainSolver::new(dragon);
+    let mut inside_m = vec![0.0; dragon.dimensions().benches()];
+    (0..=count as u32).map(|step| start_m + (end_m - start_m) * (f64::from(step) / count)).find(|&travel_m| {
+        let boards = boards_at(dragon, &mut solver, travel_m);
+        boards.iter().enumerate().any(|(bench, board)| {
+            let was_inside_m = inside_m[bench];
+            let is_outside = outline.leaving_point(board).is_some();
+            inside_m[bench] = if is_outside { 0.0 } else { was_inside_m + step_m };
+            is_outside && was_inside_m > dragon.dimensions().link_m(bench) / 16.0 + 2.0 * step_m
+        })
+    })
 }
 
 /// Compares the first exit with samples of the whole run.
 fn assert_like_samples(dragon: &Dragon, outline: &Outline) -> Result<(), TestCaseError> {
-    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let exit = first_exit(dragon, outline).expect("no limit");
-    let mut solver = ChainSolver::new(dragon);
-    let mut outside_at = |travel_m: f64| is_outside(outline, &boards_at(dragon, &mut solver, travel_m));
-    let count = ((end_m - start_m) / STEP_M).ceil();
-    let sampled = (0..=count as u32)
-        .map(|step| start_m + (end_m - start_m) * (f64::from(step) / count))
-        .find(|at| outside_at(*at));
+    let sampled = first_sampled_exit(dragon, outline);
     let Some(exit) = exit else {
         prop_assert!(sampled.is_none(), "outside at {sampled:?}");
         return Ok(());
     };
     prop_assert!(sampled.is_none_or(|sampled_m| exit.travel_m <= sampled_m + 1e-8), "{exit:?}, sampled at {sampled:?}");
-    prop_assert!(exit.travel_m == start_m || !outside_at(exit.travel_m - 1e-7), "{exit:?} is late");
-    let boards = boards_at(dragon, &mut solver, exit.travel_m);
-    let point = outline.leaving_point(&boards[exit.bench]);
+    let mut solver = ChainSolver::new(dragon);
+    let mut outside_at = |travel_m: f64| {
+        let boards = boards_at(dragon, &mut solver, travel_m.max(dragon.start_travel_m()));
+        outline.leaving_point(&boards[exit.bench])
+    };
+    prop_assert!(outside_at(exit.travel_m - 1e-7).is_none(), "{exit:?} is late");
+    let point = outside_at(exit.travel_m);
     prop_assert!(point.is_some_and(|point| point.distance(exit.point) < 1e-6), "{exit:?}: {point:?}");
-    prop_assert!(exit.travel_m == start_m || outline.distance_m(exit.point) < 1e-6, "{exit:?} is not on the outline");
+    prop_assert!(outline.distance_m(exit.point) < 1e-6, "{exit:?} is not on the outline");
     Ok(())
 }
 
@@ -168,10 +181,20 @@ fn square(half_m: f64) -> Outline {
 }
 
 #[test]
-fn a_board_outside_at_the_start_is_found_there() {
-    let exit = first_exit(&paper(), &square(10.0)).expect("no limit").expect("the tail is outside");
-    assert_eq!(exit.travel_m, 0.0);
+fn boards_outside_at_the_start_are_counted_and_do_not_leave_as_they_come_in() {
+    // The paper's dragon walks in from the turns outside a circle of 10 m.
+    assert!((1..223).contains(&standing_outside(&paper(), &square(10.0))));
+    assert_eq!(standing_outside(&paper(), &square(20.0)), 0);
     assert_eq!(first_exit(&paper(), &square(20.0)).expect("no limit"), None);
+    // A dragon whose tail is off the stage crosses the stage.
+    let dimensions = Dimensions::new(10, 3.41, 2.20, 0.30, 0.275).expect("valid");
+    let line = PathSpec { segments: vec![PathSegment::Line { length_m: 60.0 }], laps: None };
+    let route = RouteSpec::from(line).build(1.0, dimensions.links_m()).expect("valid");
+    let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
+    let stage = Outline::new(&[[-5.0, -5.0], [40.0, -5.0], [40.0, 5.0], [-5.0, 5.0]]).expect("a stage");
+    assert_eq!(standing_outside(&dragon, &stage), 8);
+    let exit = first_exit(&dragon, &stage).expect("no limit").expect("the head leaves");
+    assert!(exit.bench == 0 && (exit.travel_m - 39.725).abs() < 1e-8, "{exit:?}");
 }
 
 /// The board's sides slide along two edges of the stage for the whole run.

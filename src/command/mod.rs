@@ -18,7 +18,7 @@ use clap::builder::Styles;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use crate::config::{Config, ConfigDocument, ConfigError, Document};
+use crate::config::{Config, ConfigDocument, Document};
 use crate::output::terminal_text::{Painted, is_coloured, printable};
 use crate::output::{self, complain, log, wait_for_reader};
 use crate::system::limits;
@@ -187,7 +187,10 @@ fn load_document(args: &ConfigArgs) -> anyhow::Result<ConfigDocument> {
 }
 
 /// Adds the file's name to the error of a configuration.
-fn in_file<T>(args: &ConfigArgs, result: Result<T, ConfigError>) -> anyhow::Result<T> {
+fn in_file<T, E>(args: &ConfigArgs, result: Result<T, E>) -> anyhow::Result<T>
+where
+    E: std::error::Error + Send + Sync + 'static,
+{
     match &args.config {
         Some(path) => result.with_context(|| path.display().to_string()),
         None => Ok(result?),

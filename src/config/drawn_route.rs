@@ -25,6 +25,8 @@ const GAP: f64 = 0.1;
 pub struct DrawingFit {
     /// The file, as the configuration names it.
     pub file: PathBuf,
+    /// The file that was read.
+    pub path: PathBuf,
     /// Number of segments of the path.
     pub segments: usize,
     /// Largest distance between the route and the drawing outside rounded corners, in metres, as measured.
@@ -66,11 +68,13 @@ pub(super) fn read(table: &mut RouteTable, folder: &Path) -> Result<Option<Drawi
         gap_m: GAP * settings.tolerance_m,
     };
     let in_file = |reason: String| ConfigError(format!("[route] file {:?}: {reason}", file.display()));
-    let drawing = drawing::read(&folder.join(&file), &choice).map_err(|error| in_file(error.to_string()))?;
+    let path = folder.join(&file);
+    let drawing = drawing::read(&path, &choice).map_err(|error| in_file(error.to_string()))?;
     let fit = drawing.fit(&settings).map_err(|error| in_file(error.to_string()))?;
     *table = table.clone().with_path(&fit, drawing.is_closed)?;
     Ok(Some(DrawingFit {
         file,
+        path,
         segments: fit.segments.len(),
         fit_error_m: fit.error_m,
         tolerance_m: settings.tolerance_m,

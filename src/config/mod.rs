@@ -106,6 +106,11 @@ impl ConfigDocument {
         self.outline.as_ref()
     }
 
+    /// The kind of route, as the file has it.
+    pub fn route_kind(&self) -> &'static str {
+        if self.drawing.is_some() { "drawing" } else { self.route.shape.kind() }
+    }
+
     /// How the route follows its drawing; `None` for a route that is not drawn.
     pub fn drawing(&self) -> Option<&DrawingFit> {
         self.drawing.as_ref()
@@ -290,12 +295,14 @@ impl Config {
         ConfigDocument::check(tables)?.build()
     }
 
-    /// Returns the same configuration with another planned speed of the head, in metres per show second.
+    /// Returns the same configuration with another planned speed of the head, in metres per show second. The head walks the same
+    /// part of the route, so the times at which the plan begins and ends change; those of a turnaround, which has no end, do not.
     ///
     /// # Errors
     /// The speed is out of range, or the route is not valid with it.
     pub fn with_head_speed(&self, speed_mps: f64) -> Result<Self, ConfigError> {
         let mut tables = self.tables().clone();
+        tables.route = tables.route.clone().with_times_scaled(tables.head.speed_mps / speed_mps);
         tables.head.speed_mps = speed_mps;
         let drawing = self.document.drawing.clone();
         ConfigDocument { drawing, ..ConfigDocument::check(tables)? }.build()

@@ -146,6 +146,15 @@ impl RouteTable {
         table
     }
 
+    /// The same table with its times multiplied by a factor. A turnaround keeps them: its route has no end.
+    pub(super) fn with_times_scaled(self, factor: f64) -> Self {
+        let scaled = |time_s: Option<f64>| time_s.map(|time_s| factor * time_s);
+        match self.kind {
+            RouteKind::Turnaround => self,
+            _ => Self { start_s: scaled(self.start_s), end_s: scaled(self.end_s), ..self },
+        }
+    }
+
     /// The same table with another spiral or turnaround. A path stays as it is. Times of another kind of route are dropped.
     pub(super) fn with_shape(self, shape: &RouteShape) -> Self {
         let kind = self.kind;

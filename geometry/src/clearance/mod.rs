@@ -24,4 +24,4 @@ pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};
-pub use stage_exit::{StageExit, first_exit};
+pub use stage_exit::{StageExit, first_exit, standing_outside};

@@ -32,6 +32,8 @@ struct Place {
 pub(super) struct RepeatedWalk {
     /// The places of handle 1 and all behind it at the latest poses. At each, handle 1 is ahead of handle 2 of the last.
     bodies: VecDeque<VecDeque<Place>>,
+    /// Parameters of the head and of handle 1 at the latest pose.
+    leaders: [f64; 2],
     /// Parameters of handles 1 and 2 at the end of the run, if they were calculated.
     end: Option<[f64; 2]>,
     earlier: Stand,
@@ -69,7 +71,7 @@ impl RepeatedWalk {
 
     /// Adds a pose with all its handles, later than the others.
     pub(super) fn add(&mut self, pose: &Pose) {
-        self.later.set(places(pose));
+        self.stand(pose);
         self.advance();
         let last = pose.handles[2].parameter;
         self.bodies.retain(|body| body[0].parameter > last);
@@ -87,12 +89,14 @@ impl RepeatedWalk {
         if led > led_end {
             return None;
         }
-        let (parameter, _) = dragon.front_before(1, led, end);
-        let (head_parameter, _) = dragon.head_before(parameter);
+        let [head_begin, begin] = self.leaders;
+        let (parameter, _) = dragon.front_before(1, led, [begin, end]);
+        let (head_parameter, _) = dragon.front_before(0, parameter, [head_begin, dragon.end_parameter()]);
         let head = Place::at(dragon, head_parameter);
         if head.travel_m > to_m {
             return None;
         }
+        self.leaders = [head_parameter, parameter];
         let mut body = self.bodies.pop_front()?;
         body.pop_back();
         body.push_front(Place::at(dragon, parameter));
@@ -103,6 +107,7 @@ impl RepeatedWalk {
 
     /// Stands at a pose with all its handles, which does not repeat an earlier one.
     pub(super) fn stand(&mut self, pose: &Pose) {
+        self.leaders = [0, 1].map(|handle: usize| pose.handles[handle].parameter);
         self.later.set(places(pose));
     }
 

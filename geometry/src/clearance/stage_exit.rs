@@ -1,4 +1,7 @@
-//! The first board that leaves a stage.
+//! The first board that leaves a stage, after it was inside.
+//!
+//! A dragon that comes onto the stage has boards that stand outside. A board counts as inside from the first look at which all of
+//! it is inside. There are [`LOOKS_PER_LINK`] looks per link.
 //!
 //! *Method.* The pose of a bench depends only on the parameter of its front handle, and all body benches are alike. So a bench
 //! behind bench 1 repeats the poses of the bench before it, once its front handle has reached the parameter at which that
@@ -25,6 +28,8 @@ const RESOLUTION_M: f64 = 1e-9;
 const TRAVEL_TOLERANCE_M: f64 = 1e-12;
 /// Length of a stride, in lengths of the bench's link.
 const STRIDE_LINKS: f64 = 0.25;
+/// Looks per link for a board that comes in.
+const LOOKS_PER_LINK: f64 = 64.0;
 /// Work for a step of a search, and number of edges that take as long as one more, in steps.
 const STEPS_PER_LOOK: u64 = 8;
 const EDGES_PER_STEP: usize = 4;
@@ -40,8 +45,15 @@ pub struct StageExit {
     pub point: DVec2,
 }
 
-/// Finds the first time at which a board of the dragon is not inside an outline, during the whole run. Of boards that are
-/// outside at the start, it is the first one.
+/// The number of boards that stand outside an outline at the start of a run.
+pub fn standing_outside(dragon: &Dragon, outline: &Outline) -> usize {
+    let handles: Vec<Handle> = dragon.chain(dragon.start_travel_m()).expect("within the run").collect();
+    let mut boards = Vec::new();
+    dragon.place_boards(&handles, &mut boards);
+    boards.iter().filter(|board| outline.leaving_point(board).is_some()).count()
+}
+
+/// Finds the first time during the whole run at which a board of the dragon that was inside an outline is not inside any more.
 ///
 /// # Errors
 /// The dragon's meter is spent. The search is then not finished at any travel.
@@ -61,9 +73,6 @@ pub fn first_exit(dragon: &Dragon, outline: &Outline) -> Result<Option<StageExit
         let travel_m =
             search.head_travel_m(exit.pose.front.parameter, [start_m, first.map_or(end_m, |exit| exit.travel_m)]);
         first = Some(StageExit { travel_m, bench, point: exit.outside.expect("the board is outside") });
-        if travel_m == start_m {
-            break;
-        }
         limits = parameters(travel_m);
     }
     Ok(first)
@@ -85,17 +94,16 @@ struct Moment {
 }
 
 impl BenchSearch<'_> {
-    /// The first moment at which the board is outside, with its front handle between two parameters.
+    /// The first moment at which the board has left, with its front handle between two parameters.
     fn first(&self, from: f64, to: f64) -> Option<Moment> {
         let mut earlier = self.at(from)?;
-        if earlier.outside.is_some() {
-            return Some(earlier);
-        }
-        let stride_m = STRIDE_LINKS * self.dragon.dimensions().link_m(self.bench);
         while earlier.pose.front.parameter < to {
-            let route = self.dragon.route();
-            let next = route.parameter_near(earlier.pose.front_travel_m + stride_m, earlier.pose.front.parameter);
-            let later = self.at(if next > earlier.pose.front.parameter { next.min(to) } else { to })?;
+            if earlier.outside.is_some() {
+                self.dragon.meter().add(STEPS_PER_LOOK);
+                earlier = self.further(&earlier, 1.0 / LOOKS_PER_LINK, to)?;
+                continue;
+            }
+            let later = self.further(&earlier, STRIDE_LINKS, to)?;
             let leaving = self.walk(&earlier, &later);
             if leaving.is_some() || self.dragon.meter().is_spent() {
                 return leaving;
@@ -103,6 +111,15 @@ impl BenchSearch<'_> {
             earlier = later;
         }
         None
+    }
+
+    /// The bench after its front handle has walked this many lengths of its link, or is at a parameter. `None` if the meter is
+    /// spent.
+    fn further(&self, earlier: &Moment, links: f64, to: f64) -> Option<Moment> {
+        let stride_m = links * self.dragon.dimensions().link_m(self.bench);
+        let from = earlier.pose.front.parameter;
+        let next = self.dragon.route().parameter_near(earlier.pose.front_travel_m + stride_m, from);
+        if self.dragon.meter().is_spent() { None } else { self.at(if next > from { next.min(to) } else { to }) }
     }
 
     fn walk(&self, earlier: &Moment, later: &Moment) -> Option<Moment> {

@@ -38,17 +38,19 @@ impl Dragon {
     /// Newton's method on the parameter of handle 1, which grows with the head's parameter throughout the run. The result is
     /// exact to about 10⁻¹² m.
     pub(crate) fn head_before(&self, parameter: f64) -> (f64, f64) {
-        self.front_before(0, parameter, self.end_parameter)
+        self.front_before(0, parameter, [self.route.parameter(self.start_travel_m()), self.end_parameter])
     }
 
-    /// The same for the front handle of any bench, whose rear handle is at `parameter`. `end` is the last parameter of the
-    /// front handle during the run.
-    pub(crate) fn front_before(&self, bench: usize, parameter: f64, end: f64) -> (f64, f64) {
+    /// The same for the front handle of any bench, whose rear handle is at `parameter`. `begin` and `end` are parameters that the
+    /// front handle passes during the run, before and after the result. On other parts of the route, the rear handle of a tight
+    /// link may pass `parameter` too.
+    pub(crate) fn front_before(&self, bench: usize, parameter: f64, [begin, end]: [f64; 2]) -> (f64, f64) {
+        let begin = begin.max(parameter);
         let ahead_m = self.dimensions.link_m(bench);
         let near = parameter + ahead_m / self.route.point(parameter).speed_m_per_unit;
         let guess = self.route.parameter_near(self.route.travel(parameter) + ahead_m, near);
         let mut speed_ratio = 1.0;
-        let front_parameter = rising_root(parameter..=end.max(parameter), guess, ROUNDING_M, |front_parameter| {
+        let front_parameter = rising_root(begin..=end.max(begin), guess, ROUNDING_M, |front_parameter| {
             let rear = self.rear(bench, front_parameter).expect("every handle has a position throughout the run");
             speed_ratio = rear.speed_ratio();
             Slope {

@@ -150,6 +150,7 @@ impl Run {
 fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, TightSpot> {
     let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.parameter(route.start_travel_m()))
         .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
+        .take_while(|handle| handle.parameter >= route.ground_begin())
         .map(|handle| handle.parameter)
         .collect();
     if parameters.len() == dimensions.handles() {

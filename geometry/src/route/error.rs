@@ -70,6 +70,22 @@ pub enum RouteError {
         /// Length of the difference of the two unit tangents.
         turn: f64,
     },
+    /// The plan ends after the head has reached the end of the route.
+    #[error("end_s is {}, must be at most {}, when the head reaches the end of the route", Number(*end_s), Number(*last_s))]
+    EndTime {
+        /// Show time at which the plan ends.
+        end_s: f64,
+        /// Show time at which the head reaches the end of the route.
+        last_s: f64,
+    },
+    /// The plan does not begin before it ends.
+    #[error("start_s is {}, must be below {}, when the head reaches the end", Number(*start_s), Number(*end_s))]
+    Times {
+        /// Show time at which the plan begins.
+        start_s: f64,
+        /// Show time at which it ends.
+        end_s: f64,
+    },
     /// The route ends beyond its last segment.
     #[error("the route is walked to {} m, must be at most {}, where its last segment ends", Number(*end_travel_m), Number(*curve_end_m))]
     End {

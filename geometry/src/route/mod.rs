@@ -81,6 +81,8 @@ pub struct Route {
     coil: Option<Coil>,
     start_travel_m: f64,
     end_travel_m: f64,
+    /// Parameter behind which no handle may stand.
+    ground_begin: f64,
 }
 
 impl Route {
@@ -115,6 +117,7 @@ impl Route {
             coil: Coil::of(&segments),
             start_travel_m,
             end_travel_m,
+            ground_begin: f64::NEG_INFINITY,
             segments,
         };
         route.between(start_travel_m, end_travel_m)
@@ -147,6 +150,17 @@ impl Route {
         Ok(Self { start_travel_m, end_travel_m, ..self })
     }
 
+    /// The same route, on which no handle may stand behind this travel.
+    #[must_use]
+    pub(crate) fn grounded_from(self, travel_m: f64) -> Self {
+        Self { ground_begin: self.parameter(travel_m), ..self }
+    }
+
+    /// Parameter behind which no handle may stand: the first of the laps of a closed path. −∞ for other routes.
+    pub(crate) fn ground_begin(&self) -> f64 {
+        self.ground_begin
+    }
+
     /// The same route, somewhere else.
     #[must_use]
     pub fn placed(self, placement: &Placement) -> Self {
@@ -155,7 +169,8 @@ impl Route {
         }
         let segments: Vec<Segment> = self.segments.iter().map(|placed| placed.segment.placed(placement)).collect();
         let first_end_m = self.segments[0].travel(self.segments[0].end());
-        Self::new(&segments, first_end_m, [self.start_travel_m, self.end_travel_m]).expect("placed segments still join")
+        let placed = Self::new(&segments, first_end_m, [self.start_travel_m, self.end_travel_m]);
+        Self { ground_begin: self.ground_begin, ..placed.expect("placed segments still join") }
     }
 
     /// The same curve without its [`coil`](Self::coil). Tests compare the proofs that use the coil with searches on this route.

@@ -1,12 +1,16 @@
 //! Paths: routes from a list of lines, arcs and spirals, each of which begins where the one before ends, in its direction.
 //!
 //! Behind its beginning, where t = 0, a path goes straight back, so that a whole dragon can stand there. A closed path is
-//! walked lap after lap. Behind its beginning is then the lap before.
+//! walked lap after lap, each in the same place. Behind its beginning are then the laps before.
+//!
+//! Typed decimals do not close exactly. So the measures of a closed path are changed, each by the same small share if possible,
+//! until its end is its beginning up to rounding: Newton's method on the least squares of the shares.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
-use glam::DVec2;
+use glam::{DMat3, DVec2, DVec3};
 
 use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
@@ -20,10 +24,20 @@ const MIN_LENGTH_M: f64 = 1e-6;
 const MAX_LENGTH_M: f64 = 1_000_000.0;
 /// Most segments of a path, all laps included.
 const MAX_SEGMENTS: usize = 100_000;
-/// Largest gap between the end and the beginning of a closed path, in metres: typed decimals do not close exactly.
+/// Largest gap between the end and the beginning of a closed path as planned, in metres.
 const CLOSING_GAP_M: f64 = 1e-3;
-/// Largest difference of direction between the end and the beginning of a closed path, in radians.
+/// Largest difference of direction between the end and the beginning of a closed path as planned, in radians.
 const CLOSING_TURN: f64 = 1e-4;
+/// Gap at which a path is closed, as a share of its extent: a few times its rounding.
+const CLOSED_PER_EXTENT: f64 = 1e-12;
+/// Most steps to close a path. Three are usual.
+const MAX_CLOSING_STEPS: usize = 20;
+/// Change of a measure from which its effect is computed, as a share.
+const CLOSING_LOOK: f64 = 1e-6;
+/// What is added to the squares of the least-squares problem, as a share, where a path has too few measures.
+const DAMPING: f64 = 1e-12;
+/// Room on the laps behind the beginning, in lengths of the stretched dragon: a bent dragon covers more.
+const ROOM_PER_LENGTH: f64 = 2.0;
 
 /// A segment of a path, wherever it begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,8 +136,8 @@ impl PathSegment {
         match *self {
             Self::Line { length_m } => Segment::Line(Line::from_begin(begin.position, tangent, length_m)),
             Self::Arc { radius_m, turn } => Segment::Arc(arc(begin, radius_m, turn)),
-            Self::Spiral { start_radius_m, end_radius_m, turn } if start_radius_m == end_radius_m => {
-                Segment::Arc(arc(begin, start_radius_m, turn))
+            Self::Spiral { start_radius_m, end_radius_m, turn } if self.is_circular() => {
+                Segment::Arc(arc(begin, 0.5 * (start_radius_m + end_radius_m), turn))
             }
             Self::Spiral { start_radius_m, end_radius_m, turn } => {
                 let per_radian_m = (end_radius_m - start_radius_m).abs() / turn.abs();
@@ -141,20 +155,38 @@ impl PathSegment {
         let turned = match *self {
             Self::Line { .. } => 0.0,
             Self::Arc { turn, .. } => turn,
+            Self::Spiral { turn, .. } if self.is_circular() => turn,
             Self::Spiral { start_radius_m, end_radius_m, turn } => {
                 // The angle between spoke and tangent is atan θ, where θ is the angle of the spiral.
-                let per_radian_m = (end_radius_m - start_radius_m).abs() / turn.abs();
-                let slope =
-                    |radius_m: f64| f64::atan2(per_radian_m * (end_radius_m - start_radius_m).signum(), radius_m);
-                if per_radian_m == 0.0 {
-                    turn
-                } else {
-                    turn + turn.signum() * (slope(start_radius_m) - slope(end_radius_m))
-                }
+                let per_radian_m = (end_radius_m - start_radius_m) / turn.abs();
+                let slope = |radius_m: f64| f64::atan2(per_radian_m, radius_m);
+                turn + turn.signum() * (slope(start_radius_m) - slope(end_radius_m))
             }
         };
         let segment = self.segment(begin);
         Placement { position: segment.point(segment.span().1).position, heading: begin.heading + turned }
+    }
+
+    /// Whether a spiral's radii are so nearly equal that an arc of their mean is more exact: the rounding of a spiral grows with
+    /// the number of turns to its centre.
+    fn is_circular(&self) -> bool {
+        let Self::Spiral { start_radius_m, end_radius_m, turn } = *self else { return false };
+        let difference_m = (end_radius_m - start_radius_m).abs();
+        difference_m <= 8.0 * (f64::EPSILON * turn.abs()).sqrt() * start_radius_m.max(end_radius_m)
+    }
+
+    /// The same segment with a measure changed by a share: 0 is the length, 1 the radius of an arc.
+    fn with_measure(&self, measure: usize, share: f64) -> Option<Self> {
+        let factor = 1.0 + share;
+        match (*self, measure) {
+            (Self::Line { length_m }, 0) => Some(Self::Line { length_m: length_m * factor }),
+            (Self::Arc { radius_m, turn }, 0) => Some(Self::Arc { radius_m, turn: turn * factor }),
+            (Self::Arc { radius_m, turn }, 1) => Some(Self::Arc { radius_m: radius_m * factor, turn }),
+            (Self::Spiral { start_radius_m, end_radius_m, turn }, 0) => {
+                Some(Self::Spiral { start_radius_m, end_radius_m, turn: turn * factor })
+            }
+            _ => None,
+        }
     }
 
     /// Length in metres.
@@ -210,44 +242,63 @@ fn arc(begin: &Placement, radius_m: f64, turn: f64) -> CircularArc {
 impl PathSpec {
     /// Length of the path in metres; of a closed path: of one lap.
     pub fn lap_m(&self) -> f64 {
-        self.segments.iter().map(PathSegment::length_m).sum()
+        self.closed().iter().map(PathSegment::length_m).sum()
     }
 
-    /// The route of the path from a placement. Behind the beginning it has room for a dragon of this length.
+    /// The route of the path from a placement, for a dragon of this length that starts at this travel. On a closed path, the
+    /// dragon stands on the laps behind the beginning, and nowhere else.
     ///
     /// # Errors
     /// A number is out of range, the path is too long, or a closed path does not close.
-    pub(super) fn route(&self, begin: &Placement, dragon_m: f64) -> Result<Route, RouteError> {
-        let lap_m = self.check()?;
-        let laps_behind = if self.laps.is_some() { (dragon_m / lap_m).ceil() as usize } else { 0 };
-        let laps = laps_behind + self.laps.map_or(1, |laps| laps as usize);
-        let count = laps.saturating_mul(self.segments.len());
+    pub(super) fn route(&self, begin: &Placement, dragon_m: f64, start_m: f64) -> Result<Route, RouteError> {
+        self.check()?;
+        let (lap, lap_m) = (self.closed(), self.lap_m());
+        let behind_m = ROOM_PER_LENGTH * dragon_m + (-start_m).max(0.0);
+        let laps_behind = if self.laps.is_some() { (behind_m / lap_m).ceil() as usize } else { 0 };
+        let laps = laps_behind.saturating_add(self.laps.map_or(1, |laps| laps as usize));
+        let count = laps.saturating_mul(lap.len());
         if count > MAX_SEGMENTS {
             return Err(PathError::TooMany { segments: count }.into());
         }
-        let mut at = *begin;
-        for _ in 0..laps_behind {
-            at = at.after(&self.lap().inverse());
-        }
+        let placed = placements(begin, &lap);
         let mut segments = Vec::with_capacity(count + 1);
-        segments.push(Segment::Line(Line::up_to(at.position, DVec2::from_angle(at.heading))));
+        segments.push(Segment::Line(Line::up_to(begin.position, DVec2::from_angle(begin.heading))));
         for _ in 0..laps {
-            for segment in &self.segments {
-                segments.push(segment.segment(&at));
-                at = segment.end(&at);
-            }
+            segments.extend(lap.iter().zip(&placed).map(|(segment, at)| segment.segment(at)));
         }
         let (before_m, after_m) = (laps_behind as f64 * lap_m, (laps - laps_behind) as f64 * lap_m);
-        Route::new(&segments, -before_m, [0.0, after_m])
+        let route = Route::new(&segments, -before_m, [0.0, after_m])?;
+        Ok(if self.laps.is_some() { route.grounded_from(-before_m) } else { route })
     }
 
-    /// Where a lap from the origin in the direction of +x ends.
-    fn lap(&self) -> Placement {
-        self.segments.iter().fold(Placement::default(), |at, segment| segment.end(&at))
+    /// The segments; those of a closed path with their measures changed so that it closes.
+    fn closed(&self) -> Cow<'_, [PathSegment]> {
+        let (mut segments, begin) = (Cow::Borrowed(&self.segments[..]), Placement::default());
+        if self.laps.is_none() {
+            return segments;
+        }
+        for _ in 0..MAX_CLOSING_STEPS {
+            let placed = placements(&begin, &segments);
+            let end = placed[segments.len()];
+            let extent_m = placed.iter().map(|at| at.position.length()).fold(1.0, f64::max);
+            let gap = end.position.extend(extent_m * whole_turns_off(end.heading));
+            if gap.length() <= CLOSED_PER_EXTENT * extent_m {
+                break;
+            }
+            let effects = effects(&segments, &placed, extent_m);
+            let squares = effects.iter().map(|effect| outer(effect.end)).sum::<DMat3>();
+            let damping = DAMPING * (squares.x_axis.x + squares.y_axis.y + squares.z_axis.z);
+            let pull = -((squares + DMat3::from_diagonal(DVec3::splat(damping))).inverse() * gap);
+            for Effect { segment, measure, end } in effects {
+                let changed = segments[segment].with_measure(measure, end.dot(pull));
+                segments.to_mut()[segment] = changed.expect("the measure has an effect");
+            }
+        }
+        segments
     }
 
-    /// Checks the path. Returns its length in metres, without laps.
-    fn check(&self) -> Result<f64, PathError> {
+    /// Checks the path.
+    fn check(&self) -> Result<(), PathError> {
         if self.segments.is_empty() {
             return Err(PathError::Empty);
         }
@@ -261,12 +312,54 @@ impl PathSpec {
             }
         }
         if self.laps.is_some() {
-            let lap = self.lap();
-            let (gap_m, turn) = (lap.position.length(), (lap.heading / TAU - (lap.heading / TAU).round()) * TAU);
+            let end = placements(&Placement::default(), &self.segments)[self.segments.len()];
+            let (gap_m, turn) = (end.position.length(), whole_turns_off(end.heading));
             if gap_m > CLOSING_GAP_M || turn.abs() > CLOSING_TURN {
                 return Err(PathError::Open { gap_m, turn_deg: turn.to_degrees() });
             }
         }
-        Ok(length_m)
+        Ok(())
     }
+}
+
+/// Where each segment begins, and where the last one ends.
+fn placements(begin: &Placement, segments: &[PathSegment]) -> Vec<Placement> {
+    let mut placed = vec![*begin];
+    for (number, segment) in segments.iter().enumerate() {
+        placed.push(segment.end(&placed[number]));
+    }
+    placed
+}
+
+/// The angle by which a heading differs from a whole number of turns.
+fn whole_turns_off(heading: f64) -> f64 {
+    (heading / TAU - (heading / TAU).round()) * TAU
+}
+
+/// How a measure of a segment moves the end of the path.
+struct Effect {
+    segment: usize,
+    measure: usize,
+    /// Metres by which the end moves, and metres of turn at the path's extent, per share of the measure.
+    end: DVec3,
+}
+
+/// The effects of all measures.
+fn effects(segments: &[PathSegment], placed: &[Placement], extent_m: f64) -> Vec<Effect> {
+    let path_end = placed[segments.len()].position;
+    let effect = |segment: usize, measure: usize| {
+        let changed = segments[segment].with_measure(measure, CLOSING_LOOK)?.end(&placed[segment]);
+        let (moved, turned) =
+            (changed.position - placed[segment + 1].position, changed.heading - placed[segment + 1].heading);
+        let swung = turned * (path_end - placed[segment + 1].position).perp();
+        Some(Effect { segment, measure, end: (moved + swung).extend(extent_m * turned) / CLOSING_LOOK })
+    };
+    (0..segments.len())
+        .flat_map(|segment| [0, 1].map(|measure| (segment, measure)))
+        .filter_map(|(i, k)| effect(i, k))
+        .collect()
+}
+
+fn outer(vector: DVec3) -> DMat3 {
+    DMat3::from_cols(vector * vector.x, vector * vector.y, vector * vector.z)
 }

@@ -131,7 +131,10 @@ impl RouteSpec {
                 self.walked(spiral, head_speed_mps)
             }
             RouteShape::Turnaround(spec) => self.turnaround(spec, head_speed_mps).map(|turnaround| turnaround.route()),
-            RouteShape::Path(spec) => self.walked(spec.route(&self.placement, dragon_m)?, head_speed_mps),
+            RouteShape::Path(spec) => {
+                let route = spec.route(&self.placement, dragon_m, head_speed_mps * self.start_s)?;
+                self.walked(route, head_speed_mps)
+            }
         }
     }
 
@@ -165,8 +168,13 @@ impl RouteSpec {
 
     /// A route, walked between the planned times.
     fn walked(&self, route: Route, head_speed_mps: f64) -> Result<Route, RouteError> {
+        let (start_s, last_s) = (self.start_s, route.end_travel_m() / head_speed_mps);
         let end_m = self.end_s.map_or(route.end_travel_m(), |end_s| head_speed_mps * end_s);
-        route.between(head_speed_mps * self.start_s, end_m)
+        route.between(head_speed_mps * start_s, end_m).map_err(|error| match error {
+            RouteError::End { .. } => RouteError::EndTime { end_s: self.end_s.unwrap_or(last_s), last_s },
+            RouteError::Span { .. } => RouteError::Times { start_s, end_s: self.end_s.unwrap_or(last_s) },
+            error => error,
+        })
     }
 
     /// The planned turnaround, if the route is one.

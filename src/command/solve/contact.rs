@@ -111,6 +111,7 @@ impl SpeedAnswer {
 
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
+    args.figure.keep_drawing(config.document())?;
     let dragon = config.dragon();
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let clearance_m = args.clearance.unwrap_or(0.0);

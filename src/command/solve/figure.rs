@@ -1,7 +1,7 @@
 //! Shared parts of the figures of several questions: flags, captions, and the dragon in plan view.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use bench_dragon_geometry::clearance::ClearanceSearch;
@@ -11,7 +11,7 @@ use bench_dragon_geometry::route::{Coil, Route, RouteShape, RouteSpec, Turnaroun
 use clap::{Args, ValueHint};
 use glam::DVec2;
 
-use crate::command::flags::Format;
+use crate::command::flags::{BadInput, Format};
 use crate::command::print::print_line;
 use crate::config::{Config, ConfigDocument};
 use crate::output::Counted;
@@ -40,6 +40,11 @@ impl FigureArgs {
     /// Whether a figure is requested.
     pub(super) fn is_asked(&self) -> bool {
         self.figure.is_some()
+    }
+
+    /// Fails if the figure would replace the drawing of the route.
+    pub(super) fn keep_drawing(&self, document: &ConfigDocument) -> Result<(), BadInput> {
+        self.figure.as_ref().map_or(Ok(()), |file| keep_drawing("--figure", &file.path, document))
     }
 
     /// Writes a drawing to the requested file, on the requested paper.
@@ -82,6 +87,22 @@ impl FigureArgs {
         facts.push(route_fact(document.route()));
         Caption { heading: self.title.clone(), title: title.into(), facts }
     }
+}
+
+/// Fails if a file to write is the drawing of the route.
+pub(super) fn keep_drawing(flag: &str, written: &Path, document: &ConfigDocument) -> Result<(), BadInput> {
+    match document.drawing() {
+        Some(drawing) if is_same_file(written, &drawing.path) => {
+            let file = Printable(&drawing.file);
+            Err(BadInput(format!("{flag} is {file}, the drawing of the route, must be another file")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Whether two paths lead to the same existing file.
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    one.canonicalize().ok().zip(other.canonicalize().ok()).is_some_and(|(one, other)| one == other)
 }
 
 /// A file to draw into.

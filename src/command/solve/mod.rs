@@ -9,9 +9,9 @@ use bench_dragon_geometry::dragon::Meter;
 use clap::{Args, Subcommand, ValueHint};
 use serde::Serialize;
 
-use self::figure::FigureArgs;
-use crate::command::flags::{FormatArgs, within};
-use crate::config::Config;
+use self::figure::{FigureArgs, keep_drawing};
+use crate::command::flags::{BadInput, FormatArgs, within};
+use crate::config::{Config, ConfigDocument};
 use crate::system::whole_file;
 
 mod contact;
@@ -123,6 +123,19 @@ struct TooFast {
     ratio: f64,
     time_s: f64,
     handle: usize,
+}
+
+impl AnswerArgs {
+    /// Fails if an output would replace the drawing of the route, or another output.
+    fn keep_files_apart(&self, document: &ConfigDocument) -> Result<(), BadInput> {
+        self.figure.keep_drawing(document)?;
+        let Some(saved) = &self.save_config else { return Ok(()) };
+        if self.figure.figure.as_ref().is_some_and(|figure| figure.path == *saved) {
+            let file = saved.display();
+            return Err(BadInput(format!("--save-config is {file}, the file of --figure, must be another file")));
+        }
+        keep_drawing("--save-config", saved, document)
+    }
 }
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {

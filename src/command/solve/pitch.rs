@@ -8,8 +8,8 @@ use serde::Serialize;
 use super::figure::{pair, plan_of};
 use super::{AnswerArgs, CLEARANCE_M, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
-use crate::command::load_config;
 use crate::command::print::print_report;
+use crate::command::{in_file, load_config};
 use crate::config::Config;
 use crate::output::figure::{Circle, PlanView};
 
@@ -52,9 +52,13 @@ struct Limit {
 
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
+    args.answer.keep_files_apart(config.document())?;
     let Some(SpiralSpec { start_turns, .. }) = config.route().spiral() else {
-        let error = "[route] kind is \"path\", must be \"spiral\" or \"turnaround\" for a question about the pitch: a path has none";
-        return Err(BadInput(error.to_owned()).into());
+        let error = BadInput(format!(
+            "[route] kind is \"{}\", must be \"spiral\" or \"turnaround\" for a question about the pitch: a path has none",
+            config.document().route_kind()
+        ));
+        return in_file(&args.config, Err(error));
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(config.route().turn_diameter_m());
     let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));

@@ -94,6 +94,7 @@ struct Handle {
 
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
+    args.figure.keep_drawing(config.document())?;
     let mut most = MAX_POSITIONS / config.dragon().dimensions().handles();
     if args.xlsx.is_some() {
         // The first column has the row's name.

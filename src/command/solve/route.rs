@@ -45,7 +45,7 @@ struct RouteAnswer {
     length_m: f64,
     end_m: [f64; 2],
     end_heading_deg: f64,
-    /// Null for a straight route.
+    /// Null if the head walks straight on.
     tightest_radius_m: Option<f64>,
     tightest_travel_m: Option<f64>,
     tightest_m: Option<[f64; 2]>,
@@ -84,6 +84,7 @@ struct TightPlace {
 
 pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     let document = load_document(&args.config)?;
+    args.answer.keep_files_apart(&document)?;
     let route = in_file(&args.config, document.curve())?;
     let placed = place(&document, &route);
     let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.dragon()));
@@ -158,7 +159,7 @@ impl RouteAnswer {
                     format!("radius {radius_m:.6} m, at {} m of travel, at {}", decimal(travel_m), point(at)),
                 );
             }
-            _ => line("tightest bend", "none: the route is straight".to_owned()),
+            _ => line("tightest bend", "none: the head walks straight on".to_owned()),
         }
         if let Some(DrawingFit { file, fit_error_m, tolerance_m, corners, .. }) = drawing {
             let file = file.display();
@@ -253,7 +254,8 @@ fn draw(
         return Ok(());
     }
     let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
-    let title = format!("The route, {:.3} m long", survey.length_m);
+    let walked_to_m = placed.as_ref().map_or(start_m, |config| config.dragon().end_travel_m());
+    let title = format!("The route, {:.3} m from the head's start", survey.length_m);
     let dragon = placed.as_ref().map(|config| in_plan(config, config.dragon(), config.dragon().end_travel_m()));
     let view = RouteView {
         caption: figure.caption_of(document, title),
@@ -262,7 +264,8 @@ fn draw(
             outline: corners_of(document.outline()),
             ..dragon.unwrap_or_default()
         },
-        walked: polyline(route, start_m, end_m),
+        walked: polyline(route, start_m, walked_to_m),
+        beyond: polyline(route, walked_to_m, end_m),
         crossings: survey.crossings.found.iter().map(|crossing| crossing.point).collect::<Vec<DVec2>>(),
         tightest: survey.tightest.map(|TightestBend { point, .. }| point),
         tight_spot: tight_spot(placed.as_ref()).map(|spot| spot.point),

@@ -65,6 +65,7 @@ fn parameter(text: &str) -> Result<Parameter, String> {
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
+    args.figure.keep_drawing(config.document())?;
     let sensitivity = sensitivity(&config, args)?;
     let progress = Progress::new("answers", sensitivity.questions() as f64);
     let responses = sensitivity.study(&args.work.long_meter(), || progress.add(1.0));

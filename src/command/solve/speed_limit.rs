@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
+use bench_dragon_geometry::route::RouteShape;
 use clap::Args;
 use glam::DVec2;
 use serde::Serialize;
@@ -50,6 +51,7 @@ struct SpeedLimitAnswer {
 
 pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     let (config, passage) = passage(args)?;
+    args.answer.keep_files_apart(config.document())?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
     let (answer, text) = answer(&largest, args.limit, &config);
     print_report(args.answer.format.format, &answer, text)?;
@@ -109,10 +111,12 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
             (answer, format!("{reason}; --work allows more"))
         }
         Err(reason) => {
-            let of_what = if config.route().as_turnaround().is_some() {
-                "on the passage through the turn"
-            } else {
-                "on all of the planned run (--turn-diameter computes a passage through a turn instead)"
+            let of_what = match config.route().shape {
+                RouteShape::Turnaround(_) => "on the passage through the turn",
+                RouteShape::Spiral(_) => {
+                    "on all of the planned run (--turn-diameter computes a passage through a turn instead)"
+                }
+                RouteShape::Path(_) => "on all of the planned run",
             };
             let answer = SpeedLimitAnswer { infeasible: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
             (answer, format!("infeasible {of_what}: {reason}"))

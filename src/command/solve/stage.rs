@@ -1,16 +1,19 @@
 //! The part of an answer about the outline of the stage.
 
-use bench_dragon_geometry::clearance::{StageExit, first_exit};
+use bench_dragon_geometry::clearance::{StageExit, first_exit, standing_outside};
 use serde::Serialize;
 
 use super::WorkArgs;
 use crate::config::Config;
+use crate::output::Counted;
 
 /// Whether the dragon stays on the stage during its run.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct StageAnswer {
-    /// The first board that leaves the stage; null if none does, or if the answer is unknown.
+    /// The first board that leaves the stage after it was inside; null if none does, or if the answer is unknown.
     leaves_stage: Option<Leaving>,
+    /// Number of boards that stand outside the stage at the start; null if the dragon cannot stand there.
+    outside_at_start: Option<usize>,
     /// The reason for which the answer is unknown: it took too much work.
     #[serde(skip_serializing_if = "Option::is_none")]
     stage_undecided: Option<String>,
@@ -27,9 +30,10 @@ impl StageAnswer {
     /// The answer for a configuration; `None` if its stage has no outline.
     pub(super) fn of(config: &Config, work: WorkArgs) -> Option<Self> {
         let outline = config.outline()?;
+        let answer = Self { outside_at_start: Some(standing_outside(config.dragon(), outline)), ..Self::default() };
         Some(match first_exit(&config.dragon().metered(&work.meter()), outline) {
-            Ok(exit) => Self { leaves_stage: exit.map(|exit| Leaving::of(&exit, config)), stage_undecided: None },
-            Err(spent) => Self { leaves_stage: None, stage_undecided: Some(spent.to_string()) },
+            Ok(exit) => Self { leaves_stage: exit.map(|exit| Leaving::of(&exit, config)), ..answer },
+            Err(spent) => Self { stage_undecided: Some(spent.to_string()), ..answer },
         })
     }
 
@@ -39,6 +43,14 @@ impl StageAnswer {
     }
 
     pub(super) fn text(&self) -> String {
+        let standing = match self.outside_at_start {
+            None | Some(0) => String::new(),
+            Some(count) => format!("; {} stand outside at the start", Counted(count as u64, "board")),
+        };
+        self.leaving_text() + &standing
+    }
+
+    fn leaving_text(&self) -> String {
         match (&self.leaves_stage, &self.stage_undecided) {
             (Some(Leaving { time_s, bench, point_m: [x, y] }), _) => {
                 format!("bench {bench} is the first that leaves it, at {time_s:.6} s, at ({x:.6}, {y:.6}) m")

@@ -415,6 +415,13 @@ pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, Turna
     let config = load_config(&ConfigArgs { config: args.config.clone() }, |_| ())?;
     let plan = match (config.route().as_turnaround(), &args.config) {
         (Some(plan), _) => plan,
+        (None, Some(path)) if config.route().as_path().is_some() => {
+            let error = format!(
+                "[route] kind is \"{}\", must be \"turnaround\" or \"spiral\" for a question about a turn",
+                config.document().route_kind()
+            );
+            return Err(BadInput(error)).with_context(|| path.display().to_string());
+        }
         (None, None) => TurnaroundSpec::default(),
         (None, Some(_)) if asks_for_turn(args) => {
             let paper = TurnaroundSpec::default();

@@ -8,8 +8,8 @@ use super::drawing::{Drawing, Mark, circle};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::style::{
-    BLACK, BLUE, BOTTOM_MARGIN, Colour, GREEN, LEFT_MARGIN, LINE_WIDTH, LineStyle, ORANGE, PLOT_WIDTH, PURPLE,
-    VERMILION,
+    BLACK, BLUE, BOTTOM_MARGIN, Colour, FINE_WIDTH, GREEN, GREY, LEFT_MARGIN, LINE_WIDTH, LineStyle, ORANGE,
+    PLOT_WIDTH, PURPLE, VERMILION,
 };
 use crate::output::visible_box;
 
@@ -22,6 +22,8 @@ pub struct RouteView {
     pub dragon: DragonInPlan,
     /// Points of the route that the head walks.
     pub walked: Vec<DVec2>,
+    /// Points of the route beyond the end of the run.
+    pub beyond: Vec<DVec2>,
     /// Points at which the route crosses itself.
     pub crossings: Vec<DVec2>,
     /// The tightest bend.
@@ -53,6 +55,7 @@ impl RouteView {
         let height = (PLOT_WIDTH * (high.y - low.y) / (high.x - low.x)).clamp(least, most);
         let (mut drawing, top) = page(&self.caption, &self.legend(), height + BOTTOM_MARGIN);
         let plot = Plot::plan(Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, height)), low, high);
+        drawing.push(plot.line(&self.beyond, GREY, FINE_WIDTH));
         drawing.push(plot.line(&self.walked, BLUE, LINE_WIDTH).labelled("route"));
         self.dragon.draw(&mut drawing, &plot, &[], HINGE_RADIUS);
         for (colour, name, points) in self.marks() {
@@ -68,7 +71,7 @@ impl RouteView {
     }
 
     fn end(&self) -> DVec2 {
-        *self.walked.last().expect("a route has points")
+        *self.beyond.last().expect("a route has points")
     }
 
     /// The rings: colour, name and points.
@@ -83,7 +86,7 @@ impl RouteView {
 
     /// Low and high corner of the plan.
     fn bounds(&self) -> [DVec2; 2] {
-        let core = self.walked.iter().chain(&self.dragon.outline).copied();
+        let core = self.walked.iter().chain(&self.beyond).chain(&self.dragon.outline).copied();
         let rest = self.dragon.route.iter().chain(self.dragon.boards.iter().flatten()).copied();
         let [low, high] = visible_box(core, rest).expect("a route has points");
         let margin_m = MARGIN * (high - low).max_element();
