@@ -141,7 +141,10 @@ fn bad_paths_and_questions_without_sense_are_refused_in_one_line() {
             ["solve", "pitch"],
             "[route] kind is \"path\", must be \"spiral\" or \"turnaround\" for a question about the pitch",
         ),
-        (["solve", "turn"], "[route] kind is \"path\", must be \"turnaround\" for a question about a turn"),
+        (
+            ["solve", "turn"],
+            "[route] kind is \"path\", must be \"turnaround\" or \"spiral\" for a question about a turn",
+        ),
     ] {
         let ended = offline(&stage, &[&question[..], &["--config", "path.toml"]].concat());
         assert_eq!(ended.code(), Some(2), "{}", ended.stderr);

@@ -181,6 +181,69 @@ fn the_first_board_that_leaves_the_stage_is_reported() {
 }
 
 #[test]
+fn boards_that_come_onto_the_stage_stand_outside_and_do_not_leave_it() {
+    let text = "[dragon]\nbenches = 10\n[head]\nspeed_mps = 2\n[route]\nkind = \"path\"\n\
+                segments = [{ kind = \"line\", length_m = 60 }]\n\
+                [stage]\noutline = [[-5, -5], [40, -5], [40, 5], [-5, 5]]\n";
+    let route = answer(text, "route");
+    assert_eq!((&route["outside_at_start"], &route["leaves_stage"]["bench"]), (&json!(8), &json!(0)), "{route}");
+    assert!((number(&route["leaves_stage"]["time_s"]) - 19.8625).abs() < 1e-6, "{route}");
+    let told = solve(&Stage::new(), text, &["contact"]).expect_clean().stdout;
+    assert!(told.contains(" m; 8 boards stand outside at the start\n"), "{told}");
+}
+
+#[test]
+fn times_beyond_the_route_name_their_key() {
+    let text = |times: &str| {
+        format!(
+            "[head]\nspeed_mps = 2\n[route]\nkind = \"path\"\n{times}\nsegments = [{{ kind = \"line\", length_m = 30 }}]\n"
+        )
+    };
+    for (times, reason) in [
+        ("end_s = 100", "[route] end_s is 100, must be at most 15, when the head reaches the end of the route\n"),
+        ("start_s = 100", "[route] start_s is 100, must be below 15, when the head reaches the end\n"),
+    ] {
+        let ended = solve(&Stage::new(), &text(times), &["route"]);
+        assert!(ended.code() == Some(2) && ended.stderr.ends_with(reason), "{}", ended.stderr);
+    }
+    // A saved answer keeps the part of the route that the head walks.
+    let stage = Stage::new();
+    let file = stage.path("saved.toml").display().to_string();
+    solve(&stage, &text("end_s = 14"), &["speed-limit", "--limit", "3", "--save-config", &file]).expect_clean();
+    let saved = fs::read_to_string(&file).expect("a configuration");
+    assert!(saved.contains("speed_mps = 3.0\n") && saved.contains("end_s = 9.333"), "{saved}");
+}
+
+#[test]
+fn an_output_never_replaces_the_drawing_or_another_output() {
+    let stage = Stage::new();
+    let drawing = "<svg xmlns='http://www.w3.org/2000/svg'><path d='M0 0 H60'/></svg>";
+    fs::write(stage.path("street.svg"), drawing).expect("a file");
+    let text = "[dragon]\nbenches = 3\n[route]\nkind = \"drawing\"\nfile = \"street.svg\"\nmetres_per_unit = 1\n";
+    let [street, other] = ["street.svg", "other.svg"].map(|name| stage.path(name).display().to_string());
+    for (args, reason) in [
+        (
+            vec!["route", "--figure", &street],
+            "--figure is street.svg, the drawing of the route, must be another file\n",
+        ),
+        (
+            vec!["contact", "--figure", &street],
+            "--figure is street.svg, the drawing of the route, must be another file\n",
+        ),
+        (
+            vec!["route", "--save-config", &street],
+            "--save-config is street.svg, the drawing of the route, must be another",
+        ),
+        (vec!["route", "--save-config", &other, "--figure", &other], "the file of --figure, must be another file\n"),
+    ] {
+        let ended = solve(&stage, text, &args);
+        assert!(ended.code() == Some(2) && ended.stdout.is_empty(), "{args:?}: {}", ended.stdout);
+        assert!(ended.stderr.lines().count() == 1 && ended.stderr.contains(reason), "{}", ended.stderr);
+    }
+    assert_eq!(fs::read_to_string(&street).expect("the drawing"), drawing);
+}
+
+#[test]
 fn the_monitor_raises_an_alert_where_a_board_leaves_the_stage() {
     let stage = Stage::new();
     let text = format!("{EIGHT}{STAGE}");
