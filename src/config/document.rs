@@ -152,7 +152,7 @@ pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
 fn in_plain_words(message: &str) -> String {
     let names = [
         ("\n", "; "),
-        (" as i128", ""),
+        ("` as i128", "`, which has too many digits"),
         ("expected u32", "expected a whole number"),
         ("expected u64", "expected a whole number"),
     ];

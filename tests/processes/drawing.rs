@@ -48,8 +48,7 @@ fn assert_refused(stage: &Stage, name: &str, content: impl AsRef<[u8]>, keys: &s
 
 /// A DXF file of lines. Each is the group codes and values of its ends.
 fn dxf(lines: &[&str]) -> String {
-    let lines: String = lines.iter().map(|ends| format!("0\nLINE\n8\n0\n{ends}\n")).collect();
-    format!("0\nSECTION\n2\nENTITIES\n{lines}0\nENDSEC\n0\nEOF\n")
+    format!("0\nSECTION\n2\nENTITIES\n0\nLINE\n8\n0\n{}\n0\nENDSEC\n0\nEOF\n", lines.join("\n0\nLINE\n8\n0\n"))
 }
 
 #[test]
@@ -109,7 +108,7 @@ fn a_published_description_has_the_path_and_not_the_drawing() {
 fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
     let stage = Stage::new();
     let svg = |body: &str| format!("{SVG}{body}</svg>");
-    let cases: [(&str, String, &str, &str); 34] = [
+    let cases: [(&str, String, &str, &str); 23] = [
         ("a.svg", String::new(), "", "\"a.svg\": is not valid XML: "),
         ("a.svg", svg(""), "", "has no path"),
         ("a.svg", svg("<path d=\"M1 1\"/>"), "", "has no path"),
@@ -147,7 +146,6 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
             "corner_radius_m = 1",
             "the path turns back on itself at (41.000, -1.000) m, which no radius rounds",
         ),
-        ("a.csv", "0,0\n10,0\n5,0\n".to_owned(), "", "the path turns back on itself at (10.000, 0.000) m"),
         ("a.svg", svg("<path d=\"M0 0h9v9\"/>"), "", "has a corner of 90.0° at (9.000, 0.000) m: set corner_radius_m"),
         ("a.svg", svg("<path d=\"M0 0h9v9\"/>"), "corner_radius_m = 9.5", "at (9.000, 0.000) m: at most 9.000 m fits"),
         (
@@ -178,6 +176,19 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
         ),
         ("a.svg", svg("<path d=\"M1 1h9\"/>"), "laps = 2", "laps is 2, only allowed with a closed path"),
         ("a.svg", svg("<path d=\"M1 1h9\"/>"), "pitch_m = 2", "pitch_m is 2, only allowed with kind = "),
+        ("a.png", String::new(), "", "has no known format, must be .svg, .dxf or .csv"),
+    ];
+    for (name, content, keys, reason) in cases {
+        assert_refused(&stage, name, content, keys, reason);
+    }
+    assert_refused(&stage, "a.svg", [0xff, 0xfe], "", "is not UTF-8 text");
+}
+
+#[test]
+fn bad_points_and_bad_dxf_files_are_refused_in_one_line_that_names_what_is_wrong() {
+    let stage = Stage::new();
+    let cases: [(&str, String, &str, &str); 11] = [
+        ("a.csv", "0,0\n10,0\n5,0\n".to_owned(), "", "the path turns back on itself at (10.000, 0.000) m"),
         ("a.csv", String::new(), "", "has 0 points, must have at least 2"),
         (
             "a.csv",
@@ -204,12 +215,10 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
             "has 2 entities that do not join to one path: the nearest ends, at (10.000, 0.000) m and (10.001, 0.000) m, \
              are 0.001 m apart, at most 0.0005 m is allowed; join them, or set id to a handle or a layer; layers: \"0\"",
         ),
-        ("a.png", String::new(), "", "has no known format, must be .svg, .dxf or .csv"),
     ];
     for (name, content, keys, reason) in cases {
         assert_refused(&stage, name, content, keys, reason);
     }
-    assert_refused(&stage, "a.svg", [0xff, 0xfe], "", "is not UTF-8 text");
 }
 
 #[test]

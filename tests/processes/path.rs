@@ -128,7 +128,7 @@ fn bad_paths_and_questions_without_sense_are_refused_in_one_line() {
         ),
         (
             segment("kind = \"line\"\nlength_m = 1234567890123456789012"),
-            "line 5, `length_m = 1234567890123456789012`: invalid type: integer `1234567890123456789012`, expected a number",
+            "invalid type: integer `1234567890123456789012`, which has too many digits, expected a number",
         ),
         (
             "[route]\nkind = \"path\"\npitch_m = 1".to_owned(),

@@ -60,7 +60,9 @@ fn nearest_gap(ends: &[[DVec2; 2]], order: &[(usize, bool)], gap_m: f64) -> Opti
     let free = |&(number, is_reversed): &(usize, bool), end: usize| ends[number][end ^ usize::from(is_reversed)];
     let loose = [free(order.first()?, 0), free(order.last()?, 1)];
     let mut is_other = vec![true; ends.len()];
-    order.iter().for_each(|&(number, _)| is_other[number] = false);
+    for &(number, _) in order {
+        is_other[number] = false;
+    }
     let others = ends.iter().zip(is_other).filter(|(_, is_other)| *is_other).flat_map(|(ends, _)| *ends);
     let pairs = others.flat_map(|other| loose.map(|end| (end, other)));
     let nearest = pairs.min_by(|one, other| one.0.distance(one.1).total_cmp(&other.0.distance(other.1)));
