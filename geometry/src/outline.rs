@@ -45,6 +45,14 @@ pub enum OutlineError {
         /// The coordinate in metres.
         value: f64,
     },
+    /// Two neighbouring points are the same.
+    #[error("points {first} and {second} are the same, must differ: leave out one of them")]
+    Repeated {
+        /// Number of the first point.
+        first: usize,
+        /// Number of the second point: the next one, or the last.
+        second: usize,
+    },
     /// Two edges cross or touch.
     #[error("crosses or touches itself: the edges from points {first} and {second} meet, must not")]
     Crossing {
@@ -89,6 +97,7 @@ impl Outline {
             outlying.map_or(Ok(()), |&value| Err(OutlineError::Coordinate { point, value }))?;
         }
         let outline = Self { corners: points_m.iter().map(|&point| point.into()).collect() };
+        outline.check_repeated()?;
         outline.check_crossings()?;
         let area_m2 = outline.area_m2();
         if area_m2 > LEAST_AREA_M2 { Ok(outline) } else { Err(OutlineError::Area { area_m2 }) }
@@ -140,6 +149,16 @@ impl Outline {
         let origin = self.corners[0];
         let doubled: f64 = self.edges().map(|edge| (edge.from - origin).perp_dot(edge.to - origin)).sum();
         0.5 * doubled.abs()
+    }
+
+    /// Checks that each edge has a length.
+    fn check_repeated(&self) -> Result<(), OutlineError> {
+        let count = self.corners.len();
+        match self.edges().position(|edge| edge.from.distance(edge.to) <= GRAZE_M) {
+            Some(last) if last + 1 == count => Err(OutlineError::Repeated { first: 1, second: count }),
+            Some(i) => Err(OutlineError::Repeated { first: i + 1, second: i + 2 }),
+            None => Ok(()),
+        }
     }
 
     /// Checks that edges meet only at their common corners.
@@ -220,12 +239,8 @@ impl Edge {
             || is_on_both_sides(self, other) && is_on_both_sides(other, self)
     }
 
-    /// Whether the next edge runs back along this one, or either has no length.
+    /// Whether the next edge runs back along this one.
     fn folds_onto(&self, next: &Self) -> bool {
-        let (back, ahead) = (self.from - self.to, next.to - next.from);
-        let is_short = back.length().min(ahead.length()) <= GRAZE_M;
-        is_short
-            || next.nearest(self.from).distance(self.from) <= GRAZE_M
-            || self.nearest(next.to).distance(next.to) <= GRAZE_M
+        next.nearest(self.from).distance(self.from) <= GRAZE_M || self.nearest(next.to).distance(next.to) <= GRAZE_M
     }
 }

@@ -147,6 +147,7 @@ fn lines_and_arcs_that_join_stay_as_they_are() {
         panic!("{:?}", fit.segments)
     };
     assert!((length_m - 10.0).abs() + (radius_m - 4.0).abs() + (turn - FRAC_PI_2).abs() < 1e-12);
+    assert!(fit.size_m.distance(point(14.0, 9.0)) < 1e-12);
     // Only the outline by which the arc is measured is off.
     assert!(fit.error_m <= 2.1e-5, "{}", fit.error_m);
 }
@@ -161,6 +162,7 @@ fn a_circle_of_curves_is_few_arcs_and_can_be_walked_in_laps() {
     let fit = Drawing { pieces: (0..4).map(quarter).collect(), is_closed: true }.fit(&SETTINGS).expect("a circle");
     assert!(fit.segments.len() <= 4, "{:?}", fit.segments);
     assert!(fit.error_m <= SETTINGS.tolerance_m);
+    assert!(fit.size_m.distance(point(10.0, 10.0)) < 0.02, "{}", fit.size_m);
     assert!((route(&fit, Some(3)).end_travel_m() - 3.0 * TAU * 5.0).abs() < 0.02);
 }
 
@@ -240,7 +242,29 @@ fn interrupted_empty_and_sharp_drawings_are_refused() {
     assert_eq!(of(vec![line(DVec2::ONE, DVec2::ONE)]), Err(DrawingError::Empty));
     let cusp = Bezier::new(vec![DVec2::ZERO, point(10.0, 10.0), point(0.0, 10.0), point(10.0, 0.0)]);
     assert!(matches!(of(vec![Piece::Bezier(cusp)]), Err(DrawingError::Sharp { .. })));
-    assert!(matches!(of(vec![line(DVec2::ZERO, point(f64::NAN, 0.0))]), Err(DrawingError::Coordinate { .. })));
+    let outlying = of(vec![line(DVec2::ZERO, DVec2::X), line(DVec2::X, point(f64::NAN, 0.0))]);
+    assert!(matches!(outlying, Err(DrawingError::Coordinate { part: 2, .. })));
+}
+
+#[test]
+fn a_path_that_turns_back_on_itself_is_refused_with_any_radius() {
+    let back = Drawing::polyline(&[DVec2::ZERO, point(50.0, 0.0), point(20.0, 0.0)], false);
+    for settings in [SETTINGS, rounded(0.01), FitSettings { joins_samples: true, ..SETTINGS }] {
+        assert_eq!(back.fit(&settings), Err(DrawingError::TurnsBack { at: point(50.0, 0.0) }));
+    }
+    let needle = Drawing::polyline(&[DVec2::ZERO, point(50.0, 0.0), point(0.0, 0.5)], false);
+    assert_eq!(needle.fit(&rounded(0.01)).expect("an arc fits").corners, 1);
+}
+
+#[test]
+fn the_ends_of_a_closed_path_meet_within_a_tenth_of_the_tolerance() {
+    let of = |end: DVec2| Drawing { is_closed: true, ..Drawing::polyline(&[DVec2::ZERO, point(9.0, 0.0), end], false) };
+    let error = of(point(9.0, 9.0)).fit(&rounded(1.0)).expect_err("the ends are apart").to_string();
+    let expected =
+        "closed: the path ends at (9.000, 9.000) m, 12.728 m from its beginning, at most 0.0005 m is allowed";
+    assert_eq!(error, expected);
+    let error = of(point(0.0, 0.0006)).fit(&rounded(1.0)).expect_err("the ends are apart").to_string();
+    assert!(error.contains("(0.000, 0.001) m, 0.0006 m from its beginning"), "{error}");
 }
 
 #[test]

@@ -239,7 +239,8 @@ fn outlines_that_are_not_simple_polygons_are_rejected() {
     assert_eq!(of(&[[0.0, 0.0]; 257]), OutlineError::Points { points: 257 });
     assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [4.0, 3.0]]), OutlineError::Crossing { first: 2, second: 4 });
     assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [2.0, 0.0]]), OutlineError::Crossing { first: 1, second: 2 });
-    assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), OutlineError::Crossing { first: 1, second: 2 });
+    assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [4.0, 0.0], [0.0, 3.0]]), OutlineError::Repeated { first: 2, second: 3 });
+    assert_eq!(of(&[[0.0, 0.0], [4.0, 0.0], [0.0, 3.0], [0.0, 0.0]]), OutlineError::Repeated { first: 1, second: 4 });
     // A corner on another edge.
     let bow = of(&[[0.0, 0.0], [4.0, 0.0], [4.0, 2.0], [2.0, 0.0], [0.0, 2.0]]);
     assert_eq!(bow, OutlineError::Crossing { first: 1, second: 3 });

@@ -150,8 +150,12 @@ pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
 
 /// Rewrites a message of the TOML reader in one line, with plain words for Rust types.
 fn in_plain_words(message: &str) -> String {
-    let names =
-        [("\n", "; "), ("expected u32", "expected a whole number"), ("expected u64", "expected a whole number")];
+    let names = [
+        ("\n", "; "),
+        ("` as i128", "`, which has too many digits"),
+        ("expected u32", "expected a whole number"),
+        ("expected u64", "expected a whole number"),
+    ];
     let names = names.into_iter().chain([("expected f64", "expected a number"), ("wanted ", "expected a ")]);
     names.fold(message.to_owned(), |message, (name, plain)| message.replace(name, plain))
 }

@@ -35,6 +35,8 @@ pub struct DrawingFit {
     pub tolerance_m: f64,
     /// Number of rounded corners.
     pub corners: usize,
+    /// Width and height of the path where it is drawn, in metres.
+    pub size_m: [f64; 2],
     /// Radius of rounded corners, in metres, if the configuration has one.
     pub corner_radius_m: Option<f64>,
 }
@@ -79,6 +81,7 @@ pub(super) fn read(table: &mut RouteTable, folder: &Path) -> Result<Option<Drawi
         fit_error_m: fit.error_m,
         tolerance_m: settings.tolerance_m,
         corners: fit.corners,
+        size_m: fit.size_m.to_array(),
         corner_radius_m: settings.corner_radius_m,
     }))
 }

@@ -435,7 +435,15 @@ mod tests {
                 "[stage] outline crosses or touches itself: the edges from points 1 and 3 meet",
             ),
             ("[stage]\noutline = [[0, 0], [1e-4, 0], [0, 1e-4]]", "[stage] outline encloses 5e-9 m², must enclose"),
-            ("[stage]\noutline = [[0, 0], [1, 0], [2]]", "line 2, `outline = [[0, 0], [1, 0], [2]]`: invalid length 1"),
+            ("[stage]\noutline = [[0, 0], [1, 0], [2]]", "[stage] outline point 3 is [2], must be two numbers, [x, y]"),
+            (
+                "[stage]\noutline = [[0, 0], [1, 0, 3], [1, 1]]",
+                "[stage] outline point 2 is [1, 0, 3], must be two numbers, [x, y]",
+            ),
+            (
+                "[stage]\noutline = [[0, 0], [1, 0], [1, 1], [0, 0]]",
+                "[stage] outline points 1 and 4 are the same, must differ: leave out one of them",
+            ),
             ("[serve]\nrate_hz = 0", "[serve] rate_hz is 0, must be from 1 to 100000"),
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),

@@ -1,11 +1,18 @@
 //! Points of a CSV file: one a row, x and y.
 
-use std::collections::HashMap;
-
-use bench_dragon_geometry::drawing::Drawing;
+use bench_dragon_geometry::drawing::{Drawing, MAX_COORDINATE_M};
 use glam::DVec2;
 
 use super::{DrawingFileError, MAX_PIECES, PathChoice, quoted, utf8};
+
+/// What divides the cells of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Separator {
+    /// Each one divides two cells.
+    Char(char),
+    /// A run of spaces and tabs divides two cells.
+    Space,
+}
 
 /// The polyline of the file's points. It is closed if its last point is its first.
 ///
@@ -16,54 +23,146 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
         return Err(DrawingFileError(format!("id is {}, but a CSV file has one path without a name", quoted(id))));
     }
     let text = utf8(bytes)?.trim_start_matches('\u{feff}');
-    let is_content = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
-    let first = text.lines().find(is_content).unwrap_or_default();
-    let delimiter = [';', ',', '\t'].into_iter().find(|&delimiter| first.contains(delimiter)).unwrap_or(' ');
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(delimiter as u8)
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let (mut points, mut columns) = (vec![], [0, 1]);
-    for (number, row) in reader.records().enumerate() {
-        let row = row.map_err(|error| DrawingFileError(error.to_string().replace('\n', " ")))?;
-        let line = row.position().map_or(0, csv::Position::line);
-        let field = |column: usize| row.get(column).and_then(|field| field.parse::<f64>().ok());
-        match (field(columns[0]), field(columns[1])) {
-            (Some(x), Some(y)) => points.push(scaled(x, y, choice, line)?),
-            _ if number == 0 => columns = named_columns(&row).unwrap_or(columns),
-            _ if row.iter().all(str::is_empty) => {}
-            _ => {
-                let shown = quoted(&row.iter().collect::<Vec<_>>().join(","));
-                return Err(DrawingFileError(format!("line {line} is {shown}, must be two numbers, x_m and y_m")));
-            }
-        }
+    let mut rows = (1..).zip(text.lines()).filter(|(_, line)| has_cells(line)).peekable();
+    let first = rows.peek().map_or("", |(_, line)| *line);
+    let separator = Separator::of(first);
+    let has_decimal_commas = separator == Separator::Char(';') && !rows.clone().any(|(_, line)| line.contains('.'));
+    let number = |cell: &str| {
+        let number = cell.parse::<f64>();
+        number.ok().or_else(|| cell.replace(',', ".").parse().ok().filter(|_| has_decimal_commas))
+    };
+    let mut columns = [0, 1];
+    if are_names(&separator.cells(first)) {
+        columns = named_columns(&separator.cells(first)).unwrap_or(columns);
+        rows.next();
+    }
+    let mut points = vec![];
+    for (line, row) in rows {
+        let cells = separator.cells(row);
+        let [x, y] = columns.map(|column| cells.get(column).and_then(|cell| number(cell)));
+        let (Some(x), Some(y)) = (x, y) else { return Err(separator.bad_row(line, row)) };
+        points.push(scaled(x, y, choice, line)?);
         if points.len() > MAX_PIECES {
             return Err(DrawingFileError(format!("has more than {MAX_PIECES} points, the most that is allowed")));
         }
     }
     if points.len() < 2 {
-        return Err(DrawingFileError(format!("has {} points, must have at least 2", points.len())));
+        let noun = if points.len() == 1 { "point" } else { "points" };
+        return Err(DrawingFileError(format!("has {} {noun}, must have at least 2", points.len())));
     }
     let is_closed = points.len() > 2 && points[0] == points[points.len() - 1];
     Ok(Drawing { is_closed, ..Drawing::polyline(&points, false) })
 }
 
-/// A point in metres.
-fn scaled(x: f64, y: f64, choice: &PathChoice<'_>, line: u64) -> Result<DVec2, DrawingFileError> {
-    let point = DVec2::new(x, y) * choice.metres_per_unit.unwrap_or(1.0);
-    if point.is_finite() {
-        Ok(point)
-    } else {
-        Err(DrawingFileError(format!("line {line} has the point ({x}, {y}), must be finite numbers")))
+/// Whether a line is neither empty nor a comment.
+fn has_cells(line: &str) -> bool {
+    !line.trim_start().starts_with('#') && line.contains(|char: char| !char.is_whitespace() && !",;".contains(char))
+}
+
+impl Separator {
+    /// The separator of a file, by its first row. Between names each tab divides two cells, so a cell may be empty.
+    fn of(first: &str) -> Self {
+        let chars = [';', ',', '\t'].map(Self::Char);
+        let divides = |separator: &Self| match *separator {
+            Self::Char('\t') => first.contains('\t') && are_names(&separator.cells(first)),
+            Self::Char(char) => first.contains(char),
+            Self::Space => true,
+        };
+        chars.into_iter().find(divides).unwrap_or(Self::Space)
+    }
+
+    /// The cells of a row, without quotes and spaces around them. A separator in quotes divides no cells.
+    fn cells(self, row: &str) -> Vec<&str> {
+        let mut is_quoted = false;
+        let divides = |char: char| {
+            is_quoted ^= char == '"';
+            !is_quoted && if let Self::Char(separator) = self { char == separator } else { char.is_whitespace() }
+        };
+        let cells = row.split(divides).map(|cell| cell.trim().trim_matches('"').trim());
+        cells.filter(|cell| self != Self::Space || !cell.is_empty()).collect()
+    }
+
+    /// The error of a row that has no two numbers.
+    fn bad_row(self, line: usize, row: &str) -> DrawingFileError {
+        let divides_decimals = self != Self::Char(',') || self.cells(row).len() > 2;
+        let hint = if divides_decimals && row.contains(',') { "; decimals need a point" } else { "" };
+        DrawingFileError(format!("line {line} is {}, must be two numbers, x_m and y_m{hint}", quoted(row.trim())))
     }
 }
 
-/// The columns of x and y in a row of names.
-fn named_columns(row: &csv::StringRecord) -> Option<[usize; 2]> {
-    let columns: HashMap<String, usize> = row.iter().map(str::to_ascii_lowercase).zip(0..).collect();
-    let of = |names: [&str; 2]| names.into_iter().find_map(|name| columns.get(name).copied());
-    Some([of(["x_m", "x"])?, of(["y_m", "y"])?])
+/// Whether cells name columns: each begins with a letter or `_`, or is empty, and none is a number.
+fn are_names(cells: &[&str]) -> bool {
+    let is_name = |cell: &&str| {
+        let begins_a_name = |char: char| char.is_alphabetic() || char == '_';
+        cell.is_empty() || cell.starts_with(begins_a_name) && cell.parse::<f64>().is_err()
+    };
+    cells.iter().all(is_name) && cells.iter().any(|cell| !cell.is_empty())
+}
+
+/// The columns of x and y among named columns.
+fn named_columns(names: &[&str]) -> Option<[usize; 2]> {
+    let named = |wanted: &str| names.iter().position(|name| name.eq_ignore_ascii_case(wanted));
+    Some([named("x_m").or_else(|| named("x"))?, named("y_m").or_else(|| named("y"))?])
+}
+
+/// A point in metres.
+fn scaled(x: f64, y: f64, choice: &PathChoice<'_>, line: usize) -> Result<DVec2, DrawingFileError> {
+    let point = DVec2::new(x, y) * choice.metres_per_unit.unwrap_or(1.0);
+    if point.is_finite() && point.abs().max_element() <= MAX_COORDINATE_M {
+        return Ok(point);
+    }
+    let [x, y] = point.to_array();
+    let allowed = format!("numbers from -{MAX_COORDINATE_M} to {MAX_COORDINATE_M}");
+    Err(DrawingFileError(format!("line {line} has the point ({x}, {y}) m, must be {allowed}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(text: &str) -> Vec<[f64; 2]> {
+        let drawing = path(text.as_bytes(), &PathChoice::default()).expect(text);
+        let ends = drawing.pieces.iter().map(|piece| piece.end().to_array());
+        std::iter::once(drawing.pieces[0].begin().to_array()).chain(ends).collect()
+    }
+
+    #[test]
+    fn every_separator_gives_the_same_points() {
+        for text in [
+            "0.5,0\n10,-2\n",
+            "x_m,y_m\r\n0.5,0\r\n10,-2",
+            ",y,name,x\n0,0,\"a, b\",0.5\n1,-2,c,10\n",
+            "# a comment\n\n 0.5; 0\n;\n10;-2\n",
+            "\"0.5\",\"0\"\n\"10\",\"-2\"\n",
+            "0,5;0\n10;-2,0\n",
+            "x_m;y_m\n0,5;0,0\n10,0;-2,0\n",
+            "0.5  0\n10  -2\n",
+            "  0.5\t \t0\n 10\t-2\n",
+            "name\tx_m\ty_m\n\t0.5\t0\n\t10\t-2\n",
+            "x_m   y_m\n0.5     0\n10     -2\n",
+        ] {
+            assert_eq!(points(text), [[0.5, 0.0], [10.0, -2.0]], "{text:?}");
+        }
+    }
+
+    #[test]
+    fn only_a_row_of_names_is_left_out() {
+        assert_eq!(points("Länge (m),y\n1,2\n3,4"), [[1.0, 2.0], [3.0, 4.0]]);
+        for (text, reason) in [
+            ("0,O\n10,0\n20,0", "line 1 is \"0,O\", must be two numbers, x_m and y_m"),
+            ("0,5 0\n10,5 0", "line 1 is \"0,5 0\", must be two numbers"),
+            ("0,5 0,5\n10,5 0", "line 1 is \"0,5 0,5\", must be two numbers, x_m and y_m; decimals need a point"),
+            ("0.0.0,5\n10,0\n20,0", "line 1 is \"0.0.0,5\", must be two numbers"),
+            ("nan,0\n10,0\n20,0", "line 1 has the point (NaN, 0) m, must be numbers from -100000 to 100000"),
+            ("1;2\n\n1.5;2,5\n", "line 3 is \"1.5;2,5\", must be two numbers, x_m and y_m; decimals need a point"),
+            ("1,000,5;2\n2;3", "line 1 is \"1,000,5;2\", must be two numbers"),
+            ("0  0\n10  -\n", "line 2 is \"10  -\", must be two numbers, x_m and y_m"),
+            ("0,0\n1e6,0\n", "line 2 has the point (1000000, 0) m, must be numbers from -100000 to 100000"),
+            ("x_m,y_m\n1,2\n", "has 1 point, must have at least 2"),
+        ] {
+            let error = path(text.as_bytes(), &PathChoice::default()).expect_err(text).to_string();
+            let is_whole = reason.ends_with("numbers") || error == reason;
+            assert!(error.starts_with(reason) && is_whole, "{text:?} gives {error:?}");
+        }
+    }
 }

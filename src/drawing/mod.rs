@@ -86,9 +86,13 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names[..names.len().min(MAX_LISTED)].join(", ") + more
 }
 
-/// A name from a file for a message: short and printable.
+/// A text from a file for a message: short and printable.
 fn quoted(name: &str) -> String {
     const LONGEST: usize = 40;
-    let printable = name.chars().map(|char| if char.is_control() { '?' } else { char });
+    let printable = name.chars().map(|char| match char {
+        '\t' => ' ',
+        char if char.is_control() => '?',
+        char => char,
+    });
     format!("\"{}\"", printable.take(LONGEST).collect::<String>())
 }

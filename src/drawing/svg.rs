@@ -44,15 +44,19 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     let mut shown = vec![];
     find(tree.root(), None, &elements.collect(), &mut shown);
     let chosen = choose(&document, &shown, choice.id)?;
-    let name = quoted(name(chosen.element).unwrap_or(choice.id.unwrap_or_default()));
-    let shape = shape_of(chosen.element, 0).ok_or_else(|| {
-        DrawingFileError(format!("{name} shows several paths, must show one: set id to another element"))
-    })?;
-    let (pieces, is_closed) =
-        local(shape, &chosen.resolved).map_err(|reason| DrawingFileError(format!("the path {name} {reason}")))?;
+    let name = name(chosen.element).or(choice.id);
+    let shape = shape_of(chosen.element, 0)
+        .ok_or_else(|| fault(name, "shows several paths, must show one: set id to another element"))?;
+    let (pieces, is_closed) = local(shape, &chosen.resolved).map_err(|reason| fault(name, &reason))?;
     let scale = choice.metres_per_unit.unwrap_or(1.0);
     let map = DAffine2::from_scale(DVec2::new(scale, -scale)) * affine(chosen.transform);
     Ok(Drawing { pieces: pieces.iter().flat_map(|piece| piece.mapped(&map)).collect(), is_closed })
+}
+
+/// The error of a path, which may have a name.
+fn fault(name: Option<&str>, reason: &str) -> DrawingFileError {
+    let name = name.map_or(String::new(), |name| format!(" {}", quoted(name)));
+    DrawingFileError(format!("the path{name} {reason}"))
 }
 
 /// Settings of usvg: it loads no other file, and keeps paths that are not painted.
@@ -138,20 +142,35 @@ fn choose<'s, 'a>(
     let Some(id) = id else {
         return match shown {
             [only] => Ok(only),
-            [] => Err(DrawingFileError("has no path".to_owned())),
+            [] => Err(unreadable(document.root()).unwrap_or(DrawingFileError("has no path".to_owned()))),
             _ => Err(DrawingFileError(format!("has {} paths: set id to one of them; {}", shown.len(), known(names())))),
         };
     };
     let chosen: Vec<&Shown<'a>> =
         shown.iter().filter(|shown| shown.element.ancestors().any(|node| node.attribute("id") == Some(id))).collect();
-    let id_exists = document.descendants().any(|node| node.attribute("id") == Some(id));
+    let with_id = document.descendants().find(|node| node.attribute("id") == Some(id));
+    if let (Some(error), []) = (with_id.and_then(unreadable), &chosen[..]) {
+        return Err(error);
+    }
     let quoted = quoted(id);
     Err(DrawingFileError(match &chosen[..] {
         [only] => return Ok(only),
-        [] if id_exists => format!("the element with id {quoted} is not a path that is shown; {}", known(names())),
+        [] if with_id.is_some() => {
+            format!("the element with id {quoted} is not a path that is shown; {}", known(names()))
+        }
         [] => format!("has no path with id {quoted}; {}", known(names())),
         several => format!("the element with id {quoted} has {} paths, must have 1", several.len()),
     }))
+}
+
+/// The error of the first path in an element whose data is not valid. usvg shows no path whose data has no valid beginning.
+fn unreadable(element: Node<'_, '_>) -> Option<DrawingFileError> {
+    let mut paths = element.descendants().filter(|node| node.tag_name().name() == "path");
+    paths.find_map(|path| {
+        let text = path.attribute("d").unwrap_or_default();
+        let error = PathParser::from(text).find_map(Result::err)?;
+        Some(fault(name(path), &wrong_data(text, &error)))
+    })
 }
 
 /// The shape that an element shows; `None` if it shows several.
@@ -241,13 +260,24 @@ fn ellipse(centre: DVec2, radii: DVec2, rotation: f64, from_angle: f64, turn: f6
 fn data(text: &str) -> Result<(Vec<Piece>, bool), String> {
     let mut pen = Pen::default();
     for segment in PathParser::from(text) {
-        let segment = segment.map_err(|error| format!("has wrong data: {}", error.to_string().replace('\n', " ")))?;
-        pen.draw(segment)?;
+        pen.draw(segment.map_err(|error| wrong_data(text, &error))?)?;
     }
     if pen.pieces.is_empty() {
         return Err("has no length".to_owned());
     }
     Ok((pen.pieces, pen.is_closed))
+}
+
+/// The reason why path data is not valid, with the text at that place.
+fn wrong_data(text: &str, error: &svgtypes::Error) -> String {
+    use svgtypes::Error::{InvalidChar, InvalidNumber, InvalidString, UnexpectedData};
+    let near = match *error {
+        InvalidChar(_, at) | InvalidNumber(at) | InvalidString(_, at) | UnexpectedData(at) => {
+            format!("near {}", quoted(&text.chars().skip(at.saturating_sub(1)).collect::<String>()))
+        }
+        _ => "at its end".to_owned(),
+    };
+    format!("has wrong data {near}: {}", error.to_string().replace('\n', " "))
 }
 
 /// Draws path data.

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use bench_dragon_ipc::DescriptionReader;
+use serde_json::Value;
 use test_support::eventually::eventually;
 use test_support::process::{Ended, Process};
 use test_support::pytest::run;
@@ -19,8 +20,12 @@ fn plan(stage: &Stage, name: &str, content: impl AsRef<[u8]>, keys: &str) -> End
     fs::write(stage.path(name), content).expect("a drawing");
     let head = "[dragon]\nbenches = 2\n[route]\nkind = \"drawing\"\n";
     fs::write(stage.path("drawn.toml"), format!("{head}file = \"{name}\"\n{keys}\n")).expect("a configuration");
-    let args = ["solve", "speed-limit", "--limit", "9", "--config", "drawn.toml", "--save-config", "saved.toml"];
-    let mut solve = program(&args);
+    solve(stage, &["speed-limit", "--limit", "9", "--save-config", "saved.toml"])
+}
+
+/// Asks the planner about the route that was planned last.
+fn solve(stage: &Stage, question: &[&str]) -> Ended {
+    let mut solve = program(&[&["solve"], question, &["--config", "drawn.toml"]].concat());
     solve.current_dir(stage.path(""));
     Process::start(solve).end()
 }
@@ -39,6 +44,11 @@ fn assert_refused(stage: &Stage, name: &str, content: impl AsRef<[u8]>, keys: &s
     let error = &ended.stderr;
     assert!(error.starts_with("error: drawn.toml: [route] ") && error.lines().count() == 1, "{error:?}");
     assert!(error.contains(reason), "{reason:?} in {error:?}");
+}
+
+/// A DXF file of lines. Each is the group codes and values of its ends.
+fn dxf(lines: &[&str]) -> String {
+    format!("0\nSECTION\n2\nENTITIES\n0\nLINE\n8\n0\n{}\n0\nENDSEC\n0\nEOF\n", lines.join("\n0\nLINE\n8\n0\n"))
 }
 
 #[test]
@@ -63,6 +73,24 @@ fn a_drawing_can_be_moved_and_turned() {
 }
 
 #[test]
+fn the_survey_of_a_drawing_has_its_size() {
+    let stage = Stage::new();
+    // A page of Inkscape in millimetres, at 1:100.
+    let page = r#"<svg xmlns="http://www.w3.org/2000/svg" width="210mm" height="297mm" viewBox="0 0 210 297">"#;
+    let content = format!("{page}<path d=\"M 20,50 H 120 V 110\"/></svg>");
+    saved(&stage, "a.svg", content, "metres_per_unit = 0.02645833\ncorner_radius_m = 2\nstart_heading_deg = 30");
+    let text = solve(&stage, &["route"]).stdout;
+    assert!(
+        text.contains("\ndrawing          10.000 m x 6.000 m, at most 0.000000 m from a.svg, allowed are"),
+        "{text}"
+    );
+    let json = solve(&stage, &["route", "--format", "json"]).stdout;
+    let answer: Value = serde_json::from_str(&json).expect("JSON");
+    let [width_m, height_m] = [0, 1].map(|i| answer["drawing_size_m"][i].as_f64().expect("a number"));
+    assert!((width_m - 10.0).abs() + (height_m - 6.0).abs() < 1e-5, "{answer}");
+}
+
+#[test]
 fn a_published_description_has_the_path_and_not_the_drawing() {
     let stage = Stage::new();
     fs::write(stage.path("line.csv"), "0,0\n60,0\n").expect("a drawing");
@@ -80,26 +108,45 @@ fn a_published_description_has_the_path_and_not_the_drawing() {
 fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
     let stage = Stage::new();
     let svg = |body: &str| format!("{SVG}{body}</svg>");
-    let cases: [(&str, String, &str, &str); 27] = [
+    let cases: [(&str, String, &str, &str); 23] = [
         ("a.svg", String::new(), "", "\"a.svg\": is not valid XML: "),
         ("a.svg", svg(""), "", "has no path"),
         ("a.svg", svg("<path d=\"M1 1\"/>"), "", "has no path"),
         ("a.svg", svg("<path d=\"M1 1 L 1 1 1 1\"/>"), "", "has no"),
-        ("a.svg", svg("<path d=\"M1 1 h9 L 9 x\"/>"), "", "has wrong data"),
-        ("a.svg", svg("<path d=\"M1 1 L 1e9 1\"/>"), "", "a coordinate is not a number or beyond 100000 m"),
-        ("a.svg", svg("<path d=\"M1 1 h9 M 1 5 h9\"/>"), "", "has several parts, must have one"),
+        ("a.svg", svg("<path d=\"M1 1 h9 L 9 x\"/>"), "", "the path has wrong data near \"x\": "),
+        ("a.svg", svg("<path d=\"M1 1 L foo\"/>"), "", "the path has wrong data near \"foo\": "),
+        (
+            "a.svg",
+            svg("<path id=\"a\" d=\"M1 1 L foo\"/><path id=\"b\" d=\"M1 1h9\"/>"),
+            "id = \"a\"",
+            "the path \"a\" has wrong data near \"foo\": ",
+        ),
+        (
+            "a.svg",
+            svg("<path d=\"M1 1 h9 L 1e9 1\"/>"),
+            "",
+            "part 2 of the path has a coordinate or a length of 1000000000 m, must be a number from -100000 to 100000",
+        ),
+        ("a.svg", svg("<path d=\"M1 1 h9 M 1 5 h9\"/>"), "", "the path has several parts, must have one"),
+        (
+            "a.svg",
+            svg("<path id=\"a\" d=\"M1 1 h9 M 1 5 h9\"/>"),
+            "",
+            "the path \"a\" has several parts, must have one",
+        ),
         (
             "a.svg",
             svg("<path d=\"M1 1 h40 h-30\"/>"),
             "",
-            "has a corner of 180.0° at (41.000, -1.000) m: set corner_radius_m",
+            "the path turns back on itself at (41.000, -1.000) m, which no radius rounds",
         ),
         (
             "a.svg",
             svg("<path d=\"M1 1 h40 h-30\"/>"),
             "corner_radius_m = 1",
-            "does not fit into the corner of 180.0° at (41.000",
+            "the path turns back on itself at (41.000, -1.000) m, which no radius rounds",
         ),
+        ("a.svg", svg("<path d=\"M0 0h9v9\"/>"), "", "has a corner of 90.0° at (9.000, 0.000) m: set corner_radius_m"),
         ("a.svg", svg("<path d=\"M0 0h9v9\"/>"), "corner_radius_m = 9.5", "at (9.000, 0.000) m: at most 9.000 m fits"),
         (
             "a.svg",
@@ -125,16 +172,35 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
             "a.svg",
             svg("<path d=\"M1 1h9\"/>"),
             "closed = true",
-            "closed: the path ends at (10.000, -1.000) m, 9 m from its beginning",
+            "closed: the path ends at (10.000, -1.000) m, 9 m from its beginning, at most 0.0005 m is allowed",
         ),
         ("a.svg", svg("<path d=\"M1 1h9\"/>"), "laps = 2", "laps is 2, only allowed with a closed path"),
         ("a.svg", svg("<path d=\"M1 1h9\"/>"), "pitch_m = 2", "pitch_m is 2, only allowed with kind = "),
+        ("a.png", String::new(), "", "has no known format, must be .svg, .dxf or .csv"),
+    ];
+    for (name, content, keys, reason) in cases {
+        assert_refused(&stage, name, content, keys, reason);
+    }
+    assert_refused(&stage, "a.svg", [0xff, 0xfe], "", "is not UTF-8 text");
+}
+
+#[test]
+fn bad_points_and_bad_dxf_files_are_refused_in_one_line_that_names_what_is_wrong() {
+    let stage = Stage::new();
+    let cases: [(&str, String, &str, &str); 11] = [
+        ("a.csv", "0,0\n10,0\n5,0\n".to_owned(), "", "the path turns back on itself at (10.000, 0.000) m"),
         ("a.csv", String::new(), "", "has 0 points, must have at least 2"),
-        ("a.csv", "x_m,y_m\n1,2\n3,inf\n".to_owned(), "", "line 3 has the point (3, inf), must be finite numbers"),
-        ("a.csv", "1,2\nNaN,2\n".to_owned(), "", "line 2 has the point (NaN, 2)"),
+        (
+            "a.csv",
+            "x_m,y_m\n1,2\n3,inf\n".to_owned(),
+            "",
+            "line 3 has the point (3, inf) m, must be numbers from -100000",
+        ),
+        ("a.csv", "1,2\nNaN,2\n".to_owned(), "", "line 2 has the point (NaN, 2) m"),
         ("a.csv", "1,2\n1,2\n1,2\n".to_owned(), "", "the path has no length"),
         ("a.csv", "1,2\n3\n".to_owned(), "", "line 2 is \"3\", must be two numbers, x_m and y_m"),
-        ("a.dxf", "0\nSECTION\n2\nENTITIES\n0\nENDSEC\n".to_owned(), "metres_per_unit = 1", "has no path"),
+        ("a.dxf", "0\nSECTION\n2\nENTITIES\n0\nENDSEC\n".to_owned(), "", "has no path: it has no entities"),
+        ("a.dxf", String::new(), "", "\"a.dxf\": is empty"),
         ("a.dxf", "0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n1\n".to_owned(), "", "has no unit of length in its header"),
         (
             "a.dxf",
@@ -142,12 +208,17 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
             "metres_per_unit = 1",
             "has \"x\" in group 10",
         ),
-        ("a.png", String::new(), "", "has no known format, must be .svg, .dxf or .csv"),
+        (
+            "a.dxf",
+            dxf(&["10\n0\n20\n0\n11\n10\n21\n0", "10\n10.001\n20\n0\n11\n20\n21\n0"]),
+            "metres_per_unit = 1",
+            "has 2 entities that do not join to one path: the nearest ends, at (10.000, 0.000) m and (10.001, 0.000) m, \
+             are 0.001 m apart, at most 0.0005 m is allowed; join them, or set id to a handle or a layer; layers: \"0\"",
+        ),
     ];
     for (name, content, keys, reason) in cases {
         assert_refused(&stage, name, content, keys, reason);
     }
-    assert_refused(&stage, "a.svg", [0xff, 0xfe], "", "is not UTF-8 text");
 }
 
 #[test]

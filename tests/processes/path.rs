@@ -120,7 +120,16 @@ fn bad_paths_and_questions_without_sense_are_refused_in_one_line() {
         (segment("kind = \"arc\"\nradius_m = nan\nturn_deg = 90"), "[route] segment 1: radius_m is NaN, must be from"),
         (segment("kind = \"bow\""), "unknown variant `bow`, expected one of `line`, `arc`, `spiral`"),
         (segment("kind = \"line\""), "missing field `length_m`"),
-        (segment("kind = \"line\"\nlength_m = 5\nradius_m = 3"), "unknown field `radius_m`"),
+        (segment("kind = \"line\"\nlength_m = 5\nradius_m = 3"), "radius_m is 3, only allowed with kind = \"arc\""),
+        (segment("kind = \"line\"\nlength = 5"), "line 5, `length = 5`: unknown field `length`"),
+        (
+            segment("kind = \"line\"\nlength_m = \"40\""),
+            "line 5, `length_m = \"40\"`: invalid type: string \"40\", expected a number",
+        ),
+        (
+            segment("kind = \"line\"\nlength_m = 1234567890123456789012"),
+            "invalid type: integer `1234567890123456789012`, which has too many digits, expected a number",
+        ),
         (
             "[route]\nkind = \"path\"\npitch_m = 1".to_owned(),
             "[route] pitch_m is 1, only allowed with kind = \"spiral\" or",

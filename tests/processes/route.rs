@@ -53,6 +53,7 @@ fn a_survey_has_the_named_keys() {
         "cannot_follow",
         "crossing_points",
         "crossings",
+        "drawing_size_m",
         "end_heading_deg",
         "end_m",
         "ends_because",

@@ -1,5 +1,7 @@
 //! Elements of a fitted curve: lines and arcs that lie in the plane, and their distance from a drawn outline.
 
+use std::f64::consts::TAU;
+
 use glam::DVec2;
 
 use super::curve::to_segment_m;
@@ -53,6 +55,15 @@ impl Element {
     /// Where it ends, and its direction there.
     pub(super) fn end(&self) -> (DVec2, DVec2) {
         self.at(self.length_m)
+    }
+
+    /// Its ends, and the points between them at which it runs along an axis. It turns by at most a whole turn.
+    pub(super) fn extremes(&self) -> impl Iterator<Item = DVec2> {
+        let axes = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
+        let turn_to = |axis: DVec2| (self.tangent.angle_to(axis) * self.curvature.signum()).rem_euclid(TAU);
+        let between_m = axes.map(|axis| turn_to(axis) / self.curvature.abs());
+        let inner_m = between_m.into_iter().filter(|&distance_m| distance_m < self.length_m);
+        [0.0, self.length_m].into_iter().chain(inner_m).map(|distance_m| self.at(distance_m).0)
     }
 
     /// The part between two distances from its beginning.

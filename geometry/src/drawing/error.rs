@@ -9,8 +9,15 @@ use crate::number::Number;
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DrawingError {
     /// A coordinate is not a number, or too large.
-    #[error("a coordinate is not a number or beyond {} m", Number(*limit_m))]
+    #[error(
+        "part {part} of the path has a coordinate or a length of {} m, must be a number from -{limit_m} to {limit_m}",
+        Number(*value_m)
+    )]
     Coordinate {
+        /// Number of the piece, from 1.
+        part: usize,
+        /// The coordinate, or the extent of the piece, in metres.
+        value_m: f64,
         /// Largest allowed coordinate, in metres.
         limit_m: f64,
     },
@@ -18,7 +25,7 @@ pub enum DrawingError {
     #[error("the path has no length")]
     Empty,
     /// A piece begins elsewhere than the one before ends.
-    #[error("the path is interrupted at {}: the next part begins {} m further", Place(*at), Number(*gap_m))]
+    #[error("the path is interrupted at {}: the next part begins {} m further", Place(*at), Rounded(*gap_m))]
     Gap {
         /// Where the path is interrupted.
         at: DVec2,
@@ -26,12 +33,23 @@ pub enum DrawingError {
         gap_m: f64,
     },
     /// The path is to be closed, but its ends are apart.
-    #[error("closed: the path ends at {}, {} m from its beginning", Place(*at), Number(*gap_m))]
+    #[error(
+        "closed: the path ends at {}, {} m from its beginning, at most {} m is allowed",
+        Place(*at), Rounded(*gap_m), Rounded(*limit_m)
+    )]
     Open {
         /// Where the path ends.
         at: DVec2,
         /// Distance to its beginning, in metres.
         gap_m: f64,
+        /// Largest allowed distance, in metres.
+        limit_m: f64,
+    },
+    /// The path runs back along itself.
+    #[error("the path turns back on itself at {}, which no radius rounds", Place(*at))]
+    TurnsBack {
+        /// Where it turns.
+        at: DVec2,
     },
     /// There is a corner, and no radius to round it.
     #[error("the path has a corner of {:.1}° at {}: set corner_radius_m to round it", turn.to_degrees(), Place(*at))]
@@ -84,5 +102,15 @@ struct Place(DVec2);
 impl std::fmt::Display for Place {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "({:.3}, {:.3}) m", self.0.x, self.0.y)
+    }
+}
+
+/// A length in metres, for a message: in whole millimetres, below a centimetre in whole micrometres.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let parts = if self.0 < 0.01 { 1e6 } else { 1e3 };
+        Number((self.0 * parts).round() / parts).fmt(f)
     }
 }

@@ -146,6 +146,7 @@ fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Fit {
     let degrees = |angle: f64| angle.to_degrees().to_radians();
     let begin = Placement { position: first.begin, heading: degrees(first.tangent.to_angle()) };
     let (mut at, mut segments, mut error_m) = (begin, vec![], 0.0);
+    let (mut low, mut high) = (begin.position, begin.position);
     for group in &groups {
         let mut placed = Vec::with_capacity(group.elements.len());
         for element in &group.elements {
@@ -159,13 +160,16 @@ fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Fit {
             at = segment.end(&at);
             segments.push(segment);
         }
+        for point in placed.iter().flat_map(Element::extremes) {
+            (low, high) = (low.min(point), high.max(point));
+        }
         error_m = f64::max(error_m, {
             let sources = group.sources.iter().flat_map(|range| &drawing.pieces[range.clone()]);
             group_error_m(&placed, sources, tolerance_m)
         });
     }
     let corners = groups.iter().filter(|group| group.sources.is_empty()).count();
-    Fit { begin, segments, error_m, corners }
+    Fit { begin, segments, error_m, corners, size_m: high - low }
 }
 
 /// Distance between the elements of a group and the pieces that they follow.

@@ -62,6 +62,8 @@ pub struct Fit {
     pub error_m: f64,
     /// Number of rounded corners.
     pub corners: usize,
+    /// Extent of the path along x and y, in metres.
+    pub size_m: DVec2,
 }
 
 impl Drawing {

@@ -19,6 +19,9 @@ const SMOOTH: f64 = 1e-9;
 const HANDLE: f64 = 1e-3;
 /// Largest angle between two edges of a sampled curve.
 const SAMPLED: f64 = 0.8 * PI;
+/// Largest difference of a corner's angle from half a turn at which the path turns back on itself, in radians: an arc of 1 cm would
+/// replace 20 km on each side.
+const BACK: f64 = 1e-6;
 /// Smallest radius of the arc that replaces a slight kink within the tolerance, in metres, unless corners have a radius. Every
 /// dragon can walk it.
 const KINK_RADIUS_M: f64 = 10.0;
@@ -114,12 +117,10 @@ impl Runs {
 fn checked(drawing: &Drawing, tolerance_m: f64) -> Result<Vec<Part>, DrawingError> {
     let mut parts: Vec<Part> = Vec::with_capacity(drawing.pieces.len());
     for (number, piece) in drawing.pieces.iter().enumerate() {
-        let is_near = |point: DVec2| point.abs().max_element() <= MAX_COORDINATE_M;
-        let extent_m = piece.extent_m();
-        if !(piece.is_finite() && is_near(piece.begin()) && is_near(piece.end()) && extent_m <= MAX_COORDINATE_M) {
-            return Err(DrawingError::Coordinate { limit_m: MAX_COORDINATE_M });
+        if let Some(value_m) = outlying_m(piece) {
+            return Err(DrawingError::Coordinate { part: number + 1, value_m, limit_m: MAX_COORDINATE_M });
         }
-        if extent_m <= SHORTEST_M * (1.0 + piece.begin().length()) {
+        if piece.extent_m() <= SHORTEST_M * (1.0 + piece.begin().length()) {
             continue;
         }
         let Some(part) = Part::new(piece.clone(), number..number + 1) else { continue };
@@ -132,11 +133,19 @@ fn checked(drawing: &Drawing, tolerance_m: f64) -> Result<Vec<Part>, DrawingErro
         parts.push(part);
     }
     let (Some(first), Some(last)) = (parts.first(), parts.last()) else { return Err(DrawingError::Empty) };
-    let gap_m = last.piece.end().distance(first.piece.begin());
-    if drawing.is_closed && gap_m > GAP * tolerance_m {
-        return Err(DrawingError::Open { at: last.piece.end(), gap_m });
+    let (gap_m, limit_m) = (last.piece.end().distance(first.piece.begin()), GAP * tolerance_m);
+    if drawing.is_closed && gap_m > limit_m {
+        return Err(DrawingError::Open { at: last.piece.end(), gap_m, limit_m });
     }
     Ok(parts)
+}
+
+/// A coordinate or the extent of a piece that is not a number or too large.
+fn outlying_m(piece: &Piece) -> Option<f64> {
+    let ([begin, end], extent_m) = ([piece.begin(), piece.end()], piece.extent_m());
+    let mut values_m = [begin.x, begin.y, end.x, end.y, extent_m].into_iter();
+    let outlying = values_m.find(|value_m| value_m.is_nan() || value_m.abs() > MAX_COORDINATE_M);
+    outlying.or((!piece.is_finite()).then_some(f64::NAN))
 }
 
 /// The same parts, where lines in a row are fewer. A line that continues a curve keeps its direction.
@@ -191,7 +200,7 @@ fn begin_inside_first(parts: &mut Vec<Part>) {
 /// Classifies the joint of two parts.
 ///
 /// # Errors
-/// It is a corner, and corners have no radius.
+/// The path turns back on itself, or it is a corner, and corners have no radius.
 fn joint(before: &Part, after: &Part, settings: &FitSettings, tolerance_m: f64) -> Result<Joint, DrawingError> {
     let (at, turn) = (after.piece.begin(), before.end_tangent.angle_to(after.begin_tangent));
     let angle = turn.abs();
@@ -211,6 +220,9 @@ fn joint(before: &Part, after: &Part, settings: &FitSettings, tolerance_m: f64) 
         let room_m = 0.45 * before.piece.extent_m().min(after.piece.extent_m());
         let radius_m = kink_radius_m.min(room_m / (0.5 * angle).tan()).min(MAX_RADIUS_M);
         return Ok(Joint::Corner(Corner { at, turn, radius_m, is_rounded: false }));
+    }
+    if PI - angle <= BACK {
+        return Err(DrawingError::TurnsBack { at });
     }
     match settings.corner_radius_m {
         Some(radius_m) => Ok(Joint::Corner(Corner { at, turn, radius_m, is_rounded: true })),

@@ -52,6 +52,8 @@ struct RouteAnswer {
     segments: usize,
     /// Distance of the route from the drawing; null for a route that is not a drawing.
     fit_error_m: Option<f64>,
+    /// Width and height of the drawing; null for a route that is not a drawing.
+    drawing_size_m: Option<[f64; 2]>,
     /// Null if the search took too much work.
     crossings: Option<usize>,
     crossing_points: Vec<CrossingPoint>,
@@ -134,6 +136,7 @@ impl RouteAnswer {
             tightest_m: tightest.map(|tightest| tightest.point.to_array()),
             segments: document.route().shape.segments(),
             fit_error_m: document.drawing().map(|drawing| drawing.fit_error_m),
+            drawing_size_m: document.drawing().map(|drawing| drawing.size_m),
             crossings: crossings.is_complete.then_some(crossings.found.len()),
             crossing_points: crossings.found.iter().map(CrossingPoint::of).collect(),
             run_end_m,
@@ -161,10 +164,10 @@ impl RouteAnswer {
             }
             _ => line("tightest bend", "none: the head walks straight on".to_owned()),
         }
-        if let Some(DrawingFit { file, fit_error_m, tolerance_m, corners, .. }) = drawing {
-            let file = file.display();
-            let corners = Counted(*corners as u64, "rounded corner");
-            line("drawing", format!("at most {fit_error_m:.6} m from {file}, allowed are {tolerance_m} m; {corners}"));
+        if let Some(DrawingFit { file, fit_error_m, tolerance_m, corners, size_m: [width_m, height_m], .. }) = drawing {
+            let size = format!("{width_m:.3} m x {height_m:.3} m");
+            let near = format!("at most {fit_error_m:.6} m from {}, allowed are {tolerance_m} m", file.display());
+            line("drawing", format!("{size}, {near}; {}", Counted(*corners as u64, "rounded corner")));
         }
         match self.crossings {
             Some(count) => line("crossings", count.to_string()),

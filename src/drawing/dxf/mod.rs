@@ -3,12 +3,15 @@
 //! Source: Autodesk, *DXF Reference* (2012). A file is a list of pairs of lines: a group code and a value. This reader keeps
 //! only the entities above: the crate `dxf` reads everything, but takes longer to build than usvg and all of its crates.
 
+mod chain;
+
 use std::f64::consts::TAU;
 
 use bench_dragon_geometry::drawing::{Drawing, Piece, Spline};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 
 use super::{DrawingFileError, MAX_PIECES, PathChoice, listed, quoted};
+use chain::{order, place};
 
 /// Begins a DXF file in binary form.
 const BINARY: &[u8] = b"AutoCAD Binary DXF";
@@ -60,6 +63,13 @@ struct Curve<'a> {
     is_closed: bool,
 }
 
+impl Curve<'_> {
+    /// Where it begins and ends.
+    fn ends(&self) -> [DVec2; 2] {
+        [self.pieces[0].begin(), self.pieces[self.pieces.len() - 1].end()]
+    }
+}
+
 /// The path of a file: an entity, all entities of a layer, or all of the file, joined end to end. A unit is that of the header.
 pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
     if bytes.starts_with(BINARY) {
@@ -67,13 +77,18 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     }
     let text = String::from_utf8_lossy(bytes);
     let pairs = pairs(&text)?;
+    let entities = entities(&pairs);
+    if entities.is_empty() {
+        let reason = if pairs.is_empty() { "is empty" } else { "has no path: it has no entities" };
+        return Err(DrawingFileError(reason.to_owned()));
+    }
     let metres_per_unit = choice.metres_per_unit.or_else(|| header_unit_m(&pairs)).ok_or_else(|| {
         DrawingFileError("has no unit of length in its header ($INSUNITS): set metres_per_unit".to_owned())
     })?;
     let scale = DAffine2::from_scale(DVec2::splat(metres_per_unit));
     let mut curves = vec![];
-    for entity in entities(&pairs) {
-        if let Some(mut curve) = curve(&entity)? {
+    for entity in &entities {
+        if let Some(mut curve) = curve(entity)?.filter(|curve| !curve.pieces.is_empty()) {
             curve.pieces = curve.pieces.iter().flat_map(|piece| piece.mapped(&scale)).collect();
             curves.push(curve);
         }
@@ -298,19 +313,24 @@ fn choose<'a>(curves: Vec<Curve<'a>>, id: Option<&str>) -> Result<Vec<Curve<'a>>
     let Some(id) = id else {
         return if curves.is_empty() { Err(DrawingFileError("has no path".to_owned())) } else { Ok(curves) };
     };
-    let mut layers: Vec<&str> = curves.iter().map(|curve| curve.layer).collect();
-    layers.sort_unstable();
-    layers.dedup();
+    let names = layers(&curves);
     if let Some(only) = curves.iter().position(|curve| curve.handle.eq_ignore_ascii_case(id)) {
         return Ok(curves.into_iter().skip(only).take(1).collect());
     }
-    let names = listed(layers.into_iter());
     let chosen: Vec<Curve<'a>> = curves.into_iter().filter(|curve| curve.layer.eq_ignore_ascii_case(id)).collect();
     if chosen.is_empty() {
         let quoted = quoted(id);
         return Err(DrawingFileError(format!("has no path with the handle or on the layer {quoted}; layers: {names}")));
     }
     Ok(chosen)
+}
+
+/// The layers of curves, for a message.
+fn layers(curves: &[Curve<'_>]) -> String {
+    let mut layers: Vec<&str> = curves.iter().map(|curve| curve.layer).collect();
+    layers.sort_unstable();
+    layers.dedup();
+    listed(layers.into_iter())
 }
 
 /// Joins curves end to end. The path begins where the first curve has a free end, or with the first curve.
@@ -322,21 +342,13 @@ fn join(mut curves: Vec<Curve<'_>>, gap_m: f64) -> Result<Drawing, DrawingFileEr
     if count > MAX_JOINED {
         return Err(DrawingFileError(format!("has {count} entities, at most {MAX_JOINED} can be one path: set id")));
     }
-    let apart = || {
-        let layers = {
-            let mut layers: Vec<&str> = curves.iter().map(|curve| curve.layer).collect();
-            layers.sort_unstable();
-            layers.dedup();
-            listed(layers.into_iter())
-        };
+    let order = order_of(&curves, gap_m).map_err(|reason| {
+        let layers = layers(&curves);
         DrawingFileError(format!(
-            "has {count} entities that do not join to one path: set id to a handle or a layer; layers: {layers}"
+            "has {count} entities that do not join to one path: {reason}; join them, or set id to a handle or a layer; \
+             layers: {layers}"
         ))
-    };
-    let ends: Vec<[DVec2; 2]> =
-        curves.iter().filter_map(|curve| Some([curve.pieces.first()?.begin(), curve.pieces.last()?.end()])).collect();
-    let order = chain(&ends, gap_m).filter(|_| ends.len() == count && curves.iter().all(|curve| !curve.is_closed));
-    let order = order.ok_or_else(apart)?;
+    })?;
     let mut pieces: Vec<Piece> = vec![];
     for &(number, is_reversed) in &order {
         let own = std::mem::take(&mut curves[number].pieces);
@@ -350,39 +362,10 @@ fn join(mut curves: Vec<Curve<'_>>, gap_m: f64) -> Result<Drawing, DrawingFileEr
     Ok(Drawing { pieces, is_closed })
 }
 
-/// The order of curves in a path, and which are reversed; `None` if their ends do not meet in pairs.
-fn chain(ends: &[[DVec2; 2]], gap_m: f64) -> Option<Vec<(usize, bool)>> {
-    let partners = |at: DVec2, own: (usize, usize)| -> Vec<(usize, usize)> {
-        let all = (0..ends.len()).flat_map(|number| [(number, 0), (number, 1)]);
-        all.filter(|&(number, end)| (number, end) != own && ends[number][end].distance(at) <= gap_m).collect()
-    };
-    // The first curve keeps its direction: the path begins at the free end behind it.
-    let (mut at, mut begin) = (0, 0);
-    for _ in 0..ends.len() {
-        match partners(ends[at][begin], (at, begin))[..] {
-            [] => break,
-            [(number, end)] => (at, begin) = (number, 1 - end),
-            _ => return None,
-        }
-        if at == 0 {
-            break;
-        }
+/// The order of curves in a path, and which are reversed; otherwise the reason why they are no path, in words.
+fn order_of(curves: &[Curve<'_>], gap_m: f64) -> Result<Vec<(usize, bool)>, String> {
+    if let Some(closed) = curves.iter().find(|curve| curve.is_closed) {
+        return Err(format!("the one at {} is closed", place(closed.ends()[0])));
     }
-    let mut order = vec![(at, begin == 1)];
-    let (first, mut end) = (at, 1 - begin);
-    loop {
-        match partners(ends[at][end], (at, end))[..] {
-            [] => break,
-            [(number, _)] if number == first => break,
-            [(number, other)] => {
-                order.push((number, other == 1));
-                (at, end) = (number, 1 - other);
-            }
-            _ => return None,
-        }
-        if order.len() > ends.len() {
-            return None;
-        }
-    }
-    (order.len() == ends.len()).then_some(order)
+    order(&curves.iter().map(Curve::ends).collect::<Vec<_>>(), gap_m)
 }
