@@ -35,19 +35,50 @@ pub struct PathChoice<'a> {
     pub gap_m: f64,
 }
 
-/// Reads a path from a file. Its format is that of its extension: `.svg`, `.dxf` or `.csv`.
+/// Format of a drawing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawingFormat {
+    /// Scalable Vector Graphics.
+    Svg,
+    /// Drawing Exchange Format, as text.
+    Dxf,
+    /// A table of points.
+    Csv,
+}
+
+impl DrawingFormat {
+    /// The format of a file's extension, `.svg`, `.dxf` or `.csv`; `None` for another one.
+    pub fn of(file: &Path) -> Option<Self> {
+        let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
+        match extension.as_str() {
+            "svg" => Some(Self::Svg),
+            "dxf" => Some(Self::Dxf),
+            "csv" => Some(Self::Csv),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a path from a file, in the format of its extension.
 ///
 /// # Errors
 /// The file cannot be read, is too long, or does not have the path.
 pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
-    let extension = file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    let reader = match extension.as_deref() {
-        Some("svg") => svg::path,
-        Some("dxf") => dxf::path,
-        Some("csv") => csv::path,
-        _ => return Err(DrawingFileError("has no known format, must be .svg, .dxf or .csv".to_owned())),
+    let format = DrawingFormat::of(file)
+        .ok_or_else(|| DrawingFileError("has no known format, must be .svg, .dxf or .csv".to_owned()))?;
+    parse(&contents(file)?, format, choice)
+}
+
+/// Reads a path from the bytes of a file.
+///
+/// # Errors
+/// The bytes do not have the path.
+pub fn parse(bytes: &[u8], format: DrawingFormat, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
+    let mut drawing = match format {
+        DrawingFormat::Svg => svg::path(bytes, choice)?,
+        DrawingFormat::Dxf => dxf::path(bytes, choice)?,
+        DrawingFormat::Csv => csv::path(bytes, choice)?,
     };
-    let mut drawing = reader(&contents(file)?, choice)?;
     if drawing.pieces.len() > MAX_PIECES {
         let count = drawing.pieces.len();
         return Err(DrawingFileError(format!("the path has {count} parts, at most {MAX_PIECES} are allowed")));
@@ -58,7 +89,7 @@ pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFile
 
 /// Whether a file has points of a curve, and not the lines between them.
 pub fn has_points(file: &Path) -> bool {
-    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+    DrawingFormat::of(file) == Some(DrawingFormat::Csv)
 }
 
 /// The bytes of a file.

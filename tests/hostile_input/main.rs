@@ -1,10 +1,11 @@
-//! Input from outside may be arbitrary: a configuration, a command, a message of a recording, a recording, timecode.
+//! Input from outside may be arbitrary: a configuration, a drawing, a command, a message of a recording, a recording, timecode.
 //!
 //! Each file checks the properties of every input of a kind. The fuzz targets (`fuzz/run`) search for an input that violates
 //! them. This test checks a small corpus: the seeds and the findings of the fuzz targets.
 
 mod command;
 mod config;
+mod drawing;
 mod frame;
 mod geometry;
 mod recording;
@@ -30,6 +31,11 @@ fn check_corpus(kind: &str, check: fn(&[u8])) {
 #[test]
 fn any_configuration_is_written_back_unchanged_or_refused_in_one_line() {
     check_corpus("config", config::check);
+}
+
+#[test]
+fn a_drawing_is_followed_within_its_tolerance_or_refused_in_one_line() {
+    check_corpus("drawing", drawing::check);
 }
 
 #[test]
