@@ -24,6 +24,8 @@ const UNNAMED: &str = "bench-dragon-unnamed-";
 const MAX_NODES: u32 = 1_000_000;
 /// Most `use` elements that refer to each other.
 const MAX_USES: usize = 16;
+/// Largest number of path data: usvg divides an arc into ever more curves, the larger its radius.
+const MAX_NUMBER: f64 = 1e9;
 
 /// A path that the file shows.
 struct Shown<'a> {
@@ -38,6 +40,7 @@ struct Shown<'a> {
 pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
     let named = with_ids(utf8(bytes)?)?;
     let document = parsed(&named)?;
+    document.descendants().try_for_each(require_moderate)?;
     let failed = |error: usvg::Error| DrawingFileError(format!("is not a valid SVG file: {error}"));
     let tree = Tree::from_xmltree(&document, &options()).map_err(failed)?;
     let elements = document.descendants().filter_map(|node| Some((node.attribute("id")?, node)));
@@ -171,6 +174,35 @@ fn unreadable(element: Node<'_, '_>) -> Option<DrawingFileError> {
         let error = PathParser::from(text).find_map(Result::err)?;
         Some(fault(name(path), &wrong_data(text, &error)))
     })
+}
+
+/// Fails for path data with a number beyond [`MAX_NUMBER`], of which usvg would make very many curves.
+fn require_moderate(element: Node<'_, '_>) -> Result<(), DrawingFileError> {
+    let text = element.attribute("d").filter(|_| element.tag_name().name() == "path").unwrap_or_default();
+    let mut numbers = PathParser::from(text).map_while(Result::ok).flat_map(numbers);
+    match numbers.find(|number| number.is_nan() || number.abs() > MAX_NUMBER) {
+        Some(number) => Err(fault(
+            name(element),
+            &format!("has the number {number:e}, must be from -{MAX_NUMBER:e} to {MAX_NUMBER:e}"),
+        )),
+        None => Ok(()),
+    }
+}
+
+/// The coordinates and radii of a command of path data, and zeros.
+fn numbers(segment: PathSegment) -> [f64; 6] {
+    match segment {
+        PathSegment::MoveTo { x, y, .. }
+        | PathSegment::LineTo { x, y, .. }
+        | PathSegment::SmoothQuadratic { x, y, .. } => [x, y, 0.0, 0.0, 0.0, 0.0],
+        PathSegment::HorizontalLineTo { x, .. } => [x, 0.0, 0.0, 0.0, 0.0, 0.0],
+        PathSegment::VerticalLineTo { y, .. } => [0.0, y, 0.0, 0.0, 0.0, 0.0],
+        PathSegment::CurveTo { x1, y1, x2, y2, x, y, .. } => [x1, y1, x2, y2, x, y],
+        PathSegment::SmoothCurveTo { x2, y2, x, y, .. } => [x2, y2, x, y, 0.0, 0.0],
+        PathSegment::Quadratic { x1, y1, x, y, .. } => [x1, y1, x, y, 0.0, 0.0],
+        PathSegment::EllipticalArc { rx, ry, x, y, .. } => [rx, ry, x, y, 0.0, 0.0],
+        PathSegment::ClosePath { .. } => [0.0; 6],
+    }
 }
 
 /// The shape that an element shows; `None` if it shows several.
