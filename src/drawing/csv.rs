@@ -5,7 +5,7 @@ use glam::DVec2;
 
 use super::{DrawingFileError, MAX_PIECES, PathChoice, quoted, utf8};
 
-/// What divides the cells of a row.
+/// The separator of the cells of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Separator {
     /// Each one divides two cells.

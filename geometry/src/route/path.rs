@@ -34,7 +34,7 @@ const CLOSED_PER_EXTENT: f64 = 1e-12;
 const MAX_CLOSING_STEPS: usize = 20;
 /// Change of a measure from which its effect is computed, as a share.
 const CLOSING_LOOK: f64 = 1e-6;
-/// What is added to the squares of the least-squares problem, as a share, where a path has too few measures.
+/// Damping of the least squares, as a share of their sum: a path may have too few measures.
 const DAMPING: f64 = 1e-12;
 /// Room on the laps behind the beginning, in lengths of the stretched dragon: a bent dragon covers more.
 const ROOM_PER_LENGTH: f64 = 2.0;
