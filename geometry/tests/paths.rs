@@ -175,6 +175,29 @@ fn laps_of_typed_decimals_close_and_the_last_lap_is_where_the_first_is() {
 }
 
 #[test]
+fn a_closed_path_is_closed_by_its_radii_too_or_refused() {
+    let dimensions = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let closed = |segments: &[PathSegment]| {
+        build(&RouteSpec::from(PathSpec { segments: segments.to_vec(), laps: Some(2) }), &dimensions)
+    };
+    let arc = |radius_m| PathSegment::Arc { radius_m, turn: PI };
+    for ring in [
+        vec![PathSegment::Spiral { start_radius_m: 10.0, end_radius_m: 10.0005, turn: TAU }],
+        vec![arc(5.0), arc(5.0004)],
+        vec![PathSegment::Arc { radius_m: 7.0, turn: 359.995_f64.to_radians() }],
+    ] {
+        let route = closed(&ring).expect("it closes");
+        let lap_m = 0.5 * route.end_travel_m();
+        let [begin, end] = [0.0, lap_m].map(|travel_m| route.point(route.parameter(travel_m)));
+        assert!(begin.position.distance(end.position) < 1e-9 && begin.tangent.distance(end.tangent) < 1e-9, "{ring:?}");
+        let planned_m: f64 = ring.iter().map(PathSegment::length_m).sum();
+        assert!((lap_m - planned_m).abs() < 2e-3, "{ring:?}: {lap_m} m");
+    }
+    let error = closed(&[PathSegment::Line { length_m: 9e-4 }]).expect_err("a line does not close").to_string();
+    assert!(error.starts_with("closed: no small change of ") && error.ends_with(", 0.000900 m away"), "{error}");
+}
+
+#[test]
 fn a_closed_path_too_small_for_the_head_has_no_ground_elsewhere() {
     let ring =
         RouteSpec::from(PathSpec { segments: vec![PathSegment::Arc { radius_m: 1.4, turn: TAU }], laps: Some(2) });

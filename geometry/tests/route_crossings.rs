@@ -87,7 +87,7 @@ fn assert_exact(route: &Route, found: &[Crossing]) -> Result<(), TestCaseError> 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn crossings_are_those_of_a_dense_polyline(

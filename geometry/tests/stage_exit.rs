@@ -122,7 +122,7 @@ fn assert_like_samples(dragon: &Dragon, outline: &Outline) -> Result<(), TestCas
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_first_exit_is_that_of_dense_samples(dragon in dragons(), star_of in outlines()) {

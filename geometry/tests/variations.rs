@@ -172,7 +172,7 @@ fn paths() -> impl Strategy<Value = PathSpec> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn dragons_on_paths_change_as_the_differences(

@@ -242,6 +242,10 @@ fn an_output_never_replaces_the_drawing_or_another_output() {
         assert!(ended.stderr.lines().count() == 1 && ended.stderr.contains(reason), "{}", ended.stderr);
     }
     assert_eq!(fs::read_to_string(&street).expect("the drawing"), drawing);
+    // Another spelling of the same file.
+    let dotted = stage.path("./other.svg").display().to_string();
+    let turn = Process::start(program(&["solve", "turn", "--save-config", &dotted, "--figure", &other])).end();
+    assert!(turn.code() == Some(2) && turn.stderr.contains("the file of --figure, must be another"), "{}", turn.stderr);
 }
 
 #[test]

@@ -30,6 +30,9 @@ const CLOSING_GAP_M: f64 = 1e-3;
 const CLOSING_TURN: f64 = 1e-4;
 /// Gap at which a path is closed, as a share of its extent: a few times its rounding.
 const CLOSED_PER_EXTENT: f64 = 1e-12;
+/// Largest gap of a path that was closed, in metres, and largest share by which that changes its length.
+const CLOSED_M: f64 = 1e-9;
+const CLOSING_SHARE: f64 = 0.01;
 /// Most steps to close a path. Three are usual.
 const MAX_CLOSING_STEPS: usize = 20;
 /// Change of a measure from which its effect is computed, as a share.
@@ -126,6 +129,12 @@ pub enum PathError {
         /// Angle between the two directions, in degrees.
         turn_deg: f64,
     },
+    /// No small change of the measures of a closed path closes it.
+    #[error("closed: no small change of lengths, radii and angles joins the end to the beginning, {gap_m:.6} m away")]
+    Unclosable {
+        /// Distance between the end and the beginning as planned, in metres.
+        gap_m: f64,
+    },
 }
 
 impl PathSegment {
@@ -175,7 +184,8 @@ impl PathSegment {
         difference_m <= 8.0 * (f64::EPSILON * turn.abs()).sqrt() * start_radius_m.max(end_radius_m)
     }
 
-    /// The same segment with a measure changed by a share: 0 is the length, 1 the radius of an arc.
+    /// The same segment with a measure changed by a share: 0 is the length or the turn, 1 the radius of an arc or the end radius of
+    /// a spiral.
     fn with_measure(&self, measure: usize, share: f64) -> Option<Self> {
         let factor = 1.0 + share;
         match (*self, measure) {
@@ -184,6 +194,9 @@ impl PathSegment {
             (Self::Arc { radius_m, turn }, 1) => Some(Self::Arc { radius_m: radius_m * factor, turn }),
             (Self::Spiral { start_radius_m, end_radius_m, turn }, 0) => {
                 Some(Self::Spiral { start_radius_m, end_radius_m, turn: turn * factor })
+            }
+            (Self::Spiral { start_radius_m, end_radius_m, turn }, 1) => {
+                Some(Self::Spiral { start_radius_m, end_radius_m: end_radius_m * factor, turn })
             }
             _ => None,
         }
@@ -252,7 +265,9 @@ impl PathSpec {
     /// A number is out of range, the path is too long, or a closed path does not close.
     pub(super) fn route(&self, begin: &Placement, dragon_m: f64, start_m: f64) -> Result<Route, RouteError> {
         self.check()?;
-        let (lap, lap_m) = (self.closed(), self.lap_m());
+        let lap = self.closed();
+        self.check_closed(&lap)?;
+        let lap_m: f64 = lap.iter().map(PathSegment::length_m).sum();
         let behind_m = ROOM_PER_LENGTH * dragon_m + (-start_m).max(0.0);
         let laps_behind = if self.laps.is_some() { (behind_m / lap_m).ceil() as usize } else { 0 };
         let laps = laps_behind.saturating_add(self.laps.map_or(1, |laps| laps as usize));
@@ -295,6 +310,18 @@ impl PathSpec {
             }
         }
         segments
+    }
+
+    /// Checks that the changed segments of a closed path close it, and are nearly as long as planned.
+    fn check_closed(&self, lap: &[PathSegment]) -> Result<(), PathError> {
+        let end = placements(&Placement::default(), lap)[lap.len()];
+        let [lap_m, planned_m] = [lap, &self.segments].map(|all| all.iter().map(PathSegment::length_m).sum::<f64>());
+        let is_closed = end.position.length() <= CLOSED_M && (lap_m - planned_m).abs() <= CLOSING_SHARE * planned_m;
+        if self.laps.is_none() || is_closed {
+            return Ok(());
+        }
+        let planned = placements(&Placement::default(), &self.segments)[self.segments.len()];
+        Err(PathError::Unclosable { gap_m: planned.position.length() })
     }
 
     /// Checks the path.

@@ -1,7 +1,7 @@
 //! `solve`: the questions to the planner, one file per question.
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf, absolute};
 use std::process::ExitCode;
 
 use anyhow::bail;
@@ -12,6 +12,7 @@ use serde::Serialize;
 use self::figure::{FigureArgs, keep_drawing};
 use crate::command::flags::{BadInput, FormatArgs, within};
 use crate::config::{Config, ConfigDocument};
+use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
 mod contact;
@@ -130,8 +131,9 @@ impl AnswerArgs {
     fn keep_files_apart(&self, document: &ConfigDocument) -> Result<(), BadInput> {
         self.figure.keep_drawing(document)?;
         let Some(saved) = &self.save_config else { return Ok(()) };
-        if self.figure.figure.as_ref().is_some_and(|figure| figure.path == *saved) {
-            let file = saved.display();
+        let absolute = |path: &Path| absolute(path).unwrap_or_else(|_| path.to_owned());
+        if self.figure.figure.as_ref().is_some_and(|figure| absolute(&figure.path) == absolute(saved)) {
+            let file = Printable(saved);
             return Err(BadInput(format!("--save-config is {file}, the file of --figure, must be another file")));
         }
         keep_drawing("--save-config", saved, document)

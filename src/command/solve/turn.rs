@@ -160,6 +160,7 @@ const SHORTEST_MAX_RATIO: f64 = 2.0;
 
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let (config, plan, planned) = planned_turn(&args.plan)?;
+    args.answer.keep_files_apart(config.document())?;
     let dimensions = *config.dragon().dimensions();
     let margin_m = config.tables().monitor.margin_m;
     let default = |limit: f64| args.shortest.then_some(limit);
