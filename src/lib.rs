@@ -11,7 +11,8 @@
 //! | [`output`] | tables, figures, histograms, the log, and their printing |
 //! | [`config`] | the validated TOML document |
 //! | [`drawing`] | routes that are drawn, in SVG, DXF and CSV files |
-//! | [`system`] | clocks, processors, signals, limits, whole files |
+//! | [`height_map`] | heights of the ground, in GeoTIFF, ESRI ASCII and PNG files |
+//! | [`system`] | clocks, processors, signals, limits, input files, whole files |
 //! | `command` | one file per command, with its arguments, and the program's `main` |
 //!
 //! The rooms depend on each other in one direction only; `tests/rooms.rs` lists the order and checks it. The mathematics is in
@@ -23,6 +24,7 @@ pub mod command_queue;
 pub mod config;
 pub mod display;
 pub mod drawing;
+pub mod height_map;
 pub mod output;
 pub mod recording;
 pub mod safety;

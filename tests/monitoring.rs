@@ -149,7 +149,7 @@ fn a_change_of_speed_keeps_the_contact_at_its_place() {
 #[test]
 fn a_forecast_neither_hides_nor_moves_a_contact() {
     let free_to_m = FIRST_CONTACT_S - 1e-6;
-    let forecast = Forecast { from_m: 0.0, free_to_m, contact: None };
+    let forecast = Forecast { from_m: 0.0, free_to_m, contact: None, play: None };
     let mut rehearsal = Rehearsal::new(20.0, 412.0);
     while rehearsal.play_frame(Some(&forecast)).sim_time_s() < 412.6 {}
     rehearsal.assert_first_contact("with a forecast of free ground");

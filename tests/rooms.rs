@@ -6,9 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms. Those of one row do not use each other.
-const ORDER: [&[&str]; 8] = [
-    &["drawing"],
-    &["config", "system"],
+const ORDER: [&[&str]; 9] = [
+    &["system"],
+    &["drawing", "height_map"],
+    &["config"],
     &["output"],
     &["recording"],
     &["source"],

@@ -27,15 +27,17 @@ fn main() {
     let large = Arc::new(shared::dragon(100_000));
     figures.set("instructions", Instructions::best().name());
 
-    let [path, drawing] = [shared::mixed(), shared::winding(300)]
+    let [path, drawing, hills] = [shared::mixed(), shared::winding(300), shared::on_hills()]
         .map(|route| Arc::new(Dragon::new(shared::dimensions(223), Arc::new(route)).expect("the dragon stands")));
-    let errors = [&paper, &turn, &path, &drawing].map(whole_run);
+    let errors = [&paper, &turn, &path, &drawing, &hills].map(whole_run);
     figures.set("max_error_m", errors[0].position_m);
     figures.set("max_velocity_error_mps", errors[0].velocity_mps);
     figures.set("max_error_turnaround_m", errors[1].position_m);
     figures.set("max_velocity_error_turnaround_mps", errors[1].velocity_mps);
     figures.set("max_error_path_m", errors[2].position_m);
     figures.set("max_error_drawing_m", errors[3].position_m);
+    figures.set("max_error_hills_m", errors[4].position_m);
+    figures.set("max_velocity_error_hills_mps", errors[4].velocity_mps);
 
     let mut best = Walk::new(&paper, Instructions::best(), 0.0);
     let mut portable = Walk::new(&paper, Instructions::portable(), 0.0);
@@ -43,6 +45,7 @@ fn main() {
     // All but the first and the last segments are under the dragon.
     let mut on_path = Walk::new(&path, Instructions::best(), 480.0);
     let mut on_drawing = Walk::new(&drawing, Instructions::best(), 400.0);
+    let mut on_hills = Walk::new(&hills, Instructions::best(), 100.0);
     let mut solver = ChainSolver::new(&paper);
     let mut travel_m = 0.0;
     let mut reference = || {
@@ -51,7 +54,7 @@ fn main() {
             black_box(solver.solve(&paper, travel_m).expect("within the run"));
         })
     };
-    let [best_ns, portable_ns, turning_ns, path_ns, drawing_ns, reference_ns] = interleaved(
+    let [best_ns, portable_ns, turning_ns, path_ns, drawing_ns, hills_ns, reference_ns] = interleaved(
         200,
         [
             &mut || nanoseconds_a_call(1000, || best.tick()),
@@ -59,6 +62,7 @@ fn main() {
             &mut || nanoseconds_a_call(200, || turning.tick()),
             &mut || nanoseconds_a_call(200, || on_path.tick()),
             &mut || nanoseconds_a_call(200, || on_drawing.tick()),
+            &mut || nanoseconds_a_call(200, || on_hills.tick()),
             &mut reference,
         ],
     );
@@ -67,8 +71,10 @@ fn main() {
     figures.set("ns_per_tick_223_turnaround", median(&turning_ns));
     figures.set("ns_per_tick_223_path", median(&path_ns));
     figures.set("ns_per_tick_223_drawing", median(&drawing_ns));
+    figures.set("ns_per_tick_223_hills", median(&hills_ns));
     figures.set("path_vs_spiral", median(&path_ns) / median(&best_ns));
     figures.set("drawing_vs_spiral", median(&drawing_ns) / median(&best_ns));
+    figures.set("hills_vs_spiral", median(&hills_ns) / median(&best_ns));
     figures.set("ns_per_tick_223_reference", median(&reference_ns));
     figures.set("speedup_vs_reference", median(&reference_ns) / median(&best_ns));
 
@@ -121,9 +127,9 @@ fn whole_run(dragon: &Arc<Dragon>) -> Errors {
         if tick % LOOK == 0 {
             let exact = solver.solve(dragon, walk.travel_m).expect("within the run");
             for (ours, exact) in walk.frame.iter().zip(exact) {
-                let velocity = exact.tangent * exact.speed_ratio;
-                for axis in 0..2 {
-                    let off_m = (ours.position_m[axis] - exact.position[axis]).abs();
+                let (position, velocity) = (exact.in_space(), exact.tangent.extend(exact.climb) * exact.speed_ratio);
+                for axis in 0..3 {
+                    let off_m = (ours.position_m[axis] - position[axis]).abs();
                     let off_mps = (ours.velocity_mps[axis] - velocity[axis]).abs();
                     assert!(off_m <= TOLERANCE_M, "off by {off_m} m at {} m of travel", walk.travel_m);
                     errors.position_m = errors.position_m.max(off_m);

@@ -4,6 +4,7 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | [`ground`] | ground that is not flat: planes and maps of heights |
 //! | [`route`] | the curves that the handles follow |
 //! | [`drawing`] | drawn curves, and the routes that follow them |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
@@ -17,6 +18,7 @@
 pub mod clearance;
 pub mod dragon;
 pub mod drawing;
+pub mod ground;
 pub mod number;
 mod numerics;
 pub mod outline;

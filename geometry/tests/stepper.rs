@@ -4,18 +4,18 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dimensions, Dragon, Instructions};
 use bench_dragon_geometry::route::{Route, Turnaround};
-use glam::DVec2;
+use glam::DVec3;
 use proptest::prelude::*;
 
 /// A handle in the record of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Record {
-    position_m: DVec2,
-    velocity_mps: DVec2,
+    position_m: DVec3,
+    velocity_mps: DVec3,
 }
 
 impl Record {
-    fn new(position_m: DVec2, velocity_mps: DVec2) -> Self {
+    fn new(position_m: DVec3, velocity_mps: DVec3) -> Self {
         Self { position_m, velocity_mps }
     }
 }
@@ -54,8 +54,8 @@ impl Comparison {
         self.step(travel_m);
         let exact = self.solver.solve(&self.dragon, travel_m).expect("within the run");
         let errors = self.records.iter().zip(exact).map(|(record, handle)| {
-            let velocity_mps = handle.tangent * handle.speed_ratio;
-            (record.position_m.distance(handle.position), record.velocity_mps.distance(velocity_mps))
+            let velocity_mps = handle.tangent.extend(handle.climb) * handle.speed_ratio;
+            (record.position_m.distance(handle.in_space()), record.velocity_mps.distance(velocity_mps))
         });
         errors.fold((0.0, 0.0), |worst, error| (worst.0.max(error.0), worst.1.max(error.1)))
     }

@@ -17,6 +17,8 @@ pub struct BenchState {
     pub velocity_mps: [f64; 3],
     /// Rate of the heading in radians per show second, counter-clockwise.
     pub turn_rate_radps: f64,
+    /// Angle by which the front handle is above the rear one, seen from there, in radians: 0 on level ground.
+    pub pitch_rad: f64,
 }
 
 impl BenchState {
@@ -31,6 +33,9 @@ impl BenchState {
     /// let bench = BenchState::between(&front, &rear);
     /// assert_eq!((bench.centre_m, bench.velocity_mps), ([1.0, 2.0, 0.0], [-0.25, 0.0, 0.0]));
     /// assert_eq!((bench.heading_rad, bench.turn_rate_radps), (std::f64::consts::FRAC_PI_2, 0.25));
+    ///
+    /// let uphill = HandleState { position_m: [1.0, 3.0, 2.0], ..front };
+    /// assert_eq!(BenchState::between(&uphill, &rear).pitch_rad, std::f64::consts::FRAC_PI_4);
     /// ```
     pub fn between(front: &HandleState, rear: &HandleState) -> Self {
         let middle = |[ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]| {
@@ -46,6 +51,7 @@ impl BenchState {
             heading_rad: y.atan2(x),
             velocity_mps: middle(front.velocity_mps, rear.velocity_mps),
             turn_rate_radps: if squared > 0.0 { turn / squared } else { 0.0 },
+            pitch_rad: along(2).atan2(squared.sqrt()),
         }
     }
 

@@ -88,6 +88,16 @@ impl AxisOrder {
         vector
     }
 
+    /// Returns the rotation vector that turns the desk's first horizontal axis upwards by an angle: the angle times the cross
+    /// product of that axis and the upward direction.
+    pub(super) fn pitch_vector(self, angle_rad: f64) -> [f64; 3] {
+        let ([first, second], vertical) = (self.horizontal(), self.vertical());
+        let is_cyclic = (first + 1) % 3 == vertical;
+        let mut vector = [0.0; 3];
+        vector[second] = if is_cyclic { angle_rad } else { -angle_rad } * self.0[vertical].sign();
+        vector
+    }
+
     /// Number of the desk's vertical axis.
     fn vertical(self) -> usize {
         self.0.iter().position(|axis| axis.bus_axis == VERTICAL).expect("each axis occurs once")

@@ -235,7 +235,7 @@ impl Tracker {
         Self {
             position_m: single(transform.position_m(bench.centre_m)),
             speed_mps: single(transform.velocity_mps(velocity_mps)),
-            orientation_rad: single(transform.orientation_rad(bench.heading_rad)),
+            orientation_rad: single(transform.orientation_rad(bench.heading_rad, bench.pitch_rad)),
             validity: f32::from(u8::from(latest.freshness.is_fresh())),
         }
     }

@@ -12,14 +12,16 @@
 //! horizontal axis, a quarter turn along the second one. The horizontal components of the direction are its cosine and sine, in
 //! any order of axes. A mirroring order therefore changes the heading's sign.
 //!
-//! *Orientation.* A desk's orientation is the rotation that turns the first horizontal axis into the board's direction. It is a
-//! vector along the vertical axis; its length is the angle in radians. With the axes' numbers as usual, a rotation by ω turns a
+//! *Orientation.* A desk's orientation is the rotation that turns the first horizontal axis into the board's direction, and leaves
+//! the board level across. On level ground it is a vector along the vertical axis. Its length is the angle in radians. With the axes' numbers as usual, a rotation by ω turns a
 //! small vector r by ω × r.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::str::FromStr;
+
+use glam::DQuat;
 
 use super::axis_order::AxisOrder;
 
@@ -84,9 +86,14 @@ impl StageTransform {
         wrapped(plus(self.axes.turn_sign() * heading_rad, self.heading_of_zero_rad))
     }
 
-    /// Returns the rotation vector on the desk, in radians, of a bench with a heading on the bus.
-    pub fn orientation_rad(&self, heading_rad: f64) -> [f64; 3] {
-        self.axes.rotation_vector(self.heading_rad(heading_rad))
+    /// Returns the rotation vector on the desk, in radians, of a bench with a heading and a pitch on the bus.
+    pub fn orientation_rad(&self, heading_rad: f64, pitch_rad: f64) -> [f64; 3] {
+        let turn = self.axes.rotation_vector(self.heading_rad(heading_rad));
+        if pitch_rad == 0.0 {
+            return turn;
+        }
+        let pitch = DQuat::from_scaled_axis(self.axes.pitch_vector(pitch_rad).into());
+        (DQuat::from_scaled_axis(turn.into()) * pitch).to_scaled_axis().into()
     }
 
     fn rotate(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {

@@ -80,9 +80,10 @@ fn text_line(frame: &Frame) -> String {
     let ends = [("front hinge", frame.handles().first()), ("rear hinge", frame.handles().last())];
     for (name, handle) in ends {
         let Some(handle) = handle else { continue };
-        let [x, y, _] = handle.position_m;
+        let [x, y, z] = handle.position_m;
+        let height = if z == 0.0 { String::new() } else { format!(", {z:>10.6}") };
         // Writing into a String cannot fail.
-        let _ = write!(line, "  {name} ({x:>11.6}, {y:>11.6}) m {:.6} m/s", handle.speed_mps());
+        let _ = write!(line, "  {name} ({x:>11.6}, {y:>11.6}{height}) m {:.6} m/s", handle.speed_mps());
     }
     line
 }

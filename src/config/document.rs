@@ -8,6 +8,7 @@ use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
 use super::ConfigError;
+use super::ground_table::GroundTable;
 use super::priority::Priority;
 use super::route_table::RouteTable;
 use super::stage_table::StageTable;
@@ -21,6 +22,8 @@ const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
 pub struct Document {
     pub(super) dragon: DragonTable,
     pub(super) route: RouteTable,
+    #[serde(skip_serializing_if = "GroundTable::is_empty")]
+    pub(super) ground: GroundTable,
     /// Walk of the head.
     pub head: HeadTable,
     /// Settings of the server.
@@ -41,6 +44,11 @@ pub(super) struct DragonTable {
     pub(super) body_length_m: f64,
     pub(super) width_m: f64,
     pub(super) hole_offset_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) hole_diameter_m: Option<f64>,
+    /// Without one, the hinges have no play.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) pole_diameter_m: Option<f64>,
 }
 
 /// `[head]` of the document.
@@ -108,7 +116,15 @@ impl ShowTable {
 
 impl Default for DragonTable {
     fn default() -> Self {
-        Self { benches: 223, head_length_m: 3.41, body_length_m: 2.20, width_m: 0.30, hole_offset_m: 0.275 }
+        Self {
+            benches: 223,
+            head_length_m: 3.41,
+            body_length_m: 2.20,
+            width_m: 0.30,
+            hole_offset_m: 0.275,
+            hole_diameter_m: None,
+            pole_diameter_m: None,
+        }
     }
 }
 

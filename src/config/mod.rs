@@ -5,6 +5,7 @@
 
 mod document;
 mod drawn_route;
+mod ground_table;
 mod priority;
 mod route_table;
 mod stage_table;
@@ -14,6 +15,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::HeadTimetable;
@@ -44,6 +46,9 @@ pub const HEAD_ACCEL_MPS2: RangeInclusive<f64> = 0.001..=1000.0;
 pub const NEAR_M: RangeInclusive<f64> = 0.0..=10.0;
 /// Allowed margins of the guard, in metres.
 pub const MARGIN_M: RangeInclusive<f64> = 0.000_001..=10.0;
+
+/// Diameter of the hinge holes without a configured one: the paper's.
+pub const HOLE_DIAMETER_M: f64 = 0.055;
 
 /// Greatest number of commands in `[[show.also]]`: the bus has capacity for these and as many other commands.
 pub const MAX_ALSO: usize = 8;
@@ -83,9 +88,24 @@ impl ConfigDocument {
         set_flags(&mut tables);
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
         let drawing = drawn_route::read(&mut tables.route, folder)?;
-        let document = Self { drawing, ..Self::check(tables)? };
+        let document = match tables.ground.read(folder)? {
+            None => Self::check(tables)?,
+            Some(ground) => Self::with_heights_under_route(tables, ground)?,
+        };
+        let document = Self { drawing, ..document };
         document.require_short()?;
         Ok(document)
+    }
+
+    /// A document whose ground is a map, of which it keeps the heights under the route.
+    fn with_heights_under_route(mut tables: Document, ground: Ground) -> Result<Self, ConfigError> {
+        let table = std::mem::take(&mut tables.ground);
+        let mut document = Self::check(tables)?;
+        let ground = Arc::new(ground);
+        document.route.ground = Some(Arc::clone(&ground));
+        let mut tables = document.tables.clone();
+        tables.ground = table.with_heights_under(&ground, &document.curve()?);
+        Self::check(tables)
     }
 
     /// Parses the text of a description.
@@ -126,7 +146,7 @@ impl ConfigDocument {
     /// # Errors
     /// The route is not valid.
     pub fn curve(&self) -> Result<Route, ConfigError> {
-        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.links_m());
+        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.longest_m());
         route.map_err(|error| ConfigError(format!("[route] {error}")))
     }
 
@@ -158,7 +178,8 @@ impl ConfigDocument {
             return Err(ConfigError(format!("[[show.also]] occurs {count} times, at most {MAX_ALSO} are allowed")));
         }
         tables.route = tables.route.completed();
-        let route = tables.route.plan()?;
+        let ground = tables.ground.ground()?.map(Arc::new);
+        let route = RouteSpec { ground, ..tables.route.plan()? };
         let dimensions = dimensions(&tables.dragon)?;
         let outline = tables.stage.outline()?;
         Ok(Self { tables, dimensions, route, drawing: None, outline })
@@ -174,6 +195,13 @@ impl ConfigDocument {
         let written = self.to_toml().len();
         if written <= MAX_DESCRIPTION_LEN {
             return Ok(());
+        }
+        let heights = self.tables.ground.heights();
+        if heights > 0 {
+            return Err(ConfigError(format!(
+                "[ground] the {heights} heights under the route and the rest of the configuration take {written} bytes, at most \
+                 {MAX_DESCRIPTION_LEN} are allowed: use heights with a larger spacing"
+            )));
         }
         let segments = self.route.shape.segments();
         let (what, remedy) = match &self.drawing {
@@ -250,6 +278,13 @@ impl Config {
         self.document.outline()
     }
 
+    /// That a clearance is less than the play of the hinges, in words; `None` if it is not.
+    pub fn under_play(&self, name: &str, clearance_m: f64) -> Option<String> {
+        let play_m = self.dragon.dimensions().play_m();
+        let [clearance, play] = [clearance_m, (play_m * 1e9).round() / 1e9].map(Number);
+        (clearance_m < play_m).then(|| format!("{name} is {clearance}, less than the play of the hinges, {play} m"))
+    }
+
     /// Show time in seconds at which the planned run starts.
     pub fn start_s(&self) -> f64 {
         self.document.route.start_s
@@ -310,9 +345,14 @@ impl Config {
 }
 
 fn dimensions(table: &DragonTable) -> Result<Dimensions, ConfigError> {
-    let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m } = *table;
+    let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m, .. } = *table;
     let benches = usize::try_from(benches).unwrap_or(usize::MAX);
-    let dimensions = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m);
+    let rigid = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m);
+    let dimensions = rigid.and_then(|rigid| match (table.hole_diameter_m, table.pole_diameter_m) {
+        (None, None) => Ok(rigid),
+        (hole_m, None) => rigid.with_poles(hole_m.unwrap_or(HOLE_DIAMETER_M), hole_m.unwrap_or(HOLE_DIAMETER_M)),
+        (hole_m, Some(pole_m)) => rigid.with_poles(hole_m.unwrap_or(HOLE_DIAMETER_M), pole_m),
+    });
     dimensions.map_err(|error| ConfigError(format!("[dragon] {error}")))
 }
 

@@ -275,7 +275,7 @@ impl RouteTable {
             }
         }
         let placement = Placement { position: [start_x_m, start_y_m].into(), heading: start_heading_deg.to_radians() };
-        Ok(RouteSpec { shape, placement, start_s, end_s: self.end_s })
+        Ok(RouteSpec { shape, placement, start_s, end_s: self.end_s, ground: None })
     }
 
     /// Whether the route is a drawing, which is not read yet.

@@ -4,14 +4,12 @@ mod csv;
 mod dxf;
 mod svg;
 
-use std::fs::{self, File};
-use std::io::{self, Read as _};
 use std::path::Path;
 
 use bench_dragon_geometry::drawing::Drawing;
 
-/// Greatest length of a file, in bytes.
-const MAX_LEN: u64 = 64 << 20;
+use crate::system::input_file::{self, InputFileError, quoted, utf8};
+
 /// Most pieces of a path: lines, arcs and curves.
 const MAX_PIECES: usize = 2_000_000;
 /// Most names that a message lists.
@@ -21,6 +19,12 @@ const MAX_LISTED: usize = 8;
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct DrawingFileError(String);
+
+impl From<InputFileError> for DrawingFileError {
+    fn from(error: InputFileError) -> Self {
+        Self(error.to_string())
+    }
+}
 
 /// Which path of a file is the route, and its scale.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,7 +70,7 @@ impl DrawingFormat {
 pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
     let format = DrawingFormat::of(file)
         .ok_or_else(|| DrawingFileError("has no known format, must be .svg, .dxf or .csv".to_owned()))?;
-    parse(&contents(file)?, format, choice)
+    parse(&input_file::read(file)?, format, choice)
 }
 
 /// Reads a path from the bytes of a file.
@@ -92,38 +96,9 @@ pub fn has_points(file: &Path) -> bool {
     DrawingFormat::of(file) == Some(DrawingFormat::Csv)
 }
 
-/// The bytes of a file.
-fn contents(file: &Path) -> Result<Vec<u8>, DrawingFileError> {
-    let mut bytes = vec![];
-    // Opening a pipe would wait for its writer.
-    let is_file = |metadata: fs::Metadata| metadata.is_file().then_some(()).ok_or(io::Error::other("is not a file"));
-    let read =
-        fs::metadata(file).and_then(is_file).and_then(|()| File::open(file)?.take(MAX_LEN + 1).read_to_end(&mut bytes));
-    match read.map_err(|error| DrawingFileError(format!("cannot be read: {error}")))? as u64 {
-        0..=MAX_LEN => Ok(bytes),
-        _ => Err(DrawingFileError(format!("is longer than {} MiB, the most that is allowed", MAX_LEN >> 20))),
-    }
-}
-
-/// The text of a file.
-fn utf8(bytes: &[u8]) -> Result<&str, DrawingFileError> {
-    std::str::from_utf8(bytes).map_err(|_| DrawingFileError("is not UTF-8 text".to_owned()))
-}
-
 /// A few names for a message, each in quotes.
 fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let names: Vec<String> = names.take(MAX_LISTED + 1).map(quoted).collect();
     let more = if names.len() > MAX_LISTED { " and others" } else { "" };
     names[..names.len().min(MAX_LISTED)].join(", ") + more
-}
-
-/// A text from a file for a message: short and printable.
-fn quoted(name: &str) -> String {
-    const LONGEST: usize = 40;
-    let printable = name.chars().map(|char| match char {
-        '\t' => ' ',
-        char if char.is_control() => '?',
-        char => char,
-    });
-    format!("\"{}\"", printable.take(LONGEST).collect::<String>())
 }

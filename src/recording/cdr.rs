@@ -111,14 +111,15 @@ fn split<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
 }
 
 /// Pose of a bench as `geometry_msgs/msg/Pose`, which has the fields of `geometry_msgs/msg/Transform`: its centre in metres,
-/// then its heading as a quaternion x, y, z, w about z.
+/// then heading and pitch as a quaternion x, y, z, w: a turn about z after one about −y.
 ///
 /// The heading points from the rear handle to the front handle. A heading of +π/2, with the front handle in direction +y of the
 /// rear handle, is a quarter turn about z.
 fn pose(bench: &BenchState) -> [f64; 7] {
     let [x, y, z] = bench.centre_m;
-    let (sine, cosine) = (bench.heading_rad / 2.0).sin_cos();
-    [x, y, z, 0.0, 0.0, sine, cosine]
+    let ((sine, cosine), (up, level)) = ((bench.heading_rad / 2.0).sin_cos(), (bench.pitch_rad / 2.0).sin_cos());
+    // Adding 0 removes the sign of a zero.
+    [x, y, z, sine * up + 0.0, 0.0 - cosine * up, sine * level, cosine * level]
 }
 
 /// Chooses the frames whose poses are recorded.
@@ -147,6 +148,7 @@ mod tests {
     use std::f64::consts::FRAC_1_SQRT_2;
 
     use bench_dragon_ipc::Alert;
+    use glam::{DQuat, DVec3};
 
     use super::*;
 
@@ -202,6 +204,17 @@ mod tests {
         let [position @ .., x, y, z, w] = pose(&BenchState::between(&handle(1.0, 3.0), &handle(1.0, 1.0)));
         assert_eq!((position, [x, y]), ([1.0, 2.0, 0.0], [0.0, 0.0]));
         assert!((z - FRAC_1_SQRT_2).abs() < f64::EPSILON && (w - FRAC_1_SQRT_2).abs() < f64::EPSILON);
+    }
+
+    #[test]
+    fn the_orientation_turns_x_into_the_direction_of_a_pitched_board() {
+        let rear = HandleState { position_m: [1.0, 1.0, 1.0], ..HandleState::default() };
+        let front = HandleState { position_m: [2.0, 3.0, 1.5], ..HandleState::default() };
+        let [.., x, y, z, w] = pose(&BenchState::between(&front, &rear));
+        let direction = DQuat::from_xyzw(x, y, z, w) * DVec3::X;
+        assert!(direction.distance(DVec3::new(1.0, 2.0, 0.5).normalize()) < 1e-15, "{direction}");
+        let across = DQuat::from_xyzw(x, y, z, w) * DVec3::Y;
+        assert!(across.z.abs() < 1e-15, "the board is level across");
     }
 
     #[test]

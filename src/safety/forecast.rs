@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use bench_dragon_geometry::clearance::{Contact, ContactSearch};
+use bench_dragon_geometry::clearance::{Contact, ContactSearch, PlayEnd, PlaySearch};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
@@ -24,16 +24,32 @@ pub struct Forecast {
     pub free_to_m: f64,
     /// First contact at or after `from_m`, if the search has found one.
     pub contact: Option<Contact>,
+    /// The same for every pose that the play of the hinges allows; `None` for hinges without play.
+    pub play: Option<PlayForecast>,
+}
+
+/// Result of the search of the travel ahead for loose hinges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlayForecast {
+    /// End of the travel on which no pose touches, in metres.
+    pub free_to_m: f64,
+    /// Where a pose may touch first, if the search has got there.
+    pub end: Option<PlayEnd>,
 }
 
 impl Forecast {
     fn unknown_from(from_m: f64) -> Self {
-        Self { from_m, free_to_m: from_m, contact: None }
+        Self { from_m, free_to_m: from_m, contact: None, play: None }
     }
 
     /// Whether no two benches touch between two travels.
     pub fn is_free(&self, from_m: f64, to_m: f64) -> bool {
         self.from_m <= from_m && to_m <= self.free_to_m
+    }
+
+    /// Where a pose that the play of the hinges allows may touch first, if the search has got there.
+    pub fn possible_touch(&self) -> Option<PlayEnd> {
+        self.play.and_then(|play| play.end)
     }
 
     /// Whether the forecast is valid for the travel ahead of `travel_m`.
@@ -121,7 +137,8 @@ impl Drop for Forecaster {
 
 impl Shared {
     fn run(&self, dragon: &Dragon, clearance_m: f64) {
-        let mut search = ContactSearch::within(dragon, clearance_m);
+        let mut search =
+            Search { dragon, clearance_m, contact: ContactSearch::within(dragon, clearance_m), play: None };
         let mut next = Some(self.forecast.load());
         loop {
             self.stride.restart();
@@ -130,25 +147,84 @@ impl Shared {
             }
             if let Some(from_m) = self.start.pop() {
                 next = Some(Forecast::unknown_from(from_m));
+                search.play = None;
             }
             let Some(forecast) = next else {
                 thread::park();
                 continue;
             };
-            let (extended, goes_on) = extend(&mut search, dragon, forecast);
+            let (extended, goes_on) = search.extend(forecast);
             self.forecast.store(extended);
             next = goes_on.then_some(extended);
         }
     }
 }
 
-/// Extends a forecast by one stride. Also returns whether the search continues.
-fn extend(search: &mut ContactSearch, dragon: &Dragon, forecast: Forecast) -> (Forecast, bool) {
-    let to_m = (forecast.free_to_m + STRIDE_M).min(dragon.end_travel_m());
-    match search.first(forecast.free_to_m, to_m) {
-        Ok(Some(contact)) => (Forecast { free_to_m: contact.travel_m, contact: Some(contact), ..forecast }, false),
-        Ok(None) => (Forecast { free_to_m: to_m, ..forecast }, to_m < dragon.end_travel_m()),
-        // The work limit is spent: the travel further ahead stays unknown.
-        Err(spent) => (Forecast { free_to_m: spent.reached_m.max(forecast.free_to_m), ..forecast }, false),
+/// The searches of a forecast.
+struct Search<'a> {
+    dragon: &'a Dragon,
+    clearance_m: f64,
+    contact: ContactSearch,
+    /// The search for loose hinges, once it has begun.
+    play: Option<PlaySearch>,
+}
+
+impl Search<'_> {
+    /// Extends a forecast by one stride. Also returns whether the search continues.
+    fn extend(&mut self, forecast: Forecast) -> (Forecast, bool) {
+        let (extended, finds_contacts) = self.extend_nominal(forecast);
+        let end_m = self.dragon.end_travel_m();
+        let to_m = if finds_contacts { extended.free_to_m } else { end_m };
+        let play = self.extend_play(&forecast, to_m);
+        let finds_poses = play.is_some_and(|play| play.end.is_none() && play.free_to_m < end_m);
+        (Forecast { play, ..extended }, finds_contacts || finds_poses)
+    }
+
+    fn extend_nominal(&mut self, forecast: Forecast) -> (Forecast, bool) {
+        let end_m = self.dragon.end_travel_m();
+        let to_m = (forecast.free_to_m + STRIDE_M).min(end_m);
+        if forecast.contact.is_some() || forecast.free_to_m >= end_m {
+            return (forecast, false);
+        }
+        match self.contact.first(forecast.free_to_m, to_m) {
+            Ok(Some(contact)) => (Forecast { free_to_m: contact.travel_m, contact: Some(contact), ..forecast }, false),
+            Ok(None) => (Forecast { free_to_m: to_m, ..forecast }, to_m < end_m),
+            // The work limit is spent: the travel further ahead stays unknown.
+            Err(spent) => (Forecast { free_to_m: spent.reached_m.max(forecast.free_to_m), ..forecast }, false),
+        }
+    }
+
+    /// Extends the forecast for loose hinges by a stride, at most to a travel. `None` for hinges without play.
+    fn extend_play(&mut self, forecast: &Forecast, to_m: f64) -> Option<PlayForecast> {
+        let dragon = self.dragon;
+        if dragon.dimensions().play_m() == 0.0 {
+            return None;
+        }
+        let before = forecast.play.unwrap_or(PlayForecast { free_to_m: forecast.from_m, end: None });
+        if before.end.is_some() {
+            return Some(before);
+        }
+        let unknown_from =
+            |travel_m| PlayForecast { free_to_m: travel_m, end: Some(PlayEnd { travel_m, benches: None }) };
+        let touch = |travel_m, benches| PlayEnd { travel_m, benches: Some(benches) };
+        if self.play.is_none() {
+            let Ok(search) = PlaySearch::at(dragon, self.clearance_m, before.free_to_m) else {
+                return Some(unknown_from(before.free_to_m));
+            };
+            self.play = search;
+            if let Some(here) = self.play.as_ref().and_then(PlaySearch::touch_here) {
+                return Some(PlayForecast { end: Some(touch(here.travel_m, here.benches)), ..before });
+            }
+        }
+        let search = self.play.as_mut()?;
+        let to_m = to_m.min(before.free_to_m + STRIDE_M);
+        Some(match search.advance(to_m) {
+            Ok(Some(found)) => {
+                PlayForecast { free_to_m: found.travel_m, end: Some(touch(found.travel_m, found.benches)) }
+            }
+            Ok(None) if search.end_m() < to_m => unknown_from(search.end_m()),
+            Ok(None) => PlayForecast { free_to_m: to_m.max(before.free_to_m), end: None },
+            Err(spent) => unknown_from(spent.reached_m),
+        })
     }
 }

@@ -3,6 +3,8 @@
 mod art_net;
 mod bench_selection;
 mod command_words;
+mod height_map;
+mod hill;
 mod histogram;
 mod interval_search;
 mod osc;

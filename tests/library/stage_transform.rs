@@ -76,7 +76,7 @@ fn the_orientation_turns_the_first_horizontal_axis_into_the_direction_of_the_boa
         let first = if up == DVec3::X { DVec3::Y } else { DVec3::X };
         for step in -8..=8 {
             let heading = f64::from(step) * PI / 8.0;
-            let orientation = DVec3::from(transform("0,0,0", "25", &order).orientation_rad(heading));
+            let orientation = DVec3::from(transform("0,0,0", "25", &order).orientation_rad(heading, 0.0));
             let angle = heading + f64::to_radians(25.0);
             let direction = matrix * DVec3::new(angle.cos(), angle.sin(), 0.0);
             assert_near(DQuat::from_scaled_axis(orientation) * first, direction, &order);
@@ -85,10 +85,31 @@ fn the_orientation_turns_the_first_horizontal_axis_into_the_direction_of_the_boa
 }
 
 #[test]
+fn the_orientation_of_a_pitched_board_keeps_it_level_across() {
+    for (order, matrix) in all_axes() {
+        let up = (matrix * DVec3::Z).abs();
+        let [first, second] = if up == DVec3::X {
+            [DVec3::Y, DVec3::Z]
+        } else if up == DVec3::Y {
+            [DVec3::X, DVec3::Z]
+        } else {
+            [DVec3::X, DVec3::Y]
+        };
+        for (heading, pitch) in [(0.0, 0.3), (1.0, -0.2), (-2.5, 0.7), (PI, 0.1)] {
+            let orientation = DVec3::from(transform("0,0,0", "25", &order).orientation_rad(heading, pitch));
+            let (angle, turn) = (heading + f64::to_radians(25.0), DQuat::from_scaled_axis(orientation));
+            let level = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            assert_near(turn * first, matrix * (pitch.cos() * level + pitch.sin() * DVec3::Z), &order);
+            assert!((turn * second).dot(matrix * DVec3::Z).abs() < 1e-12, "{order}");
+        }
+    }
+}
+
+#[test]
 fn a_mirroring_order_reverses_rotations() {
     let heading = |order| transform("0,0,0", "0", order).heading_rad(0.5);
     assert_eq!((heading("x,y,z"), heading("x,-y,z"), heading("x,z,y")), (0.5, -0.5, 0.5));
-    let orientation = |order| transform("0,0,0", "0", order).orientation_rad(0.5);
+    let orientation = |order| transform("0,0,0", "0", order).orientation_rad(0.5, 0.0);
     assert_eq!(orientation("x,y,z"), [0.0, 0.0, 0.5]);
     assert_eq!(orientation("x,z,y"), [0.0, -0.5, 0.0]);
     // Right-handed with y up, as in many renderers.

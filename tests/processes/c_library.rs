@@ -256,7 +256,7 @@ fn line_of(shot: &Shot) -> String {
     let benches = BenchState::all(&shot.handles).flat_map(|bench| {
         let [x, y, z] = bench.centre_m;
         let [vx, vy, vz] = bench.velocity_mps;
-        [x, y, z, bench.heading_rad, vx, vy, vz, bench.turn_rate_radps]
+        [x, y, z, bench.heading_rad, vx, vy, vz, bench.turn_rate_radps, bench.pitch_rad]
     });
     let words = shot.header_words().into_iter().chain(numbers.chain(benches).map(f64::to_bits));
     let continuity = match shot.continuity {

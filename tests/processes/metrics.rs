@@ -79,6 +79,9 @@ fn a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report(
     fs::write(stage.path("guarded.prom"), free).expect("a file");
     let stopped = scrape_of_guarded_show(&["--start-at", "300"], "forecast_guard_stop_wall");
     fs::write(stage.path("stopped.prom"), stopped).expect("a file");
+    let loose =
+        scrape_of_guarded_show(&["--config", "loose.toml", "--start-at", "300"], "forecast_possible_contact_time");
+    fs::write(stage.path("loose.prom"), loose).expect("a file");
     let expected = json!({
         "run_id": served["run_id"],
         "ticks": served["frames"],
@@ -98,10 +101,13 @@ fn a_stock_client_reads_the_values_that_the_processes_of_a_finished_show_report(
     exporter.process.terminate().expect_clean();
 }
 
-/// Returns a scrape of a guarded show, with samples of a forecast. `turn.toml` is a show without contact.
+/// Returns a scrape of a guarded show, with samples of a forecast. `turn.toml` is a show without contact, `loose.toml` one with loose
+/// hinges.
 fn scrape_of_guarded_show(args: &[&str], forecast: &str) -> String {
     let stage = Stage::new();
     fs::write(stage.path("turn.toml"), "[route]\nkind = \"turnaround\"\n").expect("a file");
+    let loose = "[dragon]\npole_diameter_m = 0.05\n[monitor]\nmargin_m = 0.01\n";
+    fs::write(stage.path("loose.toml"), loose).expect("a file");
     let server = stage.serve(&[args, &["--guarded", "--rate", "50"]].concat());
     let guard = stage.start(&["monitor", "--guard", "--format", "json"]);
     let exporter = Exporter::start(&stage);

@@ -7,7 +7,7 @@ use std::process::Command;
 use bench_dragon::config::Config;
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
 use bench_dragon_ipc::ShowState;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use test_support::process::Process;
@@ -226,7 +226,7 @@ fn paused_shot(stage: &Stage) -> Shot {
 fn nearest_pair(shot: &Shot) -> PairClearance {
     let config = Config::from_toml("").expect("the paper's dragon");
     let mut boards = Vec::new();
-    let position = |handle: &bench_dragon_ipc::HandleState| DVec2::from_slice(&handle.position_m);
+    let position = |handle: &bench_dragon_ipc::HandleState| DVec3::from(handle.position_m);
     config.dragon().place_boards_at(&shot.handles, position, &mut boards);
     ClearanceSearch::default().nearest(&boards).expect("more than two benches")
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use bench_dragon::config::Config;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_ipc::ShowState;
-use glam::DVec2;
+use glam::DVec3;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use test_support::eventually::{eventually, within};
 use test_support::skip::has_programs;
@@ -44,7 +44,7 @@ fn assert_given_back(terminal: &Tmux<'_>, status: u8) {
 fn nearest_of(shot: &Shot) -> [String; 2] {
     let config = Config::load(None, |_| ()).expect("the paper's");
     let mut boards = Vec::new();
-    let seen = |handle: &bench_dragon_ipc::HandleState| DVec2::new(handle.position_m[0], handle.position_m[1]);
+    let seen = |handle: &bench_dragon_ipc::HandleState| DVec3::from(handle.position_m);
     config.dragon().place_boards_at(&shot.handles, seen, &mut boards);
     let nearest = ClearanceSearch::default().nearest(&boards).expect("the dragon has at least three boards");
     let [one, another] = nearest.benches;

@@ -2,7 +2,7 @@
 
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, Dragon};
-use glam::DVec2;
+use glam::DVec3;
 
 use super::contestant::{Contestant, Found, Near};
 use crate::shared::HandleState;
@@ -24,7 +24,7 @@ impl<'a> Ours<'a> {
 impl Contestant for Ours<'_> {
     fn measure(&mut self, handles: &[HandleState]) -> Found<'_> {
         let Self { dragon, reach_m, boards, search, within } = self;
-        let position = |handle: &HandleState| DVec2::new(handle.position_m[0], handle.position_m[1]);
+        let position = |handle: &HandleState| DVec3::from(handle.position_m);
         dragon.place_boards_at(handles, position, boards);
         let found = search.nearest_and_within(boards, *reach_m);
         let near = found.iter().map(|pair| Near { benches: pair.benches, clearance_m: pair.clearance_m });

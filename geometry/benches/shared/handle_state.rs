@@ -1,6 +1,6 @@
 //! A handle of a frame, in the layout of the bus.
 
-use glam::DVec2;
+use glam::DVec3;
 
 /// A handle of a frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -12,8 +12,8 @@ pub struct HandleState {
 }
 
 impl HandleState {
-    /// The handle on level ground.
-    pub fn new(position_m: DVec2, velocity_mps: DVec2) -> Self {
-        Self { position_m: [position_m.x, position_m.y, 0.0], velocity_mps: [velocity_mps.x, velocity_mps.y, 0.0] }
+    /// The handle at a position, with a velocity.
+    pub fn new(position_m: DVec3, velocity_mps: DVec3) -> Self {
+        Self { position_m: position_m.into(), velocity_mps: velocity_mps.into() }
     }
 }

@@ -14,6 +14,6 @@ pub use self::{
     figures::Figures,
     handle_state::HandleState,
     paper::{dimensions, dragon},
-    routes::{mixed, winding},
+    routes::{mixed, on_hills, winding},
     timing::{interleaved, median, nanoseconds_a_call, quantile},
 };

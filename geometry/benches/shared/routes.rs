@@ -2,7 +2,10 @@
 
 use std::f64::consts::PI;
 
+use bench_dragon_geometry::ground::{Ground, HeightMap};
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
+
+use glam::DVec2;
 
 use super::dimensions;
 
@@ -39,4 +42,18 @@ pub fn winding(segments: usize) -> Route {
 fn route(segments: Vec<PathSegment>) -> Route {
     let spec = RouteSpec::from(PathSpec { segments, laps: None });
     spec.build(1.0, dimensions(223).links_m()).expect("each segment is valid")
+}
+
+/// The paper's spiral on hills of half a metre: a map with a height each half metre.
+pub fn on_hills() -> Route {
+    const COLUMNS: usize = 161;
+    let at = |index: usize| -40.0 + 0.5 * index as f64;
+    let heights_m = (0..COLUMNS * COLUMNS).map(|k| {
+        let (x, y) = (at(k % COLUMNS), at(k / COLUMNS));
+        0.25 * ((0.3 * x).sin() + (0.4 * y).cos())
+    });
+    let map = HeightMap::new([COLUMNS; 2], DVec2::splat(-40.0), DVec2::splat(0.5), heights_m.collect());
+    let ground = Ground::map(map.expect("a valid map"));
+    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral");
+    spiral.on_ground(&ground, 0.0, None, dimensions(223).links_m()).expect("the map is large enough")
 }

@@ -48,7 +48,7 @@ impl PairMotion {
             front_angle = rear_angle;
         }
         let benches = [benches[0]?, benches[1]?];
-        Some(Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: true })
+        Some(Self { benches, corner_arm_m: dragon.corner_arm_m(), is_on_coil: true })
     }
 }
 
@@ -112,5 +112,6 @@ fn bench_motion(
         curvature: 0.0,
         turn,
         turn_rate: own_turn_rate + (own_turn + 1.0) * front.lag.rate + turn * turn,
+        growth_m: 0.0,
     }
 }

@@ -8,7 +8,7 @@
 //!   hull of its two ends.
 //! - Relative to the board's centre m, a fixed point x has the coordinates u·(x − m) and u⊥·(x − m). Their second derivatives
 //!   are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E. So a point that is E·ℓ²/8 deep in the board at both ends is in the
-//!   board on the whole interval.
+//!   board on the whole interval. On ground, the board is also seen to grow and to shrink.
 
 use glam::DVec2;
 
@@ -38,11 +38,15 @@ impl BoardCoverage {
     pub(super) fn new(dragon: &Dragon, bench: usize, earlier: &BenchPose, later: &BenchPose) -> Self {
         let walk_m = later.front_travel_m - earlier.front_travel_m;
         let motion = LinkMotion::new(dragon, bench, earlier, later);
-        let drift_m = drift_m(dragon, bench, earlier.walks_m(later));
+        let drift_m = drift_m(dragon, bench, &earlier.board, earlier.walks_m(later));
         // A, and E for a point at most `distance_m` from the board's centre.
-        let corner = motion.acceleration + dragon.dimensions().overhang_m() * motion.turn_rate;
+        let heading = motion.heading();
+        let corner = motion.acceleration + dragon.corner_arm_m() * heading.turn_rate;
         let distance_m = earlier.board.radius_m() + drift_m;
-        let fixed_point = motion.acceleration + 2.0 * motion.turn * motion.ratio + distance_m * motion.turn_rate;
+        let fixed_point = motion.acceleration
+            + 2.0 * heading.turn * motion.ratio
+            + distance_m * heading.turn_rate
+            + 0.5 * dragon.dimensions().length_m(bench) * heading.growth_rate;
         let [a, b] = [earlier, later].map(|bench_pose| bench_pose.board.corners());
         Self {
             ends: [earlier.board, later.board],
@@ -99,7 +103,16 @@ impl BoardCoverage {
 ///
 /// The handles move at most by the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the board, and
 /// the heading changes by at most the sum of the arcs divided by d. Of all points of a rigid board, a corner moves furthest.
-pub(super) fn drift_m(dragon: &Dragon, bench: usize, [front_m, rear_m]: [f64; 2]) -> f64 {
+///
+/// On ground, the direction of the link changes by that sum, ε. Two vectors of the lengths q and at least q − ε that differ by ε
+/// have directions that differ by at most ε/(q − ε/2).
+pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &Board, [front_m, rear_m]: [f64; 2]) -> f64 {
     let turn = (front_m + rear_m) / dragon.dimensions().link_m(bench);
-    front_m.max(rear_m) + dragon.dimensions().overhang_m() * turn
+    let seen_turn = if dragon.route().is_on_ground() {
+        let mean_share = dragon.seen_share(bench, earlier) - 0.5 * turn;
+        if mean_share > 0.0 { (turn / mean_share).min(2.0) } else { 2.0 }.max(turn)
+    } else {
+        turn
+    };
+    front_m.max(rear_m) + dragon.corner_arm_m() * seen_turn
 }

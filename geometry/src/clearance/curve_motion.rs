@@ -6,7 +6,7 @@
 //! handle's acceleration is at most |v'| along its tangent and K·v² across it. The sine of the tangent's angle with the link is
 //! bounded too. The components of both handles' accelerations across the link turn it.
 
-use super::link_motion::LinkMotion;
+use super::link_motion::{HeadingMotion, LinkMotion};
 use super::pair_motion::{BenchMotion, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
@@ -30,19 +30,22 @@ impl PairMotion {
                 let turned_m = |handle: HandleMotion| link.sine * handle.speed_rate + across(handle);
                 let link_m = dragon.dimensions().link_m(bench);
                 let turn = link.sine * (front.speed + rear.speed) / link_m;
+                let turn_rate = (turned_m(front) + turned_m(rear)) / link_m + turn * turn;
+                let heading = HeadingMotion::new(turn, turn_rate, link.seen_share);
                 benches[usize::from(bench == second)] = BenchMotion {
                     speed_m: front.speed.max(rear.speed),
                     along_m: front.speed_rate.max(rear.speed_rate),
                     across_m: across(front).max(across(rear)),
                     sine: link.sine,
                     curvature: link.curvature,
-                    turn,
-                    turn_rate: (turned_m(front) + turned_m(rear)) / link_m + turn * turn,
+                    turn: heading.turn,
+                    turn_rate: heading.turn_rate,
+                    growth_m: 0.5 * dragon.dimensions().length_m(bench) * heading.growth_rate,
                 };
             }
             front = rear;
         }
-        Self { benches, overhang_m: dragon.dimensions().overhang_m(), is_on_coil: false }
+        Self { benches, corner_arm_m: dragon.corner_arm_m(), is_on_coil: false }
     }
 }
 

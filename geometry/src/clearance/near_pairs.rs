@@ -179,13 +179,16 @@ fn drift_m(before: &[Board], now: &[Board]) -> f64 {
         return f64::INFINITY;
     }
     let furthest_squared = before.iter().zip(now).fold(0.0, |furthest, (before, now)| {
-        let same_size = before.half_length == now.half_length && before.half_width == now.half_width;
+        // A board on ground is seen shorter or longer as it is pitched.
+        let grown_squared =
+            (now.half_length - before.half_length).powi(2) + (now.half_width - before.half_width).powi(2);
         let radius_squared = now.half_length * now.half_length + now.half_width * now.half_width;
         let turned_squared = radius_squared * before.heading.distance_squared(now.heading);
-        // (a + b)² <= 2 (a² + b²)
-        let squared = 2.0 * (before.centre.distance_squared(now.centre) + turned_squared);
+        // (a + b)² <= 2 (a² + b²), and the same for three numbers.
+        let moved_squared = before.centre.distance_squared(now.centre) + turned_squared;
+        let squared = if grown_squared == 0.0 { 2.0 * moved_squared } else { 3.0 * (moved_squared + grown_squared) };
         // A board with a position that is not finite counts as moved.
-        f64::max(furthest, if same_size && squared.is_finite() { squared } else { f64::INFINITY })
+        f64::max(furthest, if squared.is_finite() { squared } else { f64::INFINITY })
     });
     furthest_squared.sqrt()
 }

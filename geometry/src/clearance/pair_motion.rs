@@ -26,7 +26,8 @@ pub(super) const GRAZE_M: f64 = 1e-12;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairMotion {
     pub(super) benches: [BenchMotion; 2],
-    pub(super) overhang_m: f64,
+    /// How far a corner moves relative to the nearest handle, per radian of the heading.
+    pub(super) corner_arm_m: f64,
     /// Whether the bounds are those of a coil, which are nearly the same on every part of an interval.
     pub(super) is_on_coil: bool,
 }
@@ -48,6 +49,8 @@ pub(super) struct BenchMotion {
     pub(super) turn: f64,
     /// |u''|.
     pub(super) turn_rate: f64,
+    /// Bound on the second derivative of half of the length, as it is seen from above; 0 without ground.
+    pub(super) growth_m: f64,
 }
 
 impl PairMotion {
@@ -64,8 +67,8 @@ impl PairMotion {
     /// The corners of one board relative to the other board, at both ends of an interval.
     fn seen_from(&self, viewer: usize, ends: [&[BenchPose; 2]; 2], stretch: f64) -> Seen {
         let (from, to) = (&self.benches[viewer], &self.benches[1 - viewer]);
-        let speed_m = from.speed_m + to.speed_m + self.overhang_m * to.turn;
-        let both_m = from.across_m + to.across_m + self.overhang_m * to.turn_rate + 2.0 * from.turn * speed_m;
+        let speed_m = from.speed_m + to.speed_m + self.corner_arm_m * to.turn;
+        let both_m = from.across_m + to.across_m + self.corner_arm_m * to.turn_rate + 2.0 * from.turn * speed_m;
         let swing = 0.5 * (from.turn + to.curvature * to.speed_m) * stretch;
         let sine = (sine_seen(viewer, ends) + swing).min(1.0);
         let fixed_m = DVec2::new(from.along_m + to.along_m, from.sine * from.along_m + sine * to.along_m) + both_m;
@@ -77,10 +80,11 @@ impl PairMotion {
             let at = [corners[0][k], corners[1][k]];
             let distance_m = at[0].length().max(at[1].length()) + 0.5 * speed_m * stretch;
             let leeway_m = 0.125 * (fixed_m + from.turn_rate * distance_m) * stretch * stretch;
-            Corner { at, leeway_m: DVec2::new(leeway(leeway_m.x), leeway(leeway_m.y)) }
+            let growth_m = 0.125 * from.growth_m * stretch * stretch;
+            Corner { at, leeway_m: DVec2::new(leeway(leeway_m.x + growth_m), leeway(leeway_m.y)) }
         };
-        let board = &ends[0][viewer].board;
-        Seen { half_size: DVec2::new(board.half_length, board.half_width), corners: [0, 1, 2, 3].map(corner) }
+        let half_sizes = ends.map(|poses| DVec2::new(poses[viewer].board.half_length, poses[viewer].board.half_width));
+        Seen { half_sizes, corners: [0, 1, 2, 3].map(corner) }
     }
 }
 
@@ -116,8 +120,9 @@ impl Encounter {
         self.seen.iter().any(|seen| {
             let beyond = |part: fn(DVec2) -> f64| {
                 let is_beyond = |corner: &Corner| {
-                    let (half_size, leeway_m) = (part(seen.half_size).abs(), part(corner.leeway_m).abs());
-                    corner.at.into_iter().all(|at| part(at) > half_size + clearance_m + leeway_m)
+                    let leeway_m = part(corner.leeway_m).abs();
+                    let mut ends = corner.at.into_iter().zip(seen.half_sizes);
+                    ends.all(|(at, half_size)| part(at) > part(half_size).abs() + clearance_m + leeway_m)
                 };
                 seen.corners.iter().all(is_beyond)
             };
@@ -130,10 +135,10 @@ impl Encounter {
     /// the other.
     pub(super) fn stays_apart_along(&self, directions: [DVec2; 2], clearance_m: f64) -> bool {
         self.seen.iter().zip(directions).any(|(seen, direction)| {
-            let edge_m = seen.half_size.dot(direction.abs()) + clearance_m;
+            let edges_m = seen.half_sizes.map(|half_size| half_size.dot(direction.abs()) + clearance_m);
             let is_beyond = |corner: &Corner| {
                 let leeway_m = corner.leeway_m.dot(direction.abs());
-                corner.at.into_iter().all(|at| at.dot(direction) > edge_m + leeway_m)
+                corner.at.into_iter().zip(edges_m).all(|(at, edge_m)| at.dot(direction) > edge_m + leeway_m)
             };
             seen.corners.iter().all(is_beyond)
         })
@@ -144,8 +149,10 @@ impl Encounter {
     pub(super) fn stays_touching(&self, clearance_m: f64) -> bool {
         self.seen.iter().any(|seen| {
             let held = |corner: &Corner| {
-                let outside_m = |at: DVec2| (at.abs() + corner.leeway_m - seen.half_size - GRAZE_M).max(DVec2::ZERO);
-                corner.at.into_iter().all(|at| outside_m(at).length() <= clearance_m)
+                let outside_m =
+                    |at: DVec2, half_size: DVec2| (at.abs() + corner.leeway_m - half_size - GRAZE_M).max(DVec2::ZERO);
+                let mut ends = corner.at.into_iter().zip(seen.half_sizes);
+                ends.all(|(at, half_size)| outside_m(at, half_size).length() <= clearance_m)
             };
             seen.corners.iter().any(held)
         })
@@ -154,8 +161,8 @@ impl Encounter {
 
 /// The corners of a board, relative to another board.
 struct Seen {
-    /// Half length and half width of the other board.
-    half_size: DVec2,
+    /// Half length and half width of the other board at each end of the interval.
+    half_sizes: [DVec2; 2],
     corners: [Corner; 4],
 }
 

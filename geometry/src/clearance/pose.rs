@@ -63,7 +63,7 @@ impl Pose {
     /// Bound on the distance of any point of a bench's board from its position at either pose, on the interval to a later pose.
     pub(super) fn drift_m(&self, later: &Self, dragon: &Dragon, bench: usize) -> f64 {
         let walked_m = |handle: usize| later.handle_travels_m[handle] - self.handle_travels_m[handle];
-        drift_m(dragon, bench, [bench, bench + 1].map(walked_m))
+        drift_m(dragon, bench, &self.boards[bench], [bench, bench + 1].map(walked_m))
     }
 
     pub(super) fn bench_pose(&self, bench: usize) -> BenchPose {

@@ -4,10 +4,15 @@
 //! stride, the areas that two boards may cover bound their clearance from below. Intervals are bisected until the bound
 //! exceeds the margin. Where this fails at [`RESOLUTION_M`], the proven travel ends.
 //!
+//! *Loose hinges.* The proof is then about every pose that the play of the hinges allows (see `play`), and ends where the bracket
+//! of a pole does.
+//!
 //! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m. Proven
 //! travel ends at most [`RESOLUTION_M`] before the first violation that the bound detects.
 
 use super::approach_search::{ApproachSearch, Pairs};
+use super::play::{PlaySearch, PossibleTouch};
+use super::pose::Pose;
 use super::search::PairClearance;
 use crate::dragon::Dragon;
 
@@ -19,6 +24,8 @@ const RESOLUTION_M: f64 = 1e-9;
 pub struct ProvenTravel<'a> {
     dragon: &'a Dragon,
     search: ApproachSearch<'a>,
+    /// The proof for loose hinges; `None` for hinges without play.
+    play: Option<PlaySearch>,
     margin_m: f64,
     begin_m: f64,
     end_m: f64,
@@ -33,10 +40,17 @@ impl<'a> ProvenTravel<'a> {
     /// The nearest pair, if it is nearer than the margin.
     pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
-        match search.nearest() {
-            Some(nearest) if nearest.clearance_m < margin_m => Err(nearest),
-            _ => Ok(Self { dragon, search, margin_m, begin_m: travel_m, end_m: travel_m, is_ended: false }),
+        if let Some(nearest) = search.nearest().filter(|nearest| nearest.clearance_m < margin_m) {
+            return Err(nearest);
         }
+        let begun = PlaySearch::at(dragon, margin_m, travel_m);
+        let is_ended = begun.is_err();
+        let play = begun.ok().flatten();
+        if let Some(PossibleTouch { benches, .. }) = play.as_ref().and_then(PlaySearch::touch_here) {
+            let pose = Pose::of(dragon, travel_m, benches[1] + 1);
+            return Err(PairClearance::of(&pose.boards, benches));
+        }
+        Ok(Self { dragon, search, play, margin_m, begin_m: travel_m, end_m: travel_m, is_ended })
     }
 
     /// Extends the proof up to `to_m`. One call walks at most one stride more than `handles` divided by the dragon's number of
@@ -51,11 +65,22 @@ impl<'a> ProvenTravel<'a> {
                 return;
             }
             let next_m = to_m.min(self.end_m + stride_m);
-            match self.search.walk_over(next_m, self.margin_m, RESOLUTION_M) {
+            match self.walk_over(next_m) {
                 Ok(()) => self.end_m = next_m,
                 Err(_) if self.dragon.meter().is_spent() && stride > 0 => return,
                 Err(violation_m) => (self.end_m, self.is_ended) = (violation_m, true),
             }
+        }
+    }
+
+    /// Extends the proof to a travel at most a stride ahead, or returns the travel at which it ends.
+    fn walk_over(&mut self, to_m: f64) -> Result<(), f64> {
+        let Some(play) = &mut self.play else { return self.search.walk_over(to_m, self.margin_m, RESOLUTION_M) };
+        match play.advance(to_m) {
+            Ok(Some(touch)) => Err(touch.travel_m),
+            Ok(None) if play.end_m() < to_m => Err(play.end_m()),
+            Ok(None) => Ok(()),
+            Err(_) => Err(self.end_m),
         }
     }
 

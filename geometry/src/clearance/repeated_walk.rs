@@ -12,7 +12,6 @@ use std::collections::VecDeque;
 
 use glam::DVec2;
 
-use super::coverage::drift_m;
 use super::pose::Pose;
 use crate::dragon::{Dimensions, Dragon};
 
@@ -124,8 +123,7 @@ impl RepeatedWalk {
         let walked_m = |handle: usize| later.travels_m[handle] - earlier.travels_m[handle];
         reaches_m.clear();
         reaches_m.extend(
-            (0..earlier.centres.len())
-                .map(|bench| radii_m[bench.min(1)] + drift_m(dragon, bench, [bench, bench + 1].map(walked_m))),
+            (0..earlier.centres.len()).map(|bench| radii_m[bench.min(1)] + walked_m(bench).max(walked_m(bench + 1))),
         );
         let meet = |&[first, second]: &[usize; 2]| {
             let far_m = clearance_m + reaches_m[first] + reaches_m[second];

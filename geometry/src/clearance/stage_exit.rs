@@ -154,13 +154,9 @@ impl BenchSearch<'_> {
     fn at(&self, parameter: f64) -> Option<Moment> {
         let (dragon, point) = (self.dragon, self.dragon.route().point(parameter));
         let rear = dragon.rear(self.bench, parameter)?;
-        let handle = |parameter, position, tangent, speed_ratio| Handle { parameter, position, tangent, speed_ratio };
-        let pose = BenchPose::new(
-            dragon,
-            self.bench,
-            handle(parameter, point.position, point.tangent, 1.0),
-            handle(rear.parameter, rear.point.position, rear.point.tangent, rear.speed_ratio()),
-        );
+        let front = Handle::new(parameter, point, 1.0);
+        let rear = Handle::new(rear.parameter, rear.point, rear.speed_ratio());
+        let pose = BenchPose::new(dragon, self.bench, front, rear);
         Some(Moment { outside: self.outline.leaving_point(&pose.board), pose })
     }
 

@@ -1,6 +1,6 @@
 //! Boards of benches, and the distance between two boards.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use parry2d_f64::math::{Pose2, Rot2};
 use parry2d_f64::query::sat::cuboid_cuboid_find_local_separating_normal_oneway;
 use parry2d_f64::shape::Cuboid;
@@ -41,7 +41,7 @@ impl Board {
     ///
     /// ```
     /// use bench_dragon_geometry::dragon::Board;
-    /// use glam::DVec2;
+    /// use glam::{DVec2, DVec3};
     ///
     /// let board = Board::from_handles(DVec2::new(1.0, 0.0), DVec2::new(-1.0, 0.0), 2.4, 0.3);
     /// assert!((board.corners()[0] - DVec2::new(1.2, 0.15)).length() < 1e-15);
@@ -53,6 +53,13 @@ impl Board {
             half_length: 0.5 * length_m,
             half_width: 0.5 * width_m,
         }
+    }
+
+    /// The same board, seen from above, if its hinges are at different heights. It is pitched along its link, and level across.
+    #[must_use]
+    pub(crate) fn pitched(self, front: DVec3, rear: DVec3) -> Self {
+        let link = front - rear;
+        Self { half_length: self.half_length * (link.truncate().length() / link.length()), ..self }
     }
 
     /// The corners, counter-clockwise: front left, rear left, rear right, front right.

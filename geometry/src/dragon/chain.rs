@@ -4,7 +4,7 @@
 //! Links are rigid, so the two handles of a bench have equal velocity components along the link. All speeds follow from the
 //! speed of the head.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use thiserror::Error;
 
 use super::Dragon;
@@ -18,17 +18,28 @@ use crate::route::{Route, RoutePoint};
 pub struct Handle {
     /// Parameter on the route.
     pub parameter: f64,
-    /// Position in metres.
+    /// Position in the plan, in metres.
     pub position: DVec2,
-    /// Unit vector in the direction of motion.
+    /// The part in the plan of the unit vector in the direction of motion; the whole of it on level ground.
     pub tangent: DVec2,
     /// Speed of the handle divided by the speed of the head.
     pub speed_ratio: f64,
+    /// Height in metres; 0 without ground.
+    pub height_m: f64,
+    /// The upward part of the unit vector in the direction of motion; 0 on level ground.
+    pub climb: f64,
 }
 
 impl Handle {
-    fn new(parameter: f64, point: RoutePoint, speed_ratio: f64) -> Self {
-        Self { parameter, position: point.position, tangent: point.tangent, speed_ratio }
+    /// A handle at a point of the route.
+    pub(crate) fn new(parameter: f64, point: RoutePoint, speed_ratio: f64) -> Self {
+        let RoutePoint { position, tangent, height_m, climb, .. } = point;
+        Self { parameter, position, tangent, speed_ratio, height_m, climb }
+    }
+
+    /// Position in space, in metres.
+    pub fn in_space(&self) -> DVec3 {
+        self.position.extend(self.height_m)
     }
 }
 

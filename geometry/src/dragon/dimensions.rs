@@ -16,6 +16,8 @@ pub const WIDTH_M: RangeInclusive<f64> = 0.01..=100.0;
 pub const LEAST_LINK_M: f64 = 0.01;
 /// Largest ratio of a board's length, and of its width, to the distance between its hinges.
 pub const MOST_PER_LINK: f64 = 20.0;
+/// Largest play of a hinge, as a share of the shortest link.
+pub const MOST_PLAY_PER_LINK: f64 = 0.05;
 /// Largest ratio of a board's length to its width.
 pub const MOST_PER_WIDTH: f64 = 100.0;
 
@@ -32,6 +34,8 @@ pub struct Dimensions {
     body_length_m: f64,
     width_m: f64,
     hole_offset_m: f64,
+    /// Play c of the hinges.
+    play_m: f64,
 }
 
 impl Dimensions {
@@ -101,7 +105,59 @@ impl Dimensions {
                 ));
             }
         }
-        Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m })
+        Ok(Self { benches, head_length_m, body_length_m, width_m, hole_offset_m, play_m: 0.0 })
+    }
+
+    /// The same benches with loose hinges: poles of `pole_diameter_m` in holes of `hole_diameter_m`. A hole may be anywhere within
+    /// the play, half of the difference, of its pole.
+    ///
+    /// ```
+    /// use bench_dragon_geometry::dragon::Dimensions;
+    ///
+    /// let paper = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275)?;
+    /// assert!((paper.with_poles(0.055, 0.050)?.play_m() - 0.0025).abs() < 1e-15);
+    ///
+    /// let error = paper.with_poles(0.055, 0.056).unwrap_err();
+    /// assert_eq!(error.to_string(), "pole_diameter_m is 0.056, must be above 0 and at most hole_diameter_m 0.055");
+    /// # Ok::<(), bench_dragon_geometry::dragon::DimensionsError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A hole must be within its board, a pole within its hole, and the play at most [`MOST_PLAY_PER_LINK`] of the shortest link.
+    pub fn with_poles(self, hole_diameter_m: f64, pole_diameter_m: f64) -> Result<Self, DimensionsError> {
+        let refuse = |message: String| Err(DimensionsError(message));
+        let [hole, pole] = [hole_diameter_m, pole_diameter_m].map(Number);
+        let room_m = self.width_m.min(2.0 * self.hole_offset_m);
+        if !(hole_diameter_m > 0.0 && hole_diameter_m <= room_m) {
+            let [width, twice] = [self.width_m, 2.0 * self.hole_offset_m].map(Number);
+            return refuse(format!(
+                "hole_diameter_m is {hole}, must be above 0, and at most width_m {width} and twice hole_offset_m, {twice}"
+            ));
+        }
+        if !(pole_diameter_m > 0.0 && pole_diameter_m <= hole_diameter_m) {
+            return refuse(format!("pole_diameter_m is {pole}, must be above 0 and at most hole_diameter_m {hole}"));
+        }
+        let play_m = 0.5 * (hole_diameter_m - pole_diameter_m);
+        let most_m = MOST_PLAY_PER_LINK * self.link_m(0).min(self.link_m(1));
+        if play_m > most_m {
+            let least = Number(hole_diameter_m - 2.0 * most_m);
+            return refuse(format!(
+                "pole_diameter_m is {pole}, must be at least {least}: the play of a hinge is at most {MOST_PLAY_PER_LINK} of the \
+                 shortest link"
+            ));
+        }
+        Ok(Self { play_m, ..self })
+    }
+
+    /// The same benches with hinges without play.
+    #[must_use]
+    pub fn without_play(self) -> Self {
+        Self { play_m: 0.0, ..self }
+    }
+
+    /// The same boards without play, with links that are longer by `by_m`.
+    pub(super) fn with_longer_links(self, by_m: f64) -> Self {
+        Self { hole_offset_m: self.hole_offset_m - 0.5 * by_m, play_m: 0.0, ..self }
     }
 
     /// The same benches, but `benches` of them, which must not be 0.
@@ -171,6 +227,16 @@ impl Dimensions {
     /// Distance of a hinge hole from the nearer end of the board.
     pub fn hole_offset_m(&self) -> f64 {
         self.hole_offset_m
+    }
+
+    /// Play of the hinges: how far the middle of a hole may be from that of its pole, in metres. 0 for hinges without play.
+    pub fn play_m(&self) -> f64 {
+        self.play_m
+    }
+
+    /// Length of all links together with all of their play, in metres.
+    pub fn longest_m(&self) -> f64 {
+        self.links_m() + 2.0 * self.play_m * self.benches as f64
     }
 
     /// Length of a bench's board.

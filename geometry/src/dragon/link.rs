@@ -1,5 +1,7 @@
 //! One link of the chain: from its front handle to its rear handle.
 
+use glam::DVec3;
+
 use super::meter::Meter;
 use crate::route::{Route, RoutePoint};
 
@@ -87,9 +89,14 @@ impl Link<'_> {
 
     fn look(&self, parameter: f64) -> WalkPoint {
         let point = self.route.point(parameter);
-        let chord = self.front.position - point.position;
+        let chord = self.chord(&point);
         let distance_m = chord.length();
-        WalkPoint { parameter, point, distance_m, growth: chord.dot(point.tangent) / distance_m }
+        WalkPoint { parameter, point, distance_m, growth: chord.dot(point.tangent.extend(point.climb)) / distance_m }
+    }
+
+    /// The link in space, from a point of the route to the front handle.
+    fn chord(&self, rear: &RoutePoint) -> DVec3 {
+        (self.front.position - rear.position).extend(self.front.height_m - rear.height_m)
     }
 
     /// Arc that can be walked back while the distance stays below the link's length.
@@ -100,8 +107,8 @@ impl Link<'_> {
     fn safe_step(&self, sight: &WalkPoint) -> f64 {
         let gap_m = self.length_m - sight.distance_m;
         let limit_m = 0.5 * sight.distance_m;
-        let curvature =
-            self.route.curvature_bound(self.route.step_back(sight.parameter, 3.0 * limit_m), sight.parameter);
+        let rear = self.route.step_back(sight.parameter, 3.0 * limit_m * self.route.steepest());
+        let curvature = self.route.curvature_bound(rear, sight.parameter);
         let bend = 0.5 * curvature + 1.0 / sight.distance_m;
         let root = (sight.growth * sight.growth + 4.0 * bend * gap_m).sqrt();
         let smooth_m =
@@ -113,7 +120,8 @@ impl Link<'_> {
     /// bracket is near.
     ///
     /// The second derivative of the distance D is at least −|κ|. So if D'² ≥ 6·|κ|·gap, D still grows after 6·gap/D' of arc. D
-    /// has grown by the gap after a third of that arc, which the step back covers.
+    /// has grown by the gap after a third of that arc, which the step back covers. On ground, the step back is shorter by the
+    /// greatest slope, and the arc longer by it.
     fn far_bracket(&self, sight: &WalkPoint) -> Option<Bracket> {
         let gap_m = self.length_m - sight.distance_m;
         if gap_m <= 0.0 {
@@ -122,9 +130,10 @@ impl Link<'_> {
         if sight.growth <= 0.0 {
             return None;
         }
-        let far_parameter = self.route.step_back(sight.parameter, 6.0 * gap_m / sight.growth);
+        let arcs = 6.0 * self.route.steepest();
+        let far_parameter = self.route.step_back(sight.parameter, arcs * gap_m / sight.growth);
         let curvature = self.route.curvature_bound(far_parameter, sight.parameter);
-        (sight.growth * sight.growth >= 6.0 * curvature * gap_m).then_some(Bracket { far_parameter, curvature })
+        (sight.growth * sight.growth >= arcs * curvature * gap_m).then_some(Bracket { far_parameter, curvature })
     }
 
     /// Newton's method on the distance, from `near` at the front of the bracket. The iterates stay in the bracket.
@@ -164,11 +173,11 @@ impl Link<'_> {
             looks += 1;
         }
         self.meter.add(u64::from(looks));
-        let chord = self.front.position - sight.point.position;
+        let chord = self.chord(&sight.point);
         RearEnd {
             parameter: sight.parameter,
             point: sight.point,
-            cos_front: chord.dot(self.front.tangent) / sight.distance_m,
+            cos_front: chord.dot(self.front.tangent.extend(self.front.climb)) / sight.distance_m,
             cos_rear: sight.growth,
         }
     }

@@ -8,6 +8,7 @@ pub(crate) mod board;
 pub(crate) mod chain;
 pub(crate) mod dimensions;
 pub(crate) mod link;
+pub(crate) mod loose;
 pub(crate) mod meter;
 mod orbit;
 pub(crate) mod run;
@@ -15,16 +16,17 @@ mod stepper;
 
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::DVec3;
 use thiserror::Error;
 
 use crate::number::Number;
-use crate::route::Route;
+use crate::route::{GroundGap, Route};
 
 pub use board::{Approach, Board};
 pub use chain::{Chain, ChainSolver, Handle, TravelOutOfRange};
 pub use dimensions::{
-    Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH, WIDTH_M,
+    Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH,
+    MOST_PLAY_PER_LINK, WIDTH_M,
 };
 pub use meter::{Meter, Spent};
 pub use run::{RunEnd, TightSpot};
@@ -32,6 +34,7 @@ pub use stepper::{ChainStepper, Instructions};
 
 pub(crate) use orbit::Station;
 
+use loose::Loose;
 use run::Run;
 
 /// Reason why a dragon cannot walk a route.
@@ -57,6 +60,9 @@ pub enum DragonError {
         /// Length of the link of that bench, in metres.
         link_m: f64,
     },
+    /// The ground ends before the dragon's run does, or under the dragon at its start.
+    #[error("{0}")]
+    Ground(GroundGap),
     /// The search for the end of the run takes too much work.
     #[error("the dragon's run is too long, or too tightly wound for its links, to be searched: {0}")]
     TooMuchWork(Spent),
@@ -82,6 +88,8 @@ pub struct Dragon {
     /// Parameter of the head at the run's end.
     pub(crate) end_parameter: f64,
     meter: Meter,
+    /// The chains that bracket the poles; `None` for hinges without play.
+    loose: Option<Arc<Loose>>,
 }
 
 impl Dragon {
@@ -99,6 +107,13 @@ impl Dragon {
     /// # Errors
     /// The errors of [`new`](Self::new), and [`DragonError::TooMuchWork`] if the meter reaches its limit first.
     pub fn with_meter(dimensions: Dimensions, route: Arc<Route>, meter: Meter) -> Result<Self, DragonError> {
+        let rigid = Self::rigid(dimensions, route, meter)?;
+        let loose = (dimensions.play_m() > 0.0).then(|| Loose::new(&rigid).map(Arc::new)).transpose()?;
+        Ok(Self { loose, ..rigid })
+    }
+
+    /// The dragon without play in its hinges.
+    fn rigid(dimensions: Dimensions, route: Arc<Route>, meter: Meter) -> Result<Self, DragonError> {
         let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
         if pitch_m <= width_m {
             return Err(DragonError::PitchUnderWidth { pitch_m, width_m });
@@ -109,13 +124,31 @@ impl Dragon {
             return Err(DragonError::TooMuchWork(placing.spent(route.start_travel_m())));
         }
         let run = run.map_err(|at| DragonError::CannotStand { at, link_m: dimensions.link_m(at.bench) })?;
-        Ok(Self { dimensions, end_parameter: route.parameter(run.end_travel_m), route, run, meter })
+        let end_parameter = route.parameter(run.end_travel_m);
+        if route.is_on_ground() {
+            let start = route.parameter(route.start_travel_m());
+            let last = Chain::new(&route, &dimensions, &meter, start).last().map_or(start, |handle| handle.parameter);
+            route.ground_gap(last, end_parameter).map_or(Ok(()), |gap| Err(DragonError::Ground(gap)))?;
+        }
+        Ok(Self { dimensions, end_parameter, route, run, meter, loose: None })
     }
 
     /// The same dragon with another meter for its work.
     #[must_use]
     pub fn metered(&self, meter: &Meter) -> Self {
-        Self { meter: meter.clone(), ..self.clone() }
+        let loose = self.loose.as_ref().map(|loose| Arc::new(loose.metered(meter)));
+        Self { meter: meter.clone(), loose, ..self.clone() }
+    }
+
+    /// The same dragon with all links as long as the play of the hinges allows, and without further play: one that is pulled.
+    /// `None` for hinges without play.
+    pub fn taut(&self) -> Option<&Self> {
+        self.loose().map(Loose::taut)
+    }
+
+    /// The chains that bracket the poles; `None` for hinges without play.
+    pub(crate) fn loose(&self) -> Option<&Loose> {
+        self.loose.as_deref()
     }
 
     /// The meter that counts the work for this dragon.
@@ -181,9 +214,32 @@ impl Dragon {
         Chain::behind(self.route(), &self.dimensions, &self.meter, index, handle)
     }
 
-    /// The board of a bench between its two handles.
+    /// The board of a bench between its two handles, seen from above.
     pub fn board(&self, bench: usize, front: &Handle, rear: &Handle) -> Board {
-        Board::from_handles(front.position, rear.position, self.dimensions.length_m(bench), self.dimensions.width_m())
+        self.board_between(bench, front.in_space(), rear.in_space())
+    }
+
+    /// The board of a bench between two hinges in space, seen from above: pitched along its link, and level across.
+    pub(crate) fn board_between(&self, bench: usize, front: DVec3, rear: DVec3) -> Board {
+        let (length_m, width_m) = (self.dimensions.length_m(bench), self.dimensions.width_m());
+        let level = Board::from_handles(front.truncate(), rear.truncate(), length_m, width_m);
+        if self.route.is_on_ground() { level.pitched(front, rear) } else { level }
+    }
+
+    /// The share of a bench's link, and of its board's length, that is seen from above: 1 without ground.
+    pub(crate) fn seen_share(&self, bench: usize, board: &Board) -> f64 {
+        if self.route.is_on_ground() { board.half_length / (0.5 * self.dimensions.length_m(bench)) } else { 1.0 }
+    }
+
+    /// A length which, multiplied with a change of a link's direction and of its heading in the plan, bounds the change of a corner
+    /// relative to the nearest hinge, seen from above. Without ground it is the overhang: board and link turn as one.
+    pub(crate) fn corner_arm_m(&self) -> f64 {
+        let dimensions = &self.dimensions;
+        if self.route.is_on_ground() {
+            dimensions.hole_offset_m() + 0.5 * dimensions.width_m()
+        } else {
+            dimensions.overhang_m()
+        }
     }
 
     /// Distance from the centre of a bench's board to its corners.
@@ -193,15 +249,13 @@ impl Dragon {
 
     /// Replaces `boards` by the boards of all benches, head first.
     pub fn place_boards(&self, handles: &[Handle], boards: &mut Vec<Board>) {
-        self.place_boards_at(handles, |handle| handle.position, boards);
+        self.place_boards_at(handles, Handle::in_space, boards);
     }
 
-    /// The same for any type of handle from which `position` returns the position.
-    pub fn place_boards_at<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec2, boards: &mut Vec<Board>) {
+    /// The same for any type of handle from which `position` returns the position in space.
+    pub fn place_boards_at<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec3, boards: &mut Vec<Board>) {
         boards.clear();
-        boards.extend(handles.windows(2).enumerate().map(|(bench, ends)| {
-            let [front, rear] = [position(&ends[0]), position(&ends[1])];
-            Board::from_handles(front, rear, self.dimensions.length_m(bench), self.dimensions.width_m())
-        }));
+        let ends = handles.windows(2).enumerate();
+        boards.extend(ends.map(|(bench, ends)| self.board_between(bench, position(&ends[0]), position(&ends[1]))));
     }
 }

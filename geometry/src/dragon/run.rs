@@ -150,7 +150,7 @@ impl Run {
 fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Vec<f64>, TightSpot> {
     let parameters: Vec<f64> = Chain::new(route, dimensions, meter, route.parameter(route.start_travel_m()))
         .take_while(|handle| !meter.is_spent() && handle.speed_ratio > 0.0 && handle.speed_ratio.is_finite())
-        .take_while(|handle| handle.parameter >= route.ground_begin())
+        .take_while(|handle| handle.parameter >= route.standing_begin())
         .map(|handle| handle.parameter)
         .collect();
     if parameters.len() == dimensions.handles() {
@@ -164,6 +164,11 @@ fn standing_parameters(route: &Route, dimensions: &Dimensions, meter: &Meter) ->
 struct Fault {
     parameter: f64,
     jump: bool,
+}
+
+/// The first parameter from `from` to `to` that the front handle of a link cannot pass.
+pub(super) fn first_fault(route: &Route, length_m: f64, from: f64, to: f64, meter: &Meter) -> Option<f64> {
+    Faults { route, length_m, meter }.first(from, to).map(|fault| fault.parameter)
 }
 
 /// Search for the faults of a link of one length on a route.
@@ -196,7 +201,7 @@ impl Faults<'_> {
     /// If |κ| ≤ K and K·d < 2, a chord of length d spans an arc of at most (2/K)·asin(K·d/2) ≤ π·d/2 (Schwarz's theorem on
     /// curves of bounded curvature). It makes an angle of at most asin(K·d/2) < 90° with the tangent at either end.
     fn walks_throughout(&self, from: f64, to: f64) -> bool {
-        let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
+        let rear = self.reach_back(from);
         self.route.curvature_bound(rear, to) * self.length_m < 2.0
     }
 
@@ -242,7 +247,7 @@ impl Faults<'_> {
     /// walks at least (1 − cos(γ₀ − arc/d)) / K. The same holds backwards, from the later crossing. If both crossings persist,
     /// they are the same one, because two crossings keep their order until they meet, at γ = 0.
     fn keeps_crossing(&self, low: (f64, &RearEnd), high: (f64, &RearEnd), arc_m: f64) -> bool {
-        let rear = self.route.step_back(low.0, 1.5 * std::f64::consts::PI * self.length_m);
+        let rear = self.reach_back(low.0);
         let bend = self.route.curvature_bound(rear, high.0) + 1.0 / self.length_m;
         let least_sine = low.1.cos_rear.min(high.1.cos_rear).clamp(-1.0, 1.0);
         let left = least_sine.asin() - arc_m / self.length_m;
@@ -257,7 +262,7 @@ impl Faults<'_> {
     fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let cosine = |parameter| self.rear(parameter).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
         let arc_m = self.route.travel(to) - self.route.travel(from);
-        let rear = self.route.step_back(from, 1.5 * std::f64::consts::PI * self.length_m);
+        let rear = self.reach_back(from);
         let rate = self.route.curvature_bound(rear, to) + 2.0 / self.length_m;
         if start.cos_front.min(end.cos_front) > 0.5 * rate * arc_m {
             return None;
@@ -270,6 +275,13 @@ impl Faults<'_> {
     fn jumps(&self, earlier: &RearEnd, later: &RearEnd) -> bool {
         let walked_m = self.route.travel(later.parameter) - self.route.travel(earlier.parameter);
         later.cos_front > 0.0 && !(-TOLERANCE..=JUMP_PER_LINK * self.length_m).contains(&walked_m)
+    }
+
+    /// A parameter behind every rear handle that follows a front handle where K·d < 2: the arc between is at most π·d/2, and a
+    /// step back covers a third of its arc.
+    fn reach_back(&self, front_parameter: f64) -> f64 {
+        let arc_m = 1.5 * std::f64::consts::PI * self.length_m;
+        self.route.step_back(front_parameter, arc_m * self.route.steepest())
     }
 
     fn rear(&self, front_parameter: f64) -> Option<RearEnd> {

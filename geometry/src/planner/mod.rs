@@ -28,7 +28,7 @@ pub use derivative::Undefined;
 pub use least_clearance::{ClosestApproach, least_clearance};
 pub use obstacle::Obstacle;
 pub use passage::{Infeasible, Staging, TurnPassage, passage_through, walk_through};
-pub use pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
+pub use pitch::{PitchError, PitchLimit, SmallestPitch, guaranteed_pitch, smallest_pitch};
 pub use profile::{Found, clearance_profile, near_misses};
 pub use route_survey::RouteSurvey;
 pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};

@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use thiserror::Error;
 
+use super::GroundGap;
 use crate::number::Number;
 
 const MAX_PITCH_M: f64 = 1_000.0;
@@ -106,6 +107,14 @@ pub enum RouteError {
         /// Travel at the end.
         end_travel_m: f64,
     },
+    /// The ground ends where travel is measured from.
+    #[error("{0}, from where travel is measured")]
+    Ground(#[from] GroundGap),
+    /// The profile of the route on its ground has too many pieces.
+    #[error(
+        "the route is too long for its ground: use fewer benches, a shorter route, or heights with a larger spacing"
+    )]
+    LongOnGround,
 }
 
 impl RouteError {

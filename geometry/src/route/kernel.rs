@@ -1,4 +1,4 @@
-//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`Piece`] is a
+//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`PlanPiece`] is a
 //! short part of any segment in a form without a branch, so a loop over many handles compiles to vector instructions.
 
 use glam::DVec2;
@@ -16,7 +16,7 @@ const PIECE_BEHIND: f64 = 0.125;
 /// A part of a segment about an anchor. From the anchor, in units of the parameter, a point lies at the distance `radius_m` +
 /// `slope_m`·s from the centre, and its direction has turned by `turn`·s.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct PlanPiece {
     /// Parameter of the anchor.
     pub(crate) anchor: f64,
     /// Largest distance from the anchor, in units of the parameter.
@@ -46,11 +46,7 @@ impl Kernel {
     #[inline]
     pub(super) fn at(&self, parameter: f64) -> RoutePoint {
         match self {
-            Self::Line(line) => RoutePoint {
-                position: line.origin + parameter * line.direction,
-                tangent: line.direction,
-                speed_m_per_unit: 1.0,
-            },
+            Self::Line(line) => RoutePoint::level(line.origin + parameter * line.direction, line.direction, 1.0),
             Self::Polar(polar) => {
                 let angle = polar.angle + polar.turn * parameter;
                 let (radius_m, slope_m) =
@@ -60,17 +56,14 @@ impl Kernel {
                 let position = polar.centre + radius_m * spoke;
                 if slope_m == 0.0 {
                     let tangent = polar.turn.signum() * spoke.perp();
-                    return RoutePoint { position, tangent, speed_m_per_unit: 1.0 };
+                    return RoutePoint::level(position, tangent, 1.0);
                 }
                 // Calculates in units of the slope, so that the square of a tiny radius does not underflow to 0.
                 let radius = angle - polar.axis;
                 let speed = (1.0 + radius * radius).sqrt();
                 let forward = 1f64.copysign(polar.turn * slope_m);
-                RoutePoint {
-                    position,
-                    tangent: forward / speed * (spoke + radius * spoke.perp()),
-                    speed_m_per_unit: slope_m.abs() * speed,
-                }
+                let tangent = forward / speed * (spoke + radius * spoke.perp());
+                RoutePoint::level(position, tangent, slope_m.abs() * speed)
             }
         }
     }
@@ -84,17 +77,25 @@ impl Kernel {
         }
     }
 
-    /// The piece for a handle at a parameter of the segment, which ends at `end`.
-    pub(crate) fn piece(&self, parameter: f64, end: f64) -> Piece {
+    /// A bound on the change of the speed per unit of the parameter. With r = b·θ the speed is b·√(1 + θ²).
+    pub(super) fn acceleration_bound(&self) -> f64 {
+        match self {
+            Self::Line(_) => 0.0,
+            Self::Polar(polar) => polar.radius_per_radian_m.abs(),
+        }
+    }
+
+    /// The piece for a handle at a parameter of the segment, within an interval that ends no later than the segment.
+    pub(crate) fn piece(&self, parameter: f64, [begin, end]: [f64; 2]) -> PlanPiece {
         let length = match self {
             Self::Line(_) => 2.0 * PIECE_M,
             Self::Polar(polar) => 2.0 * PIECE_ANGLE / polar.turn.abs(),
         };
-        let low = self.begin().max(parameter - PIECE_BEHIND * length);
+        let low = self.begin().max(begin).max(parameter - PIECE_BEHIND * length);
         let high = end.min(parameter + (1.0 - PIECE_BEHIND) * length);
         let (anchor, reach) = (0.5 * (low + high), 0.5 * (high - low));
         match self {
-            Self::Line(line) => Piece {
+            Self::Line(line) => PlanPiece {
                 anchor,
                 reach,
                 centre: line.origin + anchor * line.direction,
@@ -107,7 +108,7 @@ impl Kernel {
             Self::Polar(polar) => {
                 let angle = polar.angle + polar.turn * anchor;
                 let (sine, cosine) = sine_and_cosine_anywhere(angle);
-                Piece {
+                PlanPiece {
                     anchor,
                     reach,
                     centre: polar.centre,
@@ -169,7 +170,7 @@ mod tests {
     use crate::route::{CircularArc, Line, Route, Segment, Spiral, Turn, Turnaround};
 
     /// Position and its change per unit of the parameter, at a parameter of a piece.
-    fn point(piece: &Piece, parameter: f64) -> (DVec2, DVec2) {
+    fn point(piece: &PlanPiece, parameter: f64) -> (DVec2, DVec2) {
         let s = parameter - piece.anchor;
         assert!(s.abs() <= piece.reach, "{parameter} is not on {piece:?}");
         let (sine, versine) = small_sine_and_versine::<false>(piece.turn * s);
@@ -189,7 +190,7 @@ mod tests {
                 kernels.iter().rposition(|kernel| kernel.begin() < parameter).expect("the first has no beginning");
             let end = kernels.get(number + 1).map_or(f64::INFINITY, Kernel::begin);
             let expected = route.point(parameter);
-            let (position, change) = point(&kernels[number].piece(parameter, end), parameter);
+            let (position, change) = point(&kernels[number].piece(parameter, [f64::NEG_INFINITY, end]), parameter);
             let scale = 1.0 + expected.position.length();
             prop_assert!(position.distance(expected.position) < 1e-11 * scale, "{parameter}: {expected:?}");
             let off_m = (change - expected.tangent * expected.speed_m_per_unit).length();

@@ -13,8 +13,10 @@ mod error;
 mod family;
 mod kernel;
 mod line;
+mod on_ground;
 mod path;
 mod placement;
+mod profile;
 mod segment;
 mod spec;
 mod spiral;
@@ -22,8 +24,9 @@ mod stretch;
 mod turnaround;
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 pub use arc::{CircularArc, Turn};
 pub use coil::{Coil, WayOut};
@@ -31,6 +34,7 @@ pub use crossing::{Crossing, Crossings};
 pub use error::{RADIUS_RATIO, RouteError};
 pub use family::{PitchFamily, RouteVariation};
 pub use line::Line;
+pub use on_ground::{GroundGap, RouteHeights};
 pub use path::{PathError, PathSegment, PathSpec, SEGMENT_M};
 pub use placement::Placement;
 pub use segment::Segment;
@@ -40,8 +44,11 @@ pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
 use kernel::PolarKernel;
-pub(crate) use kernel::{Kernel, Piece};
+pub(crate) use kernel::{Kernel, PlanPiece};
+pub(crate) use profile::{ORDER, Piece};
 
+use on_ground::lifted;
+use profile::Profile;
 use segment::PlacedSegment;
 
 /// Largest gap between two segments at a seam, relative to 1 m plus the seam's distance from the origin. Also the largest
@@ -51,12 +58,28 @@ const SEAM_TOLERANCE: f64 = 1e-9;
 /// The route at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoutePoint {
-    /// Position in metres.
+    /// Position in the plan, in metres.
     pub position: DVec2,
-    /// Unit vector in walking direction.
+    /// The part in the plan of the unit vector in walking direction; the whole of it on level ground.
     pub tangent: DVec2,
     /// Metres of arc per unit of the parameter. Above 0, except possibly at the end of the curve.
     pub speed_m_per_unit: f64,
+    /// Height in metres; 0 without ground.
+    pub height_m: f64,
+    /// The upward part of the unit vector in walking direction; 0 on level ground.
+    pub climb: f64,
+}
+
+impl RoutePoint {
+    /// Position in space, in metres.
+    pub(crate) fn in_space(&self) -> DVec3 {
+        self.position.extend(self.height_m)
+    }
+
+    /// A point of a curve in the plan.
+    pub(crate) fn level(position: DVec2, tangent: DVec2, speed_m_per_unit: f64) -> Self {
+        Self { position, tangent, speed_m_per_unit, height_m: 0.0, climb: 0.0 }
+    }
 }
 
 /// A continuously differentiable curve with a walking direction, made of segments.
@@ -82,7 +105,9 @@ pub struct Route {
     start_travel_m: f64,
     end_travel_m: f64,
     /// Parameter behind which no handle may stand.
-    ground_begin: f64,
+    standing_begin: f64,
+    /// The heights along the route; `None` without ground.
+    profile: Option<Arc<Profile>>,
 }
 
 impl Route {
@@ -117,7 +142,8 @@ impl Route {
             coil: Coil::of(&segments),
             start_travel_m,
             end_travel_m,
-            ground_begin: f64::NEG_INFINITY,
+            standing_begin: f64::NEG_INFINITY,
+            profile: None,
             segments,
         };
         route.between(start_travel_m, end_travel_m)
@@ -142,8 +168,7 @@ impl Route {
     /// Both travels must be finite, the start must be before the end, and the end must lie on the curve.
     pub fn between(self, start_travel_m: f64, end_travel_m: f64) -> Result<Self, RouteError> {
         RouteError::check_span(start_travel_m, end_travel_m)?;
-        let last = self.segments.last().expect("a route has a segment");
-        let curve_end_m = last.travel(last.end());
+        let curve_end_m = self.curve_end_m();
         if end_travel_m > curve_end_m + SEAM_TOLERANCE * (1.0 + curve_end_m.abs()) {
             return Err(RouteError::End { end_travel_m, curve_end_m });
         }
@@ -152,13 +177,13 @@ impl Route {
 
     /// The same route, on which no handle may stand behind this travel.
     #[must_use]
-    pub(crate) fn grounded_from(self, travel_m: f64) -> Self {
-        Self { ground_begin: self.parameter(travel_m), ..self }
+    pub(crate) fn standing_from(self, travel_m: f64) -> Self {
+        Self { standing_begin: self.parameter(travel_m), ..self }
     }
 
     /// Parameter behind which no handle may stand: the first of the laps of a closed path. −∞ for other routes.
-    pub(crate) fn ground_begin(&self) -> f64 {
-        self.ground_begin
+    pub(crate) fn standing_begin(&self) -> f64 {
+        self.standing_begin
     }
 
     /// The same route, somewhere else.
@@ -170,7 +195,7 @@ impl Route {
         let segments: Vec<Segment> = self.segments.iter().map(|placed| placed.segment.placed(placement)).collect();
         let first_end_m = self.segments[0].travel(self.segments[0].end());
         let placed = Self::new(&segments, first_end_m, [self.start_travel_m, self.end_travel_m]);
-        Self { ground_begin: self.ground_begin, ..placed.expect("placed segments still join") }
+        Self { standing_begin: self.standing_begin, ..placed.expect("placed segments still join") }
     }
 
     /// The same curve without its [`coil`](Self::coil). Tests compare the proofs that use the coil with searches on this route.
@@ -200,24 +225,36 @@ impl Route {
         &self.seams
     }
 
-    /// The rear part of the route, if it is an inward spiral. Bounds rule out contacts there without a search.
+    /// The rear part of the route, if it is an inward spiral on level ground. Bounds rule out contacts there without a search.
     pub fn coil(&self) -> Option<Coil> {
-        self.coil
+        self.coil.filter(|_| self.profile.is_none())
+    }
+
+    /// Whether the rear part of the plan is an inward spiral.
+    pub fn is_coiled(&self) -> bool {
+        self.coil.is_some()
     }
 
     /// Signed arc length from t = 0 to a parameter. Strictly increasing.
     pub fn travel(&self, parameter: f64) -> f64 {
-        self.segment_at(parameter).travel(parameter)
+        let plan = || self.plan_travel(parameter);
+        self.profile.as_ref().map_or_else(plan, |profile| profile.travel_m(parameter, plan))
     }
 
     /// The inverse of [`travel`](Self::travel). Travel beyond the route's end returns the parameter of the end.
     pub fn parameter(&self, travel_m: f64) -> f64 {
         let travel_m = travel_m.min(self.end_travel_m);
-        self.segment_of_travel(travel_m).parameter(travel_m)
+        match &self.profile {
+            None => self.plan_parameter(travel_m),
+            Some(profile) => profile.parameter(travel_m, |plan_m| self.plan_parameter(plan_m)),
+        }
     }
 
     /// The same as [`parameter`](Self::parameter) up to rounding, and faster if `guess` is near the result.
     pub fn parameter_near(&self, travel_m: f64, guess: f64) -> f64 {
+        if self.profile.is_some() {
+            return self.parameter(travel_m);
+        }
         let travel_m = travel_m.min(self.end_travel_m);
         self.segment_of_travel(travel_m).parameter_near(travel_m, guess)
     }
@@ -225,21 +262,26 @@ impl Route {
     /// Position, walking direction and speed at a parameter.
     #[inline]
     pub fn point(&self, parameter: f64) -> RoutePoint {
-        self.segment_at(parameter).kernel.at(parameter)
+        let plan = self.plan_point(parameter);
+        match &self.profile {
+            None => plan,
+            Some(profile) => lifted(profile, parameter, plan, || self.plan_travel(parameter)),
+        }
     }
 
-    /// Signed curvature in 1/m at a parameter, above 0 where the route turns left. At a seam: the curvature of the segment
+    /// Signed curvature in the plan, in 1/m, at a parameter, above 0 where the route turns left. At a seam: the curvature of the segment
     /// before it.
     pub fn curvature(&self, parameter: f64) -> f64 {
         let placed = self.segment_at(parameter);
         placed.segment.curvature(placed.local(parameter))
     }
 
-    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on, and at least
-    /// a third of `arc_m`.
+    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on. Multiplied with
+    /// `steepest`, it is at least a third of `arc_m`.
     ///
     /// Cheaper than [`parameter`](Self::parameter), which would step back by exactly `arc_m`.
     pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
+        let arc_m = if self.profile.is_some() { arc_m / self.steepest() } else { arc_m };
         let number = self.number_at(parameter);
         let placed = &self.segments[number];
         let next = parameter - placed.segment.step_back(placed.local(parameter), arc_m);
@@ -259,8 +301,15 @@ impl Route {
         parameter
     }
 
-    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: the exact maximum over all segments between them.
+    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: without ground the exact maximum over all segments
+    /// between them, on ground a bound on the curvature in space.
     pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        let plan = || self.plan_curvature_bound(rear, front);
+        self.profile.as_ref().map_or_else(plan, |profile| profile.curvature_bound(rear, front, plan))
+    }
+
+    /// A bound on |curvature| in the plan between two parameters, in 1/m.
+    pub(crate) fn plan_curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let (first, last) = (self.number_at(rear), self.number_of_begin(front));
         if first == last {
             return self.segments[first].curvature_bound(rear, front);
@@ -271,7 +320,8 @@ impl Route {
     /// Whether one line or one arc contains the route between two parameters, `rear <= front`.
     pub(crate) fn is_one_line_or_arc(&self, rear: f64, front: f64) -> bool {
         let number = self.number_of_begin(rear);
-        number == self.number_at(front) && !matches!(self.segments[number].segment, Segment::Spiral(_))
+        let is_level = self.profile.is_none();
+        is_level && number == self.number_at(front) && !matches!(self.segments[number].segment, Segment::Spiral(_))
     }
 
     /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the
@@ -280,7 +330,8 @@ impl Route {
     /// Rounding affects the route's parameter and the segment's own parameter: near 0 of one, the other may be large. It also
     /// affects the angle computed from them, and the distance from the origin.
     pub fn rounding_m(&self, parameter: f64, speed_m_per_unit: f64) -> f64 {
-        self.segment_at(parameter).rounding_m(parameter, speed_m_per_unit)
+        let of_heights_m = self.profile.as_ref().map_or(0.0, |profile| profile.rounding_m());
+        self.segment_at(parameter).rounding_m(parameter, speed_m_per_unit) + of_heights_m
     }
 
     /// All segments as functions of the route's parameter, in walking order.

@@ -283,7 +283,7 @@ impl PathSpec {
         }
         let (before_m, after_m) = (laps_behind as f64 * lap_m, (laps - laps_behind) as f64 * lap_m);
         let route = Route::new(&segments, -before_m, [0.0, after_m])?;
-        Ok(if self.laps.is_some() { route.grounded_from(-before_m) } else { route })
+        Ok(if self.laps.is_some() { route.standing_from(-before_m) } else { route })
     }
 
     /// The segments; those of a closed path with their measures changed so that it closes.

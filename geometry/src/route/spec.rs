@@ -1,8 +1,10 @@
 //! Planned routes: the values that a choreographer sets, and the construction of routes from them.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use super::{PathSpec, PitchFamily, Placement, Route, RouteError, Turnaround};
+use crate::ground::Ground;
 
 /// A planned route. Its times are show times in seconds; a [`Route`] has only travels.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +17,8 @@ pub struct RouteSpec {
     pub start_s: f64,
     /// Show time at which the plan ends; `None`: where the route ends.
     pub end_s: Option<f64>,
+    /// Ground that is not flat.
+    pub ground: Option<Arc<Ground>>,
 }
 
 /// The curve of a planned route.
@@ -100,7 +104,13 @@ impl RouteShape {
 impl From<SpiralSpec> for RouteSpec {
     /// The spiral about the origin, from t = 0 to its centre.
     fn from(spec: SpiralSpec) -> Self {
-        Self { shape: RouteShape::Spiral(spec), placement: Placement::default(), start_s: 0.0, end_s: None }
+        Self {
+            shape: RouteShape::Spiral(spec),
+            placement: Placement::default(),
+            start_s: 0.0,
+            end_s: None,
+            ground: None,
+        }
     }
 }
 
@@ -108,14 +118,20 @@ impl From<TurnaroundSpec> for RouteSpec {
     /// The turnaround about the origin, at the paper's times.
     fn from(spec: TurnaroundSpec) -> Self {
         let [start_s, end_s] = TURNAROUND_S;
-        Self { shape: RouteShape::Turnaround(spec), placement: Placement::default(), start_s, end_s: Some(end_s) }
+        Self {
+            shape: RouteShape::Turnaround(spec),
+            placement: Placement::default(),
+            start_s,
+            end_s: Some(end_s),
+            ground: None,
+        }
     }
 }
 
 impl From<PathSpec> for RouteSpec {
     /// The path from the origin in the direction of +x, from its beginning to its end.
     fn from(spec: PathSpec) -> Self {
-        Self { shape: RouteShape::Path(spec), placement: Placement::default(), start_s: 0.0, end_s: None }
+        Self { shape: RouteShape::Path(spec), placement: Placement::default(), start_s: 0.0, end_s: None, ground: None }
     }
 }
 
@@ -128,12 +144,15 @@ impl RouteSpec {
         match &self.shape {
             RouteShape::Spiral(spec) => {
                 let spiral = Route::spiral(spec.pitch_m, spec.start_turns)?.placed(&self.placement);
-                self.walked(spiral, head_speed_mps)
+                self.walked(spiral, head_speed_mps, dragon_m)
             }
-            RouteShape::Turnaround(spec) => self.turnaround(spec, head_speed_mps).map(|turnaround| turnaround.route()),
+            RouteShape::Turnaround(spec) => {
+                let route = self.turnaround(spec, head_speed_mps)?.route();
+                if self.ground.is_some() { self.walked(route, head_speed_mps, dragon_m) } else { Ok(route) }
+            }
             RouteShape::Path(spec) => {
                 let route = spec.route(&self.placement, dragon_m, head_speed_mps * self.start_s)?;
-                self.walked(route, head_speed_mps)
+                self.walked(route, head_speed_mps, dragon_m)
             }
         }
     }
@@ -166,15 +185,32 @@ impl RouteSpec {
             .between(head_speed_mps * self.start_s, head_speed_mps * end_s)
     }
 
-    /// A route, walked between the planned times.
-    fn walked(&self, route: Route, head_speed_mps: f64) -> Result<Route, RouteError> {
-        let (start_s, last_s) = (self.start_s, route.end_travel_m() / head_speed_mps);
-        let end_m = self.end_s.map_or(route.end_travel_m(), |end_s| head_speed_mps * end_s);
-        route.between(head_speed_mps * start_s, end_m).map_err(|error| match error {
-            RouteError::End { .. } => RouteError::EndTime { end_s: self.end_s.unwrap_or(last_s), last_s },
-            RouteError::Span { .. } => RouteError::Times { start_s, end_s: self.end_s.unwrap_or(last_s) },
+    /// A route, walked between the planned times on its ground.
+    fn walked(&self, route: Route, head_speed_mps: f64, dragon_m: f64) -> Result<Route, RouteError> {
+        let start_m = head_speed_mps * self.start_s;
+        let end_m = self.end_s.map(|end_s| head_speed_mps * end_s);
+        let walked = if let Some(ground) = &self.ground {
+            route.on_ground(ground, start_m, end_m, dragon_m)
+        } else {
+            let end_m = end_m.unwrap_or(route.end_travel_m());
+            route.between(start_m, end_m)
+        };
+        walked.map_err(|error| self.in_times(error, head_speed_mps))
+    }
+
+    /// An error about travels as one about the planned times.
+    fn in_times(&self, error: RouteError, head_speed_mps: f64) -> RouteError {
+        match error {
+            RouteError::End { curve_end_m, .. } => {
+                let last_s = curve_end_m / head_speed_mps;
+                RouteError::EndTime { end_s: self.end_s.unwrap_or(last_s), last_s }
+            }
+            RouteError::Span { end_travel_m, .. } => {
+                let end_s = self.end_s.unwrap_or(end_travel_m / head_speed_mps);
+                RouteError::Times { start_s: self.start_s, end_s }
+            }
             error => error,
-        })
+        }
     }
 
     /// The planned turnaround, if the route is one.

@@ -31,6 +31,7 @@ pub struct TightestBend {
 impl Route {
     /// The parts of the segments between two travels, in walking order. The end must lie on the curve.
     pub(super) fn stretches(&self, from_m: f64, to_m: f64) -> impl Iterator<Item = Stretch<'_>> {
+        let [from_m, to_m] = [from_m, to_m].map(|travel_m| self.in_plan(travel_m));
         let first = count_while(&self.segments[1..], |placed| placed.begin_travel_m <= from_m);
         let reached =
             self.segments.iter().enumerate().skip(first).take_while(move |(_, placed)| placed.begin_travel_m < to_m);
@@ -43,7 +44,7 @@ impl Route {
         })
     }
 
-    /// The tightest bend between two travels, and the first of equal ones; `None` if the route is straight there. The end must
+    /// The tightest bend of the plan between two travels, and the first of equal ones; `None` if the route is straight there. The end must
     /// lie on the curve.
     ///
     /// The curvature of a line or an arc is constant, and that of a spiral is monotone. So it is largest at an end of a segment.
@@ -54,7 +55,7 @@ impl Route {
         let bends = ends.map(|(stretch, at)| (stretch, at, curvature(stretch, at)));
         let tightest = bends.reduce(|tightest, bend| if bend.2 > tightest.2 { bend } else { tightest });
         let (stretch, at, curvature) = tightest.filter(|&(_, _, curvature)| curvature > 0.0)?;
-        let (travel_m, point) = (stretch.placed.travel(at), stretch.placed.kernel.at(at).position);
+        let (travel_m, point) = (self.in_space(stretch.placed.travel(at)), stretch.placed.kernel.at(at).position);
         Some(TightestBend { radius_m: curvature.recip(), travel_m, point })
     }
 
@@ -64,6 +65,7 @@ impl Route {
     /// minimum. A chord of length s on a curve of curvature κ has a sagitta of κ·s²/8. A step ends at a seam, because the
     /// curvature jumps there.
     pub fn polyline(&self, from_m: f64, to_m: f64, sagitta_m: f64, steps_m: RangeInclusive<f64>) -> Vec<DVec2> {
+        let [from_m, to_m] = [from_m, to_m].map(|travel_m| self.in_plan(travel_m));
         let mut points = Vec::new();
         let mut travel_m = from_m;
         while travel_m < to_m {
@@ -77,7 +79,7 @@ impl Route {
             let next_m = (travel_m + step_m.min(*steps_m.end())).min(seam_m);
             travel_m = next_m.max(travel_m + steps_m.start());
         }
-        points.push(self.point(self.parameter(to_m)).position);
+        points.push(self.plan_point(self.plan_parameter(to_m)).position);
         points
     }
 }

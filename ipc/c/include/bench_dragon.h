@@ -433,6 +433,10 @@ typedef struct {
    * Rate of the heading in radians per show second, counter-clockwise.
    */
   double turn_rate_radps;
+  /**
+   * Angle by which the front handle is above the rear one, seen from there, in radians: 0 on level ground.
+   */
+  double pitch_rad;
 } bd_bench_state_t;
 
 /**

@@ -19,6 +19,8 @@ pub struct bd_bench_state_t {
     pub velocity_mps: [f64; 3],
     /// Rate of the heading in radians per show second, counter-clockwise.
     pub turn_rate_radps: f64,
+    /// Angle by which the front handle is above the rear one, seen from there, in radians: 0 on level ground.
+    pub pitch_rad: f64,
 }
 
 /// Computes bench `index` of a frame from its two handles. Index 0 is the head.
@@ -38,8 +40,9 @@ pub extern "C" fn bd_frame_bench(
             let text = format!("index is {index}, must be under the number of benches, {benches}");
             return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
         };
-        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = BenchState::between(front, rear);
-        bench.write(bd_bench_state_t { centre_m, heading_rad, velocity_mps, turn_rate_radps });
+        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps, pitch_rad } =
+            BenchState::between(front, rear);
+        bench.write(bd_bench_state_t { centre_m, heading_rad, velocity_mps, turn_rate_radps, pitch_rad });
         Ok(Some(()))
     })
 }

@@ -46,6 +46,7 @@ static void print_frame(FILE *file, const bd_frame_t *frame) {
     print_numbers(file, &bench.heading_rad, 1);
     print_numbers(file, bench.velocity_mps, 3);
     print_numbers(file, &bench.turn_rate_radps, 1);
+    print_numbers(file, &bench.pitch_rad, 1);
   }
   EXPECT(BD_OK, bd_frame_continuity(frame, &continuity, &lost));
   fprintf(file, "%d %" PRIu64 "\n", (int)continuity, lost);

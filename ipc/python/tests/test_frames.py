@@ -78,6 +78,7 @@ def test_benches_lie_between_their_handles(stage):
             # numpy's arctangent may differ from the C library's in the last place.
             assert benches.headings[bench] == pytest.approx(math.atan2(y, x), rel=1e-15)
             assert benches.turn_rates[bench] == (x * v - y * u) / (x * x + y * y)
+            assert benches.pitches[bench] == 0.0, "the ground is level"
         del frame
         assert not np.shares_memory(benches.centres, dragon.wait(PATIENCE_S).positions)
     server.stop()

@@ -79,6 +79,9 @@ pub(crate) struct MonitorProgress {
     pub(crate) clearance_m: Option<f64>,
     /// Show time of the forecast contact, in seconds; null if none is known.
     pub(crate) forecast_s: Option<f64>,
+    /// Show time of the earliest contact that the play of the hinges allows, in seconds; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub(crate) earliest_s: Option<f64>,
     /// Times from the instant at which a frame was due to the instant at which it was read.
     pub(crate) latency: TimesReport,
 }
@@ -91,6 +94,9 @@ pub(crate) struct MonitorSummary {
     pub(crate) lost: u64,
     /// The first contact.
     pub(crate) contact: Option<ContactReport>,
+    /// Show time of the earliest contact that the play of the hinges allows, as last forecast; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub(crate) earliest_s: Option<f64>,
     /// Least clearance of all frames; null without a frame.
     pub(crate) least_clearance: Option<ClearanceReport>,
     /// The permanent stop of the head by the guard; null if there was none.

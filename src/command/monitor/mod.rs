@@ -156,6 +156,12 @@ impl MonitorSession<'_> {
             return Ok(None);
         };
         let config = Config::from_toml(&description.toml).context("the description on the bus")?;
+        if let Some(fact) = config.under_play("margin_m", config.tables().monitor.margin_m).filter(|_| self.args.guard)
+        {
+            tracing::warn!(
+                "{fact}: the guard keeps the margin in every pose that the play allows, so it may stop early"
+            );
+        }
         let (described, sent) = (config.dragon().dimensions().benches(), header.bench_count as usize);
         ensure!(described == sent, "the description on the bus has {described} benches, the frames have {sent}");
         let monitor = Monitor::new(&config);

@@ -53,10 +53,12 @@ impl MonitorReport {
     pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
         let time_s = header.sim_time_s();
         self.nearest = nearest;
-        self.forecast_s = forecast
-            .contact
-            .filter(|_| forecast.covers(header.head_travel_m) && header.head_speed_mps > 0.0)
-            .map(|contact| time_s + (contact.travel_m - header.head_travel_m) / header.head_speed_mps);
+        let is_valid = forecast.covers(header.head_travel_m) && header.head_speed_mps > 0.0;
+        let arrival_s = |travel_m| time_s + (travel_m - header.head_travel_m) / header.head_speed_mps;
+        self.forecast_s = forecast.contact.filter(|_| is_valid).map(|contact| arrival_s(contact.travel_m));
+        if let Some(possible) = forecast.possible_touch().filter(|_| is_valid) {
+            self.summary.earliest_s = Some(arrival_s(possible.travel_m));
+        }
         let Some(PairClearance { clearance_m, benches, .. }) = nearest else { return };
         if self.summary.least_clearance.is_none_or(|least| clearance_m < least.clearance_m) {
             let benches = benches.map(|bench| bench as u32);
@@ -108,6 +110,7 @@ impl MonitorReport {
             lost: self.summary.lost,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_s: self.forecast_s,
+            earliest_s: self.summary.earliest_s,
             latency: TimesReport::from(&self.latency),
         }))
     }
@@ -131,6 +134,9 @@ impl MonitorReport {
                 print_line(format_args!("first contact at {time_s:.6} s, benches {a} and {b}"))?;
             }
             None => print_line("no contact")?,
+        }
+        if let Some(earliest_s) = self.summary.earliest_s {
+            print_line(format_args!("earliest contact that the play of the hinges allows: {earliest_s:.6} s"))?;
         }
         let MonitorSummary { faults, suppressed_alerts, unswept_frames, .. } = &self.summary;
         let left_out = [

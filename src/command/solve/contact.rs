@@ -9,12 +9,13 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{FigureArgs, even_travels, in_plan};
+use super::play::PlayAnswer;
 use super::poses::coarser_step_s;
 use super::stage::StageAnswer;
 use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::command::load_config;
-use crate::command::print::{Progress, print_json, print_line};
+use crate::command::print::{Progress, complain, print_json, print_line};
 use crate::config::{Config, NEAR_M};
 use crate::output::Counted;
 use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
@@ -66,6 +67,8 @@ struct ContactAnswer {
     #[serde(skip_serializing_if = "Option::is_none")]
     searched_to_s: Option<f64>,
     #[serde(flatten)]
+    play: Option<PlayAnswer>,
+    #[serde(flatten)]
     speed: Option<SpeedAnswer>,
     #[serde(flatten)]
     stage: Option<StageAnswer>,
@@ -115,6 +118,9 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let dragon = config.dragon();
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let clearance_m = args.clearance.unwrap_or(0.0);
+    if let Some(fact) = args.clearance.and_then(|clearance_m| config.under_play("--clearance", clearance_m)) {
+        complain(&format!("warning: {fact}: boards this far apart may touch as they move in their hinges"));
+    }
     let searched = first_within(&dragon.metered(&args.work.meter()), clearance_m, start_m, end_m);
     let contact = searched.ok().flatten();
     let spent = searched.err();
@@ -125,6 +131,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         point_m: contact.map(|contact| contact.point.to_array()),
         clearance_m: args.clearance,
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
+        play: PlayAnswer::of(&config, clearance_m, args.work),
         speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(&config, max_ratio, args.work)),
         stage: StageAnswer::of(&config, args.work),
         profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
@@ -133,6 +140,9 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         Format::Json => print_json(&answer)?,
         Format::Text => {
             print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
+            if let Some(play) = &answer.play {
+                print_line(play.text(&what(clearance_m)))?;
+            }
             answer.speed.iter().try_for_each(|speed| print_line(speed.text()))?;
             if let Some(stage) = &answer.stage {
                 print_line(format_args!("stage: {}", stage.text()))?;
@@ -200,8 +210,13 @@ fn clearance_over_time(
     }
 }
 
+/// What is searched for.
+fn what(clearance_m: f64) -> String {
+    if clearance_m == 0.0 { "contact".to_owned() } else { format!("clearance of {clearance_m} m") }
+}
+
 fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Option<Spent>) -> String {
-    let what = if clearance_m == 0.0 { "contact".to_owned() } else { format!("clearance of {clearance_m} m") };
+    let what = what(clearance_m);
     if let Some(&Contact { travel_m, benches: [first, second], point }) = contact {
         let time_s = config.timetable().time_s(travel_m);
         return format!(

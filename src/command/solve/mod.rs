@@ -18,12 +18,14 @@ use crate::system::whole_file;
 mod contact;
 mod figure;
 mod pitch;
+mod play;
 mod poses;
 mod route;
 mod sensitivity;
 mod speed_limit;
 mod stage;
 mod turn;
+mod turn_play;
 
 /// Answer a question about planning a show. Needs no server.
 #[derive(Clone, Debug, Args)]
@@ -138,6 +140,14 @@ impl AnswerArgs {
         }
         keep_drawing("--save-config", saved, document)
     }
+}
+
+/// Fails on ground that is not flat, for a question whose answer holds for level ground only.
+fn require_level_ground(config: &Config, question: &str) -> Result<(), BadInput> {
+    if config.route().ground.is_none() {
+        return Ok(());
+    }
+    Err(BadInput(format!("[ground] is present, must be absent for {question}, which answers for level ground only")))
 }
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {

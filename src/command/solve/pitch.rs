@@ -1,12 +1,12 @@
 //! `solve pitch`: finds the smallest pitch of a spiral on which the head reaches a circle without a contact.
 
-use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
+use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, guaranteed_pitch, smallest_pitch};
 use bench_dragon_geometry::route::{RouteShape, SpiralSpec};
 use clap::Args;
 use serde::Serialize;
 
 use super::figure::{pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, save_config};
+use super::{AnswerArgs, CLEARANCE_M, require_level_ground, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::print::print_report;
 use crate::command::{in_file, load_config};
@@ -37,6 +37,9 @@ struct PitchAnswer {
     pitch_m: Option<f64>,
     /// The obstacle at a slightly smaller pitch.
     limit: Option<Limit>,
+    /// With play in the hinges: the smallest pitch without it. `pitch_m` is then one at which no pose touches.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nominal_pitch_m: Option<f64>,
     /// The requested clearance, in metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
@@ -53,6 +56,7 @@ struct Limit {
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
     args.answer.keep_files_apart(config.document())?;
+    in_file(&args.config, require_level_ground(&config, "solve pitch"))?;
     let Some(SpiralSpec { start_turns, .. }) = config.route().spiral() else {
         let error = BadInput(format!(
             "[route] kind is \"{}\", must be \"spiral\" or \"turnaround\" for a question about the pitch: a path has none",
@@ -62,18 +66,28 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(config.route().turn_diameter_m());
     let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
-    let found = smallest_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, &args.answer.work.meter());
+    let (rigid, meter) = (dimensions.without_play(), args.answer.work.meter());
+    let found = smallest_pitch(&rigid, start_turns, turn_diameter_m, clearance_m, &meter);
     let found = match found {
         Err(error @ (PitchError::Route(_) | PitchError::TurnDiameter { .. })) => {
             return Err(BadInput(error.to_string()).into());
         }
         found => found.map_err(|error| error.to_string()),
     };
-    let (answer, text) = answer(&found, turn_diameter_m, &config, args.clearance);
+    let guaranteed = found.as_ref().ok().filter(|_| dimensions.play_m() > 0.0).map(|nominal| {
+        let meter = args.answer.work.long_meter();
+        let found = guaranteed_pitch(dimensions, start_turns, turn_diameter_m, clearance_m, nominal, &meter);
+        found.map_err(|error| error.to_string())
+    });
+    let (answer, text) = answer(&found, guaranteed.as_ref(), turn_diameter_m, &config, args.clearance);
     print_report(args.answer.format.format, &answer, text)?;
     if args.answer.save_config.is_none() && !args.answer.figure.is_asked() {
         return Ok(());
     }
+    let found = match guaranteed {
+        None => found,
+        Some(guaranteed) => found.and_then(|smallest| Ok(SmallestPitch { pitch_m: guaranteed?, ..smallest })),
+    };
     match &found {
         Ok(smallest) => {
             let plan = SpiralSpec { pitch_m: smallest.pitch_m, start_turns };
@@ -118,6 +132,7 @@ fn draw(
 /// The answer, for JSON and as text.
 fn answer(
     found: &Result<SmallestPitch, String>,
+    guaranteed: Option<&Result<f64, String>>,
     turn_diameter_m: f64,
     config: &Config,
     clearance_m: Option<f64>,
@@ -125,7 +140,8 @@ fn answer(
     let SmallestPitch { pitch_m, limit } = match found {
         Ok(smallest) => *smallest,
         Err(reason) => {
-            let answer = PitchAnswer { pitch_m: None, limit: None, clearance_m, infeasible: Some(reason.clone()) };
+            let infeasible = Some(reason.clone());
+            let answer = PitchAnswer { pitch_m: None, nominal_pitch_m: None, limit: None, clearance_m, infeasible };
             return (answer, format!("infeasible: {reason}"));
         }
     };
@@ -152,9 +168,27 @@ fn answer(
     };
     let (benches, point_m) = (contact.map(|contact| contact.benches), contact.map(|contact| contact.point.to_array()));
     let limit = Some(Limit { kind, benches, point_m });
-    let answer = PitchAnswer { pitch_m: Some(pitch_m), limit, clearance_m, infeasible: None };
-    let text = format!(
-        "smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m\nwith a smaller pitch, {words}"
-    );
+    let (nominal_pitch_m, infeasible) = (guaranteed.map(|_| pitch_m), guaranteed.and_then(|found| found.clone().err()));
+    let answer = PitchAnswer {
+        pitch_m: guaranteed.map_or(Some(pitch_m), |found| found.as_ref().ok().copied()),
+        nominal_pitch_m,
+        limit,
+        clearance_m,
+        infeasible,
+    };
+    let nominal = format!("smallest pitch {pitch_m:.6} m for a circle of diameter {turn_diameter_m} m");
+    let text = match guaranteed {
+        None => format!("{nominal}\nwith a smaller pitch, {words}"),
+        Some(found) => {
+            let play_mm = 1000.0 * config.dragon().dimensions().play_m();
+            let widened = match found {
+                Ok(widened_m) => format!(
+                    "at pitch {widened_m:.6} m, no pose that play of {play_mm:.3} mm allows touches before the head reaches the circle"
+                ),
+                Err(reason) => format!("unknown with play of {play_mm:.3} mm: {reason}"),
+            };
+            format!("{widened}\nwithout play: {nominal}; with a smaller pitch, {words}")
+        }
+    };
     (answer, text)
 }

@@ -76,6 +76,9 @@ const DECIMALS: usize = 6;
 #[derive(Serialize)]
 struct PosesAnswer {
     poses: Vec<Pose>,
+    /// Whether tables show heights.
+    #[serde(skip)]
+    has_heights: bool,
 }
 
 #[derive(Serialize)]
@@ -89,6 +92,7 @@ struct Handle {
     index: usize,
     x_m: f64,
     y_m: f64,
+    z_m: f64,
     speed_mps: f64,
 }
 
@@ -107,7 +111,9 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
         TableFormat::Json => print_json(&answer)?,
         TableFormat::Csv => print_bytes(table::csv(&[answer.by_time()]))?,
         TableFormat::Text if args.xlsx.is_some() => (),
-        TableFormat::Text => print_bytes(table::text(&answer.poses.iter().map(Pose::table).collect::<Vec<_>>()))?,
+        TableFormat::Text => print_bytes(table::text(
+            &answer.poses.iter().map(|pose| pose.table(answer.has_heights)).collect::<Vec<_>>(),
+        ))?,
     }
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &table::workbook(&answer.sheets())?)?;
@@ -146,17 +152,19 @@ fn travel_m(time_s: f64, config: &Config) -> f64 {
 impl PosesAnswer {
     fn at(times_s: &[f64], config: &Config) -> Self {
         let mut chain = ChainSolver::new(config.dragon());
-        Self { poses: times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect() }
+        let poses = times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect();
+        Self { poses, has_heights: config.dragon().route().is_on_ground() }
     }
 
     /// A table with a row for every handle at every time.
     fn by_time(&self) -> Table {
-        let numbers = ["x_m", "y_m", "speed_mps"].map(|title| Column::number(title, DECIMALS));
+        let numbers = number_columns(["x_m", "y_m", "z_m", "speed_mps"], self.has_heights);
         let columns = [Column::number("time_s", DECIMALS), Column::whole("handle")].into_iter().chain(numbers);
         let mut table = Table::new("poses", columns.collect());
         for Pose { time_s, handles } in &self.poses {
-            for Handle { index, x_m, y_m, speed_mps } in handles {
-                table.push(vec![(*time_s).into(), (*index).into(), (*x_m).into(), (*y_m).into(), (*speed_mps).into()]);
+            for handle in handles {
+                let row = [(*time_s).into(), handle.index.into()].into_iter();
+                table.push(row.chain(handle.numbers(self.has_heights).map(Cell::from)).collect());
             }
         }
         table
@@ -171,6 +179,9 @@ impl PosesAnswer {
             let name = name(index, count);
             positions.push(self.row(format!("{name} x (m)"), index, |handle| handle.x_m));
             positions.push(self.row(format!("{name} y (m)"), index, |handle| handle.y_m));
+            if self.has_heights {
+                positions.push(self.row(format!("{name} z (m)"), index, |handle| handle.z_m));
+            }
             speeds.push(self.row(format!("{name} (m/s)"), index, |handle| handle.speed_mps));
         }
         [positions, speeds]
@@ -210,20 +221,36 @@ impl Pose {
             index,
             x_m: handle.position.x,
             y_m: handle.position.y,
+            z_m: handle.height_m,
             speed_mps: handle.speed_ratio * head_speed_mps,
         });
         Self { time_s, handles: handles.collect() }
     }
 
-    fn table(&self) -> Table {
-        let numbers = ["x m", "y m", "m/s"].map(|title| Column::number(title, DECIMALS));
+    fn table(&self, has_heights: bool) -> Table {
+        let numbers = number_columns(["x m", "y m", "z m", "m/s"], has_heights);
         let columns = std::iter::once(Column::whole("handle")).chain(numbers);
         let mut table = Table::new(format!("at {} s", self.time_s), columns.collect());
-        for Handle { index, x_m, y_m, speed_mps } in &self.handles {
-            table.push(vec![(*index).into(), (*x_m).into(), (*y_m).into(), (*speed_mps).into()]);
+        for handle in &self.handles {
+            let row = std::iter::once(handle.index.into());
+            table.push(row.chain(handle.numbers(has_heights).map(Cell::from)).collect());
         }
         table
     }
+}
+
+impl Handle {
+    /// The numbers of a table's row, with or without the height.
+    fn numbers(&self, has_heights: bool) -> impl Iterator<Item = f64> {
+        let height = has_heights.then_some(self.z_m);
+        [self.x_m, self.y_m].into_iter().chain(height).chain([self.speed_mps])
+    }
+}
+
+/// The columns of these titles, with or without the height, which is the third.
+fn number_columns(titles: [&str; 4], has_heights: bool) -> impl Iterator<Item = Column> {
+    let shown = titles.into_iter().enumerate().filter(move |&(index, _)| has_heights || index != 2);
+    shown.map(|(_, title)| Column::number(title, DECIMALS))
 }
 
 /// Name of a handle for people: the bench whose front hinge it is, or "tail rear".

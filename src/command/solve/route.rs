@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dragon, DragonError, TightSpot};
 use bench_dragon_geometry::planner::RouteSurvey;
-use bench_dragon_geometry::route::{Crossing, Route, RouteShape, RouteSpec, TightestBend};
+use bench_dragon_geometry::route::{Crossing, Route, RouteHeights, RouteShape, RouteSpec, TightestBend};
 use clap::Args;
 use glam::DVec2;
 use serde::Serialize;
@@ -28,7 +28,8 @@ use crate::output::figure::{DragonInPlan, RouteView};
   bench-dragon solve route --config street.toml --save-config segments.toml
 
 The length counts from the head's start to the end of the route, even if the dragon's run ends before. Travel is the length \
-that the head has walked since t = 0.
+that the head has walked since t = 0. On ground that is not flat, both are along the ground; the tightest bend, the end and the \
+crossings are seen from above.
 
 A crossing is a point that the route passes twice, at an angle. A route that touches itself, or runs along itself, does not \
 cross itself there. The crossings are those of the part that the head walks, and of the part on which the dragon stands at the \
@@ -56,6 +57,8 @@ struct RouteAnswer {
     drawing_size_m: Option<[f64; 2]>,
     /// Null if the search took too much work.
     crossings: Option<usize>,
+    #[serde(flatten)]
+    heights: Option<HeightsAnswer>,
     crossing_points: Vec<CrossingPoint>,
     /// Travel of the head at the end of the run; null if the dragon cannot stand at the start.
     run_end_m: Option<f64>,
@@ -68,6 +71,17 @@ struct RouteAnswer {
     infeasible: Option<String>,
     #[serde(flatten)]
     stage: Option<StageAnswer>,
+}
+
+/// Heights of the handles along the route, on ground that is not flat.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct HeightsAnswer {
+    lowest_m: f64,
+    highest_m: f64,
+    /// Up or down, in metres per metre of the plan.
+    steepest_slope: f64,
+    steepest_travel_m: f64,
+    steepest_m: [f64; 2],
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -122,7 +136,7 @@ fn standing_m(dragon: &Dragon) -> f64 {
 
 impl RouteAnswer {
     fn of(document: &ConfigDocument, survey: &RouteSurvey, placed: Result<&Config, &DragonError>) -> Self {
-        let RouteSurvey { length_m, end, tightest, crossings } = survey;
+        let RouteSurvey { length_m, end, tightest, heights, crossings } = survey;
         let config = placed.ok();
         let dragon = config.map(Config::dragon);
         let run_end_m = dragon.map(|dragon| dragon.end_travel_m());
@@ -137,6 +151,7 @@ impl RouteAnswer {
             segments: document.route().shape.segments(),
             fit_error_m: document.drawing().map(|drawing| drawing.fit_error_m),
             drawing_size_m: document.drawing().map(|drawing| drawing.size_m),
+            heights: heights.map(HeightsAnswer::of),
             crossings: crossings.is_complete.then_some(crossings.found.len()),
             crossing_points: crossings.found.iter().map(CrossingPoint::of).collect(),
             run_end_m,
@@ -168,6 +183,9 @@ impl RouteAnswer {
             let size = format!("{width_m:.3} m x {height_m:.3} m");
             let near = format!("at most {fit_error_m:.6} m from {}, allowed are {tolerance_m} m", file.display());
             line("drawing", format!("{size}, {near}; {}", Counted(*corners as u64, "rounded corner")));
+        }
+        if let Some(heights) = self.heights {
+            line("heights", heights.text());
         }
         match self.crossings {
             Some(count) => line("crossings", count.to_string()),
@@ -210,6 +228,22 @@ fn point([x, y]: [f64; 2]) -> String {
 
 /// Most crossings that the text lists.
 const SHOWN_CROSSINGS: usize = 20;
+
+impl HeightsAnswer {
+    fn of(RouteHeights { lowest_m, highest_m, slope, travel_m, point }: RouteHeights) -> Self {
+        let steepest_m = point.to_array();
+        Self { lowest_m, highest_m, steepest_slope: slope, steepest_travel_m: travel_m, steepest_m }
+    }
+
+    fn text(&self) -> String {
+        let Self { lowest_m, highest_m, steepest_slope, steepest_travel_m, steepest_m } = *self;
+        let (percent, travel_m) = (100.0 * steepest_slope, decimal(steepest_travel_m));
+        format!(
+            "from {lowest_m:.3} m to {highest_m:.3} m, steepest {percent:.1} % at {travel_m} m of travel, at {}",
+            point(steepest_m)
+        )
+    }
+}
 
 impl CrossingPoint {
     fn of(&Crossing { point, travels_m }: &Crossing) -> Self {

@@ -15,10 +15,11 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{on_turn, pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, save_config};
+use super::turn_play::{TurnPlay, earliest_on_passage};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, require_level_ground, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
-use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_report};
+use crate::command::{in_file, load_config};
 use crate::config::Config;
 use crate::output::figure::PlanView;
 
@@ -99,6 +100,9 @@ struct TurnAnswer {
     max_ratio: Option<f64>,
     #[serde(flatten)]
     shortest: Option<Shortest>,
+    /// With play in the hinges. All other answers are for the dragon without it.
+    #[serde(flatten)]
+    play: Option<TurnPlay>,
 }
 
 #[derive(Serialize)]
@@ -155,6 +159,9 @@ struct Touch {
 
 /// Default clearance of the shortest turn, in metres: enough for people.
 const SHORTEST_CLEARANCE_M: f64 = 0.05;
+/// How often the shortest turn is widened for the play of the hinges, and by how much at first, in lengths of the play.
+const MOST_WIDENINGS: u32 = 6;
+const WIDENING_PER_PLAY: f64 = 1.0;
 /// Default limit for the speed of a handle ÷ the head's speed on the shortest turn.
 const SHORTEST_MAX_RATIO: f64 = 2.0;
 
@@ -176,17 +183,21 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         clearance_m: clearance_m.unwrap_or(Staging::LIMITLESS.clearance_m),
         speed_ratio: max_ratio.unwrap_or(Staging::LIMITLESS.speed_ratio),
     };
+    let rigid = dimensions.without_play();
     let (config, turnaround, passage, shortest) = if args.shortest {
-        let (plan, passage, shortest) = find_shortest(args, &planned, dimensions, staging, plan)?;
+        let (plan, passage, shortest) = find_shortest_for_play(args, &planned, dimensions, staging, plan)?;
         let (config, turnaround) = with_turnaround(&config, plan)?;
         (config, turnaround, passage, Some(shortest))
     } else {
         let progress = Progress::new("passage", 1.0);
-        let passage =
-            walk_through(planned, dimensions, staging, &args.answer.work.meter(), |share| progress.add(share));
+        let passage = walk_through(planned, rigid, staging, &args.answer.work.meter(), |share| progress.add(share));
         (config, planned, passage, None)
     };
-    let largest_ratio = passage_through(turnaround, dimensions, &args.answer.work.meter())
+    let play = (dimensions.play_m() > 0.0).then(|| {
+        let end = earliest_on_passage(turnaround, dimensions, staging.clearance_m, &args.answer.work.meter());
+        TurnPlay::of(end, |travel_m| time_s(&config, travel_m))
+    });
+    let largest_ratio = passage_through(turnaround, rigid, &args.answer.work.meter())
         .and_then(|dragon| largest_speed_ratio(&dragon))
         .ok()
         .map(|largest| largest.ratio);
@@ -195,12 +206,40 @@ pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
         clearance_m,
         max_ratio,
         shortest,
+        play,
         ..TurnAnswer::of(&turnaround, &passage, &config)
     };
     print_report(args.answer.format.format, &answer, answer.text())?;
     draw(args, &config, &turnaround, &passage)?;
     let reason = answer.infeasible.clone().or(answer.undecided.clone()).or_else(|| answer.broken_limit());
     save_config(&args.answer, reason.as_deref().map_or(Ok(&config), Err))
+}
+
+/// Finds the shortest S as [`find_shortest`]. With play in the hinges, the S is widened until no pose that the play allows comes
+/// within the clearance: the boards without play must be further and further apart.
+fn find_shortest_for_play(
+    args: &TurnArgs,
+    planned: &Turnaround,
+    dimensions: Dimensions,
+    staging: Staging,
+    plan: TurnaroundSpec,
+) -> anyhow::Result<(TurnaroundSpec, TurnPassage, Shortest)> {
+    let mut widened = staging;
+    for widening in 1..=MOST_WIDENINGS {
+        let found = find_shortest(args, planned, dimensions.without_play(), widened, plan)?;
+        if dimensions.play_m() == 0.0 {
+            return Ok(found);
+        }
+        let TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, line_m } = found.0;
+        let turnaround = Turnaround::with_line(pitch_m, turn_diameter_m, radius_ratio, line_m)?
+            .between(planned.start_travel_m(), planned.end_travel_m())?;
+        let end = earliest_on_passage(turnaround, dimensions, staging.clearance_m, &args.answer.work.long_meter())?;
+        if end.is_none() {
+            return Ok(found);
+        }
+        widened.clearance_m = staging.clearance_m + WIDENING_PER_PLAY * f64::from(1 << widening) * dimensions.play_m();
+    }
+    bail!("no S was found on which every pose that the play of the hinges allows keeps the clearance")
 }
 
 /// Finds the shortest S inside the planned circle. Returns its plan, its passage and its part of the answer.
@@ -392,6 +431,7 @@ impl TurnAnswer {
             line("required", format!("at most {max_ratio} times the head's speed"));
         }
         self.shortest.iter().flat_map(Shortest::lines).for_each(|(name, text)| line(name, text));
+        self.play.iter().for_each(|play| line("with play", play.text()));
         self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
         self.undecided.iter().for_each(|reason| line("undecided", format!("{reason}; --work allows more")));
         lines.join("\n")
@@ -413,7 +453,9 @@ fn with_turnaround(config: &Config, plan: TurnaroundSpec) -> anyhow::Result<(Con
 /// Returns the configuration and its turnaround, after the flags have overridden it. Without a file it is the paper's
 /// turnaround. With flags for a turn, a file with a spiral gives the turn its pitch.
 pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec, Turnaround)> {
-    let config = load_config(&ConfigArgs { config: args.config.clone() }, |_| ())?;
+    let file = ConfigArgs { config: args.config.clone() };
+    let config = load_config(&file, |_| ())?;
+    in_file(&file, require_level_ground(&config, "a question about a turn"))?;
     let plan = match (config.route().as_turnaround(), &args.config) {
         (Some(plan), _) => plan,
         (None, Some(path)) if config.route().as_path().is_some() => {

@@ -106,6 +106,8 @@ fn forecast(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
         gauge forecast_contact_remaining_seconds = contact_s.zip(header).map(|(at_s, header)| at_s - header.sim_time_s());
         /// Seconds of wall time until the next contact; while the head stands, from the instant at which it walks on.
         gauge forecast_contact_wall_seconds = wall_s.filter(|_| contact_s.is_some());
+        /// Show time of the earliest contact that the play of the hinges allows. No sample without play, or if none is known ahead.
+        gauge forecast_possible_contact_time_seconds = snapshot.possible_contact.map(|at| at.time_s);
         /// Seconds of wall time until the guard stops the head; while the head stands, from the instant at which it walks on.
         gauge forecast_guard_stop_wall_seconds = wall_s.filter(|_| matches!(forecast, ShowForecast::GuardStop { .. }));
         /// Show time up to which the absence of contacts is proved, if no contact is known ahead.

@@ -8,13 +8,13 @@ use bench_dragon_geometry::dragon::Board;
 use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 
 use super::described_run::{ClearanceChart, DescribedRun};
-use super::head_motion::{HeadMotion, TravelClock};
+use super::head_motion::{Arrival, HeadMotion, TravelClock};
 use super::planned_clearance::ClearancePlanner;
 use super::show_forecast::ShowForecast;
 use super::snapshot::LeastClearance;
 use crate::config::Config;
 use crate::safety::forecast::Forecaster;
-use crate::safety::monitor::plan_view;
+use crate::safety::monitor::in_space;
 
 /// Greatest wall time between the last frame of a run and the first frame of the run that continues it, in seconds.
 const LONGEST_BREAK_S: f64 = 1.0;
@@ -88,7 +88,7 @@ impl CurrentRun {
         if handles.len() != dragon.dimensions().handles() {
             return None;
         }
-        dragon.place_boards_at(handles, plan_view, &mut self.boards);
+        dragon.place_boards_at(handles, in_space, &mut self.boards);
         let nearest = self.clearances.nearest(&self.boards)?;
         Arc::make_mut(&mut self.chart).note(self.time_s, nearest.clearance_m);
         if self.least.is_none_or(|least| nearest.clearance_m < least.clearance_m) {
@@ -97,13 +97,13 @@ impl CurrentRun {
         Some(nearest)
     }
 
-    /// Returns the forecast from a frame on. Requests a new forecast if the present one does not cover the frame.
+    /// Returns the forecast from a frame on, and the earliest possible contact of loose hinges. Requests a new forecast if the present one does not cover the frame.
     pub(super) fn look_ahead(
         &mut self,
         header: &FrameHeader,
         nearest: Option<PairClearance>,
         status: Option<&Status>,
-    ) -> ShowForecast {
+    ) -> (ShowForecast, Option<Arrival>) {
         let guarded = status.filter(|status| !matches!(status.guard_state(), None | Some(GuardState::None)));
         let travel_m = header.head_travel_m;
         self.look_for(if guarded.is_some() { self.run.config.tables().monitor.margin_m } else { 0.0 }, travel_m);
@@ -112,7 +112,8 @@ impl CurrentRun {
         self.forecaster.follow(&forecast, travel_m, is_found);
         let motion = HeadMotion::new(header, self.clock(header), self.run.config.tables().head.accel_mps2);
         let end_m = self.run.config.dragon().end_travel_m();
-        ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded)
+        let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
+        (ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded), possible)
     }
 
     /// Searches for the first travel from `from_m` on at which some pair's clearance falls to `clearance_m`. The first status
@@ -176,9 +177,7 @@ mod tests {
     fn handles(time_s: f64) -> Vec<HandleState> {
         let config = paper();
         let chain = config.dragon().chain(time_s).expect("within the run");
-        chain
-            .map(|at| HandleState { position_m: [at.position.x, at.position.y, 0.0], ..HandleState::default() })
-            .collect()
+        chain.map(|at| HandleState { position_m: at.in_space().into(), ..HandleState::default() }).collect()
     }
 
     /// A run with a contact, measured up to this show time.
@@ -216,7 +215,7 @@ mod tests {
         let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
         let deadline = Instant::now() + Duration::from_mins(1);
         let expected_s = loop {
-            if let Some(contact_s) = run.look_ahead(&walking, None, None).contact_s() {
+            if let Some(contact_s) = run.look_ahead(&walking, None, None).0.contact_s() {
                 break contact_s;
             }
             assert!(Instant::now() < deadline, "no forecast of the contact within a minute");
@@ -224,7 +223,7 @@ mod tests {
         assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
         let paused = FrameHeader { head_speed_mps: 0.0, ..walking };
         run.measure(&paused, &handles(411.0));
-        assert_eq!(run.look_ahead(&paused, None, None).contact_s(), Some(expected_s));
+        assert_eq!(run.look_ahead(&paused, None, None).0.contact_s(), Some(expected_s));
     }
 
     fn after(speeds_mps: &[f64]) -> Option<f64> {

@@ -38,7 +38,7 @@ impl DescribedRun {
         let (behind, walked) = (polyline(from_m, start_m), polyline(start_m, end_m));
         let corners = config.outline().map(Outline::corners).unwrap_or_default();
         // On a coil, the dragon stands around the route.
-        let around = if dragon.route().coil().is_some() { &behind[..] } else { &[] };
+        let around = if dragon.route().is_coiled() { &behind[..] } else { &[] };
         let core = walked.iter().chain(corners).chain(around);
         let view = visible_box(core.copied(), behind.iter().copied()).expect("a route has points");
         let route = [behind, walked].concat();

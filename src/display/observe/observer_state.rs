@@ -97,7 +97,7 @@ impl ObserverState {
     fn look_ahead(&mut self) {
         let (nearest, status) = (self.seen.nearest, self.current_status());
         let forecast = self.current_run().map(|(run, frame)| run.look_ahead(&frame.header, nearest, status.as_deref()));
-        self.seen.forecast = forecast.unwrap_or_default();
+        (self.seen.forecast, self.seen.possible_contact) = forecast.unwrap_or_default();
     }
 
     pub(super) fn judge(&mut self, domain: &Domain, now_ns: u64) {

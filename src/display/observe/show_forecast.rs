@@ -1,5 +1,6 @@
 //! The next event of the show: a contact, a stop by the guard, or a rest.
 
+use bench_dragon_geometry::clearance::{Contact, PlayEnd};
 use bench_dragon_ipc::{GuardState, ShowState, Status};
 use serde::Serialize;
 
@@ -69,17 +70,32 @@ impl ShowForecast {
         if !forecast.covers(motion.clock.travel_m) {
             return Self::Unknown;
         }
-        match (forecast.contact, guarded) {
-            (Some(contact), Some(status)) => {
-                let rest_m = status.guard_end().filter(|end_m| *end_m < contact.travel_m).unwrap_or(contact.travel_m);
-                Self::GuardStop { at: motion.resting_at(rest_m), benches: Some(contact.benches) }
-            }
-            (Some(contact), None) => Self::Contact { at: motion.passing(contact.travel_m), benches: contact.benches },
-            (None, _) => {
-                let (to_m, is_end) = (forecast.free_to_m.max(motion.clock.travel_m), forecast.free_to_m >= end_m);
-                Self::Free { to: if is_end { motion.resting_at(to_m) } else { motion.passing(to_m) }, is_end }
-            }
+        if let Some(status) = guarded
+            && let Some(PlayEnd { travel_m, benches }) = violation(forecast)
+        {
+            let rest_m = status.guard_end().filter(|end_m| *end_m < travel_m).unwrap_or(travel_m);
+            let at = motion.resting_at(rest_m);
+            // Without benches, a pole might stop there.
+            return if benches.is_some() { Self::GuardStop { at, benches } } else { Self::Rest { at } };
         }
+        if let Some(contact) = forecast.contact.filter(|_| guarded.is_none()) {
+            return Self::Contact { at: motion.passing(contact.travel_m), benches: contact.benches };
+        }
+        let play_m = forecast.play.filter(|_| guarded.is_some()).map_or(f64::INFINITY, |play| play.free_to_m);
+        let free_to_m = forecast.free_to_m.min(play_m);
+        let (to_m, is_end) = (free_to_m.max(motion.clock.travel_m), free_to_m >= end_m);
+        Self::Free { to: if is_end { motion.resting_at(to_m) } else { motion.passing(to_m) }, is_end }
+    }
+
+    /// The head's arrival where a pose that the play of the hinges allows may touch first, if that is ahead.
+    pub(super) fn possible_contact(
+        forecast: &Forecast,
+        motion: &HeadMotion,
+        state: Option<ShowState>,
+    ) -> Option<Arrival> {
+        let is_over = state == Some(ShowState::Ended) || !forecast.covers(motion.clock.travel_m);
+        let possible = forecast.possible_touch().filter(|end| !is_over && end.travel_m >= motion.clock.travel_m);
+        possible.map(|end| motion.passing(end.travel_m))
     }
 
     /// The next event of a braking head. A contact counts only if it occurs before the rest. Granted travel has no contact.
@@ -107,15 +123,23 @@ impl ShowForecast {
     }
 }
 
+/// Where the guard's proof ends: at the first pair of boards within its margin, in any pose that the hinges allow.
+fn violation(forecast: &Forecast) -> Option<PlayEnd> {
+    let nominal =
+        forecast.contact.map(|Contact { travel_m, benches, .. }| PlayEnd { travel_m, benches: Some(benches) });
+    let ends = forecast.possible_touch().into_iter().chain(nominal);
+    ends.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m))
+}
+
 #[cfg(test)]
 mod tests {
-    use bench_dragon_geometry::clearance::Contact;
     use bench_dragon_ipc::FrameHeader;
     use glam::DVec2;
     use serde_json::json;
 
     use super::*;
     use crate::display::observe::TravelClock;
+    use crate::safety::forecast::PlayForecast;
 
     /// A head at 10 m and 10 s of show time, at 1 m per show second, a time scale of 5, with 0.25 m/s².
     fn motion() -> HeadMotion {
@@ -125,7 +149,7 @@ mod tests {
 
     fn forecast(contact_m: Option<f64>) -> Forecast {
         let contact = contact_m.map(|travel_m| Contact { travel_m, benches: [0, 8], point: DVec2::ZERO });
-        Forecast { from_m: 0.0, free_to_m: contact_m.unwrap_or(50.0), contact }
+        Forecast { from_m: 0.0, free_to_m: contact_m.unwrap_or(50.0), contact, play: None }
     }
 
     fn ahead(contact_m: Option<f64>, state: ShowState, guarded: Option<&Status>) -> ShowForecast {
@@ -141,6 +165,19 @@ mod tests {
         let ahead = ahead(Some(13.7), ShowState::Running, None);
         let ShowForecast::Contact { at, benches: [0, 8] } = ahead else { panic!("{ahead:?}") };
         assert!((at.time_s - 13.7).abs() < 1e-12 && (at.wall_s - 0.74).abs() < 1e-12, "{at:?}");
+    }
+
+    #[test]
+    fn a_guard_stops_before_a_possible_contact_and_otherwise_both_are_shown() {
+        let end = Some(PlayEnd { travel_m: 12.5, benches: Some([0, 9]) });
+        let loose = Forecast { play: Some(PlayForecast { free_to_m: 12.5, end }), ..forecast(Some(13.7)) };
+        let of = |guarded| ShowForecast::of(&loose, &motion(), Some(ShowState::Running), 50.0, guarded);
+        assert!(matches!(of(None), ShowForecast::Contact { benches: [0, 8], .. }));
+        let possible = ShowForecast::possible_contact(&loose, &motion(), Some(ShowState::Running)).expect("one");
+        assert_eq!((possible.travel_m, possible.time_s), (12.5, 12.5));
+        let status = guarded(GuardState::Running, 12.0, f64::NAN);
+        let ShowForecast::GuardStop { at, benches } = of(Some(&status)) else { panic!("{:?}", of(Some(&status))) };
+        assert_eq!((at.travel_m, benches), (12.5, Some([0, 9])));
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::described_run::{ClearanceChart, DescribedRun};
 use super::event_logs::{AlertLog, CommandHistory};
 use super::frame_statistics::FrameStatistics;
 use super::guard_situation::GuardSituation;
-use super::head_motion::TravelClock;
+use super::head_motion::{Arrival, TravelClock};
 use super::planned_clearance::PlannedClearance;
 use super::reader_log::ReaderLog;
 use super::show_forecast::ShowForecast;
@@ -58,6 +58,9 @@ pub struct Snapshot {
     /// The least clearance of all snapshots of this run.
     pub least: Option<LeastClearance>,
     pub forecast: ShowForecast,
+    /// The head's arrival where a pose that the play of the hinges allows may touch first; `None` without play, or if none is known
+    /// ahead.
+    pub possible_contact: Option<Arrival>,
     pub guard: GuardSituation,
     pub chart: Option<Arc<ClearanceChart>>,
     /// The planned clearance of the whole run, as far as it is computed. `None` if the observer computes no plan.

@@ -8,8 +8,9 @@ use crate::display::observe::FrameCopy;
 const HEADER_LEN: usize = 96;
 /// Bytes of one handle.
 const HANDLE_LEN: usize = 12;
-/// Kind of the message: a frame.
-const KIND: u32 = 1;
+/// Kinds of the message: a frame, and one with heights.
+const LEVEL: u32 = 1;
+const WITH_HEIGHTS: u32 = 2;
 /// Sentinel for *no bench*.
 const NO_BENCH: u32 = u32::MAX;
 
@@ -17,7 +18,7 @@ const NO_BENCH: u32 = u32::MAX;
 ///
 /// | offset | type | value |
 /// |---|---|---|
-/// | 0 | u32 | kind of the message: 1 |
+/// | 0 | u32 | kind of the message: 1, or 2 with heights |
 /// | 4 | u32 | sequence number, which the page acknowledges |
 /// | 8 | u32 | number of benches, N |
 /// | 12 | u32 | state, as on the bus |
@@ -31,12 +32,15 @@ const NO_BENCH: u32 = u32::MAX;
 /// | 72 | u32, u32 | the two benches of the nearest pair; 2³² − 1 without a pair |
 /// | 80 | f64, f64 | x and y of the point midway between the two, in metres |
 /// | 96 | 3 × f32 for each of the N + 1 handles | x and y in metres, speed in metres per show second |
+/// | 96 + 12·(N + 1) | f32 for each handle, in a message of kind 2 | z in metres |
 pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<PairClearance>) -> Vec<u8> {
     let header = &frame.header;
     let mut bytes = Vec::with_capacity(HEADER_LEN + frame.handles.len() * HANDLE_LEN);
     let benches = nearest.map_or([NO_BENCH; 2], |pair| pair.benches.map(|bench| bench as u32));
     let (clearance_m, point_m) = nearest.map_or((f64::NAN, [0.0; 2]), |pair| (pair.clearance_m, pair.point.to_array()));
-    bytes.extend_from_slice([KIND, sequence, header.bench_count, header.state].map(u32::to_le_bytes).as_flattened());
+    let has_heights = frame.handles.iter().any(|handle| handle.position_m[2] != 0.0);
+    let kind = if has_heights { WITH_HEIGHTS } else { LEVEL };
+    bytes.extend_from_slice([kind, sequence, header.bench_count, header.state].map(u32::to_le_bytes).as_flattened());
     let doubles = [
         header.run_id as f64,
         header.tick as f64,
@@ -53,6 +57,9 @@ pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<Pai
         let [x_m, y_m, _] = handle.position_m;
         let floats = [x_m, y_m, handle.speed_mps()].map(|value| (value as f32).to_le_bytes());
         bytes.extend_from_slice(floats.as_flattened());
+    }
+    if has_heights {
+        frame.handles.iter().for_each(|handle| bytes.extend((handle.position_m[2] as f32).to_le_bytes()));
     }
     bytes
 }
@@ -88,6 +95,15 @@ mod tests {
         let doubles = [16, 24, 32, 40, 48, 56, 64, 80, 88].map(double);
         assert_eq!(doubles, [9_007_199_254_740_991.0, 77.0, -1.5, -1.5, 1.0, 20.0, 0.125, 6.0, 7.0]);
         assert_eq!([96, 100, 104, 108].map(|at| f32::from_bits(word(at))), [1.25, -2.5, 5.0, 1.25]);
+    }
+
+    #[test]
+    fn heights_follow_the_handles_where_there_are_some() {
+        let handle = |z_m| HandleState { position_m: [1.0, 2.0, z_m], ..HandleState::default() };
+        let frame = FrameCopy { header: FrameHeader::default(), handles: vec![handle(0.0), handle(1.5)] };
+        let bytes = encode_frame(0, &frame, None);
+        assert_eq!((bytes[0], bytes.len()), (2, HEADER_LEN + 2 * (HANDLE_LEN + 4)));
+        assert_eq!(bytes[HEADER_LEN + 2 * HANDLE_LEN..], [0.0_f32, 1.5].map(f32::to_le_bytes).concat());
     }
 
     #[test]

@@ -124,6 +124,7 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
         },
         "server": snapshot.status.as_deref().map(server_status),
         "outlook": snapshot.forecast,
+        "possible_contact": snapshot.possible_contact,
         "guard": snapshot.guard,
         "lamps": lamps(snapshot, now_ns),
         // The reason for which each command would be refused.

@@ -21,6 +21,11 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     if let Some(header) = snapshot.header() {
         spans.push(Span::styled(format!("  t {:.3} s", header.sim_time_s()), style));
         spans.push(Span::styled(format!("   {:.3} m/s", header.head_speed_mps), Style::new()));
+        let head = snapshot.frame.as_ref().and_then(|frame| frame.handles.first());
+        let height_m = head.map_or(0.0, |head| head.position_m[2]);
+        if height_m != 0.0 {
+            spans.push(Span::styled(format!("   height {height_m:.2} m"), Style::new()));
+        }
         spans.push(Span::raw(format!("   {} {}", look.glyphs.signs().cross, short(header.time_scale))));
     }
     spans.push(Span::raw(format!("   {}", screen.instance)));

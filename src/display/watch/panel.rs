@@ -96,6 +96,11 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
         }
         (_, ShowForecast::Rest { at }) => ("stop", format!("in {:.1} s", at.wall_s), caution, standing(at)),
     };
+    let detail = match snapshot.possible_contact.filter(|_| name == "contact") {
+        Some(at) if detail.is_empty() => format!("possible from {:.3} s", at.time_s),
+        Some(at) => format!("{detail}, possible from {:.3} s", at.time_s),
+        None => detail,
+    };
     figure(name, value, tone, &detail, look)
 }
 

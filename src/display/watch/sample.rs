@@ -20,13 +20,13 @@ use crate::safety::monitor::{run_alert, walking_frame};
 pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     let run = DescribedRun::new(7, Config::load(None, |_| ()).expect("the paper's"));
     let dragon = run.config.dragon();
-    let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.position).collect();
+    let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.in_space()).collect();
     let mut boards = Vec::new();
     dragon.place_boards_at(&positions, |position| *position, &mut boards);
     let nearest = ClearanceSearch::default().nearest(&boards).expect("at least three boards");
     let mut chart = ClearanceChart::new(run.config.start_s(), run.config.end_s());
     (0..time_s as u32).for_each(|second| chart.note(second.into(), nearest.clearance_m));
-    let handles = positions.iter().map(|at| HandleState { position_m: [at.x, at.y, 0.0], ..HandleState::default() });
+    let handles = positions.iter().map(|at| HandleState { position_m: (*at).into(), ..HandleState::default() });
     let (state, walking) = (state.to_wire(), walking_frame(0, time_s));
     let header = FrameHeader { run_id: 7, time_scale: 20.0, bench_count: 223, state, ..walking };
     let mut alerts = AlertLog::default();

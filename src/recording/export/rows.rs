@@ -80,7 +80,7 @@ pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>
         }
         (ExportSubject::Benches, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
             let row_of = |(index, bench): (usize, BenchState)| {
-                let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps } = bench;
+                let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps, .. } = bench;
                 let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
                 row(header, index, numbers.chain([bench.speed_mps(), turn_rate_radps]))
             };

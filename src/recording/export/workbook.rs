@@ -23,6 +23,8 @@ pub(crate) struct Workbook {
     titles: Vec<String>,
     /// For each frame, the samples of its handles or benches.
     samples: Vec<Vec<Sample>>,
+    /// Whether a sample has a height.
+    has_heights: bool,
     configurations: Vec<Configuration>,
     pub(crate) counts: ExportCounts,
     pub(crate) flaws: Flaws,
@@ -33,6 +35,7 @@ pub(crate) struct Workbook {
 struct Sample {
     x_m: f64,
     y_m: f64,
+    z_m: f64,
     heading_rad: f64,
     speed_mps: f64,
 }
@@ -70,9 +73,9 @@ impl Workbook {
         if subject.has_frames() {
             add_list(&mut book, 0)?;
         }
-        for sheet in sheets(subject) {
-            let row_count =
-                self.wide_rows().count() * sheets(subject).iter().map(|sheet| sheet.lines.len()).sum::<usize>();
+        let sheets = sheets(subject, self.has_heights);
+        for sheet in sheets {
+            let row_count = self.wide_rows().count() * sheets.iter().map(|sheet| sheet.lines.len()).sum::<usize>();
             let rows =
                 self.wide_rows().flat_map(|index| sheet.lines.iter().map(move |line| self.wide_row(index, line)));
             book.add_sheet(sheet.name, &self.wide_columns(), rows.inspect(|_| look(row_count)))?;
@@ -88,8 +91,8 @@ impl Workbook {
         let samples: Vec<Sample> = match self.subject {
             ExportSubject::Handles => {
                 let sample = |handle: &HandleState| {
-                    let [x_m, y_m, _] = handle.position_m;
-                    Sample { x_m, y_m, heading_rad: 0.0, speed_mps: handle.speed_mps() }
+                    let [x_m, y_m, z_m] = handle.position_m;
+                    Sample { x_m, y_m, z_m, heading_rad: 0.0, speed_mps: handle.speed_mps() }
                 };
                 handles.iter().map(sample).collect()
             }
@@ -99,6 +102,7 @@ impl Workbook {
         let time_s = seconds(header.sim_time_ns);
         self.titles.push(if run == 1 { format!("{time_s} s") } else { format!("run {run}, {time_s} s") });
         let count = samples.len();
+        self.has_heights |= samples.iter().any(|sample| sample.z_m != 0.0);
         self.samples.push(samples);
         count
     }
@@ -114,7 +118,8 @@ impl Workbook {
         let plural = self.subject.name();
         // One row is for the titles, one column for the labels of the rows.
         let (rows, columns) = (MAX_ROWS - 1, MAX_COLUMNS - 1);
-        let tallest = self.samples.last().map_or(0, Vec::len) * MOST_LINES;
+        let lines = sheets(self.subject, self.has_heights).iter().map(|sheet| sheet.lines.len()).max().unwrap_or(0);
+        let tallest = self.samples.last().map_or(0, Vec::len) * lines;
         let lists =
             LISTS.iter().zip(&self.lists).map(|((_, subject), list)| (list.len(), rows, subject.name().to_owned()));
         for (count, most, what) in lists.chain([
@@ -146,8 +151,8 @@ impl Workbook {
 
 impl Sample {
     fn of(bench: &BenchState) -> Self {
-        let [x_m, y_m, _] = bench.centre_m;
-        Self { x_m, y_m, heading_rad: bench.heading_rad, speed_mps: bench.speed_mps() }
+        let [x_m, y_m, z_m] = bench.centre_m;
+        Self { x_m, y_m, z_m, heading_rad: bench.heading_rad, speed_mps: bench.speed_mps() }
     }
 }
 
@@ -165,19 +170,23 @@ struct WideSheet {
 /// A row for a handle or a bench: its title, and the function that returns its value.
 type WideLine = (&'static str, fn(&Sample) -> f64);
 
-/// Greatest number of rows for each handle or bench in a sheet.
-const MOST_LINES: usize = 2;
-
 const POSITIONS: WideSheet =
     WideSheet { name: "positions", lines: &[("x (m)", |sample| sample.x_m), ("y (m)", |sample| sample.y_m)] };
+/// The same with heights, for ground that is not flat.
+const POSITIONS_IN_SPACE: WideSheet = WideSheet {
+    name: "positions",
+    lines: &[("x (m)", |sample| sample.x_m), ("y (m)", |sample| sample.y_m), ("z (m)", |sample| sample.z_m)],
+};
 const HEADINGS: WideSheet = WideSheet { name: "headings", lines: &[("(rad)", |sample| sample.heading_rad)] };
 const SPEEDS: WideSheet = WideSheet { name: "speeds", lines: &[("(m/s)", |sample| sample.speed_mps)] };
 
-fn sheets(subject: ExportSubject) -> &'static [WideSheet] {
-    match subject {
-        ExportSubject::Handles => &[POSITIONS, SPEEDS],
-        ExportSubject::Benches => &[POSITIONS, HEADINGS, SPEEDS],
-        ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands => &[],
+fn sheets(subject: ExportSubject, has_heights: bool) -> &'static [WideSheet] {
+    match (subject, has_heights) {
+        (ExportSubject::Handles, false) => &[POSITIONS, SPEEDS],
+        (ExportSubject::Handles, true) => &[POSITIONS_IN_SPACE, SPEEDS],
+        (ExportSubject::Benches, false) => &[POSITIONS, HEADINGS, SPEEDS],
+        (ExportSubject::Benches, true) => &[POSITIONS_IN_SPACE, HEADINGS, SPEEDS],
+        (ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands, _) => &[],
     }
 }
 

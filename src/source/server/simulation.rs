@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainStepper, Dragon};
 use bench_dragon_ipc::{FrameHeader, HandleState};
-use glam::DVec2;
+use glam::DVec3;
 
 use crate::source::server::motion::{HeadState, Motion, MotionPlan};
 use crate::source::timecode::ShowPosition;
@@ -74,15 +74,13 @@ impl Simulation {
     /// Panics if `handles` has another length.
     pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
         let head = self.motion.head();
-        self.chain
-            .step(head.travel_m, head.speed_mps, handles, on_level_ground)
-            .expect("the motion stays within the run");
+        self.chain.step(head.travel_m, head.speed_mps, handles, handle_state).expect("the motion stays within the run");
         head
     }
 }
 
-fn on_level_ground(position_m: DVec2, velocity_mps: DVec2) -> HandleState {
-    HandleState { position_m: [position_m.x, position_m.y, 0.0], velocity_mps: [velocity_mps.x, velocity_mps.y, 0.0] }
+fn handle_state(position_m: DVec3, velocity_mps: DVec3) -> HandleState {
+    HandleState { position_m: position_m.into(), velocity_mps: velocity_mps.into() }
 }
 
 impl HeadState {

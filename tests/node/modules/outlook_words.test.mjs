@@ -14,6 +14,12 @@ test('the countdown to a contact is in wall time, with show time beside it', () 
   assert.equal(outlookInWords(outlook, 'paused').large, 'Contact after 0.7 s of walking');
 });
 
+test('the earliest contact that loose hinges allow is beside the contact', () => {
+  const outlook = { kind: 'contact', benches: [0, 8], travel_m: 412.47, time_s: 412.474, wall_s: 0.74 };
+  const { small } = outlookInWords(outlook, 'running', { travel_m: 405.665, time_s: 405.665, wall_s: 0 });
+  assert.match(small, /show time 412\.474 s; with play in the hinges possible from 405\.665 s$/);
+});
+
 test('before a stop by the guard, no contact is announced', () => {
   const outlook = { kind: 'guard_stop', benches: [0, 8], travel_m: 409, time_s: 409.5, wall_s: 8 };
   const { large, small, level } = outlookInWords(outlook, 'running');

@@ -4,9 +4,12 @@
     reason = "a function compiled for more instructions than the program may only be called where they exist"
 )]
 
-use glam::DVec2;
+use glam::DVec3;
 
 use super::pass::Pass;
+
+/// Whether the whole program was compiled for fused multiplication and addition.
+const FUSED: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
 
 /// The vector instructions that the stepper uses on this machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,18 +41,19 @@ impl Instructions {
     }
 
     /// Runs a pass with these instructions.
-    pub(super) fn run<H>(self, pass: Pass<'_, H, impl Fn(DVec2, DVec2) -> H>) {
+    pub(super) fn run<H>(self, pass: Pass<'_, H, impl Fn(DVec3, DVec3) -> H>) {
+        let on_ground = pass.curve.route.is_on_ground();
         #[cfg(target_arch = "x86_64")]
         if self.has_avx2 {
             // SAFETY: `has_avx2` is true only if the processor has been found to have both features.
-            return unsafe { run_with_avx2(pass) };
+            return unsafe { if on_ground { run_with_avx2::<H, true>(pass) } else { run_with_avx2::<H, false>(pass) } };
         }
-        pass.run::<{ cfg!(any(target_arch = "aarch64", target_feature = "fma")) }>();
+        if on_ground { pass.run::<FUSED, true>() } else { pass.run::<FUSED, false>() }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn run_with_avx2<H>(pass: Pass<'_, H, impl Fn(DVec2, DVec2) -> H>) {
-    pass.run::<true>();
+fn run_with_avx2<H, const ON_GROUND: bool>(pass: Pass<'_, H, impl Fn(DVec3, DVec3) -> H>) {
+    pass.run::<true, ON_GROUND>();
 }

@@ -10,6 +10,7 @@
 
 #![allow(clippy::inline_always, reason = "a function that is not inlined loses the vector instructions of its caller")]
 
+mod heights;
 mod instructions;
 mod lanes;
 mod pass;
@@ -19,12 +20,12 @@ mod section;
 
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::DVec3;
 
 use super::Dragon;
 use super::chain::TravelOutOfRange;
 use super::dimensions::Dimensions;
-use crate::route::{Kernel, Piece, Route};
+use crate::route::{Kernel, PlanPiece, Route};
 
 pub use instructions::Instructions;
 
@@ -75,11 +76,11 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The piece of the route at a parameter, which is not NaN.
-    fn piece_at(&self, parameter: f64) -> Piece {
+    /// The piece of the route at a parameter, which is not NaN, within an interval.
+    fn piece_at(&self, parameter: f64, [begin, end]: [f64; 2]) -> PlanPiece {
         let number = self.kernels.partition_point(|kernel| kernel.begin() <= parameter).max(1);
-        let end = self.kernels.get(number).map_or(f64::INFINITY, Kernel::begin);
-        self.kernels[number - 1].piece(parameter, end)
+        let end = self.kernels.get(number).map_or(end, |next| next.begin().min(end));
+        self.kernels[number - 1].piece(parameter, [begin, end])
     }
 }
 
@@ -134,7 +135,7 @@ impl ChainStepper {
         travel_m: f64,
         speed_mps: f64,
         records: &mut [H],
-        record: impl Fn(DVec2, DVec2) -> H,
+        record: impl Fn(DVec3, DVec3) -> H,
     ) -> Result<(), TravelOutOfRange> {
         assert_eq!(records.len(), self.dragon.dimensions().handles(), "one record for each handle");
         self.dragon.require_travel(travel_m)?;
@@ -144,8 +145,8 @@ impl ChainStepper {
         let rate = 1.0 / point.speed_m_per_unit;
         let head = Ahead {
             parameter,
-            position_m: point.position.into(),
-            tangent_m: (point.tangent * point.speed_m_per_unit).into(),
+            position_m: point.position.extend(point.height_m).into(),
+            tangent_m: (point.tangent.extend(point.climb) * point.speed_m_per_unit).into(),
             rate,
         };
         self.instructions.run(Pass {

@@ -1,6 +1,6 @@
 //! One pass over the chain, from the head to the tail.
 
-use glam::DVec2;
+use glam::DVec3;
 
 use super::Curve;
 use super::lanes::{HANDLES, LANES, ROWS};
@@ -39,19 +39,19 @@ pub(super) struct Pass<'a, H, R> {
     pub(super) record: R,
 }
 
-impl<H, R: Fn(DVec2, DVec2) -> H> Pass<'_, H, R> {
+impl<H, R: Fn(DVec3, DVec3) -> H> Pass<'_, H, R> {
     /// Moves every section and writes every record. It is compiled once for each set of instructions. So it is always inlined,
     /// with all that it calls except rare cases.
     #[inline(always)]
-    pub(super) fn run<const FUSED: bool>(self) {
+    pub(super) fn run<const FUSED: bool, const ON_GROUND: bool>(self) {
         let Self { curve, dimensions, links, sections, scratch, way, head, speed_mps, records, record } = self;
         let (head_record, records) = records.split_first_mut().expect("a dragon has a head");
-        *head_record = record(head.position_m.into(), DVec2::from(head.tangent_m) * (head.rate * speed_mps));
+        *head_record = record(head.position_m.into(), DVec3::from(head.tangent_m) * (head.rate * speed_mps));
         let mut ahead = head;
         for (number, (section, records)) in sections.iter_mut().zip(records.chunks_mut(HANDLES)).enumerate() {
             let followed = match way {
                 Way::Walk(step) if section.is_placed() => {
-                    section.follow::<FUSED>(scratch, curve, &links[number.min(1)], &ahead, step)
+                    section.follow::<FUSED, ON_GROUND>(scratch, curve, &links[number.min(1)], &ahead, step)
                 }
                 _ => false,
             };
@@ -61,11 +61,11 @@ impl<H, R: Fn(DVec2, DVec2) -> H> Pass<'_, H, R> {
                 }
                 // The first pose uses the same arithmetic as all others, so that a standing dragon does not move by rounding.
                 if section.is_placed() {
-                    section.stand::<FUSED>(scratch, curve);
+                    section.stand::<FUSED, ON_GROUND>(scratch, curve);
                 }
             }
-            write(section, scratch, speed_mps, records, &record);
-            ahead = section.last(scratch);
+            write::<H, ON_GROUND>(section, scratch, speed_mps, records, &record);
+            ahead = section.last::<ON_GROUND>(scratch);
         }
     }
 }
@@ -82,29 +82,24 @@ fn place(
     ahead: &Ahead,
 ) {
     let point = curve.route.point(ahead.parameter);
-    let handle = Handle {
-        parameter: ahead.parameter,
-        position: point.position,
-        tangent: point.tangent,
-        speed_ratio: ahead.rate * point.speed_m_per_unit,
-    };
+    let handle = Handle::new(ahead.parameter, point, ahead.rate * point.speed_m_per_unit);
     let chain = Chain::behind(curve.route, dimensions, &UNLIMITED, index, &handle);
     section.place(scratch, chain.map(|handle| (handle, curve.route.point(handle.parameter).speed_m_per_unit)));
 }
 
 /// Writes the records of a section's handles. The last section may have fewer records than handles.
 #[inline(always)]
-fn write<H>(
+fn write<H, const ON_GROUND: bool>(
     section: &Section,
     scratch: &mut Scratch,
     speed_mps: f64,
     records: &mut [H],
-    make: &impl Fn(DVec2, DVec2) -> H,
+    make: &impl Fn(DVec3, DVec3) -> H,
 ) {
-    section.set_velocities(scratch, speed_mps);
+    section.set_velocities::<ON_GROUND>(scratch, speed_mps);
     for (lane, records) in (0..LANES).zip(records.chunks_mut(ROWS)) {
         for (row, record) in (0..ROWS).zip(records) {
-            let (position_m, velocity_mps) = scratch.moving(row * LANES + lane);
+            let (position_m, velocity_mps) = scratch.moving::<ON_GROUND>(row * LANES + lane);
             *record = make(position_m.into(), velocity_mps.into());
         }
     }

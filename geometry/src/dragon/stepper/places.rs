@@ -5,10 +5,11 @@
 //! pieces of one form. So neighbouring handles on different segments are calculated by the same vector instructions.
 
 use super::Curve;
+use super::heights::Heights;
 use super::lanes::{HANDLES, LANES, ROWS, Values};
 use crate::numerics::multiply_add;
 use crate::numerics::small_sine_and_versine;
-use crate::route::Piece;
+use crate::route::PlanPiece;
 
 /// The pieces of the handles of a section.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub(super) struct Places {
     radii_m: Values,
     /// Changes of these distances per unit of the parameter, in metres.
     slopes_m: Values,
+    /// Heights, once a handle is on ground that is not flat.
+    heights: Option<Box<Heights>>,
 }
 
 impl Places {
@@ -46,6 +49,7 @@ impl Places {
             turns: none,
             radii_m: none,
             slopes_m: none,
+            heights: None,
         }
     }
 
@@ -70,14 +74,20 @@ impl Places {
     pub(super) fn renew(&mut self, parameters: &Values, curve: Curve<'_>) {
         for (k, &parameter) in parameters.iter().enumerate() {
             let is_on = (parameter - self.anchors[k]).abs() <= self.reaches[k];
-            if !is_on && !parameter.is_nan() {
-                self.set(k, &curve.piece_at(parameter));
+            if is_on || parameter.is_nan() {
+                continue;
             }
+            let Some((lift, ends)) = curve.route.profile_piece(parameter) else {
+                self.set(k, &curve.piece_at(parameter, [f64::NEG_INFINITY, f64::INFINITY]));
+                continue;
+            };
+            self.set(k, &curve.piece_at(parameter, ends));
+            self.heights.get_or_insert_with(|| Box::new(Heights::new())).set(k, &lift);
         }
     }
 
-    fn set(&mut self, k: usize, piece: &Piece) {
-        let Piece { anchor, reach, centre, cosine, sine, turn, radius_m, slope_m } = *piece;
+    fn set(&mut self, k: usize, piece: &PlanPiece) {
+        let PlanPiece { anchor, reach, centre, cosine, sine, turn, radius_m, slope_m } = *piece;
         (self.anchors[k], self.reaches[k]) = (anchor, reach);
         [self.x_m[k], self.y_m[k]] = centre.into();
         (self.cosines[k], self.sines[k], self.turns[k]) = (cosine, sine, turn);
@@ -101,5 +111,11 @@ impl Places {
             multiply_add::<FUSED>(slope_m, cosine_here, -(turned_m * sine_here)),
             multiply_add::<FUSED>(slope_m, sine_here, turned_m * cosine_here),
         ]
+    }
+
+    /// Height of a handle and its change per unit of the parameter, both in metres.
+    #[inline(always)]
+    pub(super) fn height<const FUSED: bool>(&self, k: usize, parameter: f64) -> [f64; 2] {
+        self.heights.as_ref().map_or([f64::NAN; 2], |heights| heights.at::<FUSED>(k, parameter))
     }
 }

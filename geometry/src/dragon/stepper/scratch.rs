@@ -18,9 +18,9 @@ pub(super) struct Links {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ahead {
     pub(super) parameter: f64,
-    pub(super) position_m: [f64; 2],
+    pub(super) position_m: [f64; 3],
     /// Change of the position per unit of the parameter, in metres.
-    pub(super) tangent_m: [f64; 2],
+    pub(super) tangent_m: [f64; 3],
     /// Change of the parameter per metre of the head's travel.
     pub(super) rate: f64,
 }
@@ -31,9 +31,12 @@ pub(super) struct Ahead {
 pub(super) struct Scratch {
     pub(super) x_m: LedValues,
     pub(super) y_m: LedValues,
+    /// Used on ground only, as all values in z.
+    pub(super) z_m: LedValues,
     /// Changes of the position per unit of the parameter.
     pub(super) tangent_x_m: LedValues,
     pub(super) tangent_y_m: LedValues,
+    pub(super) tangent_z_m: LedValues,
     /// Change of each parameter that gives its link its length while the handle ahead stays. After
     /// [`sum_up_lanes`](Self::sum_up_lanes): while the handle ahead of the lane stays.
     pub(super) corrections: LedValues,
@@ -42,6 +45,7 @@ pub(super) struct Scratch {
     pub(super) ratios: LedValues,
     pub(super) velocity_x_mps: Values,
     pub(super) velocity_y_mps: Values,
+    pub(super) velocity_z_mps: Values,
 }
 
 impl Scratch {
@@ -50,12 +54,15 @@ impl Scratch {
         Self {
             x_m: led_zero,
             y_m: led_zero,
+            z_m: led_zero,
             tangent_x_m: led_zero,
             tangent_y_m: led_zero,
+            tangent_z_m: led_zero,
             corrections: led_zero,
             ratios: led_zero,
             velocity_x_mps: zero,
             velocity_y_mps: zero,
+            velocity_z_mps: zero,
         }
     }
 
@@ -66,22 +73,37 @@ impl Scratch {
         [self.x_m[led], self.y_m[led], self.tangent_x_m[led], self.tangent_y_m[led]] = point;
     }
 
+    /// Sets height of a handle and its change.
+    #[inline(always)]
+    pub(super) fn set_height(&mut self, index: usize, height: [f64; 2]) {
+        [self.z_m[LANES + index], self.tangent_z_m[LANES + index]] = height;
+    }
+
     /// Position and velocity of a handle.
     #[inline(always)]
-    pub(super) fn moving(&self, index: usize) -> ([f64; 2], [f64; 2]) {
+    pub(super) fn moving<const ON_GROUND: bool>(&self, index: usize) -> ([f64; 3], [f64; 3]) {
         let led = LANES + index;
-        ([self.x_m[led], self.y_m[led]], [self.velocity_x_mps[index], self.velocity_y_mps[index]])
+        let [z_m, velocity_z_mps] = if ON_GROUND { [self.z_m[led], self.velocity_z_mps[index]] } else { [0.0; 2] };
+        let velocity_mps = [self.velocity_x_mps[index], self.velocity_y_mps[index], velocity_z_mps];
+        ([self.x_m[led], self.y_m[led], z_m], velocity_mps)
     }
 
     /// Writes the handles ahead of the lanes in front of the others. The first lane follows the handle ahead of the section,
     /// each other lane the last handle of the lane before.
     #[inline(always)]
-    pub(super) fn lead(&mut self, ahead: &Ahead) {
-        let ([x_m, y_m], [tangent_x_m, tangent_y_m]) = (ahead.position_m, ahead.tangent_m);
-        let Self { x_m: xs, y_m: ys, tangent_x_m: tangent_xs, tangent_y_m: tangent_ys, .. } = self;
-        for (values, first) in [(xs, x_m), (ys, y_m), (tangent_xs, tangent_x_m), (tangent_ys, tangent_y_m)] {
-            values.copy_within(HANDLES..HANDLES + LANES - 1, 1);
-            values[0] = first;
+    pub(super) fn lead<const ON_GROUND: bool>(&mut self, ahead: &Ahead) {
+        let ([x_m, y_m, z_m], [tangent_x_m, tangent_y_m, tangent_z_m]) = (ahead.position_m, ahead.tangent_m);
+        for (values, first) in [
+            (&mut self.x_m, x_m),
+            (&mut self.y_m, y_m),
+            (&mut self.tangent_x_m, tangent_x_m),
+            (&mut self.tangent_y_m, tangent_y_m),
+        ] {
+            lead(values, first);
+        }
+        if ON_GROUND {
+            lead(&mut self.z_m, z_m);
+            lead(&mut self.tangent_z_m, tangent_z_m);
         }
     }
 
@@ -91,9 +113,9 @@ impl Scratch {
     /// (|c|² − d²)/2 + c·t'·δ' restores |c|² = d². Returns whether every handle moves towards the one ahead, at an angle under
     /// about 75° to the chord. Then no other parameter nearby has the same distance.
     #[inline(always)]
-    pub(super) fn linearise<const FUSED: bool>(&mut self, links: &Links) -> bool {
+    pub(super) fn linearise<const FUSED: bool, const ON_GROUND: bool>(&mut self, links: &Links) -> bool {
         const LEAST_COSINE_SQUARE: f64 = 1.0 / 16.0;
-        let Scratch { x_m, y_m, tangent_x_m, tangent_y_m, corrections, ratios, .. } = self;
+        let Scratch { x_m, y_m, z_m, tangent_x_m, tangent_y_m, tangent_z_m, corrections, ratios, .. } = self;
         let mut least = [f64::INFINITY; LANES];
         for row in 0..ROWS {
             for (lane, least) in least.iter_mut().enumerate() {
@@ -101,14 +123,21 @@ impl Scratch {
                 let (chord_x, chord_y) = (x_m[k] - x_m[led], y_m[k] - y_m[led]);
                 let (tangent_x, tangent_y) = (tangent_x_m[led], tangent_y_m[led]);
                 let square_m2 = links.squares[k];
-                let excess_m2 =
+                let mut excess_m2 =
                     multiply_add::<FUSED>(chord_x, chord_x, multiply_add::<FUSED>(chord_y, chord_y, -square_m2));
-                let rear = multiply_add::<FUSED>(chord_x, tangent_x, chord_y * tangent_y);
-                let front = multiply_add::<FUSED>(chord_x, tangent_x_m[k], chord_y * tangent_y_m[k]);
+                let mut rear = multiply_add::<FUSED>(chord_x, tangent_x, chord_y * tangent_y);
+                let mut front = multiply_add::<FUSED>(chord_x, tangent_x_m[k], chord_y * tangent_y_m[k]);
+                let mut speed_m2 = multiply_add::<FUSED>(tangent_x, tangent_x, tangent_y * tangent_y);
+                if ON_GROUND {
+                    let (chord_z, tangent_z) = (z_m[k] - z_m[led], tangent_z_m[led]);
+                    excess_m2 = multiply_add::<FUSED>(chord_z, chord_z, excess_m2);
+                    rear = multiply_add::<FUSED>(chord_z, tangent_z, rear);
+                    front = multiply_add::<FUSED>(chord_z, tangent_z_m[k], front);
+                    speed_m2 = multiply_add::<FUSED>(tangent_z, tangent_z, speed_m2);
+                }
                 let per_rear = 1.0 / rear;
                 corrections[led] = 0.5 * excess_m2 * per_rear;
                 ratios[led] = front * per_rear;
-                let speed_m2 = multiply_add::<FUSED>(tangent_x, tangent_x, tangent_y * tangent_y);
                 let margin = multiply_add::<FUSED>(rear.abs(), rear, -(LEAST_COSINE_SQUARE * square_m2) * speed_m2);
                 *least = if margin < *least { margin } else { *least };
             }
@@ -131,4 +160,12 @@ impl Scratch {
             }
         }
     }
+}
+
+/// Writes the value ahead of each lane: first that of the handle ahead of the section, then those of the last handles of the lanes
+/// before.
+#[inline(always)]
+fn lead(values: &mut LedValues, first: f64) {
+    values.copy_within(HANDLES..HANDLES + LANES - 1, 1);
+    values[0] = first;
 }

@@ -46,6 +46,7 @@ impl Section {
             self.rates[k] = handle.speed_ratio / speed_m_per_unit;
             let (position, tangent_m) = (handle.position, handle.tangent * speed_m_per_unit);
             scratch.set(k, [position.x, position.y, tangent_m.x, tangent_m.y]);
+            scratch.set_height(k, [handle.height_m, handle.climb * speed_m_per_unit]);
         }
         self.last_rates = self.rates;
     }
@@ -58,22 +59,26 @@ impl Section {
 
     /// Calculates the velocities for this speed of the head.
     #[inline(always)]
-    pub(super) fn set_velocities(&self, scratch: &mut Scratch, speed_mps: f64) {
+    pub(super) fn set_velocities<const ON_GROUND: bool>(&self, scratch: &mut Scratch, speed_mps: f64) {
         for k in 0..HANDLES {
             let places_per_s = self.rates[k] * speed_mps;
             scratch.velocity_x_mps[k] = scratch.tangent_x_m[LANES + k] * places_per_s;
             scratch.velocity_y_mps[k] = scratch.tangent_y_m[LANES + k] * places_per_s;
+            if ON_GROUND {
+                scratch.velocity_z_mps[k] = scratch.tangent_z_m[LANES + k] * places_per_s;
+            }
         }
     }
 
     /// The last handle of the section.
     #[inline(always)]
-    pub(super) fn last(&self, scratch: &Scratch) -> Ahead {
+    pub(super) fn last<const ON_GROUND: bool>(&self, scratch: &Scratch) -> Ahead {
         let (last, k) = (HANDLES - 1, LANES + HANDLES - 1);
+        let [z_m, tangent_z_m] = if ON_GROUND { [scratch.z_m[k], scratch.tangent_z_m[k]] } else { [0.0; 2] };
         Ahead {
             parameter: self.parameters[last],
-            position_m: [scratch.x_m[k], scratch.y_m[k]],
-            tangent_m: [scratch.tangent_x_m[k], scratch.tangent_y_m[k]],
+            position_m: [scratch.x_m[k], scratch.y_m[k], z_m],
+            tangent_m: [scratch.tangent_x_m[k], scratch.tangent_y_m[k], tangent_z_m],
             rate: self.rates[last],
         }
     }
@@ -85,7 +90,7 @@ impl Section {
     /// all handles at once. It repeats until the correction is so small that its own error, which is of the order of its
     /// square, vanishes.
     #[inline(always)]
-    pub(super) fn follow<const FUSED: bool>(
+    pub(super) fn follow<const FUSED: bool, const ON_GROUND: bool>(
         &mut self,
         scratch: &mut Scratch,
         curve: Curve<'_>,
@@ -95,11 +100,11 @@ impl Section {
     ) -> bool {
         self.extrapolate::<FUSED>(step);
         for _ in 0..MAX_CORRECTIONS {
-            self.stand::<FUSED>(scratch, curve);
-            scratch.lead(ahead);
-            let walks = scratch.linearise::<FUSED>(links);
+            self.stand::<FUSED, ON_GROUND>(scratch, curve);
+            scratch.lead::<ON_GROUND>(ahead);
+            let walks = scratch.linearise::<FUSED, ON_GROUND>(links);
             scratch.sum_up_lanes::<FUSED>();
-            let moved_m2 = self.correct::<FUSED>(scratch, ahead.rate);
+            let moved_m2 = self.correct::<FUSED, ON_GROUND>(scratch, ahead.rate);
             // A NaN meets neither condition.
             if !(walks && moved_m2 <= links.far_m2) {
                 return false;
@@ -113,13 +118,16 @@ impl Section {
 
     /// Calculates positions and tangents at the handles' parameters.
     #[inline(always)]
-    pub(super) fn stand<const FUSED: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
+    pub(super) fn stand<const FUSED: bool, const ON_GROUND: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
         let Self { parameters, places, .. } = self;
         if !places.reach(parameters) {
             places.renew(parameters, curve);
         }
         for (k, &parameter) in parameters.iter().enumerate() {
             scratch.set(k, places.point::<FUSED>(k, parameter));
+            if ON_GROUND {
+                scratch.set_height(k, places.height::<FUSED>(k, parameter));
+            }
         }
     }
 
@@ -135,8 +143,8 @@ impl Section {
 
     /// Joins the lanes and applies the corrections. Returns the sum of the squared corrections, in m².
     #[inline(always)]
-    fn correct<const FUSED: bool>(&mut self, scratch: &mut Scratch, rate_ahead: f64) -> f64 {
-        let Scratch { x_m, y_m, tangent_x_m, tangent_y_m, corrections, ratios, .. } = scratch;
+    fn correct<const FUSED: bool, const ON_GROUND: bool>(&mut self, scratch: &mut Scratch, rate_ahead: f64) -> f64 {
+        let Scratch { x_m, y_m, z_m, tangent_x_m, tangent_y_m, tangent_z_m, corrections, ratios, .. } = scratch;
         let (mut lane_corrections, mut lane_rates) = ([0.0; LANES], [rate_ahead; LANES]);
         for lane in 1..LANES {
             let k = HANDLES + lane - 1;
@@ -154,6 +162,9 @@ impl Section {
                 x_m[led] += step_x_m;
                 y_m[led] += step_y_m;
                 moved_m2[lane] += multiply_add::<FUSED>(step_x_m, step_x_m, step_y_m * step_y_m);
+                if ON_GROUND {
+                    z_m[led] += tangent_z_m[led] * correction;
+                }
             }
         }
         moved_m2.into_iter().sum()

@@ -28,6 +28,7 @@
 //! outward and towards the head's direction.
 
 mod overlap;
+mod play;
 mod stop;
 
 use std::f64::consts::TAU;
@@ -39,6 +40,8 @@ use crate::clearance::{Contact, first_within};
 use crate::dragon::{Chain, Dimensions, Dragon, DragonError, Meter, Spent};
 use crate::number::Number;
 use crate::route::{Route, RouteError};
+
+pub use play::guaranteed_pitch;
 
 use overlap::Overlap;
 use stop::Stop;

@@ -61,13 +61,19 @@ impl Route {
     /// Finds the crossings of the route with itself between two travels. `is_lap` states that the two are the joint of a closed
     /// path. The search takes at most about `most_steps` steps of about 50 ns.
     pub fn crossings(&self, from_m: f64, to_m: f64, is_lap: bool, most_steps: u64) -> Crossings {
-        let mut search = Search { span_m: [from_m, to_m], is_lap, most_steps, steps: 0, found: Vec::new() };
+        let span_m = [from_m, to_m].map(|travel_m| self.in_plan(travel_m));
+        let mut search = Search { span_m, is_lap, most_steps, steps: 0, found: Vec::new() };
         let pieces = search.cut(self.stretches(from_m, to_m));
         if let Some(pieces) = pieces {
             search.walk(&Tree::of(pieces));
         }
         search.merge();
-        Crossings { is_complete: !search.is_spent(), found: search.found, steps: search.steps }
+        let in_space = |crossing: &Crossing| Crossing {
+            travels_m: crossing.travels_m.map(|travel_m| self.in_space(travel_m)),
+            ..*crossing
+        };
+        let found = search.found.iter().map(in_space).collect();
+        Crossings { is_complete: !search.is_spent(), found, steps: search.steps }
     }
 }
 

@@ -23,6 +23,8 @@ class Benches:
     """Velocities of the centres in metres per show second: shape (N, 3)."""
     turn_rates: NDArray[np.float64]
     """Rates of the headings in radians per show second, counter-clockwise: shape (N,)."""
+    pitches: NDArray[np.float64]
+    """Angles by which the front handles are above the rear ones, in radians, 0 on level ground: shape (N,)."""
 
     @classmethod
     def between(cls, positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> "Benches":
@@ -33,6 +35,8 @@ class Benches:
         >>> benches = Benches.between(np.array([[1.0, 3.0, 0.0], [1.0, 1.0, 0.0]]), np.array([[-0.5, 0, 0], [0, 0, 0]]))
         >>> benches.centres.tolist(), benches.velocities.tolist(), benches.turn_rates.tolist()
         ([[1.0, 2.0, 0.0]], [[-0.25, 0.0, 0.0]], [0.25])
+        >>> Benches.between(np.array([[2.0, 0, 1.0], [1.0, 0, 0]]), np.zeros((2, 3))).pitches.tolist() == [np.pi / 4]
+        True
         """
         along = positions[:-1, :2] - positions[1:, :2]
         against = velocities[:-1, :2] - velocities[1:, :2]
@@ -43,6 +47,7 @@ class Benches:
             headings=np.arctan2(along[:, 1], along[:, 0]),
             velocities=(velocities[:-1] + velocities[1:]) / 2,
             turn_rates=np.divide(turn, squared, out=np.zeros_like(turn), where=squared > 0),
+            pitches=np.arctan2(positions[:-1, 2] - positions[1:, 2], np.sqrt(squared)),
         )
 
     @property

@@ -1,5 +1,5 @@
 // @ts-check
-// The boards of a frame: bench i lies between handles i and i + 1, and extends beyond both.
+// The boards of a frame, seen from above: bench i lies between handles i and i + 1, and extends beyond both.
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./show.js').Run} Run */
@@ -11,6 +11,7 @@
  * @property {number} uy
  * @property {number} halfLength_m
  * @property {number} halfWidth_m
+ * @property {number | null} z of its centre; `null` on level ground
  */
 
 /** Dimensions that are used while the dragon's are unknown: the boards are then as long as the links. */
@@ -24,18 +25,22 @@ const UNKNOWN = { hole_offset_m: 0, width_m: 0.1 };
  */
 export function board(frame, run, bench) {
   const at = bench * 3;
-  const { handles } = frame;
+  const { handles, heights } = frame;
   const [frontX, frontY, rearX, rearY] = [handles[at], handles[at + 1], handles[at + 3], handles[at + 4]];
   const [dx, dy] = [frontX - rearX, frontY - rearY];
   const link_m = Math.hypot(dx, dy) || 1;
   const { hole_offset_m, width_m } = run ?? UNKNOWN;
+  // A pitched board is seen shorter.
+  const rise_m = heights === null ? 0 : heights[bench] - heights[bench + 1];
+  const seen = link_m / Math.hypot(link_m, rise_m);
   return {
     x: (frontX + rearX) / 2,
     y: (frontY + rearY) / 2,
     ux: dx / link_m,
     uy: dy / link_m,
-    halfLength_m: link_m / 2 + hole_offset_m,
+    halfLength_m: link_m / 2 + hole_offset_m * seen,
     halfWidth_m: width_m / 2,
+    z: heights === null ? null : (heights[bench] + heights[bench + 1]) / 2,
   };
 }
 

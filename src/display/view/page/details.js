@@ -75,9 +75,10 @@ export class Details {
       return;
     }
     write(role, bench === 0 ? 'the head' : bench === frame.benches - 1 ? 'the tail' : 'of the body');
-    const { x, y, ux, uy } = board(frame, show.runOfFrame(), bench);
+    const { x, y, z, ux, uy } = board(frame, show.runOfFrame(), bench);
+    const height = z === null ? '' : `, ${format.fixed(z, 3)}`;
     const speed = (/** @type {number} */ handle) => `${format.fixed(frame.handles[handle * 3 + 2], 3)} m/s`;
-    write(element('bench-centre', HTMLElement), `${format.fixed(x, 3)}, ${format.fixed(y, 3)} m`);
+    write(element('bench-centre', HTMLElement), `${format.fixed(x, 3)}, ${format.fixed(y, 3)}${height} m`);
     write(element('bench-heading', HTMLElement), `${format.fixed((Math.atan2(uy, ux) * 180) / Math.PI, 1)}°`);
     write(element('bench-front', HTMLElement), speed(bench));
     write(element('bench-rear', HTMLElement), speed(bench + 1));

@@ -52,7 +52,7 @@ function lowest(reported, nearest, time_s) {
 /** @param {Show} show */
 function writeOutlook({ frame, status }) {
   const outlook = status?.outlook ?? /** @type {const} */ ({ kind: 'unknown' });
-  const { large, small, level } = outlookInWords(outlook, frame?.state ?? null);
+  const { large, small, level } = outlookInWords(outlook, frame?.state ?? null, status?.possible_contact ?? null);
   outlookFigure.dataset.kind = outlook.kind;
   outlookFigure.dataset.level = level;
   write(html('outlook'), large);
@@ -72,7 +72,8 @@ function writeClock(show) {
     frame === null ? '' : `${format.minutes(frame.time_s)}${isEndless ? '' : ` of ${format.minutes(run.end_s)}`} min`,
   );
   write(html('speed'), format.fixed(frame?.speed_mps, 2));
-  write(html('speed-more'), frame === null ? '' : `walked ${format.fixed(frame.travel_m, 2)} m`);
+  const height = frame?.heights ? `, at height ${format.fixed(frame.heights[0], 2)} m` : '';
+  write(html('speed-more'), frame === null ? '' : `walked ${format.fixed(frame.travel_m, 2)} m${height}`);
 }
 
 /** @param {Status} status */

@@ -2,7 +2,8 @@
 // The binary form of a frame, little-endian. The handles are read in the machine's byte order: every machine with a browser is
 // little-endian.
 
-const KIND = 1;
+const LEVEL = 1;
+const WITH_HEIGHTS = 2;
 const HEADER_LENGTH = 96;
 const VALUES_PER_HANDLE = 3;
 const NO_BENCH = 0xffffffff;
@@ -28,6 +29,7 @@ const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', '
  * @property {number} time_scale
  * @property {Nearest | null} nearest
  * @property {Float32Array} handles x, y and speed of each of the N + 1 handles, one after another
+ * @property {Float32Array | null} heights z of each handle; `null` on level ground
  */
 
 /**
@@ -43,7 +45,10 @@ export function readFrame(message) {
   const benches = word(8);
   const values = (benches + 1) * VALUES_PER_HANDLE;
   const state = STATES[word(12)];
-  if (word(0) !== KIND || state === undefined || message.byteLength !== HEADER_LENGTH + values * 4) return null;
+  const hasHeights = word(0) === WITH_HEIGHTS;
+  const all = values + (hasHeights ? benches + 1 : 0);
+  const isFrame = hasHeights || word(0) === LEVEL;
+  if (!isFrame || state === undefined || message.byteLength !== HEADER_LENGTH + all * 4) return null;
   return {
     sequence: word(4),
     benches,
@@ -59,5 +64,6 @@ export function readFrame(message) {
         ? null
         : { clearance_m: value(64), benches: [word(72), word(76)], point_m: [value(80), value(88)] },
     handles: new Float32Array(message, HEADER_LENGTH, values),
+    heights: hasHeights ? new Float32Array(message, HEADER_LENGTH + values * 4, benches + 1) : null,
   };
 }

@@ -20,16 +20,17 @@ const AT_ONCE_S = 0.05;
 /**
  * @param {Outlook} outlook
  * @param {import('./frame.js').ShowState | null} state
+ * @param {import('./show.js').Arrival | null} [possible] where the play of the hinges allows a contact first
  * @returns {OutlookWords}
  */
-export function outlookInWords(outlook, state) {
+export function outlookInWords(outlook, state, possible = null) {
   if (state === 'finished' || state === 'ended') return far('–', 'the show is over');
   const walks = state === 'running' || state === 'stopping';
   switch (outlook.kind) {
     case 'contact':
       return {
         large: walks ? `Contact in ${wall(outlook)}` : `Contact after ${wall(outlook)} of walking`,
-        small: `${format.pair(outlook.benches)}, at show time ${format.fixed(outlook.time_s, 3)} s`,
+        small: `${format.pair(outlook.benches)}, at show time ${format.fixed(outlook.time_s, 3)} s${from(possible)}`,
         level: urgency(outlook.wall_s),
       };
     case 'guard_stop':
@@ -41,8 +42,8 @@ export function outlookInWords(outlook, state) {
       );
     case 'free':
       return outlook.is_end
-        ? far('No contact to the end', `searched up to show time ${format.showTime(outlook.time_s)} s`)
-        : far(`No contact for ${wall(outlook)}`, `up to show time ${format.showTime(outlook.time_s)} s; the search continues`);
+        ? far('No contact to the end', `searched up to show time ${format.showTime(outlook.time_s)} s${from(possible)}`)
+        : far(`No contact for ${wall(outlook)}`, `up to show time ${format.showTime(outlook.time_s)} s; the search continues${from(possible)}`);
     case 'unknown':
       return far('–', 'no forecast available');
   }
@@ -65,6 +66,11 @@ function guardStop(stop, walks) {
 function wall({ wall_s }) {
   const left_s = Math.max(wall_s, 0);
   return left_s < 600 ? `${format.fixed(left_s, 1)} s` : `${format.minutes(left_s)} min`;
+}
+
+/** @param {import('./show.js').Arrival | null} possible */
+function from(possible) {
+  return possible === null ? '' : `; with play in the hinges possible from ${format.fixed(possible.time_s, 3)} s`;
 }
 
 /** @param {string} large @param {string} small @returns {OutlookWords} */

@@ -56,6 +56,7 @@
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
  * @property {Outlook} outlook
+ * @property {Arrival | null} possible_contact where the play of the hinges allows a contact first
  * @property {Clock | null} clock
  * @property {{clearance_m: number, time_s: number} | null} least
  * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart

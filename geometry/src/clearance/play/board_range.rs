@@ -1,0 +1,139 @@
+//! All places of one board that the play of its hinges allows, while its poles are anywhere in two intervals of the route.
+//!
+//! **One place of the poles.** Let P and Q be the front and the rear pole of a board, and c the play. The holes of the board are
+//! at P + v and Q + w with |v| ≤ c and |w| ≤ c, and d apart. In the frame of the line from Q to P, with the middle of the poles
+//! as its origin, the middle of the holes is m = (v + w)/2, and the heading of the board is u = (√(1 − η²), η) with
+//! η = (v − w)·ŷ/d. So a corner with the nominal coordinates (x, y) is at
+//!
+//! m + (x·√(1 − η²) − y·η, y·√(1 − η²) + x·η).
+//!
+//! In a direction n with n·(x, y) ≥ 0 it is at most
+//!
+//! n·(x, y) + n·m + η·λ·d/2 = n·(x, y) + v·(n + λ·ŷ)/2 + w·(n − λ·ŷ)/2, with λ = (2/d)·((x, y) × n),
+//!
+//! and so at most n·(x, y) + (c/2)·(|n + λ·ŷ| + |n − λ·ŷ|). A corner with n·(x, y) < 0 is nowhere further than its opposite. So
+//! the sum is a bound on the board, and the boards that the hinges allow touch it, but for the distance of the poles: across the
+//! board, a corner is off by c·L/d, and the middle of its side by c.
+//!
+//! **All places of the poles.** A point that is fixed in that frame is a function of the travels a and b of the two poles. By
+//! each of them, its second derivative is at most M (below). So on a rectangle of travels with the sides α and β, the point is
+//! within (α² + β²)·M/8 of the bilinear function with the same values at the four corners of the rectangle. In any direction,
+//! that function is greatest at one of these. So four boards and a remainder bound all of them.
+//!
+//! **M.** Let K bound the route's curvature, and D be the distance of the poles. The middle of the poles has a second derivative
+//! of at most K/2. The line from pole to pole turns by the angle φ with φ' = sin σ/D, where σ is its angle with the tangent, and
+//! |φ''| ≤ K/D + 2·|sin σ·cos σ|/D². If K·D < 2, then |sin σ| ≤ K·D/2 (see `link_motion`), so |φ''| + φ'² ≤ 2K/D + K²/4. In any
+//! case it is at most K/D + 2/D². A point ρ from the middle has M = K/2 + ρ·(|φ''| + φ'²).
+
+//!
+//! **On ground.** The line from Q to P is pitched, and the board is seen shortened to the share q of its length. Let e be the unit
+//! vector from Q to P, n a level direction, and n⊥ = n − (n·e)·e. In the direction n, a point of the board's middle line at x is off
+//! by at most c·(|V| + |W|) with |V|² = (n·e)²/4 + n⊥²·(1/2 + x/d)² and |W|² = (n·e)²/4 + n⊥²·(1/2 − x/d)², and by the second
+//! order, L·η²/4. The board stays level across, so its corners turn with its heading in the plan, by at most η/(q − η) with
+//! η = 2·c/d. In M, the frame has the axes e, the level one across, and the one square to both: see `link_motion` for the second
+//! derivative of the level one.
+
+use glam::DVec2;
+
+use super::pole_range::PoleRange;
+use crate::clearance::link_motion::HeadingMotion;
+use crate::dragon::Dragon;
+use crate::dragon::board::Board;
+
+/// The places of a bench's board.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BoardRange {
+    /// The boards without play, with the poles at the ends of their intervals.
+    boards: [Board; 4],
+    /// Distance between the holes.
+    link_m: f64,
+    play_m: f64,
+    /// Greatest distance of any place from those of the four boards.
+    remainder_m: f64,
+    /// Length of the board, if it is on ground.
+    pitched_m: Option<f64>,
+}
+
+impl BoardRange {
+    /// The places of the board of a bench with its poles in two intervals.
+    pub(super) fn new(dragon: &Dragon, bench: usize, front: &PoleRange, rear: &PoleRange) -> Self {
+        let dimensions = dragon.dimensions();
+        let play_m = dimensions.play_m();
+        let ends = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(a, b)| [front.ends[a], rear.ends[b]]);
+        let boards = ends.map(|[front, rear]| dragon.board_between(bench, front, rear));
+        let slack_m = 0.5 * (front.length_m + rear.length_m);
+        let distances_m = ends.map(|[front, rear]| front.distance(rear));
+        let least_m = distances_m.into_iter().fold(f64::INFINITY, f64::min) - slack_m;
+        let most_m = distances_m.into_iter().fold(0.0, f64::max) + slack_m;
+        let curvature = dragon.route().curvature_bound(rear.rear, front.front);
+        let turn = if curvature * most_m < 2.0 {
+            2.0 * curvature / least_m + 0.25 * curvature * curvature
+        } else {
+            curvature / least_m + 2.0 / (least_m * least_m)
+        };
+        let pitched_m = dragon.route().is_on_ground().then(|| dimensions.length_m(bench));
+        let second = match pitched_m {
+            None => 0.5 * curvature + (dragon.board_radius_m(bench) + 2.0 * play_m) * turn,
+            Some(length_m) => {
+                let rate = if curvature * most_m < 2.0 { 0.5 * curvature } else { least_m.recip() };
+                let shares = boards.map(|board| dragon.seen_share(bench, &board));
+                let turned = rate * (front.length_m + rear.length_m);
+                let share = shares.into_iter().fold(1.0, f64::min) - turned;
+                let across = HeadingMotion::new(rate, turn, share.max(0.0));
+                let frame = turn + across.turn_rate + 2.0 * rate * across.turn;
+                0.5 * curvature + (0.5 * (length_m + dimensions.width_m()) + 6.0 * play_m) * frame
+            }
+        };
+        let squares = front.length_m * front.length_m + rear.length_m * rear.length_m;
+        let remainder_m = if least_m > 0.0 { 0.125 * second * squares } else { f64::INFINITY };
+        Self { boards, link_m: dimensions.link_m(bench), play_m, remainder_m, pitched_m }
+    }
+
+    /// Whether every place of this board is more than `clearance_m` from every place of the other one, by the gaps in a few
+    /// directions.
+    pub(super) fn is_beyond(&self, other: &Self, clearance_m: f64) -> bool {
+        let [ours, theirs] = [self, other].map(|range| range.boards[1]);
+        let axes = [ours.heading.perp(), theirs.heading.perp(), ours.heading, theirs.heading];
+        let apart = theirs.centre - ours.centre;
+        let towards = |axis: DVec2| if axis.dot(apart) < 0.0 { -axis } else { axis };
+        axes.into_iter().any(|axis| self.gap_m(other, towards(axis)) > clearance_m)
+            || self.gap_m(other, ours.approach(&theirs).direction) > clearance_m
+    }
+
+    /// The least gap from this board to the other one in a direction. It is a lower bound on their clearance.
+    fn gap_m(&self, other: &Self, direction: DVec2) -> f64 {
+        -other.extent_m(-direction) - self.extent_m(direction)
+    }
+
+    /// How far the board reaches in a direction, from the origin of the route.
+    fn extent_m(&self, direction: DVec2) -> f64 {
+        let furthest = |board: &Board| {
+            if let Some(length_m) = self.pitched_m {
+                return self.pitched_extent_m(board, length_m, direction);
+            }
+            let (centre_m, across) = (board.centre.dot(direction), board.heading.perp().dot(direction));
+            let corners = board.corners().into_iter().map(|corner| {
+                let lever = 2.0 * (corner - board.centre).perp_dot(direction) / self.link_m;
+                let squared = 1.0 + lever * lever;
+                let [one, other] = [1.0, -1.0].map(|sign| (squared + 2.0 * sign * lever * across).max(0.0).sqrt());
+                (corner - board.centre).dot(direction) + 0.5 * self.play_m * (one + other)
+            });
+            centre_m + corners.fold(f64::NEG_INFINITY, f64::max)
+        };
+        self.boards.iter().map(furthest).fold(f64::NEG_INFINITY, f64::max) + self.remainder_m
+    }
+
+    /// The same for one place of the poles on ground.
+    fn pitched_extent_m(&self, board: &Board, length_m: f64, direction: DVec2) -> f64 {
+        let share = 2.0 * board.half_length / length_m;
+        let along = board.heading.dot(direction) * share;
+        let (along_squared, across_squared) = (0.25 * along * along, (1.0 - along * along).max(0.0));
+        let arm = 0.5 * length_m / self.link_m;
+        let offs = [0.5 + arm, 0.5 - arm].map(|arm| (along_squared + across_squared * arm * arm).sqrt());
+        let angle = 2.0 * self.play_m / self.link_m;
+        let turn = if share > angle { angle / (share - angle) } else { 2.0 };
+        let off_m = self.play_m * (offs[0] + offs[1]) + board.half_width * turn + 0.25 * length_m * angle * angle;
+        let corners = board.corners().into_iter().map(|corner| corner.dot(direction));
+        corners.fold(f64::NEG_INFINITY, f64::max) + off_m
+    }
+}

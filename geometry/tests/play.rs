@@ -1,0 +1,273 @@
+//! Loose hinges: no pose that the play allows touches before the guaranteed travel, and some pose touches soon after it.
+//!
+//! The poses are made here, from the definition and with a follower of its own: the poles walk on the spiral r = b·θ, two
+//! neighbours from d − 2c to d + 2c apart, and each hole is within c of its pole.
+
+#![allow(clippy::print_stdout, reason = "a test prints its figures")]
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::thread;
+
+use bench_dragon_geometry::clearance::{ClearanceSearch, PlaySearch, PossibleTouch, ProvenTravel};
+use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon};
+use bench_dragon_geometry::route::Route;
+use fastrand::Rng;
+use glam::DVec2;
+
+const PITCH_M: f64 = 0.55;
+const START_TURNS: f64 = 16.0;
+/// Benches of the random poses: a turn and a half. Those behind repeat their poses.
+const BENCHES: usize = 14;
+/// Number of random poses, and threads that draw them.
+const POSES: usize = 1_000_000;
+const THREADS: u64 = 2;
+
+fn paper(benches: usize) -> Dimensions {
+    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
+}
+
+fn dragon(benches: usize, pole_m: f64) -> Dragon {
+    let dimensions = paper(benches).with_poles(0.055, pole_m).expect("valid poles");
+    Dragon::new(dimensions, Arc::new(Route::spiral(PITCH_M, START_TURNS).expect("the paper's spiral")))
+        .expect("it stands")
+}
+
+fn earliest(dragon: &Dragon) -> PossibleTouch {
+    let mut search = PlaySearch::at(dragon, 0.0, 0.0).expect("no limit").expect("the hinges have play");
+    search.advance(dragon.end_travel_m()).expect("no limit").expect("the paper's dragon touches itself")
+}
+
+/// A point of the spiral, at an angle from its centre.
+fn at(angle: f64) -> DVec2 {
+    DVec2::from_angle(angle) * (PITCH_M / TAU * angle)
+}
+
+/// The angle behind `angle` at which the distance is `length_m`: Newton's method from outside.
+fn behind(angle: f64, length_m: f64) -> f64 {
+    let front = at(angle);
+    let mut rear = angle + length_m / (PITCH_M / TAU * angle) * 1.2;
+    for _ in 0..20 {
+        let (outward, radius_m) = (DVec2::from_angle(rear), PITCH_M / TAU * rear);
+        let chord = radius_m * outward - front;
+        let gap_m = chord.length() - length_m;
+        if gap_m.abs() < 1e-13 {
+            break;
+        }
+        let velocity = PITCH_M / TAU * outward + radius_m * outward.perp();
+        rear -= gap_m * chord.length() / chord.dot(velocity);
+    }
+    assert!((at(rear).distance(front) - length_m).abs() < 1e-12, "the follower reaches its distance");
+    rear
+}
+
+/// Angle of the head after a travel: Newton's method on the closed form of the arc.
+fn head_angle(travel_m: f64) -> f64 {
+    let arc = |angle: f64| 0.5 * PITCH_M / TAU * (angle * angle.hypot(1.0) + angle.asinh());
+    let wanted_m = arc(TAU * START_TURNS) - travel_m;
+    let mut angle = TAU * START_TURNS;
+    for _ in 0..50 {
+        angle -= (arc(angle) - wanted_m) / (PITCH_M / TAU * angle.hypot(1.0));
+    }
+    angle
+}
+
+/// How a bench lies on its poles: its heading turns by `turn` from the line of the poles, and the middle of its holes is `middle`
+/// off that of the poles, in metres, along and across that line.
+#[derive(Clone, Copy, Default)]
+struct Lie {
+    turn: f64,
+    middle: DVec2,
+}
+
+/// The board that lies so; `None` if a hole would leave its pole.
+fn board(dimensions: &Dimensions, bench: usize, [front, rear]: [DVec2; 2], lie: Lie) -> Option<Board> {
+    let line = (front - rear).normalize();
+    let middle = 0.5 * (front + rear) + line.rotate(lie.middle);
+    let half = 0.5 * dimensions.link_m(bench) * line.rotate(DVec2::from_angle(lie.turn));
+    let [hole, other] = [middle + half, middle - half];
+    let holds = hole.distance(front).max(other.distance(rear)) <= dimensions.play_m() + 1e-9;
+    holds.then(|| Board::from_handles(hole, other, dimensions.length_m(bench), dimensions.width_m()))
+}
+
+/// The lie with a share of the greatest turn that the distance of the poles leaves, and with the middle as far off in a direction
+/// as a share of what is then left.
+fn lie_of(dimensions: &Dimensions, bench: usize, poles: [DVec2; 2], turn_share: f64, off: DVec2) -> Lie {
+    let (play_m, link_m) = (dimensions.play_m(), dimensions.link_m(bench));
+    let longer_m = 0.5 * (poles[0].distance(poles[1]) - link_m);
+    let most_m = (play_m * play_m - longer_m * longer_m).max(0.0).sqrt();
+    let mut turn = (turn_share * 2.0 * most_m / link_m).asin();
+    let offset_of = |turn: f64| 0.5 * (link_m * DVec2::from_angle(turn) - DVec2::X * poles[0].distance(poles[1]));
+    // A turned board is shorter along the line.
+    while offset_of(turn).length() > play_m + 1e-12 {
+        turn *= 0.9;
+    }
+    let offset = offset_of(turn);
+    Lie { turn, middle: (play_m - offset.length()).max(0.0) * off }
+}
+
+/// A random lie. Many are at the limit of the play.
+fn random_lie(random: &mut Rng, dimensions: &Dimensions, bench: usize, poles: [DVec2; 2]) -> Lie {
+    let turn_share = [2.0 * random.f64() - 1.0, 1.0, -1.0][random.usize(..3)];
+    let share = if random.bool() { 1.0 } else { random.f64().sqrt() };
+    lie_of(dimensions, bench, poles, turn_share, share * DVec2::from_angle(TAU * random.f64()))
+}
+
+/// A link's length: any, or one of the extremes.
+fn random_length(random: &mut Rng, dimensions: &Dimensions, bench: usize, style: u8) -> f64 {
+    let share = match style {
+        0 => 2.0 * random.f64() - 1.0,
+        1 => 1.0,
+        2 => -1.0,
+        _ => [-1.0, 1.0][random.usize(..2)],
+    };
+    dimensions.link_m(bench) + 2.0 * share * dimensions.play_m()
+}
+
+/// The least clearance of random poses with the head up to 30 m before a travel, most of them shortly before.
+fn least_clearance_m(dimensions: &Dimensions, to_m: f64, poses: usize, seed: u64) -> f64 {
+    let mut random = Rng::with_seed(seed);
+    let (mut search, mut boards, mut least_m) = (ClearanceSearch::default(), Vec::new(), f64::INFINITY);
+    for _ in 0..poses {
+        let mut angle = head_angle(to_m - 30.0 * random.f64().powi(2));
+        let style = random.u8(..4);
+        boards.clear();
+        for bench in 0..dimensions.benches() {
+            let rear = behind(angle, random_length(&mut random, dimensions, bench, style));
+            let poles = [at(angle), at(rear)];
+            let lie = random_lie(&mut random, dimensions, bench, poles);
+            boards.push(board(dimensions, bench, poles, lie).expect("an allowed lie"));
+            angle = rear;
+        }
+        least_m = least_m.min(search.nearest(&boards).expect("there are pairs").clearance_m);
+    }
+    least_m
+}
+
+#[test]
+fn a_million_random_poses_never_touch_before_the_guaranteed_travel() {
+    let dragon = dragon(BENCHES, 0.050);
+    let free_to_m = earliest(&dragon).travel_m;
+    let draw = |seed| least_clearance_m(dragon.dimensions(), free_to_m, POSES / THREADS as usize, seed);
+    let least_m = thread::scope(|scope| {
+        let threads: Vec<_> = (0..THREADS).map(|seed| scope.spawn(move || draw(seed))).collect();
+        threads.into_iter().map(|thread| thread.join().expect("no panic")).fold(f64::INFINITY, f64::min)
+    });
+    assert!(least_m > 0.0 && least_m < 0.01, "least clearance {least_m} m");
+}
+
+/// The lies of a bench that reach furthest, for a few turns.
+fn extreme_lies(dimensions: &Dimensions, bench: usize, poles: [DVec2; 2], towards: DVec2) -> Vec<Lie> {
+    let (play_m, link_m) = (dimensions.play_m(), dimensions.link_m(bench));
+    let most = (2.0 * play_m / link_m).asin();
+    let line = (poles[0] - poles[1]).normalize();
+    let towards = DVec2::new(line.dot(towards), line.perp_dot(towards));
+    let turns = (-8..=8).map(|k| most * f64::from(k) / 8.0);
+    let lie = |turn: f64| {
+        let offset = 0.5 * (link_m * DVec2::from_angle(turn) - DVec2::X * poles[0].distance(poles[1]));
+        // The middle is within c of both −offset and +offset: as far as possible towards, by bisection.
+        let (mut low, mut high) = (0.0, 2.0 * play_m);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            let fits = [offset, -offset].iter().all(|&other| (towards * middle + other).length() <= play_m);
+            if fits { low = middle } else { high = middle }
+        }
+        (offset.length() <= play_m).then_some(Lie { turn, middle: towards * low })
+    };
+    turns.filter_map(lie).collect()
+}
+
+/// Whether some pose touches with the head at a travel: the pair of benches `first` and `first + offset`, with links of all
+/// lengths between.
+fn touches(dimensions: &Dimensions, travel_m: f64, first: usize, offset: usize) -> bool {
+    let play_m = dimensions.play_m();
+    let lengths = |bench: usize, steps: i32| {
+        (-steps..=steps).map(move |k| dimensions.link_m(bench) + 2.0 * play_m * f64::from(k) / f64::from(steps))
+    };
+    let mut front = head_angle(travel_m);
+    for bench in 0..first {
+        front = behind(front, dimensions.link_m(bench) - 2.0 * play_m);
+    }
+    lengths(first, 4).any(|own_m| {
+        let second = behind(front, own_m);
+        lengths(1, 40).any(|between_m| {
+            let mut other = second;
+            for _ in first + 1..first + offset {
+                other = behind(other, between_m);
+            }
+            lengths(1, 4).any(|other_m| {
+                let [ours, theirs] = [[front, second], [other, behind(other, other_m)]].map(|angles| angles.map(at));
+                let nominal = [(first, ours), (first + offset, theirs)]
+                    .map(|(bench, [a, b])| Board::from_handles(a, b, dimensions.length_m(bench), dimensions.width_m()));
+                let approach = nominal[0].approach(&nominal[1]);
+                if approach.clearance_m > 6.0 * play_m {
+                    return false;
+                }
+                let ours_lies = extreme_lies(dimensions, first, ours, approach.direction);
+                let their_lies = extreme_lies(dimensions, first + offset, theirs, -approach.direction);
+                let our_boards = ours_lies.iter().filter_map(|&lie| board(dimensions, first, ours, lie));
+                let their_boards: Vec<Board> =
+                    their_lies.iter().filter_map(|&lie| board(dimensions, first + offset, theirs, lie)).collect();
+                our_boards.into_iter().any(|ours| their_boards.iter().any(|theirs| ours.overlaps(theirs)))
+            })
+        })
+    })
+}
+
+#[test]
+fn some_pose_touches_within_a_second_of_the_guaranteed_travel() {
+    let dragon = dragon(223, 0.050);
+    let earliest_m = earliest(&dragon).travel_m;
+    let touches_at =
+        |travel_m: f64| (0..2).any(|first| (7..13).any(|offset| touches(dragon.dimensions(), travel_m, first, offset)));
+    assert!(!touches_at(earliest_m), "a pose touches at {earliest_m} m");
+    let found = (1..=20).map(|step| earliest_m + 0.05 * f64::from(step)).find(|&travel_m| touches_at(travel_m));
+    println!("guaranteed {earliest_m} m, a pose touches at {found:?}");
+    assert!(found.is_some(), "no pose touches up to a metre after {earliest_m} m");
+}
+
+#[test]
+fn the_guards_proof_ends_where_a_pose_may_come_under_the_margin() {
+    let dragon = dragon(60, 0.050);
+    for margin_m in [0.0005, 0.01] {
+        let mut search = PlaySearch::at(&dragon, margin_m, 0.0).expect("no limit").expect("the hinges have play");
+        let touch = search.advance(dragon.end_travel_m()).expect("no limit").expect("it comes near itself");
+        let mut proven = ProvenTravel::at(&dragon, margin_m, 300.0).expect("it stands free");
+        proven.extend(dragon.end_travel_m(), usize::MAX);
+        assert!((proven.end_m() - touch.travel_m).abs() < 2e-3, "{} {touch:?}", proven.end_m());
+        assert!(proven.is_whole());
+        // Where the nominal pose is free, but another one is not, there is no proof.
+        let rigid = Dragon::new(paper(60), Arc::new(dragon.route().clone())).expect("it stands");
+        let differs = |travel_m: &f64| {
+            let [loose, rigid] = [&dragon, &rigid].map(|dragon| ProvenTravel::at(dragon, margin_m, *travel_m).is_ok());
+            !loose && rigid
+        };
+        assert!((0..60).map(|step| touch.travel_m + 0.1 * f64::from(step)).any(|travel_m| differs(&travel_m)));
+    }
+}
+
+#[test]
+fn a_search_that_starts_later_or_in_parts_finds_the_same() {
+    let dragon = dragon(40, 0.052);
+    let whole = earliest(&dragon);
+    for from_m in [100.0, 401.3, whole.travel_m - 0.3] {
+        let mut search = PlaySearch::at(&dragon, 0.0, from_m).expect("no limit").expect("the hinges have play");
+        let mut to_m = from_m;
+        let touch = std::iter::from_fn(|| {
+            to_m += 0.7;
+            Some(search.advance(to_m).expect("no limit"))
+        });
+        let touch = touch.take(1000).flatten().next().expect("it touches");
+        assert!((touch.travel_m - whole.travel_m).abs() < 0.02, "from {from_m}: {touch:?}, not {whole:?}");
+    }
+}
+
+#[test]
+fn without_play_nothing_changes() {
+    let rigid = paper(40);
+    let snug = rigid.with_poles(0.055, 0.055).expect("valid poles");
+    assert_eq!((snug, snug.play_m()), (rigid, 0.0));
+    let dragon =
+        Dragon::new(snug, Arc::new(Route::spiral(PITCH_M, START_TURNS).expect("a spiral"))).expect("it stands");
+    assert!(dragon.taut().is_none() && PlaySearch::at(&dragon, 0.0, 0.0).expect("no limit").is_none());
+}

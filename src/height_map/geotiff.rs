@@ -1,0 +1,560 @@
+//! GeoTIFF: TIFF images of one band with a position, a scale and units.
+//!
+//! Source: OGC GeoTIFF Standard 1.1 (OGC 19-008r4), and GDAL's tags for missing data, scale and offset. The crate
+//! `tiff` reads tags and samples; the few tags of GeoTIFF are interpreted here. The crate `geotiff` is on an old
+//! `tiff`, and has neither missing data nor units. Only the first image is read; the others may be overviews, which
+//! have the same heights.
+
+use std::fmt::Display;
+use std::io::{Cursor, ErrorKind};
+
+use tiff::TiffError;
+use tiff::decoder::ifd::Value;
+use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
+use tiff::tags::{CompressionMethod, IfdPointer, Tag};
+use usvg::roxmltree::{Document, ParsingOptions};
+
+use super::{FileGrid, HeightMapError, MAX_HEIGHTS, Placing, flip_columns, flip_rows, quoted, require_size};
+
+/// Begin of a message for a damaged or unknown file.
+const NOT_TIFF: &str = "is not a TIFF file that can be read";
+/// Scale, offset and unit of heights, as XML.
+const GDAL_METADATA: Tag = Tag::Unknown(42112);
+/// Most bytes of samples, of the values of a tag, and of a strip or tile.
+const MAX_BYTES: usize = MAX_HEIGHTS * size_of::<f64>();
+/// Most strips or tiles of a file.
+const MAX_PARTS: usize = 100_000;
+/// Most samples of all tiles: those at the edges are partly outside the map.
+const MAX_TILED: u64 = 4 * MAX_HEIGHTS as u64;
+/// Most images of a file that are searched for a mask.
+const MAX_IMAGES: usize = 64;
+/// Bit of the tag `NewSubfileType`: the image is the mask of another one.
+const IS_MASK: u32 = 4;
+/// Most elements and texts of `GDAL_METADATA`.
+const MAX_NODES: u32 = 10_000;
+/// Names of the metre in `GDAL_METADATA`.
+const METRE_NAMES: [&str; 6] = ["", "m", "metre", "meter", "metres", "meters"];
+
+/// Keys in the `GeoKeyDirectory`, and values of theirs.
+mod geo_key {
+    pub(super) const MODEL_TYPE: u16 = 1024;
+    pub(super) const MODEL_PROJECTED: u16 = 1;
+    pub(super) const MODEL_GEOGRAPHIC: u16 = 2;
+    pub(super) const MODEL_USER_DEFINED: u16 = 32767;
+    pub(super) const RASTER_TYPE: u16 = 1025;
+    pub(super) const RASTER_PIXEL_IS_POINT: u16 = 2;
+    pub(super) const PROJECTED_UNIT: u16 = 3076;
+    pub(super) const VERTICAL_UNIT: u16 = 4099;
+    pub(super) const METRE: u16 = 9001;
+}
+
+type TiffFile<'a> = Decoder<Cursor<&'a [u8]>>;
+
+/// Where the samples are: the first one in the file, and the steps to the next column and the next row.
+struct Georeference {
+    first_m: [f64; 2],
+    step_m: [f64; 2],
+}
+
+/// The heights of a file.
+pub(super) fn grid(bytes: &[u8], placing: &Placing) -> Result<FileGrid, HeightMapError> {
+    if bytes.starts_with(b"II") || bytes.starts_with(b"MM") {
+        require_tags_within(bytes)?;
+    }
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = MAX_BYTES;
+    limits.intermediate_buffer_size = MAX_BYTES;
+    let mut file = Decoder::new(Cursor::new(bytes)).map_err(invalid)?.with_limits(limits);
+    let (columns, rows) = file.dimensions().map_err(invalid)?;
+    require_size(columns.into(), rows.into())?;
+    let [columns, rows] = [columns as usize, rows as usize];
+    require_one_grey_band(&mut file)?;
+    require_moderate_parts(&mut file)?;
+    require_no_mask(&mut file)?;
+    let geo_keys = geo_keys(&mut file)?;
+    let georeference = georeference(&mut file, geo_keys(geo_key::RASTER_TYPE) == Some(geo_key::RASTER_PIXEL_IS_POINT))?;
+    require_metres(&geo_keys, placing)?;
+    require_unscaled_metres(&mut file, placing)?;
+    let mut heights = samples(&mut file)?;
+    if heights.len() != columns * rows {
+        return Err(HeightMapError(format!("has {} heights, must have {columns} × {rows}", heights.len())));
+    }
+    let Georeference { mut first_m, step_m } = georeference;
+    if step_m[0] < 0.0 {
+        first_m[0] += step_m[0] * (columns - 1) as f64;
+        flip_columns(&mut heights, columns);
+    }
+    if step_m[1] < 0.0 {
+        first_m[1] += step_m[1] * (rows - 1) as f64;
+        flip_rows(&mut heights, columns);
+    }
+    Ok(FileGrid { columns, rows, first_m, spacing_m: step_m.map(f64::abs), heights })
+}
+
+/// Fails if a tag of the first image has more values than the file has bytes. The decoder would print a message of its
+/// own for such a text. It also misreads what follows a tag of unknown type in a file with long offsets (`BigTIFF`).
+fn require_tags_within(bytes: &[u8]) -> Result<(), HeightMapError> {
+    let is_big_endian = bytes.starts_with(b"MM");
+    let number = |at: u64, len: usize| -> Result<u64, HeightMapError> {
+        let from = usize::try_from(at).unwrap_or(usize::MAX);
+        let digits = bytes.get(from..from.saturating_add(len)).ok_or_else(ends_early)?;
+        let append = |number: u64, digit: &u8| number << 8 | u64::from(*digit);
+        Ok(if is_big_endian { digits.iter().fold(0, append) } else { digits.iter().rev().fold(0, append) })
+    };
+    let is_long = number(2, 2)? == 43;
+    let (len, count_len, entry_len) = if is_long { (8, 8, 20) } else { (4, 2, 12) };
+    let directory = number(len as u64, len)?;
+    let mut entry = directory.saturating_add(count_len as u64);
+    for _ in 0..number(directory, count_len)? {
+        let [tag, kind, count] = [number(entry, 2)?, number(entry + 2, 2)?, number(entry + 4, len)?];
+        if count > bytes.len() as u64 {
+            let values = format!("tag {tag} has {count} values");
+            return Err(HeightMapError(format!("{NOT_TIFF}: {values}, more than the file has bytes")));
+        }
+        if is_long && !matches!(kind, 1..=13 | 16..=18) {
+            return Err(HeightMapError(format!("{NOT_TIFF}: tag {tag} has the unknown type {kind}")));
+        }
+        entry += entry_len;
+    }
+    Ok(())
+}
+
+/// Fails for colours, several bands and unknown compression.
+fn require_one_grey_band(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
+    let bands = unsigned(file, Tag::SamplesPerPixel)?.unwrap_or(1);
+    if bands != 1 {
+        return Err(HeightMapError(format!("has {bands} bands, must have 1")));
+    }
+    let interpretation = unsigned(file, Tag::PhotometricInterpretation)?.unwrap_or(1);
+    if interpretation != 1 {
+        let found = format!("PhotometricInterpretation {interpretation}");
+        return Err(HeightMapError(format!("has colours ({found}), must have one grey band, where black is zero")));
+    }
+    let compression = unsigned(file, Tag::Compression)?.unwrap_or(CompressionMethod::None.to_u16().into());
+    let method = CompressionMethod::from_u16_exhaustive(compression as u16);
+    match method {
+        CompressionMethod::None
+        | CompressionMethod::LZW
+        | CompressionMethod::Deflate
+        | CompressionMethod::OldDeflate
+        | CompressionMethod::PackBits => Ok(()),
+        CompressionMethod::Unknown(number) => Err(refused_compression(&number)),
+        method => Err(refused_compression(&format_args!("{method:?}"))),
+    }
+}
+
+fn refused_compression(found: &dyn Display) -> HeightMapError {
+    HeightMapError(format!("has compression {found}, must be none, Deflate, LZW or PackBits"))
+}
+
+/// Fails if strips or tiles would take long or are left out.
+fn require_moderate_parts(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
+    let is_tiled = file.get_chunk_type() == ChunkType::Tile;
+    let tag = if is_tiled { Tag::TileByteCounts } else { Tag::StripByteCounts };
+    let lens = file.find_tag_unsigned_vec::<u64>(tag).map_err(invalid)?.unwrap_or_default();
+    if lens.len() > MAX_PARTS {
+        return Err(HeightMapError(format!("has {} strips or tiles, at most {MAX_PARTS} are allowed", lens.len())));
+    }
+    if lens.contains(&0) {
+        return Err(HeightMapError("is a sparse file, must have all of its strips or tiles".to_owned()));
+    }
+    let (columns, rows) = file.dimensions().map_err(invalid)?;
+    let (width, height) = file.chunk_dimensions();
+    let padded = |side: u32, part: u32| u64::from(side).next_multiple_of(u64::from(part));
+    if is_tiled && padded(columns, width).saturating_mul(padded(rows, height)) > MAX_TILED {
+        let tiles = format!("tiles of {width} × {height}");
+        return Err(HeightMapError(format!(
+            "has {tiles} with more than {MAX_TILED} samples, the most that is allowed"
+        )));
+    }
+    Ok(())
+}
+
+/// Fails if another image of the file is a mask of missing data.
+fn require_no_mask(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
+    let mut next: Option<IfdPointer> = file.image_ifd().directory().next();
+    for _ in 0..MAX_IMAGES {
+        let Some(pointer) = next else { return Ok(()) };
+        let directory = file.read_directory(pointer).map_err(invalid)?;
+        if directory.get(Tag::NewSubfileType).is_some_and(|entry| entry.count() != 1) {
+            return Err(HeightMapError(format!("{NOT_TIFF}: NewSubfileType must have one value")));
+        }
+        let kind =
+            file.read_directory_tags(&directory).find_tag_unsigned::<u32>(Tag::NewSubfileType).map_err(invalid)?;
+        if kind.is_some_and(|kind| kind & IS_MASK != 0) {
+            return Err(HeightMapError("has a mask, must have a NODATA value where heights are missing".to_owned()));
+        }
+        next = directory.next();
+    }
+    Err(HeightMapError(format!("has more than {MAX_IMAGES} images, the most that is allowed")))
+}
+
+/// Where the samples of the file are. A sample is at the centre of its pixel, unless pixels are points.
+fn georeference(file: &mut TiffFile<'_>, is_point: bool) -> Result<Georeference, HeightMapError> {
+    let centre = if is_point { 0.0 } else { 0.5 };
+    let scale = doubles(file, Tag::ModelPixelScaleTag)?;
+    let tie = doubles(file, Tag::ModelTiepointTag)?;
+    if let (&[scale_x, scale_y, ..], &[column, row, _, x, y, ..]) = (scale.as_slice(), tie.as_slice()) {
+        if !(scale_x > 0.0 && scale_y > 0.0) {
+            let found = format!("ModelPixelScale is {scale_x}, {scale_y}");
+            return Err(HeightMapError(format!("{found}, must be above 0")));
+        }
+        let first_m = [x + (centre - column) * scale_x, y - (centre - row) * scale_y];
+        return Ok(Georeference { first_m, step_m: [scale_x, -scale_y] });
+    }
+    let matrix = doubles(file, Tag::ModelTransformationTag)?;
+    let &[x_by_column, x_by_row, _, x, y_by_column, y_by_row, _, y, ..] = matrix.as_slice() else {
+        let needed = "ModelPixelScale and ModelTiepoint, or ModelTransformation";
+        return Err(HeightMapError(format!("has no position, must have {needed}")));
+    };
+    if (x_by_row, y_by_column) != (0.0, 0.0) {
+        return Err(HeightMapError("is rotated or sheared, must have rows from west to east".to_owned()));
+    }
+    let first_m = [x + centre * x_by_column, y + centre * y_by_row];
+    Ok(Georeference { first_m, step_m: [x_by_column, y_by_row] })
+}
+
+/// Fails if positions or heights are not in metres.
+fn require_metres(geo_keys: &impl Fn(u16) -> Option<u16>, placing: &Placing) -> Result<(), HeightMapError> {
+    let model = geo_keys(geo_key::MODEL_TYPE).unwrap_or(geo_key::MODEL_PROJECTED);
+    if model == geo_key::MODEL_GEOGRAPHIC {
+        let remedy = "reproject it to a grid in metres";
+        return Err(HeightMapError(format!("has positions in degrees (GTModelType {model}): {remedy}")));
+    }
+    if ![0, geo_key::MODEL_PROJECTED, geo_key::MODEL_USER_DEFINED].contains(&model) {
+        let wanted = geo_key::MODEL_PROJECTED;
+        return Err(HeightMapError(format!("GTModelType is {model}, must be {wanted}: a projected grid in metres")));
+    }
+    let is_metre = |unit: u16| unit == geo_key::METRE;
+    if let Some(unit) = geo_keys(geo_key::PROJECTED_UNIT).filter(|&unit| !is_metre(unit)) {
+        let wanted = geo_key::METRE;
+        return Err(HeightMapError(format!("has positions in unit {unit} of EPSG, must be {wanted}: metres")));
+    }
+    match geo_keys(geo_key::VERTICAL_UNIT).filter(|&unit| !is_metre(unit)) {
+        Some(unit) if placing.metres_per_unit.is_none() => {
+            Err(HeightMapError(format!("has heights in unit {unit} of EPSG: set metres_per_unit")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The value of a key in the `GeoKeyDirectory`, of those that are numbers.
+fn geo_keys(file: &mut TiffFile<'_>) -> Result<impl Fn(u16) -> Option<u16> + use<>, HeightMapError> {
+    let directory = file.find_tag_unsigned_vec::<u16>(Tag::GeoKeyDirectoryTag).map_err(invalid)?.unwrap_or_default();
+    Ok(move |wanted: u16| {
+        let mut entries = directory.get(4..)?.chunks_exact(4);
+        entries.find_map(|entry| if entry[..2] == [wanted, 0] { Some(entry[3]) } else { None })
+    })
+}
+
+/// Fails if GDAL notes a scale, an offset or a unit of the heights. With `metres_per_unit` the unit may be any.
+fn require_unscaled_metres(file: &mut TiffFile<'_>, placing: &Placing) -> Result<(), HeightMapError> {
+    let Some(text) = text(file, GDAL_METADATA)? else { return Ok(()) };
+    let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(&text, options).map_err(|error| {
+        HeightMapError(format!("has GDAL_METADATA that is not valid XML: {}", error.to_string().replace('\n', " ")))
+    })?;
+    for item in document.descendants().filter(|node| node.has_tag_name("Item")) {
+        let value = item.text().unwrap_or_default().trim();
+        let role = item.attribute("role").unwrap_or_default();
+        let neutral = match role {
+            "scale" => Some(1.0),
+            "offset" => Some(0.0),
+            _ => None,
+        };
+        if let Some(neutral) = neutral.filter(|neutral| value.parse() != Ok(*neutral)) {
+            let found = format!("GDAL_METADATA has the {role} {}", quoted(value));
+            return Err(HeightMapError(format!("{found}, must be {neutral}: write the heights themselves")));
+        }
+        let is_metre = METRE_NAMES.contains(&value.to_lowercase().as_str());
+        if role == "unittype" && !is_metre && placing.metres_per_unit.is_none() {
+            return Err(HeightMapError(format!("has heights in {}: set metres_per_unit", quoted(value))));
+        }
+    }
+    Ok(())
+}
+
+/// The samples in the order of the file; NaN where there is no data.
+fn samples(file: &mut TiffFile<'_>) -> Result<Vec<f64>, HeightMapError> {
+    let mut nodata = None;
+    if let Some(text) = text(file, Tag::GdalNodata)? {
+        let refused = |_| HeightMapError(format!("has the NODATA value {}, must be a number", quoted(&text)));
+        nodata = Some(text.trim().parse::<f64>().map_err(refused)?);
+    }
+    let mut samples = match file.read_image().map_err(invalid)? {
+        DecodingResult::U8(samples) => wide(samples),
+        DecodingResult::I8(samples) => wide(samples),
+        DecodingResult::U16(samples) => wide(samples),
+        DecodingResult::I16(samples) => wide(samples),
+        DecodingResult::U32(samples) => wide(samples),
+        DecodingResult::I32(samples) => wide(samples),
+        DecodingResult::F32(samples) => {
+            nodata = nodata.map(|nodata| f64::from(nodata as f32));
+            wide(samples)
+        }
+        DecodingResult::F64(samples) => samples,
+        DecodingResult::F16(_) | DecodingResult::U64(_) | DecodingResult::I64(_) => {
+            let allowed = "integers of 8 to 32 bits or floats of 32 or 64 bits";
+            return Err(HeightMapError(format!("has samples of another type, must have {allowed}")));
+        }
+    };
+    for sample in &mut samples {
+        if Some(*sample) == nodata {
+            *sample = f64::NAN;
+        }
+    }
+    Ok(samples)
+}
+
+fn wide<Sample: Into<f64>>(samples: Vec<Sample>) -> Vec<f64> {
+    samples.into_iter().map(Into::into).collect()
+}
+
+fn unsigned(file: &mut TiffFile<'_>, tag: Tag) -> Result<Option<u32>, HeightMapError> {
+    file.find_tag_unsigned(tag).map_err(invalid)
+}
+
+/// The numbers of a tag; none without the tag.
+fn doubles(file: &mut TiffFile<'_>, tag: Tag) -> Result<Vec<f64>, HeightMapError> {
+    file.find_tag(tag).and_then(|value| value.map_or(Ok(vec![]), Value::into_f64_vec)).map_err(invalid)
+}
+
+fn text(file: &mut TiffFile<'_>, tag: Tag) -> Result<Option<String>, HeightMapError> {
+    file.find_tag(tag).and_then(|value| value.map(Value::into_string).transpose()).map_err(invalid)
+}
+
+fn invalid(error: TiffError) -> HeightMapError {
+    let reason = match error {
+        TiffError::FormatError(error) => error.to_string(),
+        TiffError::UnsupportedError(error) => error.to_string(),
+        TiffError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => return ends_early(),
+        error => error.to_string(),
+    };
+    HeightMapError(format!("{NOT_TIFF}: {}", reason.replace('\n', " ")))
+}
+
+fn ends_early() -> HeightMapError {
+    HeightMapError(format!("{NOT_TIFF}: it ends too early"))
+}
+
+#[cfg(test)]
+mod tests {
+    use tiff::encoder::colortype::{ColorType, Gray8, Gray16, Gray32, Gray32Float, Gray64, Gray64Float};
+    use tiff::encoder::colortype::{GrayI8, GrayI16, GrayI32, RGB8};
+    use tiff::encoder::compression::DeflateLevel;
+    use tiff::encoder::{Compression, Predictor, TiffEncoder, TiffValue};
+
+    use super::*;
+
+    const METRES: Placing = Placing { metres_per_unit: None, x_m: None, y_m: None, metres_per_pixel: None };
+    /// Three columns and two rows, from the north-west.
+    const HEIGHTS: [u8; 6] = [1, 2, 3, 4, 5, 6];
+
+    /// A tag with shorts, doubles or text.
+    enum Written {
+        Shorts(Tag, &'static [u16]),
+        Doubles(Tag, &'static [f64]),
+        Text(Tag, &'static str),
+    }
+    use Written::{Doubles, Shorts, Text};
+
+    const SCALE: Written = Doubles(Tag::ModelPixelScaleTag, &[2.0, 4.0, 0.0]);
+    const TIE: Written = Doubles(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 100.0, 208.0, 0.0]);
+
+    fn encoded<Pixel: ColorType>(compression: Compression, samples: &[Pixel::Inner], tags: &[Written]) -> Vec<u8>
+    where
+        [Pixel::Inner]: TiffValue,
+    {
+        let mut bytes = Cursor::new(vec![]);
+        let mut encoder = TiffEncoder::new(&mut bytes).expect("a header").with_compression(compression);
+        if matches!(compression, Compression::Deflate(_)) {
+            encoder = encoder.with_predictor(Predictor::Horizontal);
+        }
+        let mut image = encoder.new_image::<Pixel>(3, 2).expect("an image");
+        for tag in tags {
+            let written = match *tag {
+                Shorts(tag, values) => image.encoder().write_tag(tag, values),
+                Doubles(tag, values) => image.encoder().write_tag(tag, values),
+                Text(tag, text) => image.encoder().write_tag(tag, text),
+            };
+            written.expect("a tag");
+        }
+        image.write_data(samples).expect("samples");
+        bytes.into_inner()
+    }
+
+    fn with(tags: &[Written]) -> Result<FileGrid, HeightMapError> {
+        grid(&encoded::<Gray8>(Compression::Uncompressed, &HEIGHTS, tags), &METRES)
+    }
+
+    #[test]
+    fn every_type_of_samples_and_compression_gives_the_same_heights() {
+        fn assert_read<Pixel: ColorType>()
+        where
+            [Pixel::Inner]: TiffValue,
+            Pixel::Inner: From<u8>,
+        {
+            for compression in [
+                Compression::Uncompressed,
+                Compression::Lzw,
+                Compression::Packbits,
+                Compression::Deflate(DeflateLevel::Balanced),
+            ] {
+                let is_deflated_float = matches!(compression, Compression::Deflate(_))
+                    && Pixel::SAMPLE_FORMAT[0] == tiff::tags::SampleFormat::IEEEFP;
+                if is_deflated_float {
+                    // The encoder has no predictor for floats.
+                    continue;
+                }
+                let samples = HEIGHTS.map(Pixel::Inner::from);
+                let grid = grid(&encoded::<Pixel>(compression, &samples, &[SCALE, TIE]), &METRES).expect("a grid");
+                assert_eq!(grid.heights, [4.0, 5.0, 6.0, 1.0, 2.0, 3.0]);
+            }
+        }
+        assert_read::<Gray8>();
+        assert_read::<Gray16>();
+        assert_read::<Gray32>();
+        assert_read::<GrayI16>();
+        assert_read::<GrayI32>();
+        assert_read::<Gray32Float>();
+        assert_read::<Gray64Float>();
+        let bytes = encoded::<GrayI8>(Compression::Lzw, &[-1, 2, 3, 4, 5, -128], &[SCALE, TIE]);
+        assert_eq!(grid(&bytes, &METRES).expect("a grid").heights, [4.0, 5.0, -128.0, -1.0, 2.0, 3.0]);
+    }
+
+    #[test]
+    fn the_position_is_that_of_the_south_west_sample() {
+        let matrix = |values| Doubles(Tag::ModelTransformationTag, values);
+        let point = || Shorts(Tag::GeoKeyDirectoryTag, &[1, 1, 0, 1, 1025, 0, 1, 2]);
+        for (tags, first_m) in [
+            (vec![SCALE, TIE], [101.0, 202.0]),
+            (vec![SCALE, TIE, point()], [100.0, 204.0]),
+            (vec![SCALE, Doubles(Tag::ModelTiepointTag, &[1.0, 2.0, 0.0, 102.0, 200.0, 0.0])], [101.0, 202.0]),
+            (vec![matrix(&[2.0, 0.0, 0.0, 100.0, 0.0, -4.0, 0.0, 208.0])], [101.0, 202.0]),
+            (vec![matrix(&[2.0, 0.0, 0.0, 100.0, 0.0, -4.0, 0.0, 208.0]), point()], [100.0, 204.0]),
+        ] {
+            let grid = with(&tags).expect("a grid");
+            assert_eq!((grid.first_m, grid.spacing_m), (first_m, [2.0, 4.0]));
+            assert_eq!(grid.heights, [4.0, 5.0, 6.0, 1.0, 2.0, 3.0]);
+        }
+        let mirrored = with(&[matrix(&[-2.0, 0.0, 0.0, 106.0, 0.0, 4.0, 0.0, 200.0])]).expect("a grid");
+        assert_eq!((mirrored.first_m, mirrored.spacing_m), ([101.0, 202.0], [2.0, 4.0]));
+        assert_eq!(mirrored.heights, [3.0, 2.0, 1.0, 6.0, 5.0, 4.0]);
+    }
+
+    #[test]
+    fn samples_of_the_nodata_value_are_missing() {
+        let metadata =
+            "<a><Item role='unittype'>Metre</Item><Item role='scale'>1.0</Item><Item role='offset'>0</Item></a>";
+        let grid = with(&[SCALE, TIE, Text(Tag::GdalNodata, "4"), Text(GDAL_METADATA, metadata)]).expect("a grid");
+        assert!(grid.heights[0].is_nan());
+        assert_eq!(grid.heights[1..], [5.0, 6.0, 1.0, 2.0, 3.0]);
+        let lowest = [f32::MIN, 1.0, 2.0, 3.0, 4.0, f32::NAN];
+        let nodata = Text(Tag::GdalNodata, "-3.40282346638529e+38");
+        let bytes = encoded::<Gray32Float>(Compression::Lzw, &lowest, &[SCALE, TIE, nodata]);
+        let heights = super::grid(&bytes, &METRES).expect("a grid").heights;
+        let missing: Vec<bool> = heights.iter().map(|height| height.is_nan()).collect();
+        assert_eq!(missing, [false, false, true, true, false, false]);
+    }
+
+    /// A tile may be larger than the map, and many tiles may have the same bytes.
+    #[test]
+    fn compressed_bombs_are_refused_before_they_are_read() {
+        for ([columns, rows], [width, height], tiles, reason) in [
+            (
+                [2, 2],
+                [u32::MAX, 16],
+                1,
+                "has tiles of 4294967295 × 16 with more than 64000000 samples, the most that is allowed",
+            ),
+            (
+                [2, 90_000],
+                [16_384, 1],
+                90_000,
+                "has tiles of 16384 × 1 with more than 64000000 samples, the most that is allowed",
+            ),
+            ([2, 200_000], [2, 1], 200_000, "has 200000 strips or tiles, at most 100000 are allowed"),
+            ([100_000, 100_000], [100_000, 100_000], 1, "has 100000 × 100000 heights, at most 16000000 are allowed"),
+        ] {
+            let mut bytes = Cursor::new(vec![]);
+            let mut encoder = TiffEncoder::new(&mut bytes).expect("a header");
+            let mut directory = encoder.image_directory().expect("a directory");
+            for (tag, value) in [
+                (Tag::ImageWidth, columns),
+                (Tag::ImageLength, rows),
+                (Tag::TileWidth, width),
+                (Tag::TileLength, height),
+                (Tag::BitsPerSample, 8),
+                (Tag::PhotometricInterpretation, 1),
+                (Tag::Compression, CompressionMethod::Deflate.to_u16().into()),
+            ] {
+                directory.write_tag(tag, value).expect("a tag");
+            }
+            for tag in [Tag::TileOffsets, Tag::TileByteCounts] {
+                directory.write_tag(tag, vec![8_u32; tiles].as_slice()).expect("a tag");
+            }
+            directory.finish().expect("a directory");
+            let error = grid(bytes.get_ref(), &METRES).err().map(|error| error.to_string());
+            assert_eq!(error.as_deref(), Some(reason));
+        }
+    }
+
+    #[test]
+    fn files_without_heights_in_metres_are_refused_in_one_line() {
+        let key = |values| Shorts(Tag::GeoKeyDirectoryTag, values);
+        for (tags, reason) in [
+            (vec![], "has no position, must have ModelPixelScale and ModelTiepoint, or ModelTransformation"),
+            (vec![SCALE], "has no position, must have ModelPixelScale and ModelTiepoint, or ModelTransformation"),
+            (vec![Doubles(Tag::ModelPixelScaleTag, &[0.0, 1.0, 0.0]), TIE], "ModelPixelScale is 0, 1, must be above 0"),
+            (
+                vec![Doubles(Tag::ModelTransformationTag, &[1.0, 0.1, 0.0, 0.0, -0.1, 1.0, 0.0, 0.0])],
+                "is rotated or sheared, must have rows from west to east",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 1024, 0, 1, 2])],
+                "has positions in degrees (GTModelType 2): reproject it to a grid in metres",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 1024, 0, 1, 3])],
+                "GTModelType is 3, must be 1: a projected grid in metres",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 2, 1024, 0, 1, 1, 3076, 0, 1, 9003])],
+                "has positions in unit 9003 of EPSG, must be 9001: metres",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4099, 0, 1, 9002])],
+                "has heights in unit 9002 of EPSG: set metres_per_unit",
+            ),
+            (
+                vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>")],
+                "has heights in \"ft\": set metres_per_unit",
+            ),
+            (
+                vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='scale'>0.5</Item></a>")],
+                "GDAL_METADATA has the scale \"0.5\", must be 1: write the heights themselves",
+            ),
+            (
+                vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='offset'>-10</Item></a>")],
+                "GDAL_METADATA has the offset \"-10\", must be 0: write the heights themselves",
+            ),
+            (vec![SCALE, TIE, Text(Tag::GdalNodata, "none")], "has the NODATA value \"none\", must be a number"),
+        ] {
+            assert_eq!(with(&tags).err().map(|error| error.to_string()).as_deref(), Some(reason));
+        }
+        let unit = Placing { metres_per_unit: Some(0.3048), ..METRES };
+        let feet = Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>");
+        let tags = [SCALE, TIE, key(&[1, 1, 0, 1, 4099, 0, 1, 9002]), feet];
+        assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &tags), &unit).is_ok());
+        for (bytes, reason) in [
+            (encoded::<RGB8>(Compression::Lzw, &[0; 18], &[SCALE, TIE]), "has 3 bands, must have 1"),
+            (
+                encoded::<Gray64>(Compression::Lzw, &[0; 6], &[SCALE, TIE]),
+                "has samples of another type, must have integers of 8 to 32 bits or floats of 32 or 64 bits",
+            ),
+            (vec![], "is not a TIFF file that can be read: TIFF signature not found"),
+        ] {
+            assert_eq!(grid(&bytes, &METRES).err().map(|error| error.to_string()).as_deref(), Some(reason));
+        }
+    }
+}

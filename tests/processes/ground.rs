@@ -1,0 +1,195 @@
+//! Ground that is not flat: what the planner, a show, its recording and the clients make of it.
+
+use std::fs;
+use std::path::Path;
+
+use bench_dragon_ipc::{BenchState, DescriptionReader};
+use serde_json::Value;
+use test_support::eventually::eventually;
+use test_support::process::{Ended, Process};
+use test_support::pytest;
+
+use crate::reader::Reader;
+use crate::stage::{Stage, program};
+
+/// A street that turns by three quarters, on an inclined plane.
+const INCLINE: &str = r#"
+[dragon]
+benches = 12
+[ground]
+rise_x = 0.3
+rise_y = -0.2
+carry_height_m = 1.25
+[route]
+kind = "path"
+start_x_m = 2.0
+start_heading_deg = 30.0
+[[route.segments]]
+kind = "line"
+length_m = 5
+[[route.segments]]
+kind = "arc"
+radius_m = 6
+turn_deg = 270
+"#;
+
+/// The paper's dragon on the hill of the examples.
+fn hill() -> Stage {
+    let stage = Stage::new();
+    for name in ["hill.toml", "hill.asc"] {
+        let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name);
+        fs::copy(example, stage.path(name)).expect("an example");
+    }
+    stage
+}
+
+fn with(text: &str) -> Stage {
+    let stage = Stage::new();
+    fs::write(stage.path("ground.toml"), text).expect("a configuration");
+    stage
+}
+
+fn solve(stage: &Stage, args: &[&str]) -> Ended {
+    let mut command = program(&[&["solve"], args].concat());
+    command.current_dir(stage.path(""));
+    Process::start(command).end()
+}
+
+fn answer(stage: &Stage, args: &[&str]) -> Value {
+    solve(stage, &[args, &["--format", "json"]].concat()).expect_clean().last_json()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[track_caller]
+fn assert_refused(text: &str, question: &[&str], reason: &str) {
+    let stage = with(text);
+    let ended = solve(&stage, &[question, &["--config", "ground.toml"]].concat());
+    let expected = format!("error: ground.toml: {reason}\n");
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), expected.as_str()), "{}", ended.stdout);
+}
+
+#[test]
+fn an_independent_chain_on_an_inclined_plane_has_the_same_poses() {
+    let stage = with(INCLINE);
+    let poses = answer(&stage, &["poses", "--config", "ground.toml", "--at", "0,4,9.5,15,20,25"]);
+    let file = stage.path("poses.json");
+    fs::write(&file, poses.to_string()).expect("a file");
+    pytest::run("test_ground.py::test_an_inclined_plane", &[("POSES_JSON", file.as_os_str())]);
+}
+
+#[test]
+fn an_independent_chain_on_a_map_of_heights_has_the_same_poses() {
+    let stage = hill();
+    let poses = answer(&stage, &["poses", "--config", "hill.toml", "--at", "0,150,400"]);
+    let (file, map) = (stage.path("poses.json"), stage.path("hill.asc"));
+    fs::write(&file, poses.to_string()).expect("a file");
+    let files = [("POSES_JSON", file.as_os_str()), ("HILL_ASC", map.as_os_str())];
+    pytest::run("test_ground.py::test_a_map_of_heights", &files);
+}
+
+#[test]
+fn the_survey_of_a_route_has_its_heights_and_its_length_along_the_ground() {
+    let stage = with(INCLINE);
+    let survey = answer(&stage, &["route", "--config", "ground.toml"]);
+    // The line climbs by 0.3·cos 30° − 0.2·sin 30° per metre.
+    assert!(number(&survey["length_m"]) > 5.0 + 1.5 * 6.0 * std::f64::consts::PI);
+    assert!((number(&survey["steepest_slope"]) - 0.3_f64.hypot(0.2)).abs() < 1e-4, "{survey}");
+    assert!(number(&survey["lowest_m"]) < number(&survey["highest_m"]));
+    let flat = with(&INCLINE.replace("rise_x = 0.3\nrise_y = -0.2\n", "").replace("carry_height_m = 1.25\n", ""));
+    let level = answer(&flat, &["route", "--config", "ground.toml"]);
+    assert_eq!(level.get("steepest_slope"), None);
+    assert!((number(&level["length_m"]) - (5.0 + 9.0 * std::f64::consts::PI)).abs() < 1e-9);
+}
+
+#[test]
+fn tables_show_heights_on_ground_and_json_always() {
+    let (hilly, flat) = (hill(), Stage::new());
+    let header = |ended: &Ended| ended.stdout.lines().next().map(str::to_owned);
+    let csv = solve(&hilly, &["poses", "--config", "hill.toml", "--at", "10", "--format", "csv"]).expect_clean();
+    assert_eq!(header(&csv).as_deref(), Some("time_s,handle,x_m,y_m,z_m,speed_mps"));
+    let csv = solve(&flat, &["poses", "--at", "10", "--format", "csv"]).expect_clean();
+    assert_eq!(header(&csv).as_deref(), Some("time_s,handle,x_m,y_m,speed_mps"));
+    assert_eq!(answer(&flat, &["poses", "--at", "10"])["poses"][0]["handles"][5]["z_m"], 0.0);
+}
+
+#[test]
+fn a_show_on_a_hill_is_as_planned_on_the_bus_and_in_its_recording() {
+    let stage = hill();
+    let contact = answer(&stage, &["contact", "--config", "hill.toml"]);
+    assert_eq!(contact["benches"], serde_json::json!([0, 8]));
+    let contact_s = number(&contact["time_s"]);
+    let start = format!("{}", (contact_s - 3.0).floor());
+    let show =
+        ["show", "--config", "hill.toml", "--out", "out", "--rate", "50", "--format", "json", "--start-at", &start];
+    let summary = stage.run(&show).last_json();
+    assert!((number(&summary["contact"]["time_s"]) - contact_s).abs() < 1e-8, "{summary} {contact_s}");
+    let mut verify = program(&["replay", "--verify", "out/recording.mcap", "--format", "json"]);
+    verify.current_dir(stage.path(""));
+    assert_eq!(Process::start(verify).end().expect_clean().last_json()["verified"], true);
+}
+
+#[test]
+fn a_reader_needs_no_file_of_heights_and_has_height_pitch_and_vertical_velocity() {
+    let stage = hill();
+    let server = stage.serve(&["--config", "hill.toml", "--rate", "50", "--readers", "1"]);
+    fs::remove_file(stage.path("hill.asc")).expect("the server has read it");
+    let description = DescriptionReader::open(stage.domain(), "test").expect("a server has created it");
+    let toml = eventually("the description has arrived", || description.poll().expect("the bus is readable")).toml;
+    assert!(toml.contains("[[ground.runs]]") && !toml.contains("hill.asc"), "{}", &toml[..200]);
+    let shots = Reader::join(&stage).read_to_tick(40);
+    let shot = shots.last().expect("a frame");
+    let time_s = format!("{}", shot.header.sim_time_s());
+    fs::write(stage.path("bus.toml"), toml).expect("a configuration");
+    let planned = answer(&stage, &["poses", "--config", "bus.toml", "--at", &time_s]);
+    let planned = planned["poses"][0]["handles"].as_array().expect("handles");
+    assert_eq!(planned.len(), shot.handles.len());
+    for (handle, planned) in shot.handles.iter().zip(planned) {
+        for (axis, key) in ["x_m", "y_m", "z_m"].iter().enumerate() {
+            assert!((handle.position_m[axis] - number(&planned[key])).abs() < 1e-9, "{key}: {handle:?} {planned}");
+        }
+        assert!((handle.speed_mps() - number(&planned["speed_mps"])).abs() < 1e-7);
+    }
+    let bench = BenchState::between(&shot.handles[30], &shot.handles[31]);
+    let rise_m = shot.handles[30].position_m[2] - shot.handles[31].position_m[2];
+    assert!(rise_m != 0.0 && (bench.pitch_rad.sin() - rise_m / 1.65).abs() < 1e-9, "{bench:?}");
+    assert!(shot.handles.iter().any(|handle| handle.velocity_mps[2].abs() > 1e-3));
+    server.stop();
+}
+
+#[test]
+fn questions_for_level_ground_say_so() {
+    let plane = "[ground]\nrise_x = 0.1\n";
+    for (question, name) in [
+        (&["pitch"][..], "solve pitch"),
+        (&["sensitivity"], "solve sensitivity"),
+        (&["turn", "--pitch", "1.7"], "a question about a turn"),
+    ] {
+        let reason = format!("[ground] is present, must be absent for {name}, which answers for level ground only");
+        assert_refused(plane, question, &reason);
+    }
+}
+
+#[test]
+fn bad_ground_is_refused_in_one_line() {
+    let refused = |text: &str, reason: &str| assert_refused(text, &["contact"], reason);
+    refused(
+        "[ground]\nrise_x = 0.9\nrise_y = 0.6\n",
+        "[ground] rise_x 0.9 and rise_y 0.6 are a slope of 1.0816653826391966, must be at most 1",
+    );
+    refused("[ground]\ncarry_height_m = 200\n", "[ground] carry_height_m is 200, must be from -100 to 100");
+    refused("[ground]\nx_m = 5\n", "[ground] x_m is 5, only allowed with heights");
+    refused(
+        "[ground]\nheights = \"none.asc\"\n",
+        "[ground] heights \"none.asc\": cannot be read: No such file or directory (os error 2)",
+    );
+    let stage = Stage::new();
+    fs::write(stage.path("small.asc"), "ncols 3 nrows 3 xllcorner 8 yllcorner -1 cellsize 1 0 0 0 0 0 0 0 0 0")
+        .expect("a map");
+    fs::write(stage.path("ground.toml"), "[ground]\nheights = \"small.asc\"\n").expect("a configuration");
+    let ended = solve(&stage, &["contact", "--config", "ground.toml"]);
+    let expected = "error: ground.toml: the ground has no height at -1.506 m of travel, at (8.686, 1.5) m\n";
+    assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), expected));
+}
