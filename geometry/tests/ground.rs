@@ -154,7 +154,7 @@ fn ground_that_ends_is_an_error_that_names_the_place() {
     let error = outside.expect_err("it begins at 40 m");
     assert_eq!(
         error.to_string(),
-        "the ground has no height at 0 m of travel, at (40, 0) m, from where travel is measured"
+        "the ground has no height at 0 m of travel, at (40, 0) m: travel is measured from there"
     );
     let steep = Ground::map(hills([0.0; 3], 5.0));
     let error = Route::spiral(1.0, 10.0).expect("a spiral").on_ground(&steep, 0.0, None, 10.0);

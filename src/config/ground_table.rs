@@ -11,7 +11,8 @@ use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::ConfigError;
+use super::drawn_route::METRES_PER_UNIT;
+use super::{ConfigError, require};
 use crate::height_map::{self, Placing};
 
 /// Steps to which the heights of a file are rounded, per metre. Micrometres are finer than any survey, and short as text.
@@ -74,6 +75,7 @@ impl GroundTable {
         self.refuse_other_keys()?;
         let Some(file) = &self.heights else { return Ok(None) };
         let Self { metres_per_unit, x_m, y_m, metres_per_pixel, .. } = *self;
+        metres_per_unit.map_or(Ok(()), |metres| require("ground", "metres_per_unit", metres, &METRES_PER_UNIT))?;
         let placing = Placing { metres_per_unit, x_m, y_m, metres_per_pixel };
         let in_file = |reason: String| ConfigError(format!("[ground] heights {:?}: {reason}", file.display()));
         let grid = height_map::read(&folder.join(file), &placing).map_err(|error| in_file(error.to_string()))?;

@@ -14,12 +14,12 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, RunEnd};
 use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::HeadTimetable;
-use bench_dragon_geometry::route::{Route, RouteShape, RouteSpec};
+use bench_dragon_geometry::route::{Route, RouteError, RouteShape, RouteSpec};
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
@@ -147,7 +147,11 @@ impl ConfigDocument {
     /// The route is not valid.
     pub fn curve(&self) -> Result<Route, ConfigError> {
         let route = self.route.build(self.tables.head.speed_mps, self.dimensions.longest_m());
-        route.map_err(|error| ConfigError(format!("[route] {error}")))
+        route.map_err(|error| {
+            let table =
+                if matches!(error, RouteError::Ground(_) | RouteError::LongOnGround) { "ground" } else { "route" };
+            ConfigError(format!("[{table}] {error}"))
+        })
     }
 
     /// Places the dragon on its route, and computes how far it can walk.
@@ -156,7 +160,10 @@ impl ConfigDocument {
     /// The route is not valid, or this dragon does not fit on it.
     pub fn build(self) -> Result<Config, ConfigError> {
         let route = Arc::new(self.curve()?);
-        let dragon = Dragon::new(self.dimensions, route).map_err(|error| ConfigError(error.to_string()))?;
+        let dragon = Dragon::new(self.dimensions, route).map_err(|error| match error {
+            DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}")),
+            error => ConfigError(error.to_string()),
+        })?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
     }
 

@@ -105,6 +105,28 @@ fn the_survey_of_a_route_has_its_heights_and_its_length_along_the_ground() {
 }
 
 #[test]
+fn the_survey_tells_the_slope_of_a_plane_and_nothing_beyond_the_ground() {
+    let turn = with("[ground]\nrise_x = 0.1\n[route]\nkind = \"turnaround\"\n");
+    let survey = answer(&turn, &["route", "--config", "ground.toml"]);
+    assert!(number(&survey["steepest_slope"]) <= 0.1 + 1e-9, "{survey}");
+    let limit = answer(&turn, &["speed-limit", "--limit", "2", "--config", "ground.toml"]);
+    assert!(number(&limit["largest_ratio"]) > 1.5, "{limit}");
+    let steepest = with("[ground]\nrise_x = 1\n[dragon]\nbenches = 3\n");
+    assert_eq!(answer(&steepest, &["route", "--config", "ground.toml"])["infeasible"], Value::Null);
+    let short = with(
+        "[dragon]\nbenches = 2\n[ground]\nheights = \"short.asc\"\n[route]\nkind = \"path\"\n\
+        [[route.segments]]\nkind = \"line\"\nlength_m = 40\n",
+    );
+    let row = (0..31).map(|column| format!("{}", 0.25 * f64::from(column))).collect::<Vec<_>>().join(" ");
+    let map = format!("ncols 31 nrows 3 xllcenter -15 yllcenter -1 cellsize 1\n{row}\n{row}\n{row}\n");
+    fs::write(short.path("short.asc"), map).expect("a map");
+    let survey = answer(&short, &["route", "--config", "ground.toml"]);
+    let place = "the ground has no height at 15.462 m of travel, at (15, 0) m";
+    assert!(survey["infeasible"].as_str().is_some_and(|reason| reason == place), "{survey}");
+    assert!((number(&survey["highest_m"]) - 7.5).abs() < 1e-6, "{survey}");
+}
+
+#[test]
 fn tables_show_heights_on_ground_and_json_always() {
     let (hilly, flat) = (hill(), Stage::new());
     let header = |ended: &Ended| ended.stdout.lines().next().map(str::to_owned);
@@ -160,14 +182,14 @@ fn a_reader_needs_no_file_of_heights_and_has_height_pitch_and_vertical_velocity(
 }
 
 #[test]
-fn questions_for_level_ground_say_so() {
+fn questions_that_are_answered_without_ground_say_so() {
     let plane = "[ground]\nrise_x = 0.1\n";
     for (question, name) in [
         (&["pitch"][..], "solve pitch"),
         (&["sensitivity"], "solve sensitivity"),
         (&["turn", "--pitch", "1.7"], "a question about a turn"),
     ] {
-        let reason = format!("[ground] is present, must be absent for {name}, which answers for level ground only");
+        let reason = format!("[ground] is present, must be absent for {name}");
         assert_refused(plane, question, &reason);
     }
 }
@@ -180,6 +202,10 @@ fn bad_ground_is_refused_in_one_line() {
         "[ground] rise_x 0.9 and rise_y 0.6 are a slope of 1.0816653826391966, must be at most 1",
     );
     refused("[ground]\ncarry_height_m = 200\n", "[ground] carry_height_m is 200, must be from -100 to 100");
+    refused(
+        "[ground]\nheights = \"hill.png\"\nmetres_per_unit = 1e300\n",
+        "[ground] metres_per_unit is 1e300, must be from 0.000001 to 1000000",
+    );
     refused("[ground]\nx_m = 5\n", "[ground] x_m is 5, only allowed with heights");
     refused(
         "[ground]\nheights = \"none.asc\"\n",
@@ -190,6 +216,6 @@ fn bad_ground_is_refused_in_one_line() {
         .expect("a map");
     fs::write(stage.path("ground.toml"), "[ground]\nheights = \"small.asc\"\n").expect("a configuration");
     let ended = solve(&stage, &["contact", "--config", "ground.toml"]);
-    let expected = "error: ground.toml: the ground has no height at -1.506 m of travel, at (8.686, 1.5) m\n";
+    let expected = "error: ground.toml: [ground] the ground has no height at -1.506 m of travel, at (8.686, 1.5) m\n";
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), expected));
 }

@@ -108,7 +108,7 @@ pub enum RouteError {
         end_travel_m: f64,
     },
     /// The ground ends where travel is measured from.
-    #[error("{0}, from where travel is measured")]
+    #[error("{0}: travel is measured from there")]
     Ground(#[from] GroundGap),
     /// The profile of the route on its ground has too many pieces.
     #[error(

@@ -13,6 +13,8 @@ use crate::number::Number;
 /// Room for a standing dragon behind the start, in lengths of the dragon. Where its links walk, the arc over a link is at most π/2
 /// times its length.
 const ROOM_PER_LENGTH: f64 = 2.0;
+/// Difference of slopes that counts as none.
+const EQUALLY_STEEP: f64 = 1e-9;
 /// Further room, in metres.
 const ROOM_M: f64 = 20.0;
 
@@ -116,10 +118,11 @@ impl Route {
         if self.profile.is_some() { self.travel(self.plan_parameter(plan_m)) } else { plan_m }
     }
 
-    /// The heights between two travels; `None` without ground.
+    /// The heights between two travels, as far as there is ground; `None` for a route without ground.
     pub fn heights(&self, from_m: f64, to_m: f64) -> Option<RouteHeights> {
         let profile = self.profile.as_ref()?;
-        let [from, to] = [from_m, to_m].map(|travel_m| self.parameter(travel_m));
+        let [(begin, _), (end, _)] = profile.ends();
+        let [from, to] = [from_m, to_m].map(|travel_m| self.parameter(travel_m).clamp(begin, end));
         let at = |parameter: f64| {
             let point = self.point(parameter);
             (point.height_m, (point.climb / point.climb.mul_add(-point.climb, 1.0).sqrt()).abs())
@@ -131,7 +134,8 @@ impl Route {
             let (height_m, slope) = at(parameter);
             heights.lowest_m = heights.lowest_m.min(height_m);
             heights.highest_m = heights.highest_m.max(height_m);
-            if slope > heights.slope {
+            // The first of places that are equally steep up to rounding.
+            if slope > heights.slope + EQUALLY_STEEP {
                 (heights.slope, steepest) = (slope, parameter);
             }
         }

@@ -142,12 +142,12 @@ impl AnswerArgs {
     }
 }
 
-/// Fails on ground that is not flat, for a question whose answer holds for level ground only.
-fn require_level_ground(config: &Config, question: &str) -> Result<(), BadInput> {
+/// Fails for a configuration with ground, for a question that is answered without it only.
+fn require_no_ground(config: &Config, question: &str) -> Result<(), BadInput> {
     if config.route().ground.is_none() {
         return Ok(());
     }
-    Err(BadInput(format!("[ground] is present, must be absent for {question}, which answers for level ground only")))
+    Err(BadInput(format!("[ground] is present, must be absent for {question}")))
 }
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {

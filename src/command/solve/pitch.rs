@@ -6,7 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::figure::{pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, require_level_ground, save_config};
+use super::{AnswerArgs, CLEARANCE_M, require_no_ground, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::print::print_report;
 use crate::command::{in_file, load_config};
@@ -56,7 +56,7 @@ struct Limit {
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
     args.answer.keep_files_apart(config.document())?;
-    in_file(&args.config, require_level_ground(&config, "solve pitch"))?;
+    in_file(&args.config, require_no_ground(&config, "solve pitch"))?;
     let Some(SpiralSpec { start_turns, .. }) = config.route().spiral() else {
         let error = BadInput(format!(
             "[route] kind is \"{}\", must be \"spiral\" or \"turnaround\" for a question about the pitch: a path has none",

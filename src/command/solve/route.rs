@@ -238,6 +238,7 @@ impl HeightsAnswer {
     fn text(&self) -> String {
         let Self { lowest_m, highest_m, steepest_slope, steepest_travel_m, steepest_m } = *self;
         let (percent, travel_m) = (100.0 * steepest_slope, decimal(steepest_travel_m));
+        let [lowest_m, highest_m] = [lowest_m, highest_m].map(|metres| (metres * 1e3).round() / 1e3 + 0.0);
         format!(
             "from {lowest_m:.3} m to {highest_m:.3} m, steepest {percent:.1} % at {travel_m} m of travel, at {}",
             point(steepest_m)

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, require_level_ground, xlsx};
+use super::{WorkArgs, require_no_ground, xlsx};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::command::print::{Progress, print_bytes, print_json, print_line};
 use crate::command::{in_file, load_config};
@@ -66,7 +66,7 @@ fn parameter(text: &str) -> Result<Parameter, String> {
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
     let config = load_config(&args.config, |_| ())?;
     args.figure.keep_drawing(config.document())?;
-    in_file(&args.config, require_level_ground(&config, "solve sensitivity"))?;
+    in_file(&args.config, require_no_ground(&config, "solve sensitivity"))?;
     let sensitivity = sensitivity(&config, args)?;
     let progress = Progress::new("answers", sensitivity.questions() as f64);
     let responses = sensitivity.study(&args.work.long_meter(), || progress.add(1.0));

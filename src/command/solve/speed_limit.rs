@@ -71,12 +71,13 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
     }
 }
 
-/// Returns the configuration, and its dragon on the whole passage through a turn, or on the planned run of another route.
+/// Returns the configuration, and its dragon on the whole passage through a turn, or on the planned run of another route or on ground.
 fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
     if plan.config.is_some() && !asks_for_turn(plan) {
         let config = load_config(&ConfigArgs { config: plan.config.clone() }, |_| ())?;
-        if config.route().as_turnaround().is_none() {
+        // On ground the planned run is the passage: a turn is planned for level ground.
+        if config.route().as_turnaround().is_none() || config.route().ground.is_some() {
             let dragon = Arc::new(config.dragon().metered(&args.answer.work.meter()));
             return Ok((config, Ok(dragon)));
         }
@@ -111,12 +112,13 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
             (answer, format!("{reason}; --work allows more"))
         }
         Err(reason) => {
+            let is_on_ground = config.route().ground.is_some();
             let of_what = match config.route().shape {
-                RouteShape::Turnaround(_) => "on the passage through the turn",
-                RouteShape::Spiral(_) => {
+                RouteShape::Turnaround(_) if !is_on_ground => "on the passage through the turn",
+                RouteShape::Spiral(_) if !is_on_ground => {
                     "on all of the planned run (--turn-diameter computes a passage through a turn instead)"
                 }
-                RouteShape::Path(_) => "on all of the planned run",
+                _ => "on all of the planned run",
             };
             let answer = SpeedLimitAnswer { infeasible: Some(reason.to_string()), ..SpeedLimitAnswer::default() };
             (answer, format!("infeasible {of_what}: {reason}"))

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use super::figure::{on_turn, pair, plan_of};
 use super::turn_play::{TurnPlay, earliest_on_passage};
-use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, require_level_ground, save_config};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, require_no_ground, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
 use crate::command::print::{Progress, complain, print_report};
 use crate::command::{in_file, load_config};
@@ -455,7 +455,7 @@ fn with_turnaround(config: &Config, plan: TurnaroundSpec) -> anyhow::Result<(Con
 pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec, Turnaround)> {
     let file = ConfigArgs { config: args.config.clone() };
     let config = load_config(&file, |_| ())?;
-    in_file(&file, require_level_ground(&config, "a question about a turn"))?;
+    in_file(&file, require_no_ground(&config, "a question about a turn"))?;
     let plan = match (config.route().as_turnaround(), &args.config) {
         (Some(plan), _) => plan,
         (None, Some(path)) if config.route().as_path().is_some() => {

@@ -98,6 +98,14 @@ pub enum PitchError {
         /// All pitches below are infeasible.
         pitch_m: f64,
     },
+    /// The limit of work is reached before a pitch is found that is wide enough for loose hinges.
+    #[error("whether {pitch_m:.6} m is wide enough for every pose of the hinges is undecided: {spent}")]
+    PlayUndecided {
+        /// The pitch that was examined.
+        pitch_m: f64,
+        /// The limit.
+        spent: Spent,
+    },
     /// The limit of work is reached.
     #[error("no pitch up to {} m is feasible; wider pitches are undecided: {spent}", Number(*pitch_m))]
     TooMuchWork {

@@ -40,12 +40,12 @@ pub fn guaranteed_pitch(
         let route = SpiralSpec { pitch_m, start_turns }.to_circle(turn_diameter_m).map_err(PitchError::Route)?;
         let dragon = match Dragon::with_meter(*dimensions, Arc::new(route), meter.clone()) {
             Ok(dragon) => dragon,
-            Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::TooMuchWork { pitch_m, spent }),
+            Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::PlayUndecided { pitch_m, spent }),
             Err(_) => return Ok(false),
         };
         let end_m = dragon.end_travel_m();
         let touch = first_possible_touch(&dragon, clearance_m, dragon.start_travel_m(), end_m)
-            .map_err(|spent| PitchError::TooMuchWork { pitch_m, spent })?;
+            .map_err(|spent| PitchError::PlayUndecided { pitch_m, spent })?;
         Ok(touch.is_none() && dragon.run_end() == RunEnd::RouteEnd)
     };
     let (mut low_m, mut step_m) = (nominal.pitch_m, STEP_PER_PLAY * dimensions.play_m());

@@ -15,6 +15,8 @@ const STRIDE_M: f64 = 4.0;
 const LEAST_M: f64 = 1e-5;
 /// Shortest part that is divided to find where the ground becomes too steep, in units of the parameter.
 const STEEP: f64 = 1e-3;
+/// Share by which the steepest slope may be exceeded: rounding.
+const SLOPE_ROUNDING: f64 = 1e-9;
 /// Greatest number of pieces: some hundred megabytes.
 const MAX_PIECES: usize = 1_000_000;
 
@@ -161,11 +163,12 @@ impl<'a> Fitter<'a> {
         }
         let Some(cell) = cells[0] else { return ControlFlow::Break(ProfileEnd::NoHeight) };
         let (part, fit) = self.fit_over(begin, end, cell);
-        if fit.slope <= MAX_SLOPE && (fit.is_exact || end - begin <= 2.0 * least) {
+        let is_steep = fit.slope > MAX_SLOPE * (1.0 + SLOPE_ROUNDING);
+        if !is_steep && (fit.is_exact || end - begin <= 2.0 * least) {
             self.add(part);
             return ControlFlow::Continue(());
         }
-        if fit.slope > MAX_SLOPE && end - begin <= STEEP {
+        if is_steep && end - begin <= STEEP {
             return ControlFlow::Break(ProfileEnd::TooSteep);
         }
         self.fit_both(begin, middle, end)
