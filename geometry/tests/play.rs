@@ -9,8 +9,10 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::thread;
 
-use bench_dragon_geometry::clearance::{ClearanceSearch, PlaySearch, PossibleTouch, ProvenTravel};
-use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon};
+use bench_dragon_geometry::clearance::{
+    ClearanceSearch, PlayEnd, PlaySearch, PossibleTouch, ProvenTravel, first_possible_touch,
+};
+use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::route::Route;
 use fastrand::Rng;
 use glam::DVec2;
@@ -244,6 +246,29 @@ fn the_guards_proof_ends_where_a_pose_may_come_under_the_margin() {
         };
         assert!((0..60).map(|step| touch.travel_m + 0.1 * f64::from(step)).any(|travel_m| differs(&travel_m)));
     }
+}
+
+#[test]
+fn nothing_is_proved_where_a_pole_might_stop() {
+    // The brackets of the poles end at 432.497 m, the run at 432.758 m.
+    let dragon = dragon(3, 0.020);
+    let travel_m = dragon.end_travel_m() - 1e-4;
+    let search = PlaySearch::at(&dragon, 0.0, travel_m).expect("no limit").expect("the hinges have play");
+    assert!(!search.is_known_here() && search.end_m() < travel_m && search.touch_here().is_none());
+    let end = first_possible_touch(&dragon, 0.0, travel_m, dragon.end_travel_m()).expect("no limit");
+    assert_eq!(end, Some(PlayEnd { travel_m, benches: None }));
+    assert!(ProvenTravel::at(&dragon, 0.0005, travel_m).is_err());
+    let mut proven = ProvenTravel::at(&dragon, 0.0005, search.end_m() - 0.1).expect("the poses are known there");
+    proven.extend(dragon.end_travel_m(), usize::MAX);
+    assert!(proven.is_whole() && proven.end_m() <= search.end_m() && proven.end_m() >= proven.begin_m());
+}
+
+#[test]
+fn a_search_without_work_left_proves_nothing() {
+    let dragon = dragon(60, 0.050);
+    let metered = dragon.metered(&Meter::of(1000));
+    assert!(ProvenTravel::at(&metered, 0.0005, 100.0).is_err());
+    assert!(ProvenTravel::at(&dragon, 0.0005, 100.0).is_ok());
 }
 
 #[test]

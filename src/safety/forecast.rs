@@ -222,9 +222,9 @@ impl Search<'_> {
             Ok(Some(found)) => {
                 PlayForecast { free_to_m: found.travel_m, end: Some(touch(found.travel_m, found.benches)) }
             }
-            Ok(None) if search.end_m() < to_m => unknown_from(search.end_m()),
+            Ok(None) if search.end_m() < to_m => unknown_from(search.end_m().max(before.free_to_m)),
             Ok(None) => PlayForecast { free_to_m: to_m.max(before.free_to_m), end: None },
-            Err(spent) => unknown_from(spent.reached_m),
+            Err(spent) => unknown_from(spent.reached_m.max(before.free_to_m)),
         })
     }
 }

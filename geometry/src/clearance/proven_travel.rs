@@ -37,20 +37,15 @@ impl<'a> ProvenTravel<'a> {
     /// The interval that contains only one travel of the run.
     ///
     /// # Errors
-    /// The nearest pair, if it is nearer than the margin.
+    /// The nearest pair, if it is nearer than the margin. For loose hinges: a pair that may be nearer in some pose, or the nearest
+    /// pair if nothing is proved about all poses.
     pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
         if let Some(nearest) = search.nearest().filter(|nearest| nearest.clearance_m < margin_m) {
             return Err(nearest);
         }
-        let begun = PlaySearch::at(dragon, margin_m, travel_m);
-        let is_ended = begun.is_err();
-        let play = begun.ok().flatten();
-        if let Some(PossibleTouch { benches, .. }) = play.as_ref().and_then(PlaySearch::touch_here) {
-            let pose = Pose::of(dragon, travel_m, benches[1] + 1);
-            return Err(PairClearance::of(&pose.boards, benches));
-        }
-        Ok(Self { dragon, search, play, margin_m, begin_m: travel_m, end_m: travel_m, is_ended })
+        let play = begin_play(dragon, margin_m, travel_m, &mut search)?;
+        Ok(Self { dragon, search, play, margin_m, begin_m: travel_m, end_m: travel_m, is_ended: false })
     }
 
     /// Extends the proof up to `to_m`. One call walks at most one stride more than `handles` divided by the dragon's number of
@@ -78,7 +73,7 @@ impl<'a> ProvenTravel<'a> {
         let Some(play) = &mut self.play else { return self.search.walk_over(to_m, self.margin_m, RESOLUTION_M) };
         match play.advance(to_m) {
             Ok(Some(touch)) => Err(touch.travel_m),
-            Ok(None) if play.end_m() < to_m => Err(play.end_m()),
+            Ok(None) if play.end_m() < to_m => Err(play.end_m().max(self.end_m)),
             Ok(None) => Ok(()),
             Err(_) => Err(self.end_m),
         }
@@ -102,5 +97,31 @@ impl<'a> ProvenTravel<'a> {
     /// Whether the interval cannot grow further.
     pub fn is_whole(&self) -> bool {
         self.is_ended || self.end_m >= self.dragon.end_travel_m()
+    }
+}
+
+/// Begins the proof for loose hinges; `None` for hinges without play, and for fewer than three benches, which have no pair.
+///
+/// # Errors
+/// The pair that may be nearer than the margin in some pose, or the nearest pair if nothing is proved.
+fn begin_play(
+    dragon: &Dragon,
+    margin_m: f64,
+    travel_m: f64,
+    search: &mut ApproachSearch<'_>,
+) -> Result<Option<PlaySearch>, PairClearance> {
+    let benches = dragon.dimensions().benches();
+    if dragon.dimensions().play_m() == 0.0 || benches < 3 {
+        return Ok(None);
+    }
+    dragon.meter().restart();
+    let begun = PlaySearch::at(dragon, margin_m, travel_m).ok().flatten().filter(PlaySearch::is_known_here);
+    match begun.as_ref().map(PlaySearch::touch_here) {
+        Some(None) => Ok(begun),
+        Some(Some(PossibleTouch { benches, .. })) => {
+            let pose = Pose::of(dragon, travel_m, benches[1] + 1);
+            Err(PairClearance::of(&pose.boards, benches))
+        }
+        None => Err(search.nearest().expect("three benches have a pair")),
     }
 }

@@ -67,7 +67,7 @@ pub fn first_possible_touch(
         Some(touch) => Some(touch),
         None => search.advance(to_travel_m)?,
     };
-    let unknown = PlayEnd { travel_m: search.end_m(), benches: None };
+    let unknown = PlayEnd { travel_m: search.end_m().max(from_travel_m), benches: None };
     let touch = touch.map(|touch| PlayEnd { travel_m: touch.travel_m, benches: Some(touch.benches) });
     Ok(touch.or_else(|| (search.end_m() < to_travel_m).then_some(unknown)))
 }
@@ -99,7 +99,8 @@ struct Front {
 }
 
 impl PlaySearch {
-    /// A search with the head at a travel of the run. `None` for a dragon without play.
+    /// A search with the head at a travel of the run. `None` for a dragon without play. At a travel beyond [`end_m`](Self::end_m)
+    /// nothing can be proved: the search finds nothing there, and does not advance.
     ///
     /// # Errors
     /// The dragon's meter is spent.
@@ -109,19 +110,24 @@ impl PlaySearch {
     pub fn at(dragon: &Dragon, clearance_m: f64, travel_m: f64) -> Result<Option<Self>, Spent> {
         assert!(clearance_m >= 0.0 && clearance_m.is_finite(), "a search for a clearance of {clearance_m} m");
         let Some(loose) = dragon.loose() else { return Ok(None) };
-        let mut search = Self {
-            dragon: dragon.clone(),
-            clearance_m,
-            head_m: travel_m,
-            body: loose.bracket(travel_m, 1)[1],
-            behind: None,
-        };
-        search.behind = search.first_behind(loose, travel_m)?;
+        let mut search = Self { dragon: dragon.clone(), clearance_m, head_m: travel_m, body: f64::NAN, behind: None };
+        if search.is_known_here() {
+            search.body = loose.bracket(travel_m, 1)[1];
+            search.behind = search.first_behind(loose, travel_m)?;
+        }
         Ok(Some(search))
     }
 
-    /// A touch at the present travel of the head, if the bounds do not rule it out.
+    /// Whether the poses at the present travel of the head are known: it is not beyond [`end_m`](Self::end_m).
+    pub fn is_known_here(&self) -> bool {
+        self.head_m <= self.end_m()
+    }
+
+    /// A touch at the present travel of the head, if the bounds do not rule it out. None is found where the poses are not known.
     pub fn touch_here(&self) -> Option<PossibleTouch> {
+        if !self.is_known_here() {
+            return None;
+        }
         let (travel_m, benches) = (self.head_m, self.dragon.dimensions().benches());
         let behind = self.behind.filter(|touch| touch.travel_m <= travel_m);
         behind.or_else(|| {
