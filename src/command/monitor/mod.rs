@@ -205,7 +205,9 @@ impl MonitorSession<'_> {
             None => Ok(()),
             Some(GuardNews::FinalRest(rest)) => {
                 if !rest.is_free {
-                    tracing::warn!("the clearance is under margin_m where the head stands: seek to another show time");
+                    tracing::warn!(
+                        "margin_m is not proved to be kept where the head stands: seek to another show time"
+                    );
                 }
                 self.report.print_rest(&rest)
             }
