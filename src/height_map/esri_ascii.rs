@@ -22,7 +22,7 @@ struct Header {
     nodata: Option<f64>,
 }
 
-/// What the header's position is that of.
+/// The point of the grid whose position the header gives.
 #[derive(Clone, Copy)]
 enum Origin {
     /// The outer corner of the south-west cell.

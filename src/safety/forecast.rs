@@ -47,9 +47,15 @@ impl Forecast {
         self.from_m <= from_m && to_m <= self.free_to_m
     }
 
-    /// Where a pose that the play of the hinges allows may touch first, if the search has got there.
-    pub fn possible_touch(&self) -> Option<PlayEnd> {
+    /// Where the proof about loose hinges ends, if the search has got there.
+    pub fn play_end(&self) -> Option<PlayEnd> {
         self.play.and_then(|play| play.end)
+    }
+
+    /// Where two benches may touch first in some pose that the play of the hinges allows, if the search has got there. `None` where
+    /// the proof ends because nothing is known further ahead.
+    pub fn possible_touch(&self) -> Option<PlayEnd> {
+        self.play_end().filter(|end| end.benches.is_some())
     }
 
     /// Whether the forecast is valid for the travel ahead of `travel_m`.

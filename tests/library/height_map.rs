@@ -7,7 +7,7 @@ use bench_dragon::height_map::{Grid, Placing, read};
 use serde::Deserialize;
 use test_support::pytest::python;
 
-/// What rasterio finds in a file.
+/// The heights of a file and their places, as rasterio reads them.
 #[derive(Deserialize)]
 struct Found {
     file: String,

@@ -210,7 +210,7 @@ fn clearance_over_time(
     }
 }
 
-/// What is searched for.
+/// The name of what is searched for, in words.
 fn what(clearance_m: f64) -> String {
     if clearance_m == 0.0 { "contact".to_owned() } else { format!("clearance of {clearance_m} m") }
 }

@@ -6,7 +6,7 @@ use bench_dragon_geometry::planner::{Infeasible, passage_through};
 use bench_dragon_geometry::route::Turnaround;
 use serde::Serialize;
 
-/// What the play of the hinges allows on the whole passage.
+/// The poses that the play of the hinges allows, on the whole passage.
 #[derive(Serialize)]
 pub(super) struct TurnPlay {
     /// Show time up to which no pose comes within the clearance; null if none does on the whole passage.

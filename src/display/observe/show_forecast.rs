@@ -127,7 +127,7 @@ impl ShowForecast {
 fn violation(forecast: &Forecast) -> Option<PlayEnd> {
     let nominal =
         forecast.contact.map(|Contact { travel_m, benches, .. }| PlayEnd { travel_m, benches: Some(benches) });
-    let ends = forecast.possible_touch().into_iter().chain(nominal);
+    let ends = forecast.play_end().into_iter().chain(nominal);
     ends.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m))
 }
 
