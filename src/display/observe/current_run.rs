@@ -3,7 +3,7 @@
 use std::io;
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, PlayEnd};
 use bench_dragon_geometry::dragon::Board;
 use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 
@@ -114,6 +114,11 @@ impl CurrentRun {
         let end_m = self.run.config.dragon().end_travel_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
         (ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded), possible)
+    }
+
+    /// Where the proof about loose hinges ends, if the search has got there.
+    pub(super) fn play_end(&self) -> Option<PlayEnd> {
+        self.forecaster.latest().play_end()
     }
 
     /// Searches for the first travel from `from_m` on at which some pair's clearance falls to `clearance_m`. The first status

@@ -1,6 +1,6 @@
 //! The situation of the guard: waiting, working, at its end, or missing.
 
-use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_geometry::clearance::{PairClearance, PlayEnd};
 use bench_dragon_ipc::{FrameHeader, GuardState, ShowState, Status, TimecodeState};
 use serde::Serialize;
 
@@ -25,9 +25,15 @@ pub enum GuardSituation {
 }
 
 impl GuardSituation {
-    /// Derives the situation from a source's status, the newest frame of its run, that frame's nearest pair and the guard's
-    /// margin.
-    pub(super) fn of(status: &Status, header: &FrameHeader, nearest: Option<PairClearance>, margin_m: f64) -> Self {
+    /// Derives the situation from a source's status, the newest frame of its run, that frame's nearest pair, the guard's margin,
+    /// and the end of the proof about loose hinges.
+    pub(super) fn of(
+        status: &Status,
+        header: &FrameHeader,
+        nearest: Option<PairClearance>,
+        margin_m: f64,
+        play_end: Option<PlayEnd>,
+    ) -> Self {
         match status.guard_state() {
             None | Some(GuardState::None) => return Self::None,
             Some(GuardState::Missing) => return Self::Missing,
@@ -38,9 +44,11 @@ impl GuardSituation {
             return Self::Working;
         }
         let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
-        // The guard grants no travel to a head that was repositioned where the clearance is below the margin.
+        // The guard grants no travel to a head that was repositioned where the clearance is below the margin, or may be in some pose
+        // of loose hinges.
         let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
-        if is_final || is_refused {
+        let is_unproved = play_end.is_some_and(|end| end.travel_m <= header.head_travel_m);
+        if is_final || is_refused || is_unproved {
             let for_good = status.timecode_state() == Some(TimecodeState::None);
             return Self::AtEnd { for_good };
         }
@@ -92,7 +100,7 @@ mod tests {
             (status(running, at_limit, 30.0, TimecodeState::Lost), GuardSituation::AtEnd { for_good: false }),
             (status(running, at_run_end, 30.0, none), GuardSituation::Working),
         ] {
-            assert_eq!(GuardSituation::of(&status, &held, None, 0.0005), expected, "{:?}", status.stops());
+            assert_eq!(GuardSituation::of(&status, &held, None, 0.0005, None), expected, "{:?}", status.stops());
         }
     }
 
@@ -102,7 +110,21 @@ mod tests {
         let stops = Stops { guard_limit: true, ..Stops::default() };
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
         let pair = PairClearance { benches: [0, 8], clearance_m: 0.0004, point: glam::DVec2::ZERO };
-        let situation = GuardSituation::of(&status, &held, Some(pair), 0.0005);
+        let situation = GuardSituation::of(&status, &held, Some(pair), 0.0005, None);
         assert_eq!(situation, GuardSituation::AtEnd { for_good: true });
+    }
+
+    #[test]
+    fn a_head_repositioned_where_a_pose_may_touch_gets_no_grant() {
+        let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let stops = Stops { guard_limit: true, ..Stops::default() };
+        let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
+        let far = PairClearance { benches: [0, 8], clearance_m: 0.02, point: glam::DVec2::ZERO };
+        let situation = |travel_m| {
+            let end = PlayEnd { travel_m, benches: Some([0, 9]) };
+            GuardSituation::of(&status, &held, Some(far), 0.0005, Some(end))
+        };
+        assert_eq!(situation(30.0), GuardSituation::AtEnd { for_good: true });
+        assert_eq!(situation(31.0), GuardSituation::Waiting);
     }
 }

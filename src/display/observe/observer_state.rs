@@ -155,7 +155,8 @@ impl ObserverState {
             snapshot.plan = run.planner.as_ref().map(ClearancePlanner::latest);
             snapshot.clock = Some(run.clock(&frame.header));
             let guard = status.as_deref().map(|status| {
-                GuardSituation::of(status, &frame.header, snapshot.nearest, run.run.config.tables().monitor.margin_m)
+                let margin_m = run.run.config.tables().monitor.margin_m;
+                GuardSituation::of(status, &frame.header, snapshot.nearest, margin_m, run.play_end())
             });
             snapshot.guard = guard.unwrap_or_default();
         }
