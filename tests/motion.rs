@@ -55,6 +55,35 @@ fn only_release_lifts_a_hold() {
 }
 
 #[test]
+fn a_show_is_ready_at_its_start_until_its_first_release() {
+    let mut motion = after(start(MotionSettings { ready: true, ..plan() }), 9);
+    assert_eq!((motion.head().state, motion.head().travel_m), (ShowState::Ready, 0.0));
+    assert_eq!(motion.stops(), Stops { ready: true, ..Stops::default() });
+    assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
+    motion.request(Request::Release).expect("the release starts the show");
+    assert_eq!(after(motion, 3).head().travel_m, 0.003);
+    assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
+}
+
+#[test]
+fn a_hold_before_the_first_release_is_a_safety_stop() {
+    let mut motion = start(MotionSettings { ready: true, ..plan() });
+    motion.request(Request::Hold).expect("hold is always accepted");
+    assert_eq!(motion.head().state, ShowState::Held);
+    motion.request(Request::Release).expect("the release is accepted");
+    assert_eq!(motion.head().state, ShowState::Running);
+}
+
+#[test]
+fn only_the_first_hold_of_a_restarted_server_is_that_of_its_restart() {
+    let mut motion = start(MotionSettings { held: true, restarted: true, ..plan() });
+    assert_eq!(motion.head().state, ShowState::Held);
+    assert_eq!(motion.stops(), Stops { held: true, restarted: true, ..Stops::default() });
+    motion.request(Request::Hold).expect("hold is always accepted");
+    assert_eq!(motion.stops(), Stops { held: true, ..Stops::default() });
+}
+
+#[test]
 fn a_pause_outlasts_a_hold() {
     let mut motion = start(plan());
     for request in [Request::Pause, Request::Hold, Request::Release] {

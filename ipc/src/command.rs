@@ -135,7 +135,7 @@ pub enum Request {
     },
     /// Stop for safety. Only `Release` lifts the hold.
     Hold,
-    /// Lift a `Hold`.
+    /// Lift a `Hold`, or start a show that is [ready](crate::ShowState::Ready).
     Release,
     /// End the server. The head comes to rest first, and the last frame of the run has the state
     /// [`ShowState::Ended`](crate::ShowState::Ended).
@@ -207,9 +207,9 @@ pub enum Refusal {
         /// Greatest allowed value.
         highest: f64,
     },
-    /// The show is held. Only `release` lifts the hold.
+    /// The show is held, or waits at its start. Only `release` makes it walk.
     Held,
-    /// There is no hold to release.
+    /// There is no hold to release, and the show does not wait at its start.
     NotHeld,
     /// The show is finished. A `seek` starts it again.
     Finished,
@@ -242,8 +242,8 @@ impl fmt::Display for Refusal {
             Self::OutOfRange { lowest, highest } => {
                 write!(formatter, "the value must be from {lowest} to {highest}")
             }
-            Self::Held => formatter.write_str("the show is held: release it first"),
-            Self::NotHeld => formatter.write_str("the show is not held"),
+            Self::Held => formatter.write_str("the show is held, or waits at its start: release it first"),
+            Self::NotHeld => formatter.write_str("the show is not held, and does not wait at its start"),
             Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
             Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),

@@ -197,6 +197,8 @@ impl CommandEvent {
             is_paused: self.flags & 2 != 0,
             is_guarded: self.flags & 4 != 0,
             follows_timecode: self.flags & 8 != 0,
+            is_ready: self.flags & 16 != 0,
+            is_restarted: self.flags & 32 != 0,
         })
     }
 }
@@ -221,12 +223,17 @@ pub struct RunStart {
     pub is_guarded: bool,
     /// Whether the show follows timecode: bit 3.
     pub follows_timecode: bool,
+    /// Whether the show waits at its start for its first release: bit 4.
+    pub is_ready: bool,
+    /// Whether the server was restarted; with [`RunStart::is_held`], this is why the show is held: bit 5.
+    pub is_restarted: bool,
 }
 
 impl RunStart {
     /// Returns the event of this start.
     pub fn event(&self) -> CommandEvent {
-        let bits = [self.is_held, self.is_paused, self.is_guarded, self.follows_timecode];
+        let Self { is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted, .. } = *self;
+        let bits = [is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted];
         CommandEvent {
             values: [self.start_s, self.travel_m, self.speed_mps, self.until_s.unwrap_or(f64::NAN)],
             flags: bits.into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum(),
@@ -263,6 +270,8 @@ mod tests {
             is_paused: false,
             is_guarded: true,
             follows_timecode: false,
+            is_ready: false,
+            is_restarted: true,
         };
         assert_eq!(start.event().run_start(), Some(start));
         assert_eq!((start.event().request(), start.event().sent_by()), (None, Some(Sender::Server)));

@@ -101,6 +101,8 @@ pub enum ShowState {
     Stopping = 4,
     /// The run has ended in order. This is its last frame.
     Ended = 5,
+    /// The show waits at its start for its first `release`. It is calm: no safety stop.
+    Ready = 6,
 }
 
 impl ShowState {
@@ -110,7 +112,15 @@ impl ShowState {
     }
 
     /// All states, by their numbers.
-    pub const ALL: [Self; 6] = [Self::Running, Self::Paused, Self::Held, Self::Finished, Self::Stopping, Self::Ended];
+    pub const ALL: [Self; 7] = [
+        Self::Running,
+        Self::Paused,
+        Self::Held,
+        Self::Finished,
+        Self::Stopping,
+        Self::Ended,
+        Self::Ready,
+    ];
 
     /// Whether the head may walk. Show time advances only in these states.
     pub fn walks(self) -> bool {
@@ -131,6 +141,7 @@ impl ShowState {
             Self::Finished => "finished",
             Self::Stopping => "stopping",
             Self::Ended => "ended",
+            Self::Ready => "ready",
         }
     }
 }

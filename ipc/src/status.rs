@@ -226,6 +226,10 @@ pub struct Stops {
     pub ending: bool,
     /// Bit 5: the end of the route, of the run or of the requested time.
     pub run_end: bool,
+    /// Bit 6: the show waits at its start. `release` starts it.
+    pub ready: bool,
+    /// Bit 7: the server was restarted, and has held the show since. Bit 1 is set too.
+    pub restarted: bool,
 }
 
 impl Stops {
@@ -244,11 +248,14 @@ impl Stops {
             timecode: holds(3),
             ending: holds(4),
             run_end: holds(5),
+            ready: holds(6),
+            restarted: holds(7),
         }
     }
 
-    fn in_order(self) -> [bool; 6] {
-        [self.paused, self.held, self.guard_limit, self.timecode, self.ending, self.run_end]
+    fn in_order(self) -> [bool; 8] {
+        let Self { paused, held, guard_limit, timecode, ending, run_end, ready, restarted } = self;
+        [paused, held, guard_limit, timecode, ending, run_end, ready, restarted]
     }
 }
 
@@ -258,7 +265,7 @@ mod tests {
 
     #[test]
     fn every_set_of_stops_is_the_same_after_its_way_over_the_wire() {
-        for bits in 0..1 << 6 {
+        for bits in 0..1 << 8 {
             assert_eq!(Stops::from_wire(bits).to_wire(), bits);
         }
     }

@@ -40,9 +40,12 @@ whole numbers, or seconds.")]
 pub(crate) struct ServeArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Start held: the dragon stands still until `ctl release`.
+    /// Wait at the start: the dragon stands still until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
+    /// Start held, as the continuation of a server that has ended.
+    #[arg(long, hide = true, conflicts_with = "held")]
+    pub(crate) restarted: bool,
     /// Move the head only on travel that `monitor --guard` has proved free of contact.
     #[arg(long)]
     pub(crate) guarded: bool,
@@ -215,7 +218,9 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
         travel_m: args.start_travel.unwrap_or(planned.start.travel_m),
         speed_mps: args.start_speed.unwrap_or(planned.start.speed_mps),
         until_s: args.run.pace.until,
-        is_held: args.held,
+        is_ready: args.held,
+        is_held: args.restarted,
+        is_restarted: args.restarted,
         is_paused: args.paused,
         ..planned.start
     };

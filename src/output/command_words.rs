@@ -86,7 +86,13 @@ fn action(event: &CommandEvent) -> String {
 
 fn start(start: RunStart) -> String {
     let mut words = format!("the run begins at {} s", Number((start.start_s * 1e3).round() / 1e3));
-    let extras = [(start.is_held, "held"), (start.is_paused, "paused"), (start.is_guarded, "guarded")];
+    let extras = [
+        (start.is_ready, "ready"),
+        (start.is_held, "held"),
+        (start.is_restarted, "restarted"),
+        (start.is_paused, "paused"),
+        (start.is_guarded, "guarded"),
+    ];
     for (_, extra) in extras.into_iter().filter(|(holds, _)| *holds) {
         words = format!("{words}, {extra}");
     }

@@ -28,6 +28,8 @@ fn the_start_and_the_end_of_a_run_are_worded() {
         is_paused: false,
         is_guarded: true,
         follows_timecode: true,
+        is_ready: false,
+        is_restarted: false,
     };
     let text = |event: &CommandEvent| CommandWords::from(event).text;
     assert_eq!(text(&start.event()), "server: the run begins at 0.1 s, held, guarded, follows timecode");

@@ -87,7 +87,7 @@ def test_frames_and_alerts_have_a_row_each():
     for row, frame in zip(rows, sampled(), strict=True):
         head = [frame.head_travel_m, frame.head_speed_mps, frame.time_scale]
         assert numbers(row, ["head_travel_m", "head_speed_mps", "time_scale"]) == head
-        assert row["state"] == ["running", "paused", "held", "finished", "stopping", "ended"][frame.state]
+        assert row["state"] == ["running", "paused", "held", "finished", "stopping", "ended", "ready"][frame.state]
     alerts = messages("/dragon/alerts")
     rows = table("alerts.csv")
     assert len(rows) == len(alerts) > 0

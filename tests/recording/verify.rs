@@ -101,6 +101,8 @@ fn start() -> RunStart {
         is_paused: false,
         is_guarded: false,
         follows_timecode: false,
+        is_ready: false,
+        is_restarted: false,
     }
 }
 

@@ -195,6 +195,10 @@ typedef enum {
    * The run has ended in order. This is its last frame.
    */
   BD_ENDED = 5,
+  /**
+   * The show waits at its start for its first release. It is calm: no safety stop.
+   */
+  BD_READY = 6,
 } bd_show_state_t;
 
 /**

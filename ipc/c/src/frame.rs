@@ -81,6 +81,8 @@ pub enum bd_show_state_t {
     BD_STOPPING = 4,
     /// The run has ended in order. This is its last frame.
     BD_ENDED = 5,
+    /// The show waits at its start for its first release. It is calm: no safety stop.
+    BD_READY = 6,
 }
 
 /// A frame. Nothing is copied, and nothing in it changes while it is held. Any thread may read and release it.

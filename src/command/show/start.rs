@@ -70,8 +70,10 @@ impl Show<'_> {
         if self.seen.is_paused && !follows {
             args.push("--paused".to_owned());
         }
-        if !self.args.auto_resume || self.seen.is_held() || was_paused {
+        if self.seen.is_ready() {
             args.push("--held".to_owned());
+        } else if !self.args.auto_resume || self.seen.is_held() || was_paused {
+            args.push("--restarted".to_owned());
             complain(HELD);
         }
         args

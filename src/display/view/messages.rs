@@ -152,7 +152,7 @@ fn server_status(status: &Status) -> Value {
 
 /// The names of the stops that hold.
 fn stop_names(stops: Stops) -> Vec<&'static str> {
-    let Stops { paused, held, guard_limit, timecode, ending, run_end } = stops;
+    let Stops { paused, held, guard_limit, timecode, ending, run_end, ready, restarted } = stops;
     let named = [
         (paused, "paused"),
         (held, "held"),
@@ -160,6 +160,8 @@ fn stop_names(stops: Stops) -> Vec<&'static str> {
         (timecode, "timecode"),
         (ending, "ending"),
         (run_end, "run_end"),
+        (ready, "ready"),
+        (restarted, "restarted"),
     ];
     named.into_iter().filter_map(|(holds, name)| holds.then_some(name)).collect()
 }

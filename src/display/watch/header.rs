@@ -69,6 +69,7 @@ impl Condition {
                 GuardSituation::AtEnd { .. } => new("GUARD STOP", Tone::Caution, 2),
                 GuardSituation::None | GuardSituation::Working => new("HELD", Tone::Danger, 2),
             },
+            (Live, Some(ShowState::Ready)) => new("READY", Tone::Calm, 1),
             (Live, Some(ShowState::Finished)) => new("FINISHED", Tone::Calm, 3),
             (Live, None) => new("UNKNOWN", Tone::Caution, 1),
         }

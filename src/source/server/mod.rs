@@ -266,6 +266,8 @@ impl ServerSettings {
             is_paused: false,
             is_guarded: config.tables().monitor.guard,
             follows_timecode: false,
+            is_ready: false,
+            is_restarted: false,
         };
         Self { config, start, readers: 0 }
     }

@@ -33,6 +33,8 @@ class ShowState(WireCode):
     """The head still walks and brakes, because of a pause, a hold, a stop or the timecode."""
     ENDED = 5
     """The run has ended in order. This is its last frame."""
+    READY = 6
+    """The show waits at its start for its first `release`. It is calm: no safety stop."""
 
 
 class FrameHeader(WireType):

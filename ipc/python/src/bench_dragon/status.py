@@ -72,6 +72,10 @@ class Stops(enum.IntFlag):
     """The server is ending."""
     RUN_END = 32
     """The end of the route, of the run or of the requested time."""
+    READY = 64
+    """The show waits at its start. `release` starts it."""
+    RESTARTED = 128
+    """The server was restarted, and has held the show since. `HELD` is set too."""
 
 
 class Status(WireType):

@@ -7,7 +7,7 @@ const WITH_HEIGHTS = 2;
 const HEADER_LENGTH = 96;
 const VALUES_PER_HANDLE = 3;
 const NO_BENCH = 0xffffffff;
-const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended']);
+const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended', 'ready']);
 
 /** @typedef {typeof STATES[number]} ShowState */
 /**

@@ -106,6 +106,8 @@ function ofShow({ frame, status, status_ms }, now_ms) {
       return live('stopping', 'STOPPING', stopping(status));
     case 'paused':
       return live('paused', 'PAUSED', paused(status.server));
+    case 'ready':
+      return live('ready', 'READY', 'The dragon waits at its start. A release starts it.');
     case 'held':
       return live('held', 'HELD', held(status));
   }

@@ -48,6 +48,10 @@ pub struct Motion {
     catch_up: CatchUp,
     paused: bool,
     held: bool,
+    /// Whether the show waits at its start for its first release.
+    ready: bool,
+    /// Whether the hold is that of a restarted server.
+    restarted: bool,
     follows: bool,
     stands: bool,
     ending: bool,
@@ -70,6 +74,8 @@ impl Motion {
             catch_up: CatchUp::new(plan.most_jumped),
             paused: plan.paused,
             held: plan.held,
+            ready: plan.ready,
+            restarted: plan.restarted && plan.held,
             follows: false,
             stands: false,
             ending: false,
@@ -140,7 +146,7 @@ impl Motion {
             Request::Resume => self.resume()?,
             Request::Speed { speed_mps } => self.set_speed(speed_mps)?,
             Request::Seek { sim_time_s } => self.seek(sim_time_s)?,
-            Request::Hold => self.held = true,
+            Request::Hold => self.hold(),
             Request::Release => self.release()?,
             Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
             Request::Stop => self.ending = true,
@@ -173,9 +179,9 @@ impl Motion {
         self.steer();
     }
 
-    /// Whether the operator has paused or held the show.
+    /// Whether the operator has paused or held the show, or has not started it yet.
     pub fn is_stopped(&self) -> bool {
-        self.paused || self.held
+        self.paused || self.held || self.ready
     }
 
     /// Show time of the next tick if the show runs, in seconds.
@@ -206,6 +212,8 @@ impl Motion {
             timecode: self.stands,
             ending: self.ending,
             run_end: self.over || rests && self.travel_m() >= self.plan.end_travel_m,
+            ready: self.ready,
+            restarted: self.restarted,
         }
     }
 
@@ -218,6 +226,7 @@ impl Motion {
         match self {
             Self { ending: true, .. } if rests || self.over => ShowState::Ended,
             Self { held: true, .. } if rests || self.over => ShowState::Held,
+            Self { ready: true, .. } => ShowState::Ready,
             Self { over: true, .. } => self.state_at_end(),
             _ if rests && self.travel_m() >= self.plan.end_travel_m => self.state_at_end(),
             _ if rests && self.is_at_limit() => ShowState::Held,
@@ -237,7 +246,7 @@ impl Motion {
 
     /// Whether the operator, the timecode or a stop brings the head to rest.
     fn is_to_stand(&self) -> bool {
-        self.held || self.paused || self.stands || self.ending
+        self.held || self.ready || self.paused || self.stands || self.ending
     }
 
     fn is_at_limit(&self) -> bool {
@@ -300,6 +309,7 @@ impl Motion {
     fn resume(&mut self) -> Result<(), Refusal> {
         match self.state() {
             _ if self.held => return Err(Refusal::Held),
+            ShowState::Ready => return Err(Refusal::Held),
             ShowState::Held => return Err(Refusal::HeldByGuard),
             ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
             ShowState::Running | ShowState::Stopping | ShowState::Paused => self.paused = false,
@@ -307,12 +317,17 @@ impl Motion {
         Ok(())
     }
 
+    /// Holds the show by request: the hold is no longer that of a start or restart.
+    fn hold(&mut self) {
+        (self.held, self.ready, self.restarted) = (true, false, false);
+    }
+
     fn release(&mut self) -> Result<(), Refusal> {
-        if !self.held {
+        if !self.held && !self.ready {
             let by_guard = self.state() == ShowState::Held;
             return Err(if by_guard { Refusal::HeldByGuard } else { Refusal::NotHeld });
         }
-        self.held = false;
+        (self.held, self.ready, self.restarted) = (false, false, false);
         Ok(())
     }
 

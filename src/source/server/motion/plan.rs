@@ -32,6 +32,10 @@ pub struct MotionSettings {
     pub until_s: Option<f64>,
     /// Whether tick 0 is held.
     pub held: bool,
+    /// Whether the show waits at its start for its first release.
+    pub ready: bool,
+    /// Whether the server was restarted, which is then the cause of the hold.
+    pub restarted: bool,
     /// Whether tick 0 is paused, or will be once the hold is lifted.
     pub paused: bool,
     /// Number of the run whose guard must grant travel to the head; without one the head walks freely.
@@ -55,6 +59,8 @@ impl MotionSettings {
             end_travel_m,
             until_s: None,
             held: false,
+            ready: false,
+            restarted: false,
             paused: false,
             guarded_run: None,
             most_jumped: u64::MAX,
@@ -124,6 +130,8 @@ impl MotionPlan {
             end_travel_m: config.dragon().end_travel_m(),
             until_s: start.until_s,
             held: start.is_held,
+            ready: start.is_ready,
+            restarted: start.is_restarted,
             paused: start.is_paused,
             guarded_run: start.is_guarded.then_some(run_id),
             most_jumped: config.most_jumped(),
