@@ -51,7 +51,7 @@ impl Confined {
     /// Runs a command on the show's instance, in its namespace.
     fn run(&self, args: &[&str]) -> test_support::process::Ended {
         let target = format!("--target={}", self.show.pid());
-        Self::behind(&["nsenter", &target, "--mount", "--wdns=."], &self.stage.command(args)).end()
+        Self::behind(&["nsenter", &target, "--mount"], &self.stage.command(args)).end()
     }
 
     /// Waits until the recording has frames up to a show time.

@@ -10,7 +10,7 @@ use test_support::process::Process;
 
 use crate::children::{await_child, children, kill, send};
 use crate::reader::Reader;
-use crate::show::Playing;
+use crate::show::{Playing, logged};
 use crate::stage::Stage;
 
 /// A performance whose server has published a frame.
@@ -58,7 +58,7 @@ fn after_a_contact_a_performance_goes_on() {
 fn at_the_guards_permanent_stop_a_performance_stands_held_until_a_seek() {
     let stage = Stage::new();
     let (show, mut reader) = start(&stage, &["--guard", "--start-at", "410", "--time-scale", "5"]);
-    show.complaint_with("412.454970 s: held by the guard permanently");
+    show.complaint_with("412.454970 s: held by the guard permanently, clearance 0.0005");
     assert_stands(&show, &mut reader, ShowState::Held);
     stage.run(&["ctl", "seek", "400"]).expect_clean();
     reader.read_until("the dragon walks from the sought time", |header| (400.1..405.0).contains(&header.sim_time_s()));
@@ -115,7 +115,7 @@ fn a_performance_starts_a_server_again_that_a_signal_has_ended() {
     let playing = Playing::start(&["--stay"]);
     let server = await_child(playing.show.pid(), "serve", None);
     send(server, Signal::TERM).expect("the process runs");
-    assert_eq!(playing.show.complaint(), "serve ended with exit status: 0: starting it again");
+    assert_eq!(logged(&playing.show), "serve ended with exit status: 0: starting it again");
     await_child(playing.show.pid(), "serve", Some(server));
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"]["serve"], 1);

@@ -48,6 +48,20 @@ fn the_guards_permanent_stop_is_the_outcome_of_a_rehearsal_that_it_ends() {
 }
 
 #[test]
+fn a_rehearsal_that_starts_within_the_margin_names_it() {
+    let stage = Stage::new();
+    let show = ["show", "--guard", "--rate", "100", "--start-at", "412.46", "--out", "out", "--format", "json"];
+    let ended = stage.run(&show);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let outcome = &ended.last_json()["outcome"];
+    let text = "The guard does not let the dragon walk from 412.460000 s: margin_m is not proved to be kept there. Start or \
+                seek elsewhere.";
+    assert_eq!((&outcome["kind"], &outcome["text"]), (&json!("guard"), &json!(text)), "{outcome}");
+    let told = "412.460000 s: held by the guard permanently, clearance 0.00";
+    assert!(ended.stderr.lines().any(|line| line.starts_with(told)), "{}", ended.stderr);
+}
+
+#[test]
 fn the_requested_time_is_the_outcome_of_a_rehearsal_that_reaches_it() {
     let outcome = outcome_of(&["--rate", "50", "--start-at", "100", "--until", "101"]);
     assert_eq!(

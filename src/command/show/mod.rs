@@ -16,7 +16,6 @@ use clap::{Args, ValueHint};
 
 use crate::command::exit_status::CONTACT;
 use crate::command::flags::{FormatArgs, listen_address};
-use crate::command::print::complain;
 use crate::command::serve::{RunArgs, check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
@@ -29,6 +28,7 @@ mod children;
 mod files;
 mod live_line;
 mod liveness;
+mod log;
 mod outcome;
 mod process;
 mod reports;
@@ -40,6 +40,7 @@ use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
+use log::log;
 use outcome::Ending;
 use process::END_TIMEOUT;
 use reports::ChildReports;
@@ -234,7 +235,7 @@ impl<'a> Show<'a> {
         }
         let text = format!("{error:#}: the performance goes on");
         if self.borne.as_ref() != Some(&text) {
-            complain(&text);
+            log(&text);
             self.borne = Some(text);
         }
         Ok(())
