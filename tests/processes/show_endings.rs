@@ -6,6 +6,7 @@ use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
 use crate::page_socket::{PageSocket, outcome};
+use crate::record::await_frames;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
@@ -114,6 +115,7 @@ fn a_rehearsal_whose_server_is_killed_again_and_again_fails_and_its_page_names_t
     let stage = Stage::new();
     let (show, address) = start_with_page(&stage, &["--rate", "50", "--start-at", "100"]);
     let pid = show.pid();
+    await_frames(&stage.path("out/recording.mcap"));
     let mut server = await_child(pid, "serve", None);
     for restart in 1..=11 {
         kill(server);
