@@ -59,7 +59,7 @@ fn a_show_is_ready_at_its_start_until_its_first_release() {
     let mut motion = after(start(MotionSettings { ready: true, ..plan() }), 9);
     assert_eq!((motion.head().state, motion.head().travel_m), (ShowState::Ready, 0.0));
     assert_eq!(motion.stops(), Stops { ready: true, ..Stops::default() });
-    assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
+    assert_eq!(motion.request(Request::Resume), Err(Refusal::Ready));
     motion.request(Request::Release).expect("the release starts the show");
     assert_eq!(after(motion, 3).head().travel_m, 0.003);
     assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));

@@ -207,7 +207,7 @@ pub enum Refusal {
         /// Greatest allowed value.
         highest: f64,
     },
-    /// The show is held, or waits at its start. Only `release` makes it walk.
+    /// The show is held. Only `release` lifts the hold.
     Held,
     /// There is no hold to release, and the show does not wait at its start.
     NotHeld,
@@ -233,6 +233,8 @@ pub enum Refusal {
     TooMany,
     /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     Followed,
+    /// The show waits at its start. Only `release` starts it.
+    Ready,
 }
 
 impl fmt::Display for Refusal {
@@ -242,8 +244,8 @@ impl fmt::Display for Refusal {
             Self::OutOfRange { lowest, highest } => {
                 write!(formatter, "the value must be from {lowest} to {highest}")
             }
-            Self::Held => formatter.write_str("the show is held, or waits at its start: release it first"),
-            Self::NotHeld => formatter.write_str("the show is not held, and does not wait at its start"),
+            Self::Held => formatter.write_str("the show is held: release it first"),
+            Self::NotHeld => formatter.write_str("the show is not held"),
             Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
             Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
@@ -258,6 +260,7 @@ impl fmt::Display for Refusal {
                 formatter.write_str("more commands at a time than the bridge forwards to another host: try again")
             }
             Self::Followed => formatter.write_str("the show follows timecode: seek on the device that sends it"),
+            Self::Ready => formatter.write_str("the show waits at its start: release it first"),
         }
     }
 }
@@ -318,6 +321,7 @@ impl CommandReply {
             Refusal::NotTaken => Self { refusal: 12, ..reply },
             Refusal::TooMany => Self { refusal: 13, ..reply },
             Refusal::Followed => Self { refusal: 14, ..reply },
+            Refusal::Ready => Self { refusal: 15, ..reply },
         }
     }
 
@@ -341,6 +345,7 @@ impl CommandReply {
             12 => Err(Refusal::NotTaken),
             13 => Err(Refusal::TooMany),
             14 => Err(Refusal::Followed),
+            15 => Err(Refusal::Ready),
             _ => Err(Refusal::Unknown),
         }
     }

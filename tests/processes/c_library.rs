@@ -190,6 +190,7 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--held", "--time-scale", "5"]);
+    assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     // The monitor reads frames once it reports the hold.

@@ -140,7 +140,7 @@ def test_the_definitions_have_the_constants():
     assert (constants["Alert"]["CONTACT"], constants["Alert"]["NO_BENCH"]) == (1, 2**32 - 1)
     assert constants["Alert"]["NO_FORECAST"] == -(2**63)
     assert (constants["CommandEvent"]["KIND_HOLD"], constants["CommandEvent"]["SENDER_GUARD"]) == (4, 6)
-    assert (constants["CommandEvent"]["REFUSAL_NONE"], constants["CommandEvent"]["REFUSAL_FOLLOWED"]) == (0, 14)
+    assert (constants["CommandEvent"]["REFUSAL_NONE"], constants["CommandEvent"]["REFUSAL_READY"]) == (0, 15)
     assert constants["TFMessage"] == constants["PoseArray"] == {}
 
 

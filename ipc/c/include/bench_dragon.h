@@ -334,6 +334,10 @@ typedef enum {
    * The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
    */
   BD_REFUSED_FOLLOWED = 14,
+  /**
+   * The show waits at its start. Only a release starts it.
+   */
+  BD_REFUSED_READY = 15,
 } bd_refusal_t;
 
 /**

@@ -84,6 +84,8 @@ pub enum bd_refusal_t {
     BD_REFUSED_TOO_MANY = 13,
     /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     BD_REFUSED_FOLLOWED = 14,
+    /// The show waits at its start. Only a release starts it.
+    BD_REFUSED_READY = 15,
 }
 
 /// Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
@@ -146,7 +148,7 @@ mod tests {
     #[test]
     fn every_refusal_of_the_server_has_a_number_in_c() {
         let outcome = |refusal| CommandReply { refusal, ..CommandReply::default() }.outcome();
-        let last = bd_refusal_t::BD_REFUSED_FOLLOWED as u32;
+        let last = bd_refusal_t::BD_REFUSED_READY as u32;
         assert_ne!(outcome(last), Err(bench_dragon_ipc::Refusal::Unknown));
         assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "bd_refusal_t lacks this refusal");
     }

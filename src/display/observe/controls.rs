@@ -83,7 +83,7 @@ fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
 fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
     match state {
         _ if is_held(status, state) => Some(Refusal::Held),
-        Some(ShowState::Ready) => Some(Refusal::Held),
+        Some(ShowState::Ready) => Some(Refusal::Ready),
         Some(ShowState::Held) => Some(Refusal::HeldByGuard),
         Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
         _ => None,

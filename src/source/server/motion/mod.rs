@@ -309,7 +309,7 @@ impl Motion {
     fn resume(&mut self) -> Result<(), Refusal> {
         match self.state() {
             _ if self.held => return Err(Refusal::Held),
-            ShowState::Ready => return Err(Refusal::Held),
+            ShowState::Ready => return Err(Refusal::Ready),
             ShowState::Held => return Err(Refusal::HeldByGuard),
             ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
             ShowState::Running | ShowState::Stopping | ShowState::Paused => self.paused = false,
