@@ -10,6 +10,7 @@ use bench_dragon::bridge::{AxisOrder, BenchSelection, Freshness, LatestFrame, MA
 use bench_dragon_ipc::{BenchState, FrameHeader, HandleState};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// The protocol's ids of the two kinds of packets.
 const DATA_PACKET: u16 = 0x6755;
@@ -219,6 +220,8 @@ fn the_line_for_a_desk_has_all_that_an_operator_enters() {
 }
 
 proptest! {
+    #![proptest_config(random_cases(256))]
+
     #[test]
     fn no_packet_is_too_long_and_no_tracker_is_split(
         benches in 1..=MAX_BENCHES,
