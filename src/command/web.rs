@@ -94,7 +94,7 @@ pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     let address = site.address;
     announce_page(args, &token, address)?;
     let view = View::open(domain.clone(), token, args.read_only, address.ip())?;
-    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan();
+    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan().with_memory();
     let serve = || {
         site.serve(view.router(), &stop, view.closing())?;
         view.close();

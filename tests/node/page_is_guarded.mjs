@@ -14,7 +14,7 @@ await withBrowser(async (browser) => {
   say({ type: 'seek' });
   await stands(page, 'held');
   await reads(page, '#explanation', /^The guard holds the dragon permanently: ahead, benches come nearer than the margin/);
-  expect(await page.isHidden('#release'), 'the page offers a release that would be refused');
+  expect(await page.isDisabled('#release'), 'the page offers a release that would be refused');
   await examine(page, 'at the end of the proven travel');
   say({ type: 'kill the guard' });
   await reads(page, '#explanation', /^NO GUARD/);

@@ -85,6 +85,7 @@ mod tmux;
 mod turnaround;
 mod verify;
 mod view;
+mod view_layout;
 mod view_page;
 mod view_states;
 mod wall_clock;

@@ -7,6 +7,7 @@ use bench_dragon_ipc::{
     BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ShowState, SourceLock, Status,
 };
 
+use super::clearance_memory::ClearanceMemory;
 use super::current_run::CurrentRun;
 use super::frame_statistics::FrameCounter;
 use super::guard_situation::GuardSituation;
@@ -38,11 +39,13 @@ pub(super) struct ObserverState {
     source_asked_ns: u64,
     /// Whether to compute the planned clearance of each run.
     plans: bool,
+    /// Keeps the measured clearance beyond the end of this observer.
+    memory: Option<ClearanceMemory>,
 }
 
 impl ObserverState {
-    pub(super) fn new(now_ns: u64, plans: bool) -> Self {
-        Self { counter: FrameCounter::new(now_ns), plans, ..Self::default() }
+    pub(super) fn new(now_ns: u64, plans: bool, memory: Option<ClearanceMemory>) -> Self {
+        Self { counter: FrameCounter::new(now_ns), plans, memory, ..Self::default() }
     }
 
     /// Waits for a frame, then reads and counts all available frames.
@@ -84,6 +87,9 @@ impl ObserverState {
             self.see(copy);
         }
         self.look_ahead();
+        if let (Some(memory), Some(run)) = (&mut self.memory, &self.run) {
+            memory.keep(run.run.run_id, &run.chart, run.least, monotonic_ns());
+        }
         Ok(())
     }
 
@@ -171,13 +177,15 @@ impl ObserverState {
         }
         let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
         match description.map(|description| Config::from_toml(&description.toml)) {
-            Some(Ok(config)) => match CurrentRun::begin(config, &header, self.run.take(), self.plans) {
-                Ok(run) => self.run = Some(run),
-                Err(error) => {
-                    tracing::warn!("the run is shown without a forecast: cannot start a thread: {error}");
-                    self.unreadable_run = Some(header.run_id);
+            Some(Ok(config)) => {
+                match CurrentRun::begin(config, &header, self.run.take(), self.plans, self.memory.as_ref()) {
+                    Ok(run) => self.run = Some(run),
+                    Err(error) => {
+                        tracing::warn!("the run is shown without a forecast: cannot start a thread: {error}");
+                        self.unreadable_run = Some(header.run_id);
+                    }
                 }
-            },
+            }
             // A source of another version may send a description that this version cannot read. Then only its frames are shown.
             Some(Err(_)) => self.unreadable_run = Some(header.run_id),
             None => {}
@@ -205,7 +213,7 @@ mod tests {
 
     #[test]
     fn a_run_with_an_unreadable_description_has_only_its_frames() {
-        let mut state = ObserverState::new(0, false);
+        let mut state = ObserverState::new(0, false, None);
         let toml = Config::load(None, |_| ()).expect("the paper's").to_toml();
         let known = see(&mut state, 1, &toml);
         assert!(known.run.is_some() && known.chart.is_some(), "{known:?}");

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{FrameHeader, HandleState, ShowState, Status};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::described_run::{ClearanceChart, DescribedRun};
 use super::event_logs::{AlertLog, CommandHistory};
@@ -26,7 +26,7 @@ pub struct FrameCopy {
 }
 
 /// A least clearance and its show time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeastClearance {
     /// Clearance in metres, negative if the benches overlap.
     pub clearance_m: f64,

@@ -18,7 +18,8 @@ function show(state, { link = LIVE, guard = { kind: 'none' }, outlook = { kind: 
   };
 }
 
-const stands = (state, situation) => standing(OPEN, show(state, situation), 0);
+const FRESH_S = 0.02;
+const stands = (state, situation, age_s = FRESH_S) => standing(OPEN, show(state, situation), 0, age_s);
 
 test('an orderly end is no alarm, with or without a server process', () => {
   for (const link of [LIVE, GONE]) {
@@ -26,7 +27,7 @@ test('an orderly end is no alarm, with or without a server process', () => {
     assert.deepEqual([status, word, isLive], ['ended', 'ENDED', true]);
   }
   assert.equal(stands('running', { link: GONE }).word, 'SERVER LOST');
-  assert.equal(standing({ ...OPEN, state: 'ended' }, show('running'), 0).word, 'VIEW ENDED');
+  assert.equal(standing({ ...OPEN, state: 'ended' }, show('running'), 0, FRESH_S).word, 'VIEW ENDED');
 });
 
 test('a stopping head has its reason and its place of rest', () => {
@@ -74,13 +75,42 @@ test('without a server no command is possible, and with a silent one a hold is',
 });
 
 test('a button undoes the newest frame’s state, before the status has it', () => {
-  assert.deepEqual(operatorsStops(show('paused')), { isPaused: true, isHeld: false });
-  assert.deepEqual(operatorsStops(show('paused', { stops: ['timecode'] })), { isPaused: false, isHeld: false });
-  assert.deepEqual(operatorsStops(show('held')), { isPaused: false, isHeld: true });
-  assert.deepEqual(operatorsStops(show('running', { stops: ['held'] })), { isPaused: false, isHeld: false });
-  assert.deepEqual(operatorsStops(show('stopping', { stops: ['held'] })), { isPaused: false, isHeld: true });
+  assert.deepEqual(operatorsStops(show('paused')), { isPaused: true, isHeld: false, isReady: false });
+  assert.deepEqual(operatorsStops(show('paused', { stops: ['timecode'] })), { isPaused: false, isHeld: false, isReady: false });
+  assert.deepEqual(operatorsStops(show('held')), { isPaused: false, isHeld: true, isReady: false });
+  assert.deepEqual(operatorsStops(show('running', { stops: ['held'] })), { isPaused: false, isHeld: false, isReady: false });
+  assert.deepEqual(operatorsStops(show('stopping', { stops: ['held'] })), { isPaused: false, isHeld: true, isReady: false });
   const later = { ...show('held', { stops: ['paused'] }), state_tick: 10 };
-  assert.deepEqual(operatorsStops(later), { isPaused: false, isHeld: true });
+  assert.deepEqual(operatorsStops(later), { isPaused: false, isHeld: true, isReady: false });
   const guarded = show('held', { guard: { kind: 'at_end', for_good: true }, stops: ['guard_limit'] });
-  assert.deepEqual(operatorsStops(guarded), { isPaused: false, isHeld: false });
+  assert.deepEqual(operatorsStops(guarded), { isPaused: false, isHeld: false, isReady: false });
+});
+
+test('a show that waits at its start is ready, and a release starts it', () => {
+  assert.deepEqual([stands('ready').status, stands('ready').word], ['ready', 'READY']);
+  assert.deepEqual(operatorsStops(show('ready', { stops: ['ready'] })), { isPaused: false, isHeld: false, isReady: true });
+});
+
+test('an old picture has its age instead of the colour of its state, and a state without an age is not shown', () => {
+  const old = stands('running', {}, 4.71);
+  assert.deepEqual([old.status, old.isLive, old.isLost], ['old', false, true]);
+  assert.match(old.explanation, /^Picture 4\.7 s old: .* running\. Use the wired stop\.$/);
+  assert.equal(stands('running', {}, 0.9).status, 'running');
+  assert.deepEqual([stands('running', {}, null).status, stands('running', {}, null).isLive], ['connecting', false]);
+  assert.equal(stands('running', { link: GONE }, 4.71).word, 'SERVER LOST');
+});
+
+test('where nobody can tell what the dragon does, the wired stop is the remedy', () => {
+  const silent = { state: 'silent', age_s: 2, reason: null };
+  const dark = [
+    stands('running', { link: GONE }),
+    stands('running', { link: silent }),
+    stands('held', { link: { state: 'failed', age_s: null, reason: 'broken' } }),
+    standing({ ...OPEN, state: 'lost' }, show('running'), 0, FRESH_S),
+  ];
+  for (const { isLost, isLive, explanation } of dark) {
+    assert.deepEqual([isLost, isLive], [true, false], explanation);
+    assert.match(explanation, /Use the wired stop/);
+  }
+  assert.match(dark[0].explanation, /--held/, 'a bare `serve` would start another show, which walks at once');
 });

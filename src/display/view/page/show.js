@@ -60,6 +60,8 @@
  * @property {Clock | null} clock
  * @property {{clearance_m: number, time_s: number} | null} least
  * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart
+ * @property {number} day_ms wall time of the view's machine since midnight
+ * @property {{sequence: number, at_ms: number} | null} heard this page's newest acknowledgement, and when the view received it
  */
 /**
  * @typedef {object} Clock the head is at this travel at this show time, and walks on at this speed

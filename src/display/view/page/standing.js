@@ -21,15 +21,23 @@ import { age, fixed } from './format.js';
  * @property {string} shape
  * @property {string} explanation
  * @property {boolean} isLive whether the picture is current, or the last one of an orderly end
+ * @property {boolean} isLost whether nobody can tell what the dragon does now, so that only the wired stop is left
  */
+
+/** Age of the picture in seconds from which on it is old. */
+const OLD_S = 1;
+const WIRED = 'Use the wired stop.';
+/** `serve` alone would start the standard show at its start, without waiting. */
+const RESTART = '`show` restarts it; by hand, repeat the same command with --held.';
 
 /**
  * @param {Line} line
  * @param {Known} show
  * @param {number} now_ms
+ * @param {number | null} age_s greatest possible age of a picture that the view calls current; `null` before it is measured
  * @returns {Standing}
  */
-export function standing(line, show, now_ms) {
+export function standing(line, show, now_ms, age_s) {
   switch (line.state) {
     case 'connecting':
       return dead('connecting', 'CONNECTING', 'waiting', 'Connecting to the view.');
@@ -38,14 +46,14 @@ export function standing(line, show, now_ms) {
     case 'ended':
       return dead('view-ended', 'VIEW ENDED', 'ended', 'The view has ended. This page reconnects when the view runs again.');
     case 'lost':
-      return dead(
+      return lost(
         'view-lost',
         'VIEW LOST',
         'lost',
-        `The view has sent nothing for ${since(line.heard_ms, now_ms)}. Reconnecting.`,
+        `The view has sent nothing for ${since(line.heard_ms, now_ms)}. ${WIRED} This page reconnects by itself.`,
       );
     case 'open':
-      return ofShow(show, now_ms);
+      return ofShow(show, now_ms, age_s);
   }
 }
 
@@ -63,7 +71,7 @@ export function obstacle(line, { frame, status }) {
 }
 
 /**
- * Whether the operator has paused or held the show. The status contains this, but may be older than the frame. If the status
+ * Whether the operator has paused or held the show, or has not started it. The status contains this, but may be older than the frame. If the status
  * is older than the frame's state, that state decides.
  * @param {Known} show
  */
@@ -71,24 +79,25 @@ export function operatorsStops({ frame, status, state_tick }) {
   const isOfState = (status?.server?.tick ?? -1) >= state_tick;
   const stops = isOfState ? (status?.server?.stops ?? []) : [];
   const [isPaused, isHeld] = ['paused', 'held'].map((stop) => stops.includes(stop));
+  const isReady = frame?.state === 'ready';
   switch (frame?.state) {
     case 'running':
-      return { isPaused: false, isHeld: false };
+      return { isPaused: false, isHeld: false, isReady };
     case 'paused':
-      return { isPaused: isPaused || !stops.includes('timecode'), isHeld: false };
+      return { isPaused: isPaused || !stops.includes('timecode'), isHeld: false, isReady };
     case 'held':
-      return { isPaused, isHeld: isHeld || status?.guard.kind === 'none' };
+      return { isPaused, isHeld: isHeld || status?.guard.kind === 'none', isReady };
     default:
-      return { isPaused, isHeld };
+      return { isPaused, isHeld, isReady };
   }
 }
 
-/** @param {Known} show @param {number} now_ms @returns {Standing} */
-function ofShow({ frame, status, status_ms }, now_ms) {
+/** @param {Known} show @param {number} now_ms @param {number | null} age_s @returns {Standing} */
+function ofShow({ frame, status, status_ms }, now_ms, age_s) {
   if (status === null) return dead('connecting', 'CONNECTING', 'waiting', 'Connecting to the view.');
-  const { state, age_s, reason } = status.link;
-  const old = age((age_s ?? 0) + (now_ms - status_ms) / 1e3);
-  if (state === 'failed') return dead('failed', 'NO BUS', 'lost', reason ?? 'The bus cannot be read.');
+  const { state, reason } = status.link;
+  const old = age((status.link.age_s ?? 0) + (now_ms - status_ms) / 1e3);
+  if (state === 'failed') return lost('failed', 'NO BUS', 'lost', `${reason ?? 'The bus cannot be read'}. ${WIRED}`);
   if (state === 'waiting' || frame === null) return dead('waiting', 'WAITING', 'waiting', 'There is no server yet.');
   if (frame.state === 'ended' || state === 'ended')
     return live('ended', 'ENDED', 'The server has ended in order. This is the last picture of the run.');
@@ -97,8 +106,10 @@ function ofShow({ frame, status, status_ms }, now_ms) {
     return live('finished', 'FINISHED', explanation);
   }
   if (state === 'silent')
-    return dead('silent', 'SILENT', 'silent', `The server's process exists, but has sent nothing for ${old}.`);
-  if (state === 'gone') return dead('lost', 'SERVER LOST', 'lost', `The server is gone. This picture is ${old} old.`);
+    return lost('silent', 'SILENT', 'silent', `The server's process exists, but has sent nothing for ${old}. ${WIRED}`);
+  if (state === 'gone') return lost('lost', 'SERVER LOST', 'lost', `The server is gone. This picture is ${old} old. ${WIRED} ${RESTART}`);
+  if (age_s === null) return dead('connecting', 'CONNECTING', 'waiting', 'Measuring the age of the picture.');
+  if (age_s > OLD_S) return old_picture(frame, age_s);
   switch (frame.state) {
     case 'running':
       return live('running', 'RUNNING', `${frame.benches} benches${timesAsFast(frame.time_scale)}`);
@@ -171,12 +182,22 @@ function timecodeOf(server) {
 
 /** @param {string} status @param {string} word @param {string} explanation @returns {Standing} */
 function live(status, word, explanation) {
-  return { status, word, shape: status, explanation, isLive: true };
+  return { status, word, shape: status, explanation, isLive: true, isLost: false };
 }
 
 /** @param {string} status @param {string} word @param {string} shape @param {string} explanation @returns {Standing} */
 function dead(status, word, shape, explanation) {
-  return { status, word, shape, explanation, isLive: false };
+  return { status, word, shape, explanation, isLive: false, isLost: false };
+}
+
+/** @param {string} status @param {string} word @param {string} shape @param {string} explanation @returns {Standing} */
+function lost(status, word, shape, explanation) {
+  return { status, word, shape, explanation, isLive: false, isLost: true };
+}
+
+/** @param {Frame} frame @param {number} age_s */
+function old_picture({ state }, age_s) {
+  return lost('old', 'OLD PICTURE', 'old', `Picture ${age(age_s)} old: the network is slow. It shows the show ${state}. ${WIRED}`);
 }
 
 /** @param {number} time_scale */
