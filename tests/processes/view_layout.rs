@@ -58,10 +58,10 @@ fn in_every_state_hold_stays_in_its_place_and_no_text_covers_another_or_is_cut_o
     ask(&stage, &["release"]);
     expect_next(&mut page, "overlap");
     server.stop();
-    // The boards of the paper's dragon overlap from 412.5 s to the end of its run, at 442.6 s.
+    // The boards of the paper's dragon overlap from 412.5 s to the end of its run, at 432.8 s.
     let server = stage.serve(&["--rate", "60", "--start-at", "412.6", "--time-scale", "0.5"]);
     expect_next(&mut page, "finished");
-    ask(&stage, &["seek", "442"]);
+    ask(&stage, &["seek", "432"]);
     expect_next(&mut page, "without a guard");
     end(server);
     let server = stage.serve(&["--guarded", "--rate", "60", "--start-at", "300"]);

@@ -47,3 +47,8 @@ test('the time left follows the plan at the present speed, and is wall time', ()
   assert.equal(leftInWords(endOf({ start_s: 0, end_s: 1e9 }, TIMES), frame()), '');
   assert.equal(leftInWords(442, frame({ state: 'ended' })), '');
 });
+
+test('nothing comes after the stop of the guard', () => {
+  const here = { kind: 'guard_stop', time_s: 100, wall_s: 0, benches: null };
+  assert.deepEqual(eventsAhead(show(here, { state: 'held' }), TIMES, 442), []);
+});

@@ -112,5 +112,5 @@ test('where nobody can tell what the dragon does, the wired stop is the remedy',
     assert.deepEqual([isLost, isLive], [true, false], explanation);
     assert.match(explanation, /Use the wired stop/);
   }
-  assert.match(dark[0].explanation, /--held/, 'a bare `serve` would start another show, which walks at once');
+  assert.match(dark[0].explanation, /\u2011\u2011held/, 'a bare `serve` would start another show, which walks at once');
 });

@@ -28,7 +28,10 @@ export function eventsAhead({ frame, status }, times, end_s) {
   if (outlook?.kind === 'rest') events.push({ what: 'head stops', time_s: outlook.time_s });
   if (outlook?.kind === 'contact' && times.contact === null) events.push({ what: 'contact', time_s: outlook.time_s });
   if (end_s !== null) events.push({ what: 'end', time_s: end_s });
-  return events.filter(({ time_s }) => time_s > frame.time_s + NOW_S).sort((a, b) => a.time_s - b.time_s);
+  // The head does not get past the guard's stop.
+  const last_s = outlook?.kind === 'guard_stop' ? outlook.time_s : Infinity;
+  const isAhead = (/** @type {Event} */ { time_s }) => time_s > frame.time_s + NOW_S && time_s <= last_s;
+  return events.filter(isAhead).sort((a, b) => a.time_s - b.time_s);
 }
 
 /**

@@ -23,11 +23,6 @@ export function hasContact() {
   return !notice.hidden;
 }
 
-/** The first unacknowledged contact in words. */
-export function contactText() {
-  return text.textContent ?? '';
-}
-
 /** @param {Contact} contact */
 export function noticeContact(contact) {
   contacts.take(contact);

@@ -9,7 +9,7 @@ import { benchAt } from './boards.js';
 import { Camera } from './camera.js';
 import { Connection } from './connection.js';
 import { listCommands } from './commands.js';
-import { contactText, hasContact, noticeContact } from './contact_notice.js';
+import { hasContact, noticeContact } from './contact_notice.js';
 import { Controls } from './controls.js';
 import { Details } from './details.js';
 import { element, write } from './element.js';
@@ -140,7 +140,7 @@ function renew() {
   const { frame } = show;
   const age_s = frame === null ? null : pictureAge.of(frame.due_ms, now_ms);
   const stands = standing(connection.line, show, now_ms, age_s);
-  writeStrip(stands, signs(now_ms), instance, show);
+  writeStrip(stands, signs(stands, now_ms), instance, show);
   announcer.standing(stands);
   writeFigures(show);
   write(element('next', HTMLElement), next());
@@ -160,12 +160,12 @@ function renew() {
   canvas.dataset.fps = String(perSecond);
 }
 
-/** What the strip and the wall show beside the state. @param {number} now_ms @returns {import('./strip.js').Signs} */
-function signs(now_ms) {
+/** What the strip and the wall show beside the state. @param {import('./standing.js').Standing} stands @param {number} now_ms @returns {import('./strip.js').Signs} */
+function signs(stands, now_ms) {
   return {
     danger: danger(),
     clock: wallClock.text(now_ms),
-    left: leftInWords(endOf(show.runOfFrame(), timeline.times), show.frame),
+    left: stands.isLive ? leftInWords(endOf(show.runOfFrame(), timeline.times), show.frame) : '',
     next: next(),
     clearance: format.millimetres(show.frame?.nearest?.clearance_m),
   };
@@ -182,9 +182,10 @@ function danger() {
   const nearest = show.frame?.nearest ?? null;
   if (nearest !== null && nearest.clearance_m <= 0) {
     const deep = format.millimetres(-nearest.clearance_m);
-    return { tag: 'OVERLAP', text: `The ${format.pair(nearest.benches)} overlap by ${deep} mm.` };
+    return { tag: 'OVERLAP', text: `The ${format.pair(nearest.benches)} overlap by ${deep} mm. ` };
   }
-  return hasContact() ? { tag: 'CONTACT', text: `${contactText()}. Acknowledge it below HOLD.` } : null;
+  // The notice beside the plan has the contact's benches and its time.
+  return hasContact() ? { tag: 'CONTACT', text: '' } : null;
 }
 
 /** The reason for which no monitor searches for contacts; `null` if one does. */

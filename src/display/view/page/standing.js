@@ -27,8 +27,8 @@ import { age, fixed } from './format.js';
 /** Age of the picture in seconds from which on it is old. */
 const OLD_S = 1;
 const WIRED = 'Use the wired stop.';
-/** `serve` alone would start the standard show at its start, without waiting. */
-const RESTART = '`show` restarts it; by hand, repeat the same command with --held.';
+/** `serve` alone would start the standard show at its start, without waiting. The hyphens are of the kind that does not break. */
+const RESTART = 'A show restarts it, held. By hand, repeat its command with \u2011\u2011held.';
 
 /**
  * @param {Line} line

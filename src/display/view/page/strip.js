@@ -6,7 +6,8 @@ import { element, write } from './element.js';
 /** @typedef {import('./standing.js').Standing} Standing */
 /**
  * @typedef {object} Signs what the strip and the wall show beside the state
- * @property {{tag: string, text: string} | null} danger a contact or an overlap, which makes the strip red in every state
+ * @property {{tag: string, text: string} | null} danger a contact or an overlap, which makes the strip red in every state; `text`
+ *   precedes the explanation of the state
  * @property {string} clock
  * @property {string} left
  * @property {string} next
@@ -39,7 +40,7 @@ export function writeStrip(standing, signs, instance, show) {
     document.title = `${word} – ${instance || 'bench-dragon'}`;
   }
   const danger = isLive ? signs.danger : null;
-  const { tag, text } = danger ?? { tag: '', text: standing.explanation };
+  const { tag, text } = danger ?? { tag: '', text: '' };
   dataset.danger = String(danger !== null);
   const shape = `#shape-${danger === null ? standing.shape : 'danger'}`;
   for (const id of ['shape', 'wall-shape']) {
@@ -50,7 +51,7 @@ export function writeStrip(standing, signs, instance, show) {
   write(html('danger'), tag);
   html('source').hidden = show.status?.server?.source !== 'replay';
   write(html('word'), word);
-  write(html('explanation'), text);
+  write(html('explanation'), text + standing.explanation);
   write(html('wall-clock'), signs.clock);
   write(html('time-left'), signs.left);
   if (isWall) writeWall(standing, signs, tag);
