@@ -51,7 +51,7 @@ async function examine(shown, state, status, tag) {
   if (tag !== undefined) await page.waitForFunction((wanted) => document.querySelector('#danger').textContent === wanted, tag);
   if (pictures !== undefined) await page.screenshot({ path: path.join(pictures, `${name}-${state.replaceAll(' ', '-')}.png`) });
   const { hold, faults, first } = await page.evaluate(measure, LEAST_PX);
-  if (process.env.SOFT) { if (faults.length) console.error(where, faults); } else expect(faults.length === 0, `${where}: ${faults.join('\n')}`);
+  expect(faults.length === 0, `${where}: ${faults.join('\n')}`);
   shown.hold ??= hold;
   expect(JSON.stringify(hold) === JSON.stringify(shown.hold), `${where}: HOLD moved from ${JSON.stringify(shown.hold)} to ${JSON.stringify(hold)}`);
   expect(first === 'hold', `${where}: the tab key reaches ${first} before HOLD`);
