@@ -8,6 +8,7 @@ use jiff::Timestamp;
 use serde::Serialize;
 
 use super::children::ChildRole;
+use super::outcome::Outcome;
 use crate::command::flags::Format;
 use crate::command::monitor::lines::{ContactReport, GuardReport, MonitorSummary, TimesReport};
 use crate::command::print::{behind, print_json, print_line};
@@ -20,6 +21,8 @@ use crate::source::server::ServerSummary;
 pub(super) struct ShowSummary {
     /// Run id of the last run.
     pub(super) run_id: u64,
+    /// Why the show ended; null while it runs.
+    pub(super) outcome: Option<Outcome>,
     /// Frames that were published, monitored, recorded and missed.
     pub(super) frames: ShowFrames,
     /// The first contact.
@@ -219,6 +222,9 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path
     }
     if let Some(guard) = &summary.guard {
         print_line(format_args!("held by guard   {:.6} s{}", guard.held_at_s, guard.details()))?;
+    }
+    if let Some(outcome) = &summary.outcome {
+        print_line(format_args!("outcome         {}", outcome.text))?;
     }
     print_line(format_args!(
         "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",

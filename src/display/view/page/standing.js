@@ -13,7 +13,9 @@ import { age, fixed } from './format.js';
  * @property {'connecting' | 'open' | 'lost' | 'ended' | 'refused'} state
  * @property {number} heard_ms time of the last message, on the page's clock
  * @property {string | null} reason reason of a refusal, in one line
+ * @property {Outcome | null} outcome of a show that has ended
  */
+/** @typedef {{kind: string, text: string}} Outcome why a show has ended: its kind, and one sentence */
 /**
  * @typedef {object} Standing
  * @property {string} status for the style sheet
@@ -38,6 +40,7 @@ const RESTART = 'A show restarts it, held. By hand, repeat its command with \u20
  * @returns {Standing}
  */
 export function standing(line, show, now_ms, age_s) {
+  if (line.outcome !== null && line.state !== 'refused') return ofOutcome(line.outcome);
   switch (line.state) {
     case 'connecting':
       return dead('connecting', 'CONNECTING', 'waiting', 'Connecting to the view.');
@@ -54,6 +57,21 @@ export function standing(line, show, now_ms, age_s) {
       );
     case 'open':
       return ofShow(show, now_ms, age_s);
+  }
+}
+
+/** @param {Outcome} outcome @returns {Standing} */
+function ofOutcome({ kind, text }) {
+  switch (kind) {
+    case 'failed':
+    case 'killed':
+      return lost('failed', 'SHOW FAILED', 'lost', `${text} ${WIRED}`);
+    case 'contact':
+      return live('ended', 'CONTACT', `${text} The show has ended.`);
+    case 'guard':
+      return live('ended', 'GUARD STOP', `${text} The show has ended.`);
+    default:
+      return live('ended', 'SHOW ENDED', text);
   }
 }
 
