@@ -38,6 +38,7 @@ use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
+use live_line::ShowEnd;
 use process::END_TIMEOUT;
 use reports::ChildReports;
 use start::Page;
@@ -152,7 +153,11 @@ impl<'a> Show<'a> {
         also: Vec<AlsoCommand>,
     ) -> Self {
         let start_s = args.run.pace.start_at.unwrap_or_else(|| config.start_s());
-        let end_s = args.run.pace.until.unwrap_or_else(|| end_s(config, start_s));
+        let end = ShowEnd {
+            planned_s: args.run.pace.until.unwrap_or_else(|| end_s(config, start_s)),
+            travel_m: args.run.pace.until.is_none().then(|| config.dragon().end_travel_m()),
+            accel_mps2: config.tables().head.accel_mps2,
+        };
         let mut children = Children::new();
         for (role, name) in
             [(ChildRole::Serve, "serve"), (ChildRole::Monitor, "monitor"), (ChildRole::Record, "record")]
@@ -176,7 +181,7 @@ impl<'a> Show<'a> {
             also,
             bus: None,
             seen: LastSeen::default(),
-            reports: ChildReports::new(start_s, end_s, args.format.format),
+            reports: ChildReports::new(start_s, end, args.format.format),
             repairs: Repairs::new(),
             room_due: Instant::now(),
             has_begun: false,

@@ -7,7 +7,9 @@ use glam::DVec2;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::display::observe::{Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{
+    Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
+};
 use crate::output::command_words::CommandWords;
 use crate::output::histogram::Percentiles;
 
@@ -125,6 +127,8 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
         "server": snapshot.status.as_deref().map(server_status),
         "outlook": snapshot.forecast,
         "possible_contact": snapshot.possible_contact,
+        // How the show stands: level, word, cause and remedy.
+        "standing": Standing::of(snapshot, now_ns),
         "guard": snapshot.guard,
         "lamps": lamps(snapshot, now_ns),
         // The reason for which each command would be refused.
