@@ -90,7 +90,7 @@ const VIEW_SNAPSHOTS_HZ: u32 = 60;
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
-    let domain = args.bus.domain()?;
+    let domain = args.bus.domain()?.for_operators();
     let token = token()?;
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;

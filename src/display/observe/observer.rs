@@ -52,7 +52,7 @@ impl Observer {
     /// Errors of the bus do not end the loop. They are reported in a snapshot, and the bus is opened again.
     pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Snapshot)) {
         let memory = self.remembers.then(|| ClearanceMemory::of(&self.domain));
-        let mut state = ObserverState::new(monotonic_ns(), self.plans, memory);
+        let mut state = ObserverState::new(self.domain.instance().as_str(), monotonic_ns(), self.plans, memory);
         let mut ports = None;
         let mut due_ns = 0_u64;
         while !stop.load(Ordering::Relaxed) {

@@ -10,7 +10,9 @@ use jiff::Zoned;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::display::observe::{Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{
+    Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
+};
 use crate::output::command_words::CommandWords;
 use crate::output::histogram::Percentiles;
 
@@ -144,6 +146,8 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Op
         "server": snapshot.status.as_deref().map(server_status),
         "outlook": snapshot.forecast,
         "possible_contact": snapshot.possible_contact,
+        // How the show stands: level, word, cause and remedy.
+        "standing": Standing::of(snapshot, now_ns),
         "guard": snapshot.guard,
         "lamps": lamps(snapshot, now_ns),
         // The reason for which each command would be refused.

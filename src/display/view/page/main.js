@@ -163,7 +163,7 @@ function renew() {
 /** What the strip and the wall show beside the state. @param {import('./standing.js').Standing} stands @param {number} now_ms @returns {import('./strip.js').Signs} */
 function signs(stands, now_ms) {
   return {
-    danger: danger(),
+    contact: contact(),
     clock: wallClock.text(now_ms),
     left: stands.isLive ? leftInWords(endOf(show.runOfFrame(), timeline.times), show.frame) : '',
     next: next(),
@@ -178,14 +178,10 @@ function next() {
 }
 
 /** An overlap now, or a contact that nobody has acknowledged. */
-function danger() {
+function contact() {
   const nearest = show.frame?.nearest ?? null;
-  if (nearest !== null && nearest.clearance_m <= 0) {
-    const deep = format.millimetres(-nearest.clearance_m);
-    return { tag: 'OVERLAP', text: `The ${format.pair(nearest.benches)} overlap by ${deep} mm. ` };
-  }
-  // The notice beside the plan has the contact's benches and its time.
-  return hasContact() ? { tag: 'CONTACT', text: '' } : null;
+  if (nearest !== null && nearest.clearance_m <= 0) return 'OVERLAP';
+  return hasContact() ? 'CONTACT' : '';
 }
 
 /** The reason for which no monitor searches for contacts; `null` if one does. */

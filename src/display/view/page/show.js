@@ -53,6 +53,8 @@
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
  * @property {Server | null} server
  * @property {Guard} guard situation of the guard
+ * @property {{level: 'calm' | 'good' | 'caution' | 'danger', word: string, cause: string, remedy: string | null}} standing how
+ *   the show stands
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
  * @property {Outlook} outlook

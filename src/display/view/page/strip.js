@@ -6,8 +6,7 @@ import { element, write } from './element.js';
 /** @typedef {import('./standing.js').Standing} Standing */
 /**
  * @typedef {object} Signs what the strip and the wall show beside the state
- * @property {{tag: string, text: string} | null} danger a contact or an overlap, which makes the strip red in every state; `text`
- *   precedes the explanation of the state
+ * @property {string} contact `CONTACT` or `OVERLAP`, which makes the strip red in every state; empty without one
  * @property {string} clock
  * @property {string} left
  * @property {string} next
@@ -16,6 +15,8 @@ import { element, write } from './element.js';
 
 const html = (/** @type {string} */ id) => element(id, HTMLElement);
 const wall = html('wall');
+/** Greatest length of cause and remedy together in the strip, in characters. */
+const MOST_IN_STRIP = 130;
 
 /** Whether this page is a wall: for a second screen, without controls. */
 export const isWall = new URLSearchParams(location.search).has('wall');
@@ -39,22 +40,31 @@ export function writeStrip(standing, signs, instance, show) {
     dataset.shownAfterMs = String(Math.round(performance.now() - show.frame_ms));
     document.title = `${word} – ${instance || 'bench-dragon'}`;
   }
-  const danger = isLive ? signs.danger : null;
-  const { tag, text } = danger ?? { tag: '', text: '' };
-  dataset.danger = String(danger !== null);
-  const shape = `#shape-${danger === null ? standing.shape : 'danger'}`;
+  const tag = isLive ? signs.contact : '';
+  dataset.level = standing.level;
+  dataset.danger = String(tag !== '' || (isLive && standing.level === 'danger'));
+  const shape = `#shape-${tag === '' ? standing.shape : 'danger'}`;
   for (const id of ['shape', 'wall-shape']) {
     const use = element(id, SVGUseElement);
     if (use.getAttribute('href') !== shape) use.setAttribute('href', shape);
   }
-  html('danger').hidden = danger === null;
+  html('danger').hidden = tag === '';
   write(html('danger'), tag);
   html('source').hidden = show.status?.server?.source !== 'replay';
   write(html('word'), word);
-  write(html('explanation'), text + standing.explanation);
+  writeSentences(standing);
   write(html('wall-clock'), signs.clock);
   write(html('time-left'), signs.left);
   if (isWall) writeWall(standing, signs, tag);
+}
+
+/** Writes the cause and the remedy into the strip, or a long remedy below HOLD. @param {Standing} standing */
+function writeSentences({ explanation, remedy }) {
+  const whole = remedy === null ? explanation : `${explanation} ${remedy}`;
+  const fits = whole.length <= MOST_IN_STRIP;
+  write(html('explanation'), fits ? whole : explanation);
+  html('remedy').hidden = fits;
+  write(html('remedy-text'), fits || remedy === null ? '' : remedy);
 }
 
 /** @param {Standing} standing @param {Signs} signs @param {string} tag */
