@@ -49,11 +49,7 @@ impl DescriptionReader {
 
     /// Opens the description as one of several ports of a member.
     pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
-        let subscriber = member
-            .description()?
-            .subscriber_builder()
-            .create()
-            .map_err(|error| BusError::failed(DESCRIPTION, error))?;
+        let subscriber = member.subscribe(DESCRIPTION, &member.description()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
@@ -92,8 +88,7 @@ impl StatusReader {
 
     /// Opens the status as one of several ports of a member.
     pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
-        let subscriber =
-            member.status()?.subscriber_builder().create().map_err(|error| BusError::failed(STATUS, error))?;
+        let subscriber = member.subscribe(STATUS, &member.status()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
@@ -125,8 +120,7 @@ impl AlertSubscriber {
         let member = Member::join(domain, name, Role::Client)?;
         let listener =
             member.alert_events()?.listener_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
-        let subscriber =
-            member.alerts()?.subscriber_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
+        let subscriber = member.subscribe(ALERTS, &member.alerts()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, listener, _member: member })
     }
@@ -175,11 +169,7 @@ impl CommandEventReader {
     /// create this service.
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
-        let subscriber = member
-            .command_events()?
-            .subscriber_builder()
-            .create()
-            .map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
+        let subscriber = member.subscribe(COMMAND_EVENTS, &member.command_events()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, _member: member })
     }
@@ -211,7 +201,7 @@ impl CommandClient {
     /// As [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
-        let client = member.commands()?.client_builder().create().map_err(|error| BusError::failed(COMMANDS, error))?;
+        let client = member.command_client()?;
         member.reserve_memory()?;
         Ok(Self { client, sender: Sender::Client, domain: domain.clone(), _member: member })
     }

@@ -221,7 +221,8 @@ pub enum Refusal {
     NotProved,
     /// The grant is for another run.
     OtherRun,
-    /// The guard holds the dragon. It walks on with the guard's next grant.
+    /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a seek
+    /// moves it.
     HeldByGuard,
     /// The source replays a recording, which commands cannot change.
     Replayed,
@@ -250,8 +251,9 @@ impl fmt::Display for Refusal {
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
             Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
             Self::OtherRun => formatter.write_str("the grant is for another run"),
-            Self::HeldByGuard => formatter
-                .write_str("the guard holds the dragon: it walks on when the guard has proved the travel ahead"),
+            Self::HeldByGuard => formatter.write_str(
+                "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it",
+            ),
             Self::Replayed => formatter.write_str("the source replays a recording: it accepts only stop"),
             Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
             Self::NotTaken => formatter

@@ -71,6 +71,7 @@ pub struct Domain {
     instance: Instance,
     root: PathBuf,
     uid: u32,
+    is_operators: bool,
 }
 
 impl Domain {
@@ -87,7 +88,19 @@ impl Domain {
         if !root.is_absolute() || path.len() >= MAX_ROOT_PATH_LEN || !path.iter().copied().all(is_allowed) {
             return Err(DomainError::RootPath { root });
         }
-        Ok(Self { instance, root, uid })
+        Ok(Self { instance, root, uid, is_operators: false })
+    }
+
+    /// Returns the same domain for a tool of the operator. Its readers may use the places that
+    /// [`OPERATOR_READERS`](crate::service::OPERATOR_READERS) reserves, so other readers never lock the operator out.
+    #[must_use]
+    pub fn for_operators(self) -> Self {
+        Self { is_operators: true, ..self }
+    }
+
+    /// Whether readers may use the places that are reserved for operators.
+    pub(crate) fn is_operators(&self) -> bool {
+        self.is_operators
     }
 
     /// The instance's name.

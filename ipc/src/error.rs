@@ -127,7 +127,8 @@ impl fmt::Display for BusError {
             Self::NoServer { instance } => {
                 write!(
                     formatter,
-                    "no server runs on instance {instance:?}: start one with `bench-dragon serve --instance {instance}`"
+                    "no server runs on instance {instance:?}: start the show, or by hand \
+                     `bench-dragon serve --config FILE --held --instance {instance}`"
                 )
             }
             Self::NoAnswer { instance, waited } => write!(
@@ -171,8 +172,7 @@ impl fmt::Display for BusError {
             ),
             Self::HalfMade { service } => write!(
                 formatter,
-                "{service} was left half made by a server that was killed: start one with `bench-dragon serve`, which \
-                 removes it"
+                "{service} was left half made by a server that was killed: start the show again, which removes it"
             ),
             Self::Blocked { service } => write!(
                 formatter,

@@ -34,6 +34,7 @@ mod check;
 mod definitions;
 mod disk_sync;
 mod error;
+mod growth;
 mod heads;
 mod interval;
 mod mcap_file;
@@ -53,6 +54,7 @@ pub use self::{
     background_repair::{BackgroundRepair, repair_folder},
     check::repair_checked,
     error::{Kept, RecordError},
+    growth::walking_bytes_per_s,
     interval::{IntervalSearch, NothingFound, ShowInterval},
     progress::{DiskSpace, RecorderProgress, RecordingSummary, Size, SpaceWarning},
     reader::{Bookmark, Configuration, Flaws, FrameReader, ReadError},

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use bench_dragon_ipc::service::{
     ALERTS, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS, DESCRIPTION, FRAMES, MAX_ACTIVE_REQUESTS,
-    MAX_BORROWED_FRAMES, MAX_READERS, READERS, STATUS, frame_buffer,
+    MAX_BORROWED_FRAMES, MAX_READERS, OPERATOR_READERS, READERS, STATUS, frame_buffer,
 };
 use bench_dragon_ipc::{
     Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, Status, clear,
@@ -160,10 +160,11 @@ fn the_page_has_the_limits_of_the_bus() {
     let rows: Vec<_> = rows(&page, "## Services").into_iter().filter(|row| row.len() == 8).collect();
     let find =
         |name: &str| &rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("there is no {name}"))[1..];
-    assert_eq!(find("clients at a time"), [MAX_READERS.to_string().as_str(); 7]);
-    let frames = [187, 188, 223, 100_000].map(frame_buffer);
+    let places = format!("{MAX_READERS} + {OPERATOR_READERS}");
+    assert_eq!(find("clients at a time"), [places.as_str(); 7]);
+    let frames = [159, 160, 223, 100_000].map(frame_buffer);
     let unread = find("unread messages of a client");
-    assert_eq!(unread[0], format!("{} to 187 benches, {} for 223, {} for 100,000", frames[0], frames[2], frames[3]));
+    assert_eq!(unread[0], format!("{} to 159 benches, {} for 223, {} for 100,000", frames[0], frames[2], frames[3]));
     assert!(frames[0] > frames[1], "{frames:?}");
     assert_eq!(unread[5], COMMAND_EVENT_BUFFER.to_string());
     let held = find("messages held at a time");

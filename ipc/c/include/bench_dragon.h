@@ -311,7 +311,7 @@ typedef enum {
    */
   BD_REFUSED_OTHER_RUN = 8,
   /**
-   * The guard holds the dragon. It walks on with the guard's next grant.
+   * The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it.
    */
   BD_REFUSED_HELD_BY_GUARD = 9,
   /**

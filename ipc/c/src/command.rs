@@ -72,7 +72,7 @@ pub enum bd_refusal_t {
     BD_REFUSED_NOT_PROVED = 7,
     /// The grant is for another run.
     BD_REFUSED_OTHER_RUN = 8,
-    /// The guard holds the dragon. It walks on with the guard's next grant.
+    /// The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it.
     BD_REFUSED_HELD_BY_GUARD = 9,
     /// The source replays a recording, which commands cannot change.
     BD_REFUSED_REPLAYED = 10,

@@ -233,11 +233,16 @@ impl Repairs {
 
     fn take(&mut self, result: Result<Repair, RepairError>) -> Repaired {
         match result {
-            Ok(Repair { path, frames, .. }) => {
+            Ok(Repair { path, frames, was_unfinished, .. }) => {
                 let is_own = self.own.contains(&path);
                 self.own.retain(|own| *own != path);
-                let line =
-                    format!("finished {}, which a killed recorder left: {}", path.display(), Counted(frames, "frame"));
+                let (path, frames_text) = (path.display(), Counted(frames, "frame"));
+                // A recorder whose disk is full finishes its file, but prints no summary.
+                let line = if was_unfinished {
+                    format!("finished {path}, which a killed recorder left: {frames_text}")
+                } else {
+                    format!("{path} is finished: {frames_text}")
+                };
                 Repaired { frames: is_own.then_some(frames), line }
             }
             Err(error) => Repaired { frames: None, line: format!("warning: {:#}", anyhow::Error::from(error)) },

@@ -40,6 +40,7 @@ use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
+use live_line::ShowEnd;
 use log::log;
 use outcome::Ending;
 use process::END_TIMEOUT;
@@ -172,7 +173,11 @@ impl<'a> Show<'a> {
         stop: StopFlag,
     ) -> Self {
         let start_s = args.run.pace.start_at.unwrap_or_else(|| config.start_s());
-        let end_s = args.run.pace.until.unwrap_or_else(|| end_s(config, start_s));
+        let end = ShowEnd {
+            planned_s: args.run.pace.until.unwrap_or_else(|| end_s(config, start_s)),
+            travel_m: args.run.pace.until.is_none().then(|| config.dragon().end_travel_m()),
+            accel_mps2: config.tables().head.accel_mps2,
+        };
         let is_performance = args.stay || config.stays();
         let mut children = Children::new(is_performance);
         for (role, name) in
@@ -198,7 +203,7 @@ impl<'a> Show<'a> {
             also,
             bus: None,
             seen: LastSeen::default(),
-            reports: ChildReports::new(start_s, end_s, args.format.format),
+            reports: ChildReports::new(start_s, end, args.format.format),
             repairs: Repairs::new(),
             room_due: Instant::now(),
             has_begun: false,

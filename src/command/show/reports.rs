@@ -8,7 +8,7 @@ use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
 
 use super::children::ChildRole;
-use super::live_line::{LiveLine, NearAlerts};
+use super::live_line::{LiveLine, NearAlerts, ShowEnd};
 use super::log::log;
 use super::summary::ShowTotals;
 use crate::command::flags::Format;
@@ -41,8 +41,8 @@ pub(super) struct ChildReports {
 }
 
 impl ChildReports {
-    pub(super) fn new(start_s: f64, end_s: f64, format: Format) -> Self {
-        Self { line: LiveLine::new(start_s..end_s), format, ..Self::default() }
+    pub(super) fn new(start_s: f64, end: ShowEnd, format: Format) -> Self {
+        Self { line: LiveLine::new(start_s, end), format, ..Self::default() }
     }
 
     /// Handles a line of a child.

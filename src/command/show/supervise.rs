@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
+use bench_dragon_ipc::ReaderReport;
 
 use super::children::ChildRole;
 use super::files::Repaired;
@@ -173,6 +174,7 @@ impl Show<'_> {
         let wait = self.children.plan_restart(ChildRole::Record, Instant::now());
         self.count_end(ChildRole::Record, &end.reason, false);
         self.reports.has_given_up = true;
+        self.report_room(0.0);
         if wait.is_some() {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
@@ -190,7 +192,15 @@ impl Show<'_> {
         self.room_due = now + ROOM_PERIOD;
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
             self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
+            self.report_room(ReaderReport::NO_ROOM);
             log("the disk has room again: the show is recorded from here on, in another file");
+        }
+    }
+
+    /// Reports to the bus whether the show lacks room for its recording: the recorder that could report it has ended.
+    fn report_room(&mut self, room_s: f64) {
+        if let Some(bus) = &mut self.bus {
+            bus.frames.set_room(room_s);
         }
     }
 

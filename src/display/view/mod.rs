@@ -13,6 +13,7 @@ mod access;
 mod frame_message;
 mod messages;
 mod outcome;
+mod page_senders;
 mod page_stream;
 
 use std::io;
@@ -38,6 +39,7 @@ use tokio::time::timeout;
 use self::access::{Access, Rights};
 use self::messages::read_command;
 use self::outcome::KnownOutcome;
+use self::page_senders::PageSenders;
 use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
 use super::metrics;
 use super::observe::Snapshot;
@@ -68,6 +70,7 @@ struct Inner {
     instance: String,
     access: Access,
     commands: CommandQueue,
+    senders: PageSenders,
     snapshots: watch::Sender<Arc<NumberedSnapshot>>,
     closing: watch::Sender<bool>,
     outcome: watch::Sender<KnownOutcome>,
@@ -86,6 +89,7 @@ impl View {
             instance: domain.instance().to_string(),
             access: Access { token, is_read_only, is_exposed: !address.is_loopback() },
             commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
+            senders: PageSenders::default(),
             snapshots: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
             outcome: watch::Sender::default(),
@@ -101,7 +105,8 @@ impl View {
     /// Sends a snapshot to all pages, without waiting for any of them.
     pub fn show(&self, snapshot: Snapshot) {
         let sequence = self.0.snapshots.borrow().sequence.wrapping_add(1);
-        self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot));
+        let senders = self.0.senders.name(&snapshot.commands);
+        self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot, senders));
     }
 
     /// Announces that [`View::end_show`] will be called before the view ends. So a closing view waits for it a moment.
@@ -264,8 +269,17 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
     let (answer, answered) = oneshot::channel();
+    // The site adds the connection to each request.
+    let host = parts.extensions.get::<Connection>().map(Connection::address);
+    let sent = host.map(|host| view.0.senders.submit(request, host));
     // The command is sent even if the page has gone by then.
-    view.0.commands.submit(request, move |outcome| drop(answer.send(outcome)));
+    let inner = Arc::clone(&view.0);
+    view.0.commands.submit(request, move |outcome| {
+        if let (Err(error), Some(sent)) = (&outcome, sent) {
+            inner.senders.fail(sent, error);
+        }
+        drop(answer.send(outcome));
+    });
     match answered.await.expect("the queue answers each command") {
         Ok(reply) => {
             let mut report = json!({ "accepted": reply.outcome().is_ok(), "tick": reply.tick });

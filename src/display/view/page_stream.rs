@@ -12,8 +12,9 @@ use tokio::sync::{OwnedSemaphorePermit, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::frame_message::encode_frame;
-use super::messages::{alert_message, command_message, plan_message, read_ack, run_message, status_message};
+use super::messages::{HeardAck, alert_message, command_message, plan_message, read_ack, run_message, status_message};
 use super::outcome::{KnownOutcome, last};
+use super::page_senders::SenderHosts;
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -41,6 +42,8 @@ pub(super) struct PageStream {
     unacknowledged: VecDeque<u32>,
     /// Instant of the last acknowledgement, or of the first frame sent after all had been acknowledged.
     heard: Instant,
+    /// The newest acknowledgement.
+    heard_ack: Option<HeardAck>,
     /// Counts this stream among the viewers.
     _permit: OwnedSemaphorePermit,
 }
@@ -81,6 +84,7 @@ impl PageStream {
             sent: SentState::default(),
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
             heard: Instant::now(),
+            heard_ack: None,
             _permit: permit,
         }
     }
@@ -143,6 +147,7 @@ impl PageStream {
         let known = self.unacknowledged.iter().position(|&sent| sent == sequence).ok_or(MALFORMED)?;
         self.unacknowledged.drain(..=known);
         self.heard = Instant::now();
+        self.heard_ack = Some(HeardAck { sequence, at_ns: monotonic_ns() });
         Ok(())
     }
 
@@ -169,7 +174,8 @@ impl PageStream {
         self.send_alerts(&newest).await?;
         let commands = &newest.snapshot.commands.log;
         for command in commands.since(std::mem::replace(&mut self.sent.next_command, commands.total)) {
-            self.send_json(&command_message(command)).await?;
+            let host = newest.senders.host(command.number);
+            self.send_json(&command_message(command, host)).await?;
         }
         Ok(())
     }
@@ -191,7 +197,8 @@ impl PageStream {
         }
         let newest = Arc::clone(&self.snapshots.borrow());
         self.send_run(&newest).await?;
-        self.send_json(&status_message(&newest.snapshot, self.sent.chart_revision, monotonic_ns())).await?;
+        self.send_json(&status_message(&newest.snapshot, self.sent.chart_revision, self.heard_ack, monotonic_ns()))
+            .await?;
         self.sent.chart_revision = newest.snapshot.chart.as_ref().map_or(0, |chart| chart.revisions);
         self.send_alerts(&newest).await
     }
@@ -244,12 +251,14 @@ pub(super) struct NumberedSnapshot {
     /// Number of the snapshot. It increases by one, and wraps around to 0.
     pub(super) sequence: u32,
     pub(super) snapshot: Snapshot,
+    /// The machines of the pages that sent the commands.
+    senders: SenderHosts,
     message: OnceLock<Bytes>,
 }
 
 impl NumberedSnapshot {
-    pub(super) fn new(sequence: u32, snapshot: Snapshot) -> Arc<Self> {
-        Arc::new(Self { sequence, snapshot, message: OnceLock::new() })
+    pub(super) fn new(sequence: u32, snapshot: Snapshot, senders: SenderHosts) -> Arc<Self> {
+        Arc::new(Self { sequence, snapshot, senders, message: OnceLock::new() })
     }
 
     /// Returns the snapshot's frame as a message, if any.

@@ -11,7 +11,7 @@ import { tokenHeaders } from './token.js';
 /**
  * @typedef {object} Listener
  * @property {(access: Access) => void} access
- * @property {(frame: import('./frame.js').Frame) => void} frame
+ * @property {(frame: import('./frame.js').Frame) => void} frame called right after the acknowledgement was sent
  * @property {(message: {type: string}) => void} message
  * @property {() => void} line called when the state of the connection has changed
  */
