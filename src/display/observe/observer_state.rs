@@ -3,9 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bench_dragon_ipc::{
-    BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ShowState, SourceLock, Status,
-};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ShowState, Status};
 
 use super::current_run::CurrentRun;
 use super::frame_statistics::FrameCounter;

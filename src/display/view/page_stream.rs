@@ -8,11 +8,12 @@ use std::time::Duration;
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::Value;
-use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::frame_message::encode_frame;
 use super::messages::{alert_message, command_message, plan_message, read_ack, run_message, status_message};
+use super::viewers::Place;
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -40,7 +41,7 @@ pub(super) struct PageStream {
     /// Instant of the last acknowledgement, or of the first frame sent after all had been acknowledged.
     heard: Instant,
     /// Counts this stream among the viewers.
-    _permit: OwnedSemaphorePermit,
+    place: Place,
 }
 
 /// The data that the page already has.
@@ -68,7 +69,7 @@ impl PageStream {
         socket: WebSocket,
         snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
         closing: watch::Receiver<bool>,
-        permit: OwnedSemaphorePermit,
+        place: Place,
     ) -> Self {
         Self {
             socket,
@@ -77,7 +78,7 @@ impl PageStream {
             sent: SentState::default(),
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
             heard: Instant::now(),
-            _permit: permit,
+            place,
         }
     }
 
@@ -101,6 +102,7 @@ impl PageStream {
 
     async fn stream(&mut self) -> Result<Infallible, StreamEnd> {
         const ENDED: StreamEnd = StreamEnd::Closed(close_code::AWAY, "the view has ended");
+        const REPLACED: StreamEnd = StreamEnd::Closed(close_code::AGAIN, "a page with the token has taken this place");
         let mut status_due = interval(STATUS_PERIOD);
         status_due.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -109,6 +111,7 @@ impl PageStream {
                 message = self.socket.recv() => self.take(message)?,
                 _ = status_due.tick() => self.send_status().await?,
                 Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
+                () = self.place.lost() => return Err(REPLACED),
                 () = closed(&mut self.closing) => {
                     // The page also gets the last status of the show.
                     self.send_status().await?;
