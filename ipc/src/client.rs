@@ -8,6 +8,7 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply, Request, Sender};
@@ -54,6 +55,12 @@ impl DescriptionReader {
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
+    /// Connects to a source that has come up. From then on, what it has sent can be read also after its end.
+    pub(crate) fn connect(&self) {
+        // The next poll reports the error.
+        let _ = self.subscriber.update_connections();
+    }
+
     /// Returns the description if it is new since the last call. Never waits.
     ///
     /// # Errors
@@ -91,6 +98,11 @@ impl StatusReader {
         let subscriber = member.subscribe(STATUS, &member.status()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
+    }
+
+    /// As [`DescriptionReader::connect`].
+    pub(crate) fn connect(&self) {
+        let _ = self.subscriber.update_connections();
     }
 
     /// Returns the status if it is new since the last call. Never waits.
@@ -212,23 +224,31 @@ impl CommandClient {
         Self { sender, ..self }
     }
 
-    /// Sends one command and waits for its reply, at most `timeout`.
+    /// Sends one command and waits until the server has accepted it, at most `timeout`. Returns the server's reply.
     ///
     /// The server replies at the start of its next tick, so a reply takes about one period.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
-    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
+    /// [`BusError::Refused`] where the server refuses the command; else as [`CommandClient::ask`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
-        self.call_unless(request, timeout, || false)
+        self.ask(request, timeout)?.to(request)
     }
 
-    /// Does the same as [`CommandClient::call`], but also stops waiting as soon as `is_given_up` returns `true`. The
+    /// Sends one command and returns its reply, also if the server has refused the command. Waits at most `timeout`.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
+    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
+    pub fn ask(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
+        self.ask_unless(request, timeout, || false)
+    }
+
+    /// Does the same as [`CommandClient::ask`], but also stops waiting as soon as `is_given_up` returns `true`. The
     /// command may still be executed.
     ///
     /// # Errors
-    /// As [`CommandClient::call`].
-    pub fn call_unless(
+    /// As [`CommandClient::ask`].
+    pub fn ask_unless(
         &self,
         request: Request,
         timeout: Duration,

@@ -5,6 +5,8 @@ use core::fmt;
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
+use crate::error::BusError;
+
 /// A command in its shared-memory layout. Build it with [`Request::to_wire`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
@@ -143,6 +145,9 @@ pub enum Request {
     /// The guard's proof that on an interval of travel all benches keep their distance from each other. The proof depends
     /// only on the run's geometry, not on how the head walks there, so it is never withdrawn. A guarded server moves the
     /// head only within granted travel, and `Seek` may jump into it.
+    ///
+    /// For the guard alone: a client that sends a grant lets the dragon walk where nobody has proved anything.
+    #[doc(hidden)]
     Grant {
         /// Run whose description the guard used for the proof.
         run_id: u64,
@@ -324,6 +329,17 @@ impl CommandReply {
             Refusal::TooMany => Self { refusal: 13, ..reply },
             Refusal::Followed => Self { refusal: 14, ..reply },
             Refusal::Ready => Self { refusal: 15, ..reply },
+        }
+    }
+
+    /// Returns an accepted reply to a request.
+    ///
+    /// # Errors
+    /// [`BusError::Refused`] where the server has refused the request.
+    pub(crate) fn to(self, request: Request) -> Result<Self, BusError> {
+        match self.outcome() {
+            Ok(_tick) => Ok(self),
+            Err(refusal) => Err(BusError::Refused { request, refusal, reply: self }),
         }
     }
 

@@ -3,7 +3,7 @@
 //!
 //! Only a source (the server, a replay, a receiving bridge) creates services; a client opens existing ones. Each service
 //! of a source allows two publishers, because iceoryx2 cannot tunnel a service with only one to another host.
-//! [`SourceLock`](crate::SourceLock) ensures that there is only one source at a time. Alerts have as many publishers as
+//! [`SourceLock`](crate::source::SourceLock) ensures that there is only one source at a time. Alerts have as many publishers as
 //! monitors are allowed, and the readers' reports as many as readers are allowed.
 
 use iceoryx2::prelude::ipc;

@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{GuardLock, Refusal, Request, Sender};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Refusal, Request, Sender};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 

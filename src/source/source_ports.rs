@@ -6,9 +6,10 @@ use bench_dragon_ipc::service::{
     self, AlertService, CommandService, EventService, FrameService, MAX_ACTIVE_REQUESTS, Member, ReaderService, Role,
     Service,
 };
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
     BusError, Command, CommandEvent, CommandReply, Description, Domain, FrameHeader, HandleState, Refusal, Request,
-    SourceKind, SourceLock, WakePage, require_shared_memory,
+    SourceKind, WakePage, require_shared_memory,
 };
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;

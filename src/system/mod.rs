@@ -5,4 +5,5 @@ pub(crate) mod input_file;
 pub(crate) mod limits;
 pub mod processors;
 pub mod stop;
+pub mod unix_offset;
 pub mod whole_file;

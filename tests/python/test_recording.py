@@ -103,7 +103,7 @@ def test_a_pose_is_the_middle_and_the_heading_of_its_bench():
     assert len(poses) in (8, 9)  # a quarter of a second at 30 Hz
     for message, array in poses:
         assert array.header.frame_id == "stage"
-        assert array.header.stamp.sec * 10**9 + array.header.stamp.nanosec == message.log_time
+        assert array.header.stamp.sec * 10**9 + array.header.stamp.nanosec == message.publish_time
         handles = frames[message.log_time].handles
         assert len(array.poses) == len(handles) - 1
         for pose, front, rear in zip(array.poses, handles, handles[1:]):

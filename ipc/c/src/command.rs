@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use std::time::Duration;
 
-use bench_dragon_ipc::{CommandReply, Request};
+use bench_dragon_ipc::{BusError, CommandReply, Request};
 
 use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
@@ -106,13 +106,16 @@ pub extern "C" fn bd_dragon_command(
     answer(|| {
         let dragon = opened(dragon)?;
         let request = request(command, value)?;
-        let answered = dragon.call(request, Duration::from_nanos(timeout_ns))?;
-        if let Some(reply) = reply {
-            reply.write((&answered).into());
+        let outcome = dragon.call(request, Duration::from_nanos(timeout_ns));
+        let answered = match &outcome {
+            Ok(answered) | Err(BusError::Refused { reply: answered, .. }) => Some(answered),
+            Err(_) => None,
+        };
+        if let (Some(reply), Some(answered)) = (reply, answered) {
+            reply.write(answered.into());
         }
-        let refused =
-            |refusal: bench_dragon_ipc::Refusal| Failure::new(bd_result_t::BD_REFUSED, refusal.explain(&request));
-        answered.outcome().map(|_tick| Some(())).map_err(refused)
+        outcome?;
+        Ok(Some(()))
     })
 }
 

@@ -118,13 +118,12 @@ fn judge_foreign_files(census: &Census) -> Finding {
     let value = census.foreign.len().to_string();
     let Some(ForeignFile { path, owner }) = census.foreign.first() else { return Finding::ok(value, "none") };
     let noun = if census.foreign.len() == 1 { "file" } else { "files" };
-    Finding::ok(
+    let one = path.to_string_lossy();
+    Finding::warning(
         &value,
-        format!(
-            "{value} {noun} of other users with this instance's prefix, harmless; one is {:?} of user {owner}, its owner or \
-             root can remove it",
-            path.to_string_lossy()
-        ),
+        format!("{value} {noun} of other users with this instance's prefix; one is {one:?} of user {owner}"),
+        "this program's names cannot be occupied; a stock iceoryx2 client needs the present output of `bench-dragon iox2-config`; \
+         the owner or root can remove such a file",
     )
 }
 

@@ -1,9 +1,9 @@
 //! The files of a show: its folder, and unfinished recordings of killed recorders.
 
 use std::collections::VecDeque;
-use std::fs::{self, File, TryLockError};
-use std::io::{ErrorKind, Write as _};
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::fs::{self, DirBuilder, File, Permissions, TryLockError};
+use std::io::{self, ErrorKind, Write as _};
+use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::Duration;
@@ -24,6 +24,8 @@ const CONFIG: &str = "config.toml";
 const SUMMARY: &str = "summary.json";
 /// Mode of files with the output of configured commands. Only the user may read it, because it may contain a page's token.
 const OUTPUT_MODE: u32 = 0o600;
+/// Mode of a show's folder: the recording and the logs are its user's.
+const FOLDER_MODE: u32 = 0o700;
 
 pub(super) struct Folder {
     pub(super) path: PathBuf,
@@ -31,6 +33,19 @@ pub(super) struct Folder {
     is_new: bool,
     /// The configuration's file. Its lock shows other shows that this show is running.
     config_file: File,
+}
+
+/// Creates a folder that only its user can open, whatever the umask, unless it exists.
+fn create_private(path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Ok(());
+    }
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    DirBuilder::new().mode(FOLDER_MODE).create(path)?;
+    // A strict umask may have removed even the user's own rights.
+    fs::set_permissions(path, Permissions::from_mode(FOLDER_MODE))
 }
 
 impl Folder {
@@ -44,7 +59,7 @@ impl Folder {
             Path::to_owned,
         );
         let is_new = !path.exists();
-        fs::create_dir_all(&path).map_err(|error| {
+        create_private(&path).map_err(|error| {
             BadInput(format!("--out is {}, must be a folder that can be created: {error}", path.display()))
         })?;
         let config = write_config(&path, config)?;

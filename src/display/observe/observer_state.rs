@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, Request,
-    ShowState, SourceLock, Status,
+    ShowState, Status,
 };
 
 use super::clearance_memory::ClearanceMemory;

@@ -39,7 +39,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Domain, SourceKind, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, Domain, SourceKind};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;
