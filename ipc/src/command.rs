@@ -128,7 +128,8 @@ pub enum Request {
         /// The speed.
         speed_mps: f64,
     },
-    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time.
+    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time. On a replay: to this
+    /// position in the recording, see [`ReplayStatus`](crate::ReplayStatus); a position beyond the end is the end.
     Seek {
         /// The show time.
         sim_time_s: f64,
@@ -153,6 +154,11 @@ pub enum Request {
         /// Whether the proven travel ends there permanently: no later grant reaches further.
         is_final: bool,
     },
+    /// Replay at this pace, in recorded seconds per second, 0.01 to 100. Only a replay accepts it.
+    Pace {
+        /// The pace.
+        factor: f64,
+    },
 }
 
 impl Request {
@@ -173,6 +179,8 @@ impl Request {
             Self::Grant { run_id, from_m, to_m, is_final } => {
                 Command { run_id, values: [from_m, to_m], flags: is_final.into(), ..plain(7) }
             }
+            // The kinds of command events have the numbers from 8 to 11.
+            Self::Pace { factor } => Command { values: [factor, 0.0], ..plain(12) },
         }
     }
 
@@ -190,6 +198,7 @@ impl Request {
             5 => Self::Release,
             6 => Self::Stop,
             7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second, is_final: command.flags & 1 != 0 },
+            12 => Self::Pace { factor: value },
             _ => return None,
         })
     }
@@ -223,7 +232,7 @@ pub enum Refusal {
     OtherRun,
     /// The guard holds the dragon. It walks on with the guard's next grant.
     HeldByGuard,
-    /// The source replays a recording, which commands cannot change.
+    /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
     Replayed,
     /// The source is on another host, which does not answer.
     Unreachable,
@@ -250,7 +259,8 @@ impl fmt::Display for Refusal {
             Self::OtherRun => formatter.write_str("the grant is for another run"),
             Self::HeldByGuard => formatter
                 .write_str("the guard holds the dragon: it walks on when the guard has proved the travel ahead"),
-            Self::Replayed => formatter.write_str("the source replays a recording: it accepts only stop"),
+            Self::Replayed => formatter
+                .write_str("the source replays a recording: it accepts only pause, resume, seek, pace and stop"),
             Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
             Self::NotTaken => formatter
                 .write_str("the server is on another host: start its bridge with --allow-commands to send commands"),
@@ -282,6 +292,7 @@ impl Refusal {
             Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
             Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
             Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
+            Request::Pace { factor } => ("pace", factor, "times the recorded one"),
             _ => return self.to_string(),
         };
         format!("the {name} is {value} {unit}, must be from {lowest} to {highest} {unit}")
