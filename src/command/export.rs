@@ -117,6 +117,7 @@ struct ExportReport<'a> {
     #[serde(flatten)]
     flaws: Flaws,
     /// The frames of the parts, and the gaps.
+    #[serde(flatten)]
     coverage: &'a Coverage,
 }
 

@@ -97,7 +97,7 @@ impl Parts {
                 firsts.push(FirstFrame { path: path.clone(), frame: header });
             }
         }
-        parts.files = in_order(firsts);
+        parts.files = in_order(firsts).into_iter().map(|first| first.path).collect();
         Ok(parts)
     }
 
@@ -126,22 +126,30 @@ impl Parts {
 
 impl PartOf {
     /// Finds the place of a file among the recordings of its folder. `None` if it is not one of several parts: no other file
-    /// has frames of its runs, and the folder is not that of a show.
+    /// has frames of its runs, and the folder is not that of a show. A copy, which begins with the same frame, is no other part.
     ///
     /// # Errors
     /// [`PartsError`].
     pub fn find(file: &Path) -> Result<Option<Self>, PartsError> {
         let folder = folder_of(file);
-        let all = Parts::find(folder)?;
         let is_of_show = folder.join(SHOW_CONFIG).is_file();
         let runs = |path: &Path| -> BTreeSet<u64> {
             let outline = File::open(path).and_then(|file| Outline::of(&file));
             outline.unwrap_or_default().configurations.iter().map(|configuration| configuration.run_id).collect()
         };
         let own = runs(file);
-        let is_part = |path: &&PathBuf| is_of_show || is_same(path, file) || !runs(path).is_disjoint(&own);
-        let parts: Vec<&PathBuf> = all.files.iter().filter(is_part).collect();
-        let number = parts.iter().position(|path| is_same(path, file));
+        let is_part = |path: &Path| is_of_show || is_same(path, file) || !runs(path).is_disjoint(&own);
+        let firsts = recordings_in(folder)?.into_iter().filter(|path| is_part(path)).filter_map(|path| {
+            let frame = FrameReader::open(&path).and_then(|mut reader| reader.next_wanted_frame(|_| true)).ok()?;
+            Some(FirstFrame { path, frame })
+        });
+        let mut parts = in_order(firsts.collect());
+        let begin = |first: &FirstFrame| first.frame.as_ref().map(|frame| (frame.header.run_id, frame.header.tick));
+        let Some(named) = parts.iter().find(|first| is_same(&first.path, file)).and_then(begin) else {
+            return Ok(None);
+        };
+        parts.dedup_by_key(|first| begin(first));
+        let number = parts.iter().position(|first| begin(first) == Some(named));
         let part = number.map(|number| Self {
             file: file.to_owned(),
             number: number + 1,
@@ -163,7 +171,7 @@ struct FirstFrame {
 }
 
 /// The files in the order in which they were recorded. Files without frames come last.
-fn in_order(mut firsts: Vec<FirstFrame>) -> Vec<PathBuf> {
+fn in_order(mut firsts: Vec<FirstFrame>) -> Vec<FirstFrame> {
     let mut begins: BTreeMap<u64, u64> = BTreeMap::new();
     for RecordedFrame { log_time_ns, header, .. } in firsts.iter().filter_map(|first| first.frame.as_ref()) {
         let begin_ns = begins.entry(header.run_id).or_insert(*log_time_ns);
@@ -175,7 +183,7 @@ fn in_order(mut firsts: Vec<FirstFrame>) -> Vec<PathBuf> {
         }
         None => (true, 0, 0, 0, 0),
     });
-    firsts.into_iter().map(|first| first.path).collect()
+    firsts
 }
 
 /// Returns the files of a folder with the extension of recordings, by name; at least one.

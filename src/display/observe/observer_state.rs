@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon_ipc::{
-    BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ShowState, SourceLock, Status,
+    BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus, ShowState, SourceLock, Status,
 };
 
 use super::current_run::CurrentRun;
@@ -34,6 +34,8 @@ pub(super) struct ObserverState {
     unreadable_run: Option<u64>,
     /// The newest status. It may belong to another run than the newest frame.
     status: Option<Arc<Status>>,
+    /// The newest status of a replay. It may belong to another run than the newest frame.
+    replay: Option<ReplayStatus>,
     counter: FrameCounter,
     source_asked_ns: u64,
     /// Whether to compute the planned clearance of each run.
@@ -74,6 +76,11 @@ impl ObserverState {
         }
         if let Some(status) = ports.statuses.poll()? {
             self.status = Some(Arc::new(status));
+        }
+        if let Some(replay) = &ports.replay
+            && let Some(status) = replay.poll()?
+        {
+            self.replay = Some(status);
         }
         if let Some(description) = ports.descriptions.poll()? {
             self.description = Some(description);
@@ -145,7 +152,7 @@ impl ObserverState {
     }
 
     pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {
-        let status = self.current_status();
+        let (status, replay) = (self.current_status(), self.replay);
         let statistics = self.counter.statistics(now_ns).clone();
         let mut snapshot = Snapshot { seen_ns: now_ns, statistics, ..self.seen.clone() };
         if let Some((run, frame)) = self.current_run() {
@@ -160,7 +167,9 @@ impl ObserverState {
             });
             snapshot.guard = guard.unwrap_or_default();
         }
-        Snapshot { status, ..snapshot }
+        let run_id = snapshot.header().map(|header| header.run_id);
+        let replay = replay.filter(|replay| Some(replay.run_id) == run_id);
+        Snapshot { status, replay, ..snapshot }
     }
 
     /// Begins the run of the newest frame, once its description has arrived.

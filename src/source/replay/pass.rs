@@ -17,6 +17,8 @@ use crate::system::clock::{monotonic_ns, sleep_precisely, sleep_until};
 
 /// Rate at which a replay that stands repeats its frame, if the rate of the recording is not known.
 const STANDING_HZ: u32 = 10;
+/// Greatest rate at which it does so.
+const MOST_STANDING_HZ: u32 = 100;
 
 /// Results of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -215,7 +217,8 @@ impl<'a> Pass<'a> {
     /// Repeats the last frame as one of a head that stands.
     fn stand(&mut self, stop: &AtomicBool) -> Result<(), BusError> {
         let is_paused = self.replay.steering.is_paused;
-        let (rate_hz, now_ns) = (if self.rate_hz == 0 { STANDING_HZ } else { self.rate_hz }, monotonic_ns());
+        let (rate_hz, now_ns) =
+            (if self.rate_hz == 0 { STANDING_HZ } else { self.rate_hz.min(MOST_STANDING_HZ) }, monotonic_ns());
         let due_ns = self.standing_due_ns.map_or(now_ns, |due_ns| due_ns.max(now_ns.saturating_sub(1_000_000_000)));
         let changes = self.replay.steering.changes;
         if !self.wait_until(due_ns, stop) || self.replay.steering.changes != changes {

@@ -20,6 +20,7 @@ import { Pace } from './pace.js';
 import { readPalette } from './palette.js';
 import { Plan } from './plan.js';
 import { listenToPointers } from './pointer.js';
+import { ReplayBar } from './replay_bar.js';
 import { Show } from './show.js';
 import { obstacle, operatorsStops, standing } from './standing.js';
 import { writeStrip } from './strip.js';
@@ -53,6 +54,7 @@ const plan = new Plan(canvas, camera, palette, drawSoon);
 const details = new Details(drawSoon);
 const token = takeToken();
 const controls = new Controls(token);
+const replayBar = new ReplayBar(token);
 const timeline = new Timeline(palette, (time_s) => controls.proposeSeek(time_s), renewSoon);
 
 const connection = new Connection(token, {
@@ -61,6 +63,7 @@ const connection = new Connection(token, {
     write(element('instance', HTMLElement), instance);
     element('token-form', HTMLFormElement).hidden = access.may_view;
     controls.allow(access);
+    replayBar.allow(access);
   },
   frame(frame) {
     show.takeFrame(frame);
@@ -96,6 +99,7 @@ function message(news) {
 /** @param {string} token */
 function useToken(token) {
   controls.useToken(token);
+  replayBar.useToken(token);
   connection.useToken(token);
 }
 
@@ -133,6 +137,7 @@ function renew() {
   const { status } = show;
   const lacks = obstacle(connection.line, show);
   controls.takeSituation(status?.refusals ?? null, operatorsStops(show), lacks);
+  replayBar.write(status, show.status_ms, now_ms, lacks);
   lightLamps(status?.lamps ?? [], connection.line.state === 'open');
   const unwatched = unwatchedReason();
   listAlerts(show.alerts, show.frame?.run_id, unwatched);
