@@ -15,7 +15,8 @@ use crate::command::{Command, CommandReply, Request, Sender};
 use crate::command_event::CommandEvent;
 use crate::domain::Domain;
 use crate::error::BusError;
-use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
+use crate::replay_status::ReplayStatus;
+use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, REPLAY, Role, STATUS, Service};
 use crate::source_lock::SourceLock;
 use crate::status::Status;
 
@@ -111,6 +112,35 @@ impl StatusReader {
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn poll(&self) -> Result<Option<Status>, BusError> {
         let sample = self.subscriber.receive().map_err(|error| BusError::failed(STATUS, error))?;
+        Ok(sample.map(|sample| *sample.payload()))
+    }
+}
+
+/// Reads the latest status of a replay.
+#[derive(Debug)]
+pub struct ReplayStatusReader {
+    subscriber: Subscriber<Service, ReplayStatus, ()>,
+    _member: Member,
+}
+
+impl ReplayStatusReader {
+    /// Opens the status of a domain's replay.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let subscriber =
+            member.replay()?.subscriber_builder().create().map_err(|error| BusError::failed(REPLAY, error))?;
+        Ok(Self { subscriber, _member: member })
+    }
+
+    /// Returns the status if it is new since the last call. Never waits.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
+    pub fn poll(&self) -> Result<Option<ReplayStatus>, BusError> {
+        let sample = self.subscriber.receive().map_err(|error| BusError::failed(REPLAY, error))?;
         Ok(sample.map(|sample| *sample.payload()))
     }
 }

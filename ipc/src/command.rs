@@ -130,7 +130,8 @@ pub enum Request {
         /// The speed.
         speed_mps: f64,
     },
-    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time.
+    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time. On a replay: to this
+    /// position in the recording, see [`ReplayStatus`](crate::ReplayStatus); a position beyond the end is the end.
     Seek {
         /// The show time.
         sim_time_s: f64,
@@ -158,6 +159,11 @@ pub enum Request {
         /// Whether the proven travel ends there permanently: no later grant reaches further.
         is_final: bool,
     },
+    /// Replay at this pace, in recorded seconds per second, 0.01 to 100. Only a replay accepts it.
+    Pace {
+        /// The pace.
+        factor: f64,
+    },
 }
 
 impl Request {
@@ -178,6 +184,8 @@ impl Request {
             Self::Grant { run_id, from_m, to_m, is_final } => {
                 Command { run_id, values: [from_m, to_m], flags: is_final.into(), ..plain(7) }
             }
+            // The kinds of command events have the numbers from 8 to 11.
+            Self::Pace { factor } => Command { values: [factor, 0.0], ..plain(12) },
         }
     }
 
@@ -195,6 +203,7 @@ impl Request {
             5 => Self::Release,
             6 => Self::Stop,
             7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second, is_final: command.flags & 1 != 0 },
+            12 => Self::Pace { factor: value },
             _ => return None,
         })
     }
@@ -229,7 +238,7 @@ pub enum Refusal {
     /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a seek
     /// moves it.
     HeldByGuard,
-    /// The source replays a recording, which commands cannot change.
+    /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
     Replayed,
     /// The source is on another host, which does not answer.
     Unreachable,
@@ -259,7 +268,8 @@ impl fmt::Display for Refusal {
             Self::HeldByGuard => formatter.write_str(
                 "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it",
             ),
-            Self::Replayed => formatter.write_str("the source replays a recording: it accepts only stop"),
+            Self::Replayed => formatter
+                .write_str("the source replays a recording: it accepts only pause, resume, seek, pace and stop"),
             Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
             Self::NotTaken => formatter
                 .write_str("the server is on another host: start its bridge with --allow-commands to send commands"),
@@ -292,6 +302,7 @@ impl Refusal {
             Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
             Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
             Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
+            Request::Pace { factor } => ("pace", factor, "times the recorded one"),
             _ => return self.to_string(),
         };
         format!("the {name} is {value} {unit}, must be from {lowest} to {highest} {unit}")

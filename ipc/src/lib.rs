@@ -78,6 +78,7 @@ mod membership;
 mod open_files;
 mod reader_report;
 mod reader_reports;
+mod replay_status;
 mod report_publisher;
 mod service_layout;
 mod shortage;
@@ -96,7 +97,10 @@ mod wake_word;
 pub use alert::{Alert, AlertKind};
 pub use bench::BenchState;
 pub use census::{Census, Cleared, ForeignFile, NodeEntry, clear};
-pub use client::{AlertSubscriber, CommandClient, CommandEventReader, Description, DescriptionReader, StatusReader};
+pub use client::{
+    AlertSubscriber, CommandClient, CommandEventReader, Description, DescriptionReader, ReplayStatusReader,
+    StatusReader,
+};
 pub use command::{Command, CommandReply, Refusal, Request, Sender};
 pub use command_event::{CommandEvent, EventKind, RunStart};
 pub use continuity::{Continuity, ContinuityTracker};
@@ -109,6 +113,7 @@ pub use half_made_segments::SegmentWatch;
 pub use open_files::require_open_files;
 pub use reader_report::ReaderReport;
 pub use reader_reports::ReaderReports;
+pub use replay_status::ReplayStatus;
 pub use service_layout::ServiceLayout;
 pub use source_state::SourceState;
 pub use space::require_shared_memory;

@@ -35,6 +35,7 @@ mod hz;
 mod latency;
 mod monitor;
 mod parent;
+mod parts;
 mod print;
 mod record;
 mod replay;

@@ -9,6 +9,7 @@ use test_support::process::Process;
 use crate::browser::{Browser, View};
 use crate::record::await_frames;
 use crate::replay::replay;
+use crate::replay_steering::record_contact;
 use crate::stage::Stage;
 
 /// A head that brakes for twenty show seconds, long enough for the test to see the page.
@@ -69,6 +70,23 @@ fn the_page_announces_the_guards_stop_and_distinguishes_its_situations() {
     page.end().expect_clean();
     view.process.terminate().expect_clean();
     server.stop();
+}
+
+#[test]
+fn a_replayed_show_has_its_alerts_and_commands_and_is_steered_by_its_bar() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    record_contact(&stage, "show.mcap");
+    let (replayed, _) = replay(&stage, &["show.mcap", "--paused", "--stay"]);
+    let view = View::of(&stage);
+    let pictures = std::env::var_os("BENCH_DRAGON_PICTURES").map_or_else(|| stage.path(""), Into::into);
+    let mut page = browser.play("page_replays.mjs", &[&view.url, &pictures.display().to_string()]);
+    for wanted in ["sought", "told", "passed"] {
+        expect_next(&mut page, wanted);
+    }
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    replayed.terminate().expect_clean();
 }
 
 #[test]

@@ -15,6 +15,7 @@ use crate::command::flags::BadInput;
 use crate::config::Config;
 use crate::output::Counted;
 use crate::recording::{BackgroundRepair, DiskSpace, Repair, RepairError};
+use crate::system::whole_file;
 
 /// Prefix of the default folder's name.
 const FOLDER_PREFIX: &str = "show-";
@@ -104,7 +105,7 @@ impl Folder {
     pub(super) fn write_summary(&self, summary: &ShowSummary) -> anyhow::Result<()> {
         let path = self.path.join(SUMMARY);
         let text = serde_json::to_string_pretty(summary)? + "\n";
-        fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
+        whole_file::write(&path, text.as_bytes())
     }
 
     /// Removes the files of a show that never began: its configuration, and the folder if it was created for this show.

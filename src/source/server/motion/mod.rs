@@ -150,6 +150,8 @@ impl Motion {
             Request::Release => self.release()?,
             Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
             Request::Stop => self.ending = true,
+            // Only a replay has a recorded pace.
+            Request::Pace { .. } => return Err(Refusal::Unknown),
         }
         self.steer();
         Ok(())
