@@ -69,6 +69,7 @@ mod show;
 mod show_also;
 mod show_orphans;
 mod show_repairs;
+mod show_report;
 mod show_summary;
 mod show_view;
 mod signals;

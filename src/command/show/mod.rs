@@ -25,7 +25,9 @@ use crate::system::stop::StopFlag;
 mod also;
 mod bus;
 mod children;
+mod course;
 mod files;
+mod holds;
 mod live_line;
 mod liveness;
 mod process;
@@ -33,6 +35,8 @@ mod reports;
 mod start;
 mod summary;
 mod supervise;
+mod timeline;
+mod wall_time;
 
 use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
@@ -42,6 +46,7 @@ use process::END_TIMEOUT;
 use reports::ChildReports;
 use start::Page;
 use summary::{ShowSummary, print_summary};
+use wall_time::WallTime;
 
 /// Run a show: serve, monitor and record until the first contact, the end or Ctrl-C, then print a report.
 #[derive(Clone, Debug, Args)]
@@ -223,7 +228,8 @@ impl<'a> Show<'a> {
             self.folder.remove_unused();
         }
         outcome?;
-        let summary = self.reports.totals.summary();
+        let course = self.reports.course.report(WallTime::now());
+        let summary = ShowSummary { course, ..self.reports.totals.summary() };
         self.folder.write_summary(&summary)?;
         Ok(summary)
     }

@@ -8,6 +8,7 @@ use jiff::Timestamp;
 use serde::Serialize;
 
 use super::children::ChildRole;
+use super::course::CourseReport;
 use crate::command::flags::Format;
 use crate::command::monitor::lines::{ContactReport, GuardReport, MonitorSummary, TimesReport};
 use crate::command::print::{behind, print_json, print_line};
@@ -20,6 +21,9 @@ use crate::source::server::ServerSummary;
 pub(super) struct ShowSummary {
     /// Run id of the last run.
     pub(super) run_id: u64,
+    /// Begin, end, least clearance, holds, alerts and commands.
+    #[serde(flatten)]
+    pub(super) course: CourseReport,
     /// Frames that were published, monitored, recorded and missed.
     pub(super) frames: ShowFrames,
     /// The first contact.
