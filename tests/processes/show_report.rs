@@ -103,10 +103,10 @@ fn a_show_that_is_interrupted_reports_who_steered_it() {
     let (summary, html) = assert_reported(&stage, "signal");
     assert_eq!(summary, ended.last_json());
     let commands = summary["commands"].as_array().expect("a list");
-    let told: Vec<Value> = commands.iter().map(|line| json!([line["command"], line["sender"], line["accepted"]])).collect();
+    let told: Vec<Value> =
+        commands.iter().map(|line| json!([line["command"], line["sender"], line["accepted"]])).collect();
     let by_ctl = |command: &str, accepted: bool| json!([command, "ctl", accepted]);
-    let expected =
-        [by_ctl("speed", true), by_ctl("hold", true), by_ctl("release", true), by_ctl("release", false)];
+    let expected = [by_ctl("speed", true), by_ctl("hold", true), by_ctl("release", true), by_ctl("release", false)];
     assert_eq!(told[0], json!(["start", "server", true]), "{summary}");
     assert_eq!(told[1..5], expected, "{summary}");
     let hold = &summary["holds"][0];
@@ -156,8 +156,19 @@ fn a_guards_stop_is_the_outcome_without_the_guards_grants() {
 #[test]
 fn a_contact_is_the_outcome_with_its_alerts_and_its_picture() {
     let stage = Stage::new();
-    let ended =
-        stage.run(&["show", "--start-at", "405", "--time-scale", "20", "--rate", "100", "--out", "out", "--format", "json"]);
+    let ended = stage.run(&[
+        "show",
+        "--start-at",
+        "405",
+        "--time-scale",
+        "20",
+        "--rate",
+        "100",
+        "--out",
+        "out",
+        "--format",
+        "json",
+    ]);
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let (summary, html) = assert_reported(&stage, "contact");
     let counts = summary["alert_counts"].as_object().expect("an object");

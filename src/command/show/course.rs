@@ -220,7 +220,11 @@ mod tests {
     fn commands_that_never_arrived_are_counted_in_each_run() {
         let mut course = Course::begin(at(0));
         for (run_id, number) in [(1, 0), (1, 3), (2, 1)] {
-            course.take_command(CommandEvent { run_id, number, ..CommandEvent::plain(EventKind::Pause, Sender::Ctl, 0) });
+            course.take_command(CommandEvent {
+                run_id,
+                number,
+                ..CommandEvent::plain(EventKind::Pause, Sender::Ctl, 0)
+            });
         }
         assert_eq!(course.report(at(1)).commands_lost, 3);
     }

@@ -6,6 +6,7 @@
 //! configured commands start with the first frame. At the end the server stops first; then its readers process the frames in
 //! their buffers; the page ends last. A thread finishes unfinished recordings meanwhile; only the summary waits for it.
 
+use std::fs;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ use crate::command::serve::{RunArgs, check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
 use crate::output::set_live_line;
+use crate::system::machine::Machine;
 use crate::system::stop::StopFlag;
 
 mod also;
@@ -30,7 +32,9 @@ mod files;
 mod holds;
 mod live_line;
 mod liveness;
+mod outcome;
 mod process;
+mod report;
 mod reports;
 mod start;
 mod summary;
@@ -43,6 +47,7 @@ use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
 use process::END_TIMEOUT;
+use report::ReportSource;
 use reports::ChildReports;
 use start::Page;
 use summary::{ShowSummary, print_summary};
@@ -109,9 +114,14 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let page = args.view.map(Page::new).transpose()?;
     let folder = Folder::claim(args.out.as_deref(), &config)?;
     let mut show = Show::new(args, &config, domain, folder, page, also);
-    let outcome = show.play(&stop);
-    let summary = show.finish(outcome)?;
-    print_summary(args.format.format, &summary, &show.folder.path)?;
+    let played = show.play(&stop);
+    let (summary, result) = show.finish(played);
+    // The summary comes first, so that an error is the last line.
+    if let Some(summary) = &summary {
+        print_summary(args.format.format, summary, &show.folder)?;
+    }
+    result?;
+    let summary = summary.expect("only a show with an error has none");
     let touched = args.fail_on_contact && summary.contact.is_some();
     Ok(match (touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
@@ -123,6 +133,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
 /// A running show.
 struct Show<'a> {
     args: &'a ShowArgs,
+    config: &'a Config,
     domain: Domain,
     folder: Folder,
     /// Whether a guard keeps the benches from touching.
@@ -150,7 +161,7 @@ struct Show<'a> {
 impl<'a> Show<'a> {
     fn new(
         args: &'a ShowArgs,
-        config: &Config,
+        config: &'a Config,
         domain: Domain,
         folder: Folder,
         page: Option<Page>,
@@ -172,6 +183,7 @@ impl<'a> Show<'a> {
         }
         Self {
             args,
+            config,
             domain,
             folder,
             is_guarded: config.tables().monitor.guard,
@@ -211,27 +223,51 @@ impl<'a> Show<'a> {
         self.is_stopped || is_at_its_end && self.args.run.timecode.source.is_none()
     }
 
-    /// Ends the children in order and writes the summary, also if `outcome` is an error.
-    fn finish(&mut self, outcome: anyhow::Result<()>) -> anyhow::Result<ShowSummary> {
-        self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking)?;
+    /// Ends the children in order, and writes the summary and the report. `played` is the result of [`Show::play`]. Returns the
+    /// summary, unless the show has not begun, and the first error of the show and of its end.
+    fn finish(&mut self, played: anyhow::Result<()>) -> (Option<ShowSummary>, anyhow::Result<()>) {
+        let ended = self.end_all(&played);
+        let result = played.and(ended);
+        if result.is_err() && self.seen.header.is_none() {
+            self.folder.remove_unused();
+            return (None, result);
+        }
+        let course = self.reports.course.report(WallTime::now());
+        let summary = ShowSummary { course, ..self.reports.totals.summary() };
+        let written = self.folder.write_summary(&summary).and(self.write_report(&summary));
+        (Some(summary), result.and(written))
+    }
+
+    /// Ends the children in order, all of them also after an error. Returns the first error.
+    fn end_all(&mut self, _played: &anyhow::Result<()>) -> anyhow::Result<()> {
+        let stopped = self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking);
         // The last frame and status may still be in the buffers.
-        self.look_at_bus()?;
+        let looked = self.look_at_bus();
+        self.reports.totals.summary.outcome = Some(outcome::Ending::ServerEnded.into());
         self.bus = None;
-        self.end_children(|role| role != ChildRole::View, END_TIMEOUT)?;
+        let read = self.end_children(|role| role != ChildRole::View, END_TIMEOUT);
         // A child that was killed during its end has printed no summary.
         self.reports.close_monitor();
         self.finish_recording();
         set_live_line(None);
-        self.end_children(|_| true, END_TIMEOUT)?;
+        let closed = self.end_children(|_| true, END_TIMEOUT);
         self.repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
-        if outcome.is_err() && self.seen.header.is_none() {
-            self.folder.remove_unused();
-        }
-        outcome?;
-        let course = self.reports.course.report(WallTime::now());
-        let summary = ShowSummary { course, ..self.reports.totals.summary() };
-        self.folder.write_summary(&summary)?;
-        Ok(summary)
+        stopped.and(looked).and(read).and(closed)
+    }
+
+    fn write_report(&self, summary: &ShowSummary) -> anyhow::Result<()> {
+        let size = |path: &PathBuf| fs::metadata(path).ok().map(|file| file.len());
+        let recordings: Vec<_> = summary.recordings.iter().map(|path| (path.clone(), size(path))).collect();
+        let source = ReportSource {
+            summary,
+            config: self.config,
+            config_file: self.args.run.config.config.as_deref(),
+            folder: &fs::canonicalize(&self.folder.path).unwrap_or_else(|_| self.folder.path.clone()),
+            instance: &self.domain.instance().to_string(),
+            machine: &Machine::read(),
+            recordings: &recordings,
+        };
+        self.folder.write_report(&source.report().html())
     }
 
     fn end_children(&mut self, is_meant: impl Fn(ChildRole) -> bool, timeout: Duration) -> anyhow::Result<()> {

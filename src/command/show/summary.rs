@@ -1,7 +1,7 @@
 //! The summary of a show: the reports of the children, added up over their restarts, and its text.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bench_dragon_ipc::{FrameHeader, Status, TimeHistogram};
 use jiff::Timestamp;
@@ -9,6 +9,8 @@ use serde::Serialize;
 
 use super::children::ChildRole;
 use super::course::CourseReport;
+use super::files::Folder;
+use super::outcome::Outcome;
 use crate::command::flags::Format;
 use crate::command::monitor::lines::{ContactReport, GuardReport, MonitorSummary, TimesReport};
 use crate::command::print::{behind, print_json, print_line};
@@ -21,6 +23,8 @@ use crate::source::server::ServerSummary;
 pub(super) struct ShowSummary {
     /// Run id of the last run.
     pub(super) run_id: u64,
+    /// Why the show ended; null while it runs.
+    pub(super) outcome: Option<Outcome>,
     /// Begin, end, least clearance, holds, alerts and commands.
     #[serde(flatten)]
     pub(super) course: CourseReport,
@@ -210,7 +214,7 @@ impl MergedTimes {
     }
 }
 
-pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
+pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Folder) -> anyhow::Result<()> {
     if format == Format::Json {
         return print_json(summary);
     }
@@ -224,6 +228,9 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path
     if let Some(guard) = &summary.guard {
         print_line(format_args!("held by guard   {:.6} s{}", guard.held_at_s, guard.details()))?;
     }
+    if let Some(outcome) = &summary.outcome {
+        print_line(format_args!("outcome         {}", outcome.text))?;
+    }
     print_line(format_args!(
         "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",
         frames.published, frames.monitored, frames.missed_by_monitor, frames.recorded, frames.missed_by_recorder
@@ -233,7 +240,8 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path
     let behind = behind(summary.behind_s, summary.most_behind_s);
     print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
     print_restarts(summary)?;
-    print_line(format_args!("folder          {}", Printable(folder)))?;
+    print_line(format_args!("folder          {}", Printable(&folder.path)))?;
+    print_line(format_args!("report          {}", Printable(&folder.report())))?;
     Ok(())
 }
 

@@ -47,7 +47,8 @@ impl ReportSource<'_> {
     }
 
     pub(super) fn configuration(&self) -> Vec<Block> {
-        let file = self.config_file.map_or("the paper's dragon, without a file".to_owned(), |file| file.display().to_string());
+        let file =
+            self.config_file.map_or("the paper's dragon, without a file".to_owned(), |file| file.display().to_string());
         let text = self.config.to_toml();
         let (lines, is_whole) = shortened(&text);
         let rest = if is_whole { "" } else { " It is shortened here." };
@@ -72,4 +73,18 @@ fn shortened(text: &str) -> (String, bool) {
     let lines: Vec<String> = text.lines().take(MOST_LINES).map(short).collect();
     let is_whole = lines.iter().map(String::as_str).eq(text.lines());
     (lines.join("\n"), is_whole)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_configuration_of_very_many_or_very_long_lines_is_shortened() {
+        assert_eq!(shortened("a = 1\nb = 2\n"), ("a = 1\nb = 2".to_owned(), true));
+        let (text, is_whole) = shortened(&"k = \"\u{e9}\"\n".repeat(2 * MOST_LINES));
+        assert_eq!((text.lines().count(), is_whole), (MOST_LINES, false));
+        let (text, is_whole) = shortened(&"\u{e9}".repeat(2 * MOST_CHARACTERS));
+        assert_eq!((text.chars().count(), is_whole), (MOST_CHARACTERS + 2, false));
+    }
 }

@@ -14,6 +14,7 @@ mod pictures;
 mod tables;
 mod words;
 
+use facts::versions;
 use words::{benches, clock, counts_words, duration, holders, millimetres};
 
 /// All that a report is made of.
@@ -77,7 +78,7 @@ impl ReportSource<'_> {
         let mut missing: Vec<&str> = restart_log.iter().filter(|end| !end.restarted).map(|end| &*end.role).collect();
         missing.dedup();
         if !missing.is_empty() && !has_failed {
-            words += &format!(" It went on without {}.", missing.join(", "));
+            words += &format!(" It played in part without {}.", missing.join(", "));
         }
         let weight = if has_failed || contact.is_some() {
             Weight::Danger
@@ -93,7 +94,8 @@ impl ReportSource<'_> {
         let ShowSummary { course, frames, restart_log, contact, .. } = self.summary;
         let CourseReport { begin, end, least_clearance, holds, holds_left_out, alert_counts, .. } = course;
         let lost = frames.missed_by_monitor + frames.missed_by_recorder;
-        let lost_by = format!("{} by the monitor, {} by the recorder", frames.missed_by_monitor, frames.missed_by_recorder);
+        let lost_by =
+            format!("{} by the monitor, {} by the recorder", frames.missed_by_monitor, frames.missed_by_recorder);
         let alerts: u64 = alert_counts.values().sum();
         let least = least_clearance.as_ref().map(|least| &least.pair);
         vec![
@@ -120,4 +122,80 @@ impl ReportSource<'_> {
 
 fn section(heading: &str, blocks: Vec<Block>) -> Section {
     Section { heading: heading.to_owned(), begins_page: false, blocks }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::monitor::lines::ContactReport;
+    use crate::command::show::summary::RestartReport;
+
+    fn report(summary: &ShowSummary) -> Report {
+        let machine = Machine {
+            host: "<host>".to_owned(),
+            kernel: "Linux".to_owned(),
+            processors: Some(2),
+            processor: None,
+            clock_source: None,
+        };
+        let source = ReportSource {
+            summary,
+            config: &Config::from_toml("[dragon]\nbenches = 5\n").expect("valid"),
+            config_file: Some(Path::new("<config>.toml")),
+            folder: Path::new("/shows/<night>"),
+            instance: "dragon",
+            machine: &machine,
+            recordings: &[(PathBuf::from("<file>.mcap"), Some(1_234_567))],
+        };
+        source.report()
+    }
+
+    fn ended(ending: Ending) -> ShowSummary {
+        ShowSummary { outcome: Some(ending.into()), ..ShowSummary::default() }
+    }
+
+    #[test]
+    fn a_show_of_which_nothing_is_known_has_a_report_with_escaped_names() {
+        let report = report(&ended(Ending::ServerEnded));
+        assert_eq!(report.title, "<night>");
+        let html = report.html();
+        for name in ["night", "host", "config", "file"] {
+            assert!(
+                html.contains(&format!("&lt;{name}&gt;")) && !html.contains(&format!("<{name}>")),
+                "{name}: {html}"
+            );
+        }
+        for words in ["No monitor has measured a frame.", "No process ended early.", "There was no command.", "1.2 MB"]
+        {
+            assert!(html.contains(words), "{words}: {html}");
+        }
+    }
+
+    #[test]
+    fn the_verdict_weighs_a_contact_and_a_missing_process() {
+        let verdict = |summary: &ShowSummary| report(summary).verdict;
+        let stopped = ended(Ending::Signal { signal: "Ctrl-C" });
+        assert_eq!(verdict(&stopped).weight, Weight::Good);
+        assert_eq!(verdict(&ended(Ending::Guard { held_at_s: 1.0 })).weight, Weight::Attention);
+
+        let contact = Some(ContactReport { time_s: 7.25, benches: [0, 8] });
+        let touched = verdict(&ShowSummary { contact, ..stopped.clone() });
+        assert_eq!(touched.weight, Weight::Danger);
+        assert!(touched.words.ends_with(" Benches 0 and 8 touched at 7.250000 s."), "{}", touched.words);
+        let touched = verdict(&ShowSummary { contact, ..ended(Ending::Contact { time_s: 7.25, benches: [0, 8] }) });
+        assert_eq!(touched.words.matches("touched").count(), 1, "{}", touched.words);
+
+        let end = |restarted: bool| RestartReport {
+            role: "record".to_owned(),
+            reason: "exit status: 4".to_owned(),
+            show_time_s: None,
+            at: String::new(),
+            restarted,
+        };
+        let restarted = verdict(&ShowSummary { restart_log: vec![end(true)], ..stopped.clone() });
+        assert_eq!(restarted.weight, Weight::Good);
+        let missing = verdict(&ShowSummary { restart_log: vec![end(true), end(false)], ..stopped });
+        assert_eq!(missing.weight, Weight::Attention);
+        assert!(missing.words.ends_with(" It played in part without record."), "{}", missing.words);
+    }
 }

@@ -47,11 +47,12 @@ impl ReportSource<'_> {
                 ("alerts".to_owned(), alerts.iter().map(|alert| second(alert.at)).collect()),
                 ("restarts".to_owned(), self.summary.restart_log.iter().filter_map(|end| known(&end.at)).collect()),
             ],
-            least: least_clearance
-                .as_ref()
-                .map(|least| glam::DVec2::new(second(least.at), least.pair.clearance_m)),
+            least: least_clearance.as_ref().map(|least| glam::DVec2::new(second(least.at), least.pair.clearance_m)),
         };
-        Block::Figure(drawing.draw(), "The clearance, the states and the events of the show over the time of day".to_owned())
+        Block::Figure(
+            drawing.draw(),
+            "The clearance, the states and the events of the show over the time of day".to_owned(),
+        )
     }
 }
 

@@ -142,3 +142,28 @@ fn most_important(alerts: &[AlertReport]) -> Vec<&AlertReport> {
     shown.reverse();
     shown
 }
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::FrameHeader;
+
+    use super::*;
+    use crate::command::monitor::lines::AlertLine;
+    use crate::safety::monitor::run_alert;
+
+    fn alert(kind: AlertKind) -> AlertReport {
+        AlertReport { at: WallTime::default(), alert: AlertLine::from(&run_alert(&FrameHeader::default(), kind)) }
+    }
+
+    #[test]
+    fn alerts_of_near_pairs_are_left_out_first_and_the_order_stays() {
+        let mut alerts = vec![alert(AlertKind::Contact)];
+        alerts.extend((0..3 * MOST_ROWS).map(|_| alert(AlertKind::Near)));
+        alerts.push(alert(AlertKind::Held));
+        let shown = most_important(&alerts);
+        let kinds: Vec<&str> = shown.iter().map(|shown| &*shown.alert.kind).collect();
+        assert_eq!((kinds.len(), kinds[0], kinds[1], kinds[MOST_ROWS - 1]), (MOST_ROWS, "contact", "near", "held"));
+        let contacts: Vec<AlertReport> = (0..2 * MOST_ROWS).map(|_| alert(AlertKind::Contact)).collect();
+        assert_eq!(most_important(&contacts).len(), MOST_ROWS);
+    }
+}

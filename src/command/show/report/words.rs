@@ -56,3 +56,14 @@ pub(super) fn duration(seconds: f64) -> String {
     let (hours, minutes, rest) = (whole / 3600, whole / 60 % 60, whole % 60);
     if hours > 0 { format!("{hours} h {minutes:02} min") } else { format!("{minutes} min {rest:02} s") }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_duration_has_its_largest_units() {
+        let words = [-1.0, 0.25, 59.94, 60.0, 3599.4, 7260.0, 90_000.0].map(duration);
+        assert_eq!(words, ["0.0 s", "0.2 s", "59.9 s", "1 min 00 s", "59 min 59 s", "2 h 01 min", "25 h 00 min"]);
+    }
+}
