@@ -54,6 +54,7 @@ impl DescriptionReader {
             .subscriber_builder()
             .create()
             .map_err(|error| BusError::failed(DESCRIPTION, error))?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
@@ -93,6 +94,7 @@ impl StatusReader {
     pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
         let subscriber =
             member.status()?.subscriber_builder().create().map_err(|error| BusError::failed(STATUS, error))?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
@@ -125,6 +127,7 @@ impl AlertSubscriber {
             member.alert_events()?.listener_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
         let subscriber =
             member.alerts()?.subscriber_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, listener, _member: member })
     }
 
@@ -177,6 +180,7 @@ impl CommandEventReader {
             .subscriber_builder()
             .create()
             .map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: member })
     }
 
@@ -208,6 +212,7 @@ impl CommandClient {
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
         let client = member.commands()?.client_builder().create().map_err(|error| BusError::failed(COMMANDS, error))?;
+        member.reserve_memory()?;
         Ok(Self { client, sender: Sender::Client, domain: domain.clone(), _member: member })
     }
 

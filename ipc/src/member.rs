@@ -29,7 +29,7 @@ use crate::service::{
     MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS,
     ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
-use crate::space::require_shared_memory;
+use crate::space::{require_shared_memory, reserve_segments};
 use crate::status::Status;
 use crate::sweep::SHARED_MEMORY;
 use crate::trouble::{Sorted, Trouble};
@@ -100,11 +100,12 @@ impl Member {
                 (entered, _) => break entered?,
             }
         };
-        require_shared_memory(domain, role.memory())?;
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
+        // A killed source may own the very memory that this process needs.
         remove_dead_nodes(domain)?;
+        require_shared_memory(domain, role.memory())?;
         let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
         let node = NodeBuilder::new()
             .name(&name)
@@ -117,6 +118,15 @@ impl Member {
             })?;
         close_to_others(domain).map_err(|error| DomainError::Io { path: SHARED_MEMORY.into(), error })?;
         Ok(Self { node, instance, role, membership: Arc::new(membership) })
+    }
+
+    /// Allocates all memory of the domain's segments, so that no write into them can fail later. Call it after the last port
+    /// is created.
+    ///
+    /// # Errors
+    /// [`BusError::SharedMemoryFull`] and [`BusError::SharedMemoryUnusable`].
+    pub fn reserve_memory(&self) -> Result<(), BusError> {
+        reserve_segments(self.membership.domain())
     }
 
     /// Returns a share of the membership, for objects that keep the node alive longer than this member.

@@ -30,6 +30,7 @@ impl ReaderReports {
         let member = Member::join(domain, name, Role::Client)?;
         let subscriber =
             member.readers()?.subscriber_builder().create().map_err(|error| BusError::failed(READERS, error))?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: member })
     }
 

@@ -56,7 +56,7 @@ pub(crate) fn foreign_owner(path: &Path, domain: &Domain) -> Option<u32> {
 }
 
 /// Returns the entries of a folder whose names begin with the domain's prefix.
-fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, DomainError> {
+pub(crate) fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, DomainError> {
     let prefix = domain.prefix();
     let entries: io::Result<Vec<DirEntry>> = fs::read_dir(folder).and_then(Iterator::collect);
     let mut entries = entries.map_err(|error| DomainError::Io { path: folder.to_owned(), error })?;

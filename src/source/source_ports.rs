@@ -88,13 +88,13 @@ impl SourcePorts {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|error| BusError::failed(service::FRAMES, error))?;
+        let notifier = frame_events.notifier_builder().create();
+        let notifier = notifier.map_err(|error| BusError::failed(service::FRAMES, error))?;
+        member.reserve_memory()?;
         Ok(Self {
             next: Some(loan(&publisher, handle_count)?),
             publisher,
-            notifier: frame_events
-                .notifier_builder()
-                .create()
-                .map_err(|error| BusError::failed(service::FRAMES, error))?,
+            notifier,
             frames,
             frame_events,
             wake,

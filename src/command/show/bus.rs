@@ -78,10 +78,6 @@ impl LastSeen {
     pub(super) fn is_ready(&self) -> bool {
         self.header.is_some_and(|header| header.show_state() == Some(ShowState::Ready))
     }
-
-    pub(super) fn is_finished(&self) -> bool {
-        self.header.is_some_and(|header| matches!(header.show_state(), Some(ShowState::Finished | ShowState::Ended)))
-    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@
 //! configured commands start with the first frame. At the end the server stops first; then its readers process the frames in
 //! their buffers; the page ends last. A thread finishes unfinished recordings meanwhile; only the summary waits for it.
 
-use std::fs;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,11 +16,10 @@ use clap::{Args, ValueHint};
 
 use crate::command::exit_status::CONTACT;
 use crate::command::flags::{FormatArgs, listen_address};
+use crate::command::print::complain;
 use crate::command::serve::{RunArgs, check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
-use crate::output::set_live_line;
-use crate::system::machine::Machine;
 use crate::system::stop::StopFlag;
 
 mod also;
@@ -29,6 +27,7 @@ mod bus;
 mod children;
 mod course;
 mod files;
+mod finish;
 mod holds;
 mod live_line;
 mod liveness;
@@ -46,23 +45,26 @@ use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
-use process::END_TIMEOUT;
-use report::ReportSource;
+use outcome::Ending;
 use reports::ChildReports;
 use start::Page;
-use summary::{ShowSummary, print_summary};
-use wall_time::WallTime;
+use summary::print_summary;
 
-/// Run a show: serve, monitor and record until the first contact, the end or Ctrl-C, then print a report.
+/// Run a show: serve, monitor and record, as a rehearsal or as a performance (--stay), then print a report.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon show --time-scale 20
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
-  bench-dragon show --held --view             waits at the start for `ctl release`
+  bench-dragon show --held --stay --view      a performance: waits for `ctl release`, ends by `ctl stop`
   bench-dragon show --guard --start-at 405
   bench-dragon show --view --time-scale 20    with a page for the browser; prints its address
 
-With --timecode the show continues until Ctrl-C or `ctl stop`, because the timecode may move back from the end.
+A rehearsal ends itself: at the first contact, where the guard holds the dragon permanently, at the end of the run, or after \
+a process has ended too often. Its report names the reason. A performance (--stay) ends by Ctrl-C or `ctl stop` alone, and \
+restarts its processes for ever. At the guard's stop the dragon stands held, at the end of the run it stands finished; after a \
+contact it walks on. A seek moves it from there.
+
+With --timecode a rehearsal also continues until Ctrl-C or `ctl stop`, because the timecode may move back from the end.
 
 The configuration may list up to eight commands that run beside the show and restart like its own processes: [[show.also]] \
 command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics, monitor, hz and echo.")]
@@ -70,13 +72,16 @@ command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics
 pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Folder for the recording and summary.json; it must not contain an earlier show [default: show-DATE-TIME in the current
-    /// folder].
+    /// Folder for the recording, report.html and summary.json; it must not contain an earlier show [default: show-DATE-TIME in
+    /// the current folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Start held: the dragon stands still until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
+    /// Play a performance: only `ctl stop` or Ctrl-C ends the show [also by configuration: `[show] stay = true`].
+    #[arg(long)]
+    pub(crate) stay: bool,
     /// After a restart of the server, let the dragon walk on at once, instead of holding it until `ctl release`.
     #[arg(long)]
     pub(crate) auto_resume: bool,
@@ -113,8 +118,8 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     let page = args.view.map(Page::new).transpose()?;
     let folder = Folder::claim(args.out.as_deref(), &config)?;
-    let mut show = Show::new(args, &config, domain, folder, page, also);
-    let played = show.play(&stop);
+    let mut show = Show::new(args, &config, domain, folder, page, also, stop);
+    let played = show.play();
     let (summary, result) = show.finish(played);
     // The summary comes first, so that an error is the last line.
     if let Some(summary) = &summary {
@@ -138,6 +143,8 @@ struct Show<'a> {
     folder: Folder,
     /// Whether a guard keeps the benches from touching.
     is_guarded: bool,
+    /// Whether only the operator ends the show.
+    is_performance: bool,
     /// Longest time for which the head may brake before the server ends.
     braking: Duration,
     children: Children,
@@ -156,6 +163,11 @@ struct Show<'a> {
     has_begun: bool,
     /// Whether the server has ended as requested.
     is_stopped: bool,
+    /// Why the show cannot go on.
+    failure: Option<Ending>,
+    /// The last error after which the performance went on.
+    borne: Option<String>,
+    stop: StopFlag,
 }
 
 impl<'a> Show<'a> {
@@ -166,10 +178,12 @@ impl<'a> Show<'a> {
         folder: Folder,
         page: Option<Page>,
         also: Vec<AlsoCommand>,
+        stop: StopFlag,
     ) -> Self {
         let start_s = args.run.pace.start_at.unwrap_or_else(|| config.start_s());
         let end_s = args.run.pace.until.unwrap_or_else(|| end_s(config, start_s));
-        let mut children = Children::new();
+        let is_performance = args.stay || config.stays();
+        let mut children = Children::new(is_performance);
         for (role, name) in
             [(ChildRole::Serve, "serve"), (ChildRole::Monitor, "monitor"), (ChildRole::Record, "record")]
         {
@@ -187,6 +201,7 @@ impl<'a> Show<'a> {
             domain,
             folder,
             is_guarded: config.tables().monitor.guard,
+            is_performance,
             braking: longest_braking(config),
             children,
             page,
@@ -198,81 +213,42 @@ impl<'a> Show<'a> {
             room_due: Instant::now(),
             has_begun: false,
             is_stopped: false,
+            failure: None,
+            borne: None,
+            stop,
         }
     }
 
     /// Plays the show until it is over, or until a signal.
-    fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
+    fn play(&mut self) -> anyhow::Result<()> {
         self.start(if self.page.is_some() { ChildRole::View } else { ChildRole::Serve })?;
-        while !stop.is_set() && !self.is_over() {
-            match self.children.next(LOOK_PERIOD)? {
-                Some(ChildNews::Line(role, line)) => self.take_line(role, &line)?,
-                Some(ChildNews::Ended(role, end)) => self.take_end(role, &end)?,
-                None => {}
-            }
-            self.supervise()?;
+        while !self.stop.is_set() && self.over().is_none() {
+            self.take_turn().or_else(|error| self.bear(error))?;
         }
         Ok(())
     }
 
-    /// Whether the show is over: after a contact, a permanent stop by the guard, or the end of the run. A show that follows
-    /// timecode is over only when its server ends, because the timecode may move back.
-    fn is_over(&self) -> bool {
-        let known = &self.reports.totals.summary;
-        let is_at_its_end = known.contact.is_some() || known.guard.is_some() || self.seen.is_finished();
-        self.is_stopped || is_at_its_end && self.args.run.timecode.source.is_none()
-    }
-
-    /// Ends the children in order, and writes the summary and the report. `played` is the result of [`Show::play`]. Returns the
-    /// summary, unless the show has not begun, and the first error of the show and of its end.
-    fn finish(&mut self, played: anyhow::Result<()>) -> (Option<ShowSummary>, anyhow::Result<()>) {
-        let ended = self.end_all(&played);
-        let result = played.and(ended);
-        if result.is_err() && self.seen.header.is_none() {
-            self.folder.remove_unused();
-            return (None, result);
-        }
-        let course = self.reports.course.report(WallTime::now());
-        let summary = ShowSummary { course, ..self.reports.totals.summary() };
-        let written = self.folder.write_summary(&summary).and(self.write_report(&summary));
-        (Some(summary), result.and(written))
-    }
-
-    /// Ends the children in order, all of them also after an error. Returns the first error.
-    fn end_all(&mut self, _played: &anyhow::Result<()>) -> anyhow::Result<()> {
-        let stopped = self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking);
-        // The last frame and status may still be in the buffers.
-        let looked = self.look_at_bus();
-        self.reports.totals.summary.outcome = Some(outcome::Ending::ServerEnded.into());
-        self.bus = None;
-        let read = self.end_children(|role| role != ChildRole::View, END_TIMEOUT);
-        // A child that was killed during its end has printed no summary.
-        self.reports.close_monitor();
-        self.finish_recording();
-        set_live_line(None);
-        let closed = self.end_children(|_| true, END_TIMEOUT);
-        self.repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
-        stopped.and(looked).and(read).and(closed)
-    }
-
-    fn write_report(&self, summary: &ShowSummary) -> anyhow::Result<()> {
-        let size = |path: &PathBuf| fs::metadata(path).ok().map(|file| file.len());
-        let recordings: Vec<_> = summary.recordings.iter().map(|path| (path.clone(), size(path))).collect();
-        let source = ReportSource {
-            summary,
-            config: self.config,
-            config_file: self.args.run.config.config.as_deref(),
-            folder: &fs::canonicalize(&self.folder.path).unwrap_or_else(|_| self.folder.path.clone()),
-            instance: &self.domain.instance().to_string(),
-            machine: &Machine::read(),
-            recordings: &recordings,
+    /// Handles the next event, then looks after all children.
+    fn take_turn(&mut self) -> anyhow::Result<()> {
+        let taken = match self.children.next(LOOK_PERIOD)? {
+            Some(ChildNews::Line(role, line)) => self.take_line(role, &line),
+            Some(ChildNews::Ended(role, end)) => self.take_end(role, &end),
+            None => Ok(()),
         };
-        self.folder.write_report(&source.report().html())
+        taken.and(self.supervise())
     }
 
-    fn end_children(&mut self, is_meant: impl Fn(ChildRole) -> bool, timeout: Duration) -> anyhow::Result<()> {
-        let Self { children, reports, .. } = self;
-        children.end(is_meant, timeout, |role, line| reports.take_line(role, line))
+    /// A performance on stage goes on after an error of the show itself, and reports it once.
+    fn bear(&mut self, error: anyhow::Error) -> anyhow::Result<()> {
+        if !self.is_performance || self.bus.is_none() {
+            return Err(error);
+        }
+        let text = format!("{error:#}: the performance goes on");
+        if self.borne.as_ref() != Some(&text) {
+            complain(&text);
+            self.borne = Some(text);
+        }
+        Ok(())
     }
 }
 

@@ -18,6 +18,7 @@ use crate::command::print::complain;
 use crate::command::record::RecordLine;
 use crate::command::serve::ServeLine;
 use crate::command::timecode::{news_text, print_listening};
+use crate::source::server::StoppedBy;
 use crate::source::timecode::FollowerEvent;
 
 /// The reports of the children: their totals, and the values that the show itself needs.
@@ -34,6 +35,8 @@ pub(super) struct ChildReports {
     pub(super) has_timecode_run: bool,
     /// The address at which the server listens for timecode, once it does. The next server listens there, too.
     pub(super) timecode_listen: Option<SocketAddr>,
+    /// The sender of the stop that ended the last server.
+    pub(super) stopped_by: Option<StoppedBy>,
     near: NearAlerts,
     format: Format,
     /// The recording whose recorder has not reported its end yet.
@@ -77,7 +80,10 @@ impl ChildReports {
                 }
                 complain(&news_text(news));
             }
-            ServeLine::Summary(summary) => self.totals.add_server(summary),
+            ServeLine::Summary(summary) => {
+                self.stopped_by.clone_from(&summary.stopped_by);
+                self.totals.add_server(summary);
+            }
         }
         Ok(())
     }

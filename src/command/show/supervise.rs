@@ -6,7 +6,8 @@ use anyhow::bail;
 
 use super::children::ChildRole;
 use super::files::Repaired;
-use super::liveness::{MAX_RESTARTS, Phase, WINDOW};
+use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
+use super::outcome::Ending;
 use super::process::End;
 use super::wall_time::WallTime;
 use super::{Show, ShowPorts};
@@ -40,12 +41,14 @@ impl Show<'_> {
         let status = end.status;
         match role {
             // An operator stopped the server, or the server has reached its end.
-            ChildRole::Serve if status.success() => return self.end_with_server(),
+            ChildRole::Serve if status.success() && !self.needs_server() => return self.end_with_server(),
             // The server has printed its reason on stderr. A killed server has no exit code, and is restarted.
             ChildRole::Serve if self.bus.is_none() && status.code().is_some() => {
+                self.failure = Some(not_started("serve", end));
                 bail!("the server did not start: it ended with {status}");
             }
             ChildRole::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
+                self.failure = Some(not_started("view", end));
                 bail!("the page did not start: it ended with {status}");
             }
             ChildRole::Monitor => self.reports.close_monitor(),
@@ -69,7 +72,7 @@ impl Show<'_> {
     }
 
     pub(super) fn supervise(&mut self) -> anyhow::Result<()> {
-        self.look_at_bus()?;
+        let looked = self.look_at_bus();
         self.begin_others()?;
         let now = Instant::now();
         self.look_for_room(now);
@@ -82,7 +85,7 @@ impl Show<'_> {
         for repaired in self.repairs.poll() {
             self.count_repaired(repaired);
         }
-        Ok(())
+        looked
     }
 
     pub(super) fn look_at_bus(&mut self) -> anyhow::Result<()> {
@@ -153,17 +156,17 @@ impl Show<'_> {
     /// the child, or fails if the child is vital.
     fn plan_restart(&mut self, role: ChildRole, what: &str, reason: &str) -> anyhow::Result<()> {
         let name = self.children.name(role).to_owned();
-        let restarts = self.children.plan_restart(role, Instant::now());
-        self.count_end(role, reason, restarts);
+        let wait = self.children.plan_restart(role, Instant::now());
+        self.count_end(role, reason, wait.is_some());
         // Without its guard the head would never move again.
         let is_vital = role == ChildRole::Serve || role == ChildRole::Monitor && self.is_guarded;
-        if !restarts && is_vital {
-            let minutes = WINDOW.as_secs() / 60;
-            bail!("{name} {what}, after {MAX_RESTARTS} restarts within {minutes} minutes: giving up");
+        if wait.is_none() && is_vital {
+            let (process, reason, restarts) = (name.clone(), what.to_owned(), MAX_RESTARTS);
+            self.failure = Some(Ending::Failed { process, reason, restarts });
+            bail!("{name} {what}, after {MAX_RESTARTS} restarts in a row: giving up");
         }
-        self.reports.has_given_up |= !restarts;
-        let then = if restarts { "starting it again" } else { "the show goes on without it" };
-        complain(&format!("{name} {what}: {then}"));
+        self.reports.has_given_up |= wait.is_none();
+        complain(&format!("{name} {what}: {}", then(wait, self.is_performance)));
         Ok(())
     }
 
@@ -176,10 +179,10 @@ impl Show<'_> {
     /// show goes on without a recorder, as after too many restarts of any other child. A quota, for example, can cause this:
     /// the disk's free space does not show it.
     fn wait_for_room(&mut self, end: &End) {
-        let restarts = self.children.plan_restart(ChildRole::Record, Instant::now());
+        let wait = self.children.plan_restart(ChildRole::Record, Instant::now());
         self.count_end(ChildRole::Record, &end.reason, false);
         self.reports.has_given_up = true;
-        if restarts {
+        if wait.is_some() {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
             complain(&format!("the show is not recorded from here on, until its disk has {room} free"));
@@ -207,4 +210,24 @@ impl Show<'_> {
         self.is_stopped = true;
         Ok(())
     }
+}
+
+/// What the show does after the end of a child, which restarts after this delay or never.
+fn then(wait: Option<Duration>, is_performance: bool) -> String {
+    match wait {
+        None => "the show goes on without it".to_owned(),
+        Some(wait) if wait < Duration::from_secs(1) => "starting it again".to_owned(),
+        Some(LONGEST_BACKOFF) if is_performance => {
+            format!(
+                "a performance does not give up: starting it again every {} s until it runs",
+                LONGEST_BACKOFF.as_secs()
+            )
+        }
+        Some(wait) => format!("starting it again in {:.1} s", wait.as_secs_f64()),
+    }
+}
+
+/// The ending of a show of which a first process did not start.
+fn not_started(process: &str, end: &End) -> Ending {
+    Ending::Failed { process: process.to_owned(), reason: format!("did not start: {}", end.reason), restarts: 0 }
 }

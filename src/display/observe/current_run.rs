@@ -26,6 +26,8 @@ pub(super) struct CurrentRun {
     pub(super) chart: Arc<ClearanceChart>,
     pub(super) least: Option<LeastClearance>,
     walking_speed: WalkingSpeed,
+    /// Speed that the run's start or the last command has ordered, in metres per show second; `None` if it is unknown.
+    ordered_mps: Option<f64>,
     /// Show time of the newest frame, in seconds.
     time_s: f64,
     clearances: ClearanceSearch,
@@ -70,6 +72,7 @@ impl CurrentRun {
             chart,
             least,
             walking_speed,
+            ordered_mps: None,
             time_s: header.sim_time_s(),
             clearances: ClearanceSearch::default(),
             boards: Vec::new(),
@@ -77,6 +80,11 @@ impl CurrentRun {
             looked_for_m: 0.0,
             planner,
         })
+    }
+
+    /// Records the ordered speed.
+    pub(super) fn order(&mut self, speed_mps: Option<f64>) {
+        self.ordered_mps = speed_mps;
     }
 
     /// Records a frame and finds its nearest pair. Returns `None` if the frame's number of benches differs from the
@@ -139,7 +147,9 @@ impl CurrentRun {
     /// Returns the clock that converts travel to show time, from a frame on.
     pub(super) fn clock(&self, header: &FrameHeader) -> TravelClock {
         // The speed at which the head walks on after a standstill or a change of speed.
-        let speed_mps = self.walking_speed.steady_mps.unwrap_or(self.run.config.tables().head.speed_mps);
+        let ordered_mps = self.ordered_mps.filter(|speed_mps| *speed_mps > 0.0);
+        let planned_mps = self.run.config.tables().head.speed_mps;
+        let speed_mps = ordered_mps.or(self.walking_speed.steady_mps).unwrap_or(planned_mps);
         TravelClock { travel_m: header.head_travel_m, time_s: header.sim_time_s(), speed_mps }
     }
 }

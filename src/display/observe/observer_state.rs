@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon_ipc::{
-    BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ShowState, SourceLock, Status,
+    BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, Request, ShowState, SourceLock,
+    Status,
 };
 
 use super::current_run::CurrentRun;
@@ -34,6 +35,8 @@ pub(super) struct ObserverState {
     unreadable_run: Option<u64>,
     /// The newest status. It may belong to another run than the newest frame.
     status: Option<Arc<Status>>,
+    /// The run and the speed of the last order, in metres per show second.
+    ordered: Option<(u64, f64)>,
     counter: FrameCounter,
     source_asked_ns: u64,
     /// Whether to compute the planned clearance of each run.
@@ -69,6 +72,7 @@ impl ObserverState {
         }
         if let Some(commands) = &ports.commands {
             while let Some(event) = commands.receive()? {
+                self.ordered = ordered_mps(&event).map(|speed_mps| (event.run_id, speed_mps)).or(self.ordered);
                 Arc::make_mut(&mut self.seen.commands).push(event);
             }
         }
@@ -95,8 +99,11 @@ impl ObserverState {
 
     /// Updates the forecast. It changes while the head stands too, since the search continues.
     fn look_ahead(&mut self) {
-        let (nearest, status) = (self.seen.nearest, self.current_status());
-        let forecast = self.current_run().map(|(run, frame)| run.look_ahead(&frame.header, nearest, status.as_deref()));
+        let (nearest, status, ordered) = (self.seen.nearest, self.current_status(), self.ordered);
+        let forecast = self.current_run().map(|(run, frame)| {
+            run.order(ordered.filter(|(run_id, _)| *run_id == frame.header.run_id).map(|(_, speed_mps)| speed_mps));
+            run.look_ahead(&frame.header, nearest, status.as_deref())
+        });
         (self.seen.forecast, self.seen.possible_contact) = forecast.unwrap_or_default();
     }
 
@@ -189,6 +196,15 @@ impl ObserverState {
         let (run, frame) = (self.run.as_mut()?, self.seen.frame.as_ref()?);
         (run.run.run_id == frame.header.run_id).then_some((run, frame))
     }
+}
+
+/// The speed that an event orders, in metres per show second; `None` for an event that orders none.
+fn ordered_mps(event: &CommandEvent) -> Option<f64> {
+    let by_command = match (event.request(), event.outcome()) {
+        (Some(Request::Speed { speed_mps }), Ok(())) => Some(speed_mps),
+        _ => None,
+    };
+    by_command.or_else(|| event.run_start().map(|start| start.speed_mps))
 }
 
 #[cfg(test)]

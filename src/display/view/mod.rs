@@ -12,6 +12,7 @@
 mod access;
 mod frame_message;
 mod messages;
+mod outcome;
 mod page_stream;
 
 use std::io;
@@ -36,6 +37,7 @@ use tokio::time::timeout;
 
 use self::access::{Access, Rights};
 use self::messages::read_command;
+use self::outcome::KnownOutcome;
 use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
 use super::metrics;
 use super::observe::Snapshot;
@@ -43,6 +45,7 @@ use super::web::{Connection, json_reply, refuse, text};
 use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
 
 pub use self::access::{Token, TokenError};
+pub use self::outcome::ShowOutcome;
 
 /// The page's files, embedded in the program.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
@@ -67,6 +70,7 @@ struct Inner {
     commands: CommandQueue,
     snapshots: watch::Sender<Arc<NumberedSnapshot>>,
     closing: watch::Sender<bool>,
+    outcome: watch::Sender<KnownOutcome>,
     /// A permit for each stream that may be open.
     viewers: Arc<Semaphore>,
 }
@@ -84,6 +88,7 @@ impl View {
             commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
             snapshots: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
+            outcome: watch::Sender::default(),
             viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
         })))
     }
@@ -97,6 +102,16 @@ impl View {
     pub fn show(&self, snapshot: Snapshot) {
         let sequence = self.0.snapshots.borrow().sequence.wrapping_add(1);
         self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot));
+    }
+
+    /// Announces that [`View::end_show`] will be called before the view ends. So a closing view waits for it a moment.
+    pub fn await_outcome(&self) {
+        self.0.outcome.send_replace(KnownOutcome::Awaited);
+    }
+
+    /// Sends the outcome of the show to all pages, also to those that open later.
+    pub fn end_show(&self, outcome: ShowOutcome) {
+        self.0.outcome.send_replace(KnownOutcome::Known(outcome));
     }
 
     /// A flag that becomes true when the view ends.
@@ -221,13 +236,15 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
     let Ok(permit) = Arc::clone(&view.0.viewers).try_acquire_owned() else {
         return refuse(StatusCode::SERVICE_UNAVAILABLE, "32 pages are open already, which is the limit");
     };
-    let (mut snapshots, closing) = (view.0.snapshots.subscribe(), view.0.closing.subscribe());
+    let mut snapshots = view.0.snapshots.subscribe();
+    let (closing, mut outcome) = (view.0.closing.subscribe(), view.0.outcome.subscribe());
     snapshots.mark_changed();
+    outcome.mark_changed();
     upgrade
         .protocols([PROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, permit).run())
+        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, outcome, permit).run())
 }
 
 async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {

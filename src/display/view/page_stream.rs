@@ -13,6 +13,7 @@ use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::frame_message::encode_frame;
 use super::messages::{alert_message, command_message, plan_message, read_ack, run_message, status_message};
+use super::outcome::{KnownOutcome, last};
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -34,6 +35,7 @@ pub(super) struct PageStream {
     socket: WebSocket,
     snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
     closing: watch::Receiver<bool>,
+    outcome: watch::Receiver<KnownOutcome>,
     sent: SentState,
     /// Sequence numbers of the unacknowledged frames, oldest first.
     unacknowledged: VecDeque<u32>,
@@ -68,12 +70,14 @@ impl PageStream {
         socket: WebSocket,
         snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
         closing: watch::Receiver<bool>,
+        outcome: watch::Receiver<KnownOutcome>,
         permit: OwnedSemaphorePermit,
     ) -> Self {
         Self {
             socket,
             snapshots,
             closing,
+            outcome,
             sent: SentState::default(),
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
             heard: Instant::now(),
@@ -109,9 +113,13 @@ impl PageStream {
                 message = self.socket.recv() => self.take(message)?,
                 _ = status_due.tick() => self.send_status().await?,
                 Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
+                Ok(()) = self.outcome.changed() => self.send_outcome().await?,
                 () = closed(&mut self.closing) => {
-                    // The page also gets the last status of the show.
+                    // The page also gets the last status of the show, and its outcome.
                     self.send_status().await?;
+                    if let Some(outcome) = last(&mut self.outcome).await {
+                        self.send_json(&outcome.message()).await?;
+                    }
                     return Err(ENDED);
                 }
             }
@@ -195,6 +203,15 @@ impl PageStream {
             self.send_json(&alert_message(alert)).await?;
         }
         Ok(())
+    }
+
+    /// Sends the outcome of the show, if it is known.
+    async fn send_outcome(&mut self) -> Result<(), StreamEnd> {
+        let known = self.outcome.borrow_and_update().clone();
+        match known {
+            KnownOutcome::Known(outcome) => self.send_json(&outcome.message()).await,
+            KnownOutcome::Unreported | KnownOutcome::Awaited => Ok(()),
+        }
     }
 
     /// Sends the run, unless the page already has it.

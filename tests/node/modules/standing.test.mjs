@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { obstacle, operatorsStops, standing } from '../../../src/display/view/page/standing.js';
 
-const OPEN = { state: 'open', heard_ms: 0, reason: null };
+const OPEN = { state: 'open', heard_ms: 0, reason: null, outcome: null };
 const LIVE = { state: 'live', age_s: null, reason: null };
 const GONE = { state: 'gone', age_s: 2, reason: null };
 
@@ -27,6 +27,16 @@ test('an orderly end is no alarm, with or without a server process', () => {
   }
   assert.equal(stands('running', { link: GONE }).word, 'SERVER LOST');
   assert.equal(standing({ ...OPEN, state: 'ended' }, show('running'), 0).word, 'VIEW ENDED');
+});
+
+test('each end of a show has its word and its sentence, also after the view has ended', () => {
+  for (const state of ['open', 'ended', 'lost']) {
+    const end = (kind) => standing({ ...OPEN, state, outcome: { kind, text: `It was ${kind}.` } }, show('held'), 0);
+    const words = ['failed', 'guard', 'contact', 'end_of_run', 'stopped'].map((kind) => end(kind).word);
+    assert.deepEqual(words, ['SHOW FAILED', 'GUARD STOP', 'CONTACT', 'SHOW ENDED', 'SHOW ENDED']);
+    assert.equal(end('failed').isLive, false);
+    assert.match(end('guard').explanation, /^It was guard/);
+  }
 });
 
 test('a stopping head has its reason and its place of rest', () => {

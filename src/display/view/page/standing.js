@@ -13,7 +13,9 @@ import { age, fixed } from './format.js';
  * @property {'connecting' | 'open' | 'lost' | 'ended' | 'refused'} state
  * @property {number} heard_ms time of the last message, on the page's clock
  * @property {string | null} reason reason of a refusal, in one line
+ * @property {Outcome | null} outcome of a show that has ended
  */
+/** @typedef {{kind: string, text: string}} Outcome why a show has ended: its kind, and one sentence */
 /**
  * @typedef {object} Standing
  * @property {string} status for the style sheet
@@ -30,6 +32,7 @@ import { age, fixed } from './format.js';
  * @returns {Standing}
  */
 export function standing(line, show, now_ms) {
+  if (line.outcome !== null && line.state !== 'refused') return ofOutcome(line.outcome);
   switch (line.state) {
     case 'connecting':
       return dead('connecting', 'CONNECTING', 'waiting', 'Connecting to the view.');
@@ -46,6 +49,21 @@ export function standing(line, show, now_ms) {
       );
     case 'open':
       return ofShow(show, now_ms);
+  }
+}
+
+/** @param {Outcome} outcome @returns {Standing} */
+function ofOutcome({ kind, text }) {
+  switch (kind) {
+    case 'failed':
+    case 'killed':
+      return dead('failed', 'SHOW FAILED', 'lost', text);
+    case 'contact':
+      return live('ended', 'CONTACT', `${text} The show has ended.`);
+    case 'guard':
+      return live('ended', 'GUARD STOP', `${text} The show has ended.`);
+    default:
+      return live('ended', 'SHOW ENDED', text);
   }
 }
 

@@ -236,11 +236,11 @@ impl Motion {
         }
     }
 
-    /// State at the end of the run. A run with an end time ends there; any other continues to publish the finished
-    /// show. A timecode that jumps past the end may jump back, so with timecode the run ends only when the head walks
+    /// State at the end of the run. A run with an end time ends there, unless it stays; any other continues to publish the
+    /// finished show. A timecode that jumps past the end may jump back, so with timecode the run ends only when the head walks
     /// to its end.
     fn state_at_end(&self) -> ShowState {
-        let ends = self.plan.until_s.is_some() && !(self.follows && self.repositioned);
+        let ends = self.plan.until_s.is_some() && !self.plan.stays && !(self.follows && self.repositioned);
         if ends { ShowState::Ended } else { ShowState::Finished }
     }
 
