@@ -32,6 +32,7 @@ mod holds;
 mod live_line;
 mod liveness;
 mod outcome;
+mod printed;
 mod process;
 mod report;
 mod reports;
@@ -46,9 +47,9 @@ use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
 use outcome::Ending;
+use printed::print_summary;
 use reports::ChildReports;
 use start::Page;
-use summary::print_summary;
 
 /// Run a show: serve, monitor and record, as a rehearsal or as a performance (--stay), then print a report.
 #[derive(Clone, Debug, Args)]
@@ -121,11 +122,10 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let mut show = Show::new(args, &config, domain, folder, page, also, stop);
     let played = show.play();
     let (summary, result) = show.finish(played);
-    // The summary comes first, so that an error is the last line.
-    if let Some(summary) = &summary {
-        print_summary(args.format.format, summary, &show.folder)?;
-    }
-    result?;
+    // The summary comes first, so that an error of the show is the last line.
+    let print = |summary| print_summary(args.format.format, summary, &show.folder);
+    let printed = summary.as_ref().map_or(Ok(()), print);
+    result.and(printed)?;
     let summary = summary.expect("only a show with an error has none");
     let touched = args.fail_on_contact && summary.contact.is_some();
     Ok(match (touched, show.reports.has_given_up) {
