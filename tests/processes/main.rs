@@ -80,6 +80,7 @@ mod show_endings;
 mod show_orphans;
 mod show_parts;
 mod show_repairs;
+mod show_report;
 mod show_summary;
 mod show_view;
 mod signals;

@@ -21,8 +21,9 @@ use crate::system::whole_file;
 const FOLDER_PREFIX: &str = "show-";
 /// The configuration, which the server reads.
 const CONFIG: &str = "config.toml";
-/// The summary, which a show writes last.
+/// The summary and the report, which a show writes last.
 const SUMMARY: &str = "summary.json";
+const REPORT: &str = "report.html";
 /// Mode of files with the output of configured commands. Only the user may read it, because it may contain a page's token.
 const OUTPUT_MODE: u32 = 0o600;
 /// Mode of a show's folder: the recording and the logs are its user's.
@@ -103,9 +104,17 @@ impl Folder {
 
     /// Writes the summary.
     pub(super) fn write_summary(&self, summary: &ShowSummary) -> anyhow::Result<()> {
-        let path = self.path.join(SUMMARY);
         let text = serde_json::to_string_pretty(summary)? + "\n";
-        whole_file::write(&path, text.as_bytes())
+        whole_file::write(&self.path.join(SUMMARY), text.as_bytes())
+    }
+
+    pub(super) fn report(&self) -> PathBuf {
+        self.path.join(REPORT)
+    }
+
+    /// Writes the report, an HTML file.
+    pub(super) fn write_report(&self, html: &str) -> anyhow::Result<()> {
+        whole_file::write(&self.report(), html.as_bytes())
     }
 
     /// Removes the files of a show that never began: its configuration, and the folder if it was created for this show.

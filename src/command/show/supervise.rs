@@ -11,6 +11,7 @@ use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
 use super::log::log;
 use super::outcome::Ending;
 use super::process::End;
+use super::wall_time::WallTime;
 use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
 use crate::recording::Size;
@@ -90,15 +91,23 @@ impl Show<'_> {
 
     pub(super) fn look_at_bus(&mut self) -> anyhow::Result<()> {
         let Some(bus) = &mut self.bus else { return Ok(()) };
+        let now = WallTime::now();
         if let Some(frame) = bus.frames.latest()? {
             let header = frame.header();
             self.children.hear(ChildRole::Serve);
             self.reports.totals.see_frame(header);
+            self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
             self.seen.see_frame(header);
         }
-        if let Some(status) = bus.status.poll()? {
+        let status = bus.status.poll()?;
+        // A source publishes events before the status that shows their effect.
+        while let Some(event) = bus.next_command()? {
+            self.reports.course.take_command(event);
+        }
+        if let Some(status) = status {
             self.reports.totals.see_status(&status);
+            self.reports.course.see_status(&status, now);
             self.seen.status = Some(status);
         }
         for pid in bus.living_readers() {
