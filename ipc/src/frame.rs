@@ -112,15 +112,8 @@ impl ShowState {
     }
 
     /// All states, by their numbers.
-    pub const ALL: [Self; 7] = [
-        Self::Running,
-        Self::Paused,
-        Self::Held,
-        Self::Finished,
-        Self::Stopping,
-        Self::Ended,
-        Self::Ready,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::Running, Self::Paused, Self::Held, Self::Finished, Self::Stopping, Self::Ended, Self::Ready];
 
     /// Whether the head may walk. Show time advances only in these states.
     pub fn walks(self) -> bool {

@@ -90,7 +90,7 @@ const VIEW_SNAPSHOTS_HZ: u32 = 60;
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
-    let domain = args.bus.domain()?;
+    let domain = args.bus.domain()?.for_operators();
     let token = token()?;
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;
@@ -100,7 +100,7 @@ pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     if args.outcome_from_stdin {
         read_outcome(&view)?;
     }
-    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan();
+    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan().with_memory();
     let serve = || {
         site.serve(view.router(), &stop, view.closing())?;
         view.close();

@@ -136,6 +136,11 @@ impl ConfigDocument {
         self.drawing.as_ref()
     }
 
+    /// The tables of the document. Their values, except those of the route, are in range.
+    pub fn tables(&self) -> &Document {
+        &self.tables
+    }
+
     /// The benches.
     pub fn dimensions(&self) -> &Dimensions {
         &self.dimensions

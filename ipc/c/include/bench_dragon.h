@@ -311,7 +311,7 @@ typedef enum {
    */
   BD_REFUSED_OTHER_RUN = 8,
   /**
-   * The guard holds the dragon. It walks on with the guard's next grant.
+   * The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it.
    */
   BD_REFUSED_HELD_BY_GUARD = 9,
   /**
@@ -334,6 +334,10 @@ typedef enum {
    * The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
    */
   BD_REFUSED_FOLLOWED = 14,
+  /**
+   * The show waits at its start. Only a release starts it.
+   */
+  BD_REFUSED_READY = 15,
 } bd_refusal_t;
 
 /**

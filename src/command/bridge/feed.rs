@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
-use crate::bridge::{LatestFrame, freshness, freshness_limit};
+use crate::bridge::{LatestFrame, StaleAfter, freshness};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
@@ -20,6 +20,7 @@ pub(super) struct Feed<'a> {
     /// Run id and rate of the last status.
     rate: Option<(u64, u32)>,
     schedule: Schedule,
+    stale_after: StaleAfter,
     latest: Option<LatestFrame>,
 }
 
@@ -35,6 +36,7 @@ impl<'a> Feed<'a> {
         domain: &Domain,
         name: &str,
         rate_hz: u32,
+        stale_after: StaleAfter,
         stop: &'a StopFlag,
     ) -> Result<Option<Self>, BusError> {
         let open = || Ok((StatusReader::open(domain, name)?, FrameSubscriber::open(domain, name)?));
@@ -45,13 +47,14 @@ impl<'a> Feed<'a> {
             status,
             rate: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
+            stale_after,
             latest: None,
         }))
     }
 
     /// Waits for the next release with a frame to send. `None` after a signal.
     pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
-        loop {
+        let now_ns = loop {
             if !self.sleep_until(self.schedule.due_ns()) {
                 return Ok(None);
             }
@@ -68,11 +71,11 @@ impl<'a> Feed<'a> {
                 let header = &latest.header;
                 let rate_hz =
                     self.rate.filter(|(run_id, _)| *run_id == header.run_id).map_or(0, |(_, rate_hz)| rate_hz);
-                latest.freshness = freshness(header.published_ns, now_ns, freshness_limit(rate_hz));
-                break;
+                latest.freshness = freshness(header.published_ns, now_ns, self.stale_after.limit(rate_hz));
+                break now_ns;
             }
-        }
-        Ok(self.latest.as_ref().map(|latest| Release { now_ns: monotonic_ns(), latest }))
+        };
+        Ok(self.latest.as_ref().map(|latest| Release { now_ns, latest }))
     }
 
     /// Releases that the bridge missed because it was busy.

@@ -77,6 +77,9 @@ pub(crate) struct MonitorProgress {
     pub(crate) lost: u64,
     /// Least clearance in the last frame, in metres; null before the first frame.
     pub(crate) clearance_m: Option<f64>,
+    /// Least clearance of the frames since the progress before; null without a frame.
+    #[serde(default)]
+    pub(crate) least: Option<ClearanceReport>,
     /// Show time of the forecast contact, in seconds; null if none is known.
     pub(crate) forecast_s: Option<f64>,
     /// Show time of the earliest contact that the play of the hinges allows, in seconds; absent without one.
@@ -174,6 +177,17 @@ pub(crate) struct ClearanceReport {
     pub(crate) time_s: f64,
     pub(crate) benches: [u32; 2],
     pub(crate) clearance_m: f64,
+    /// Point midway between the two boards.
+    pub(crate) point_m: [f64; 2],
+    /// Travel of the head, from which the pose of every bench follows.
+    pub(crate) travel_m: f64,
+}
+
+impl ClearanceReport {
+    /// The lesser one of two clearances; the first of equal ones.
+    pub(crate) fn lesser(first: Option<Self>, second: Self) -> Option<Self> {
+        first.filter(|first| first.clearance_m <= second.clearance_m).or(Some(second))
+    }
 }
 
 /// A [`TimeHistogram`] without its empty buckets.

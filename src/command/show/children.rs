@@ -133,7 +133,7 @@ impl Children {
     }
 
     /// Requests the end of children, and passes their lines to `take_line` until they have ended. Kills those that take longer
-    /// than `timeout`.
+    /// than `timeout`. Goes on after an error, and returns the first one.
     pub(super) fn end(
         &mut self,
         is_meant: impl Fn(ChildRole) -> bool,
@@ -147,20 +147,24 @@ impl Children {
             .flat_map(|entry| &entry.process)
             .for_each(Process::terminate);
         let deadline = Instant::now() + timeout;
+        let mut result = Ok(());
         while self.entries.iter().any(of_meant) && Instant::now() < deadline {
-            match self.next(LOOK_PERIOD)? {
-                Some(ChildNews::Line(role, line)) => take_line(role, &line)?,
-                Some(ChildNews::Ended(role, End { status, reason })) if !status.success() => {
+            let taken = match self.next(LOOK_PERIOD) {
+                Ok(Some(ChildNews::Line(role, line))) => take_line(role, &line),
+                Ok(Some(ChildNews::Ended(role, End { status, reason }))) if !status.success() => {
                     log(&format!("{} ended with {reason}", self.name(role)));
+                    Ok(())
                 }
-                Some(ChildNews::Ended(..)) | None => {}
-            }
+                Ok(Some(ChildNews::Ended(..)) | None) => Ok(()),
+                Err(error) => Err(error),
+            };
+            result = result.and(taken);
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
             log(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
             entry.process = None;
         }
-        Ok(())
+        result
     }
 
     fn entry(&self, role: ChildRole) -> &Entry {

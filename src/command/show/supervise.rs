@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
+use bench_dragon_ipc::ReaderReport;
 
 use super::children::ChildRole;
 use super::files::Repaired;
@@ -10,6 +11,7 @@ use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
 use super::log::log;
 use super::outcome::Ending;
 use super::process::End;
+use super::wall_time::WallTime;
 use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
 use crate::recording::Size;
@@ -89,15 +91,23 @@ impl Show<'_> {
 
     pub(super) fn look_at_bus(&mut self) -> anyhow::Result<()> {
         let Some(bus) = &mut self.bus else { return Ok(()) };
+        let now = WallTime::now();
         if let Some(frame) = bus.frames.latest()? {
             let header = frame.header();
             self.children.hear(ChildRole::Serve);
             self.reports.totals.see_frame(header);
+            self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
             self.seen.see_frame(header);
         }
-        if let Some(status) = bus.status.poll()? {
+        let status = bus.status.poll()?;
+        // A source publishes events before the status that shows their effect.
+        while let Some(event) = bus.next_command()? {
+            self.reports.course.take_command(event);
+        }
+        if let Some(status) = status {
             self.reports.totals.see_status(&status);
+            self.reports.course.see_status(&status, now);
             self.seen.status = Some(status);
         }
         for pid in bus.living_readers() {
@@ -173,6 +183,7 @@ impl Show<'_> {
         let wait = self.children.plan_restart(ChildRole::Record, Instant::now());
         self.count_end(ChildRole::Record, &end.reason, false);
         self.reports.has_given_up = true;
+        self.report_room(0.0);
         if wait.is_some() {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
@@ -190,7 +201,15 @@ impl Show<'_> {
         self.room_due = now + ROOM_PERIOD;
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
             self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
+            self.report_room(ReaderReport::NO_ROOM);
             log("the disk has room again: the show is recorded from here on, in another file");
+        }
+    }
+
+    /// Reports to the bus whether the show lacks room for its recording: the recorder that could report it has ended.
+    fn report_room(&mut self, room_s: f64) {
+        if let Some(bus) = &mut self.bus {
+            bus.frames.set_room(room_s);
         }
     }
 

@@ -3,6 +3,7 @@
 use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, TimecodeState};
 use serde::Serialize;
 
+use super::guard_situation::GuardSituation;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
 
@@ -35,17 +36,16 @@ impl Controls {
         let status = snapshot.status.as_deref();
         if status.and_then(Status::source_kind) == Some(SourceKind::Replay) {
             let refused = Self::all(&Refusal::Replayed.to_string());
-            return Self { stop: None, ..refused };
+            return Self { pause: None, resume: None, seek: None, stop: None, ..refused };
         }
         if status.is_some_and(|status| status.stops().ending) {
             let refused = Self::all("the server is ending");
             return Self { hold: None, ..refused };
         }
-        let words = |refusal: Option<Refusal>| refusal.map(|refusal| refusal.to_string());
         Self {
-            resume: words(resume(status, state)),
+            resume: held_by_guard(snapshot, resume(status, state)),
             seek: seek(status),
-            release: words(release(status, state)),
+            release: held_by_guard(snapshot, release(status, state)),
             ..Self::default()
         }
     }
@@ -60,7 +60,7 @@ impl Controls {
             Request::Hold => &self.hold,
             Request::Release => &self.release,
             Request::Stop => &self.stop,
-            Request::Grant { .. } => &None,
+            Request::Grant { .. } | Request::Pace { .. } => &None,
         };
         refusal.as_deref()
     }
@@ -80,10 +80,26 @@ fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
     }
 }
 
+/// A refusal in words. At the end of the guard's proven travel, it says that the dragon does not walk on.
+fn held_by_guard(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
+    Some(match (refusal?, snapshot.guard) {
+        (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: true }) => {
+            "the guard has stopped the dragon permanently: only a seek moves it".to_owned()
+        }
+        (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: false }) => {
+            "the guard has stopped the dragon at the end of the proven travel: timecode can move it".to_owned()
+        }
+        (Refusal::HeldByGuard, GuardSituation::Missing) => {
+            "no guard runs: the dragon walks on once `bench-dragon monitor --guard` runs".to_owned()
+        }
+        (refusal, _) => refusal.to_string(),
+    })
+}
+
 fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
     match state {
         _ if is_held(status, state) => Some(Refusal::Held),
-        Some(ShowState::Ready) => Some(Refusal::Held),
+        Some(ShowState::Ready) => Some(Refusal::Ready),
         Some(ShowState::Held) => Some(Refusal::HeldByGuard),
         Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
         _ => None,
@@ -151,9 +167,9 @@ mod tests {
     }
 
     #[test]
-    fn a_replay_accepts_only_a_stop() {
+    fn a_replay_can_be_paused_sought_and_stopped() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
-        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "pause resume speed seek hold release");
+        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "speed hold release");
     }
 
     #[test]
@@ -176,6 +192,23 @@ mod tests {
         }
         let late = snapshot(ShowState::Held, &stopped(Stops::default(), GuardState::None));
         assert_eq!(refused(&late), "resume", "the status is older than the hold");
+    }
+
+    #[test]
+    fn at_the_guards_permanent_end_no_reason_promises_that_the_dragon_walks_on() {
+        let limit = Stops { guard_limit: true, ..Stops::default() };
+        let held = snapshot(ShowState::Held, &stopped(limit, GuardState::Running));
+        for (guard, part) in [
+            (GuardSituation::Waiting, "it walks on by itself if the guard proves the travel ahead"),
+            (GuardSituation::AtEnd { for_good: true }, "permanently: only a seek moves it"),
+            (GuardSituation::AtEnd { for_good: false }, "timecode can move it"),
+            (GuardSituation::Missing, "monitor --guard"),
+        ] {
+            let controls = Controls::of(&Snapshot { guard, ..held.clone() });
+            for refusal in [controls.release, controls.resume] {
+                assert!(refusal.as_ref().is_some_and(|words| words.contains(part)), "{guard:?}: {refusal:?}");
+            }
+        }
     }
 
     #[test]
