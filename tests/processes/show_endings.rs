@@ -132,6 +132,9 @@ fn a_rehearsal_whose_server_is_killed_again_and_again_fails_and_its_page_names_t
     assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
     let reason = "serve ended with signal: 9 (SIGKILL), after 11 restarts in a row: giving up";
     assert!(ended.stderr.contains(reason), "{}", ended.stderr);
+    let summary = std::fs::read(stage.path("out/summary.json")).expect("a failed show has a summary");
+    let outcome = serde_json::from_slice::<Value>(&summary).expect("JSON")["outcome"].take();
+    assert_eq!((&outcome["kind"], &outcome["process"]), (&json!("failed"), &json!("serve")), "{outcome}");
     assert_eq!(children(pid), []);
 }
 

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use crossbeam::channel::{self, Receiver, Sender};
 
 use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
-use super::log::log;
 use super::process::{End, Launch, Process, ProcessEvent};
+use super::wall_time::log;
 
 /// Most lines that wait for the show. If the buffer is full, a child that prints waits until the show takes a line.
 const MOST_EVENTS: usize = 256;

@@ -30,7 +30,6 @@ mod finish;
 mod holds;
 mod live_line;
 mod liveness;
-mod log;
 mod outcome;
 mod printed;
 mod process;
@@ -47,11 +46,11 @@ use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
 use live_line::ShowEnd;
-use log::log;
 use outcome::Ending;
 use printed::print_summary;
 use reports::ChildReports;
 use start::Page;
+use wall_time::log;
 
 /// Run a show: serve, monitor and record, as a rehearsal or as a performance (--stay), then print a report.
 #[derive(Clone, Debug, Args)]

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::Show;
 use super::children::ChildRole;
-use super::log::log;
 use super::process::Launch;
+use super::wall_time::log;
 use crate::command::print::print_report;
 use crate::command::timecode::TimecodeArgs;
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};

@@ -1,4 +1,4 @@
-//! Wall times of a show's report.
+//! Wall times of a show's report, and of the lines of its log.
 
 use std::fmt;
 
@@ -6,6 +6,8 @@ use bench_dragon_ipc::CommandEvent;
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
 use serde::{Serialize, Serializer};
+
+use crate::command::print::complain;
 
 /// A wall time. Printed, and in JSON, it is RFC 3339 in UTC with milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,4 +50,9 @@ impl Serialize for WallTime {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_str(self)
     }
+}
+
+/// Prints a line of the show's log on stderr. It begins with the wall time in the time zone of this machine.
+pub(super) fn log(line: &str) {
+    complain(&format!("{}  {line}", WallTime::now().local().strftime("%H:%M:%S")));
 }
