@@ -343,6 +343,20 @@ fn a_head_that_stands_ends_with_the_next_tick() {
 }
 
 #[test]
+fn a_performance_stands_finished_at_its_end_time_until_a_seek_or_a_stop() {
+    let mut motion = start(MotionSettings { until_s: Some(0.01), stays: true, ..plan() });
+    for _ in 0..2 {
+        motion = after(motion, 50);
+        assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Finished, 10_000_000));
+        motion.request(Request::Seek { sim_time_s: 0.005 }).expect("the time is within the run");
+        motion = after(motion, 3);
+        assert_eq!(motion.head().state, ShowState::Running);
+    }
+    motion.request(Request::Stop).expect("the command is never refused");
+    assert_eq!(after(motion, 1).head().state, ShowState::Ended);
+}
+
+#[test]
 fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
     let ended = after(start(MotionSettings { until_s: Some(0.01), ..plan() }), 20).head();
     assert_eq!((ended.state, ended.sim_time_ns), (ShowState::Ended, 10_000_000));

@@ -150,14 +150,17 @@ pub(crate) struct GuardReport {
     /// Show time at which two benches would have touched at the planned speed, in seconds; null if they would not, or if this
     /// took too much work to compute.
     pub(crate) forecast_contact_s: Option<f64>,
+    /// Whether the margin is proved to be kept at this stop. It is not where a show starts within the margin.
+    pub(crate) is_margin_kept: bool,
 }
 
 impl GuardReport {
-    /// The known ones of clearance and forecast, in words that follow other words about this stop.
+    /// The known ones of clearance and forecast, and a margin that is not kept, in words that follow other words about this stop.
     pub(crate) fn details(&self) -> String {
         let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {clearance_m:.6} m"));
         let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {time_s:.6} s"));
-        clearance.into_iter().chain(forecast).collect()
+        let unproved = ": margin_m is not proved to be kept here, so start or seek elsewhere".to_owned();
+        clearance.into_iter().chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
     }
 }
 

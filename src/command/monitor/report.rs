@@ -96,6 +96,7 @@ impl MonitorReport {
             held_at_s: rest.sim_time_s,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_contact_s: rest.forecast_s,
+            is_margin_kept: rest.is_free,
         };
         self.summary.guard = Some(report);
         let text = format!("{:>12.6} s  held by the guard permanently{}", report.held_at_s, report.details());

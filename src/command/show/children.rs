@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use crossbeam::channel::{self, Receiver, Sender};
 
 use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
+use super::log::log;
 use super::process::{End, Launch, Process, ProcessEvent};
-use crate::command::print::complain;
 
 /// Most lines that wait for the show. If the buffer is full, a child that prints waits until the show takes a line.
 const MOST_EVENTS: usize = 256;
@@ -152,7 +152,7 @@ impl Children {
             let taken = match self.next(LOOK_PERIOD) {
                 Ok(Some(ChildNews::Line(role, line))) => take_line(role, &line),
                 Ok(Some(ChildNews::Ended(role, End { status, reason }))) if !status.success() => {
-                    complain(&format!("{} ended with {reason}", self.name(role)));
+                    log(&format!("{} ended with {reason}", self.name(role)));
                     Ok(())
                 }
                 Ok(Some(ChildNews::Ended(..)) | None) => Ok(()),
@@ -161,7 +161,7 @@ impl Children {
             result = result.and(taken);
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
-            complain(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
+            log(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
             entry.process = None;
         }
         result

@@ -16,7 +16,6 @@ use clap::{Args, ValueHint};
 
 use crate::command::exit_status::CONTACT;
 use crate::command::flags::{FormatArgs, listen_address};
-use crate::command::print::complain;
 use crate::command::serve::{RunArgs, check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
@@ -31,6 +30,7 @@ mod finish;
 mod holds;
 mod live_line;
 mod liveness;
+mod log;
 mod outcome;
 mod printed;
 mod process;
@@ -46,6 +46,7 @@ use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
+use log::log;
 use outcome::Ending;
 use printed::print_summary;
 use reports::ChildReports;
@@ -245,7 +246,7 @@ impl<'a> Show<'a> {
         }
         let text = format!("{error:#}: the performance goes on");
         if self.borne.as_ref() != Some(&text) {
-            complain(&text);
+            log(&text);
             self.borne = Some(text);
         }
         Ok(())

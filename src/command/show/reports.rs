@@ -10,11 +10,11 @@ use bench_dragon_ipc::AlertKind;
 use super::children::ChildRole;
 use super::course::Course;
 use super::live_line::{LiveLine, NearAlerts};
+use super::log::log;
 use super::summary::ShowTotals;
 use super::wall_time::WallTime;
 use crate::command::flags::Format;
 use crate::command::monitor::lines::{AlertLine, ContactReport, MonitorLine, MonitorProgress};
-use crate::command::print::complain;
 use crate::command::record::RecordLine;
 use crate::command::serve::ServeLine;
 use crate::command::timecode::{news_text, print_listening};
@@ -78,7 +78,7 @@ impl ChildReports {
                     // No change: a show that stood still stays so.
                     FollowerEvent::Lost { .. } => {}
                 }
-                complain(&news_text(news));
+                log(&news_text(news));
             }
             ServeLine::Summary(summary) => {
                 self.stopped_by.clone_from(&summary.stopped_by);
@@ -99,7 +99,7 @@ impl ChildReports {
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
             MonitorLine::Progress(progress) => {
-                self.near.due(Instant::now()).iter().for_each(|line| complain(line));
+                self.near.due(Instant::now()).iter().for_each(|line| log(line));
                 self.totals.see_latency(&progress.latency);
                 self.course.see_progress(&progress, WallTime::now());
                 self.progress = progress;
@@ -107,11 +107,11 @@ impl ChildReports {
             // The show reads the commands from the bus, so that it has them without a monitor.
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
-                complain(&format!("{:.6} s: held by the guard permanently", report.held_at_s));
+                log(&format!("{:.6} s: held by the guard permanently{}", report.held_at_s, report.details()));
                 self.totals.summary.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {
-                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
+                self.near.rest(Instant::now()).iter().for_each(|line| log(line));
                 self.totals.add_monitor(&summary);
                 self.progress = MonitorProgress::default();
             }
@@ -122,10 +122,10 @@ impl ChildReports {
     fn take_alert(&mut self, alert: &AlertLine) {
         self.course.see_alert(alert, WallTime::now());
         if alert.kind == AlertKind::Near.name() {
-            self.near.take(alert, Instant::now()).iter().for_each(|line| complain(line));
+            self.near.take(alert, Instant::now()).iter().for_each(|line| log(line));
         } else {
-            self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
-            complain(&alert.words());
+            self.near.rest(Instant::now()).iter().for_each(|line| log(line));
+            log(&alert.words());
             if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
                 self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
             }
@@ -138,7 +138,7 @@ impl ChildReports {
                 self.totals.summary.recordings.push(file.clone());
                 self.open_recording = Some(file.clone());
             }
-            RecordLine::Warning { message } => complain(&format!("warning: {message}")),
+            RecordLine::Warning { message } => log(&format!("warning: {message}")),
             RecordLine::Summary(summary) => {
                 self.open_recording = None;
                 self.totals.summary.frames.recorded += summary.frames;

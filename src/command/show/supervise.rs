@@ -7,12 +7,12 @@ use anyhow::bail;
 use super::children::ChildRole;
 use super::files::Repaired;
 use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
+use super::log::log;
 use super::outcome::Ending;
 use super::process::End;
 use super::wall_time::WallTime;
 use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
-use crate::command::print::complain;
 use crate::recording::Size;
 
 /// Free bytes on the disk from which on the show is recorded again. They suffice for some seconds of a large dragon.
@@ -77,7 +77,7 @@ impl Show<'_> {
         let now = Instant::now();
         self.look_for_room(now);
         for line in self.children.kill_silent(now) {
-            complain(&line);
+            log(&line);
         }
         for role in self.children.due(now) {
             self.start_again(role)?;
@@ -117,7 +117,7 @@ impl Show<'_> {
 
     pub(super) fn count_repaired(&mut self, Repaired { frames, line }: Repaired) {
         self.reports.totals.summary.frames.recorded += frames.unwrap_or_default();
-        complain(&line);
+        log(&line);
     }
 
     /// Joins the bus of the first server, for which its readers are started.
@@ -166,7 +166,7 @@ impl Show<'_> {
             bail!("{name} {what}, after {MAX_RESTARTS} restarts in a row: giving up");
         }
         self.reports.has_given_up |= wait.is_none();
-        complain(&format!("{name} {what}: {}", then(wait, self.is_performance)));
+        log(&format!("{name} {what}: {}", then(wait, self.is_performance)));
         Ok(())
     }
 
@@ -185,9 +185,9 @@ impl Show<'_> {
         if wait.is_some() {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
-            complain(&format!("the show is not recorded from here on, until its disk has {room} free"));
+            log(&format!("the show is not recorded from here on, until its disk has {room} free"));
         } else {
-            complain("the disk is full again and again: the show goes on without a recording");
+            log("the disk is full again and again: the show goes on without a recording");
         }
     }
 
@@ -199,7 +199,7 @@ impl Show<'_> {
         self.room_due = now + ROOM_PERIOD;
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
             self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
-            complain("the disk has room again: the show is recorded from here on, in another file");
+            log("the disk has room again: the show is recorded from here on, in another file");
         }
     }
 
