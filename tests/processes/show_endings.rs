@@ -8,6 +8,7 @@ use crate::children::{await_child, children, kill};
 use crate::page_socket::{PageSocket, outcome};
 use crate::record::await_frames;
 use crate::show::{CALM, Playing};
+use crate::show_report::assert_reported;
 use crate::stage::Stage;
 
 const VIEW: &str = "--view=127.0.0.1:0";
@@ -133,6 +134,9 @@ fn a_rehearsal_whose_server_is_killed_again_and_again_fails_and_its_page_names_t
     let reason = "serve ended with signal: 9 (SIGKILL), after 11 restarts in a row: giving up";
     assert!(ended.stderr.contains(reason), "{}", ended.stderr);
     assert_eq!(children(pid), []);
+    let (summary, html) = assert_reported(&stage, "failed");
+    assert_eq!(summary["restart_log"].as_array().map(Vec::len), Some(12), "{summary}");
+    assert!(html.contains("not started again") && html.contains("class=\"verdict danger\""), "{html}");
 }
 
 #[test]
