@@ -1,5 +1,6 @@
 """Prints the head's front hinge, frame by frame, with the stock package iceoryx2: stock_head.py CONFIGURATION"""
 
+import contextlib
 import signal
 import sys
 import time
@@ -29,12 +30,15 @@ if not services.is_dir():
 while not any(services.glob("*.service")):
     time.sleep(0.1)
 config = iox2.config.from_file(iox2.FilePath.new(sys.argv[1]))
-builder = iox2.NodeBuilder.new().config(config).signal_handling_mode(iox2.SignalHandlingMode.Disabled)
-node = builder.create(iox2.ServiceType.Ipc)
-frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames")).publish_subscribe(iox2.Slice[HandleState])
-reader, state = frames.user_header(FrameHeader).open().subscriber_builder().create(), 0
+node = iox2.NodeBuilder.new().config(config).create(iox2.ServiceType.Ipc)
+reader, state = None, 0
+while reader is None:
+    time.sleep(0.1)
+    frames = node.service_builder(iox2.ServiceName.new("bench-dragon/frames")).publish_subscribe(iox2.Slice[HandleState])
+    with contextlib.suppress(iox2.PublishSubscribeOpenError):  # the server is still creating it
+        reader = frames.user_header(FrameHeader).open().subscriber_builder().create()
 while state != 5:  # ended
-    node.wait(iox2.Duration.from_millis(1))
+    time.sleep(0.001)
     while (frame := reader.receive()) is not None:
         header, head = frame.user_header().contents, HandleState.from_address(frame.payload_ptr)
         state = header.state

@@ -35,9 +35,9 @@ impl LatestFrame {
 
 /// The freshness limit in frame periods, unless the operator's limit is longer.
 const PERIODS: u32 = 3;
-/// The freshness limit of a source of unknown rate, unless the operator's limit is longer. The slowest server sends one frame a
+/// The freshness limit of a source of unknown period, unless the operator's limit is longer. The slowest server sends one frame a
 /// second.
-const UNKNOWN_RATE_LIMIT: Duration = Duration::from_millis(1_500);
+const UNKNOWN_PERIOD_LIMIT: Duration = Duration::from_millis(1_500);
 
 /// An age from which a frame is stale, in seconds. Slow sources have more time: three of their periods.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,20 +54,19 @@ impl StaleAfter {
     /// Allowed seconds. Less would call a server stale that a busy machine delays.
     pub const SECONDS: RangeInclusive<f64> = 0.05..=60.0;
 
-    /// Returns the greatest age of a fresh frame. `rate_hz` is the source's frames per second; 0 means that it is unknown.
+    /// Returns the greatest age of a fresh frame. `period` is the time between two frames of the source, if it is known.
     ///
     /// ```
     /// use bench_dragon::bridge::StaleAfter;
     /// use std::time::Duration;
     ///
     /// let stale_after = StaleAfter::default();
-    /// assert_eq!(stale_after.limit(1_000), Duration::from_millis(300));
-    /// assert_eq!(stale_after.limit(1), Duration::from_secs(3));
-    /// assert_eq!(stale_after.limit(0), Duration::from_millis(1_500));
+    /// assert_eq!(stale_after.limit(Some(Duration::from_millis(1))), Duration::from_millis(300));
+    /// assert_eq!(stale_after.limit(Some(Duration::from_secs(1))), Duration::from_secs(3));
+    /// assert_eq!(stale_after.limit(None), Duration::from_millis(1_500));
     /// ```
-    pub fn limit(self, rate_hz: u32) -> Duration {
-        let periods = Duration::from_secs(PERIODS.into()).checked_div(rate_hz);
-        self.limit.max(periods.unwrap_or(UNKNOWN_RATE_LIMIT))
+    pub fn limit(self, period: Option<Duration>) -> Duration {
+        self.limit.max(period.map_or(UNKNOWN_PERIOD_LIMIT, |period| period.saturating_mul(PERIODS)))
     }
 }
 

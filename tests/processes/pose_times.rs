@@ -8,7 +8,7 @@ use rosc::{OscBundle, OscPacket, OscTime, OscType, decoder};
 use rustix::process::Signal;
 use serde_json::Value;
 
-use crate::first_tracker::{FirstTracker, receiver, wait_for, wait_for_status};
+use crate::first_tracker::{FirstTracker, receiver, wait_for};
 use crate::reader::{Reader, Shot};
 use crate::stage::{Server, Stage};
 
@@ -105,7 +105,19 @@ fn bundles_of_a_late_server_have_the_instants_that_their_poses_are_for() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let (server, mut reader) = serve(&stage);
-    let bridge = stage.start(&["bridge", "osc", "--bundle", "--to", &target, "--rate", "250", "--benches", "0"]);
+    let bridge = stage.start(&[
+        "bridge",
+        "osc",
+        "--bundle",
+        "--to",
+        &target,
+        "--rate",
+        "250",
+        "--benches",
+        "0",
+        "--format",
+        "json",
+    ]);
     let mut times = Vec::new();
     for _ in 0..4 {
         times.extend(osc_until(&socket, 1).0);
@@ -135,7 +147,9 @@ fn trackers_of_a_killed_server_are_stale_after_the_chosen_time() {
         let args = ["bridge", "psn", "--to", &target, "--rate", "250", "--format", "json"];
         let mut bridge = stage.start(&[&args[..], flags].concat());
         let epoch_ns = epoch_ns(&bridge.json());
-        wait_for_status(&socket, 1.0);
+        // The bridge knows the period from the second frame on.
+        let first = wait_for(&socket, |tracker| tracker.time_us > 0);
+        wait_for(&socket, |tracker| tracker.status == 1.0 && tracker.time_us > first.time_us);
         server.process.kill();
         let last = reader.read_unread().pop().expect("frames").header;
         let last_us = (last.scheduled_ns - epoch_ns) / 1_000;
@@ -160,7 +174,7 @@ fn the_show_of_a_killed_server_is_not_fresh_and_its_benches_stand() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let (server, _reader) = serve(&stage);
-    let bridge = stage.start(&["bridge", "osc", "--bundle", "--to", &target, "--benches", "0"]);
+    let bridge = stage.start(&["bridge", "osc", "--bundle", "--to", &target, "--benches", "0", "--format", "json"]);
     assert!(osc_until(&socket, 1).1 > 0.5);
     server.process.kill();
     assert_eq!(osc_until(&socket, 0).1, 0.0);
@@ -172,7 +186,7 @@ fn the_slowest_server_is_never_stale_between_two_frames() {
     let stage = Stage::new();
     let (socket, target) = receiver();
     let server = stage.serve(&["--rate", "1", "--readers", "0"]);
-    let args = ["bridge", "psn", "--to", &target, "--rate", "50", "--stale-after", "0.05"];
+    let args = ["bridge", "psn", "--to", &target, "--rate", "50", "--stale-after", "0.05", "--format", "json"];
     let bridge = stage.start(&args);
     wait_for(&socket, |tracker| tracker.time_us > 0);
     let mut times_us = BTreeSet::new();

@@ -8,6 +8,7 @@ use crate::children::{await_child, children, kill};
 use crate::page_socket::{PageSocket, outcome};
 use crate::record::await_frames;
 use crate::show::{CALM, Playing};
+use crate::show_report::assert_reported;
 use crate::stage::Stage;
 
 const VIEW: &str = "--view=127.0.0.1:0";
@@ -136,6 +137,9 @@ fn a_rehearsal_whose_server_is_killed_again_and_again_fails_and_its_page_names_t
     let outcome = serde_json::from_slice::<Value>(&summary).expect("JSON")["outcome"].take();
     assert_eq!((&outcome["kind"], &outcome["process"]), (&json!("failed"), &json!("serve")), "{outcome}");
     assert_eq!(children(pid), []);
+    let (summary, html) = assert_reported(&stage, "failed");
+    assert_eq!(summary["restart_log"].as_array().map(Vec::len), Some(12), "{summary}");
+    assert!(html.contains("not started again") && html.contains("class=\"verdict danger\""), "{html}");
 }
 
 #[test]

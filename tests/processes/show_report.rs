@@ -5,11 +5,9 @@ use std::path::Path;
 
 use rustix::process::Signal;
 use serde_json::{Value, json};
-use test_support::eventually::eventually;
 use test_support::process::Ended;
 
 use crate::browser::Browser;
-use crate::children::{await_child, children, kill};
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 
@@ -23,7 +21,7 @@ fn read(stage: &Stage) -> (Value, String) {
 }
 
 /// Fails unless summary and report have this outcome, times of begin and end, and nothing else than the report's own HTML.
-fn assert_reported(stage: &Stage, kind: &str) -> (Value, String) {
+pub(crate) fn assert_reported(stage: &Stage, kind: &str) -> (Value, String) {
     let (summary, html) = read(stage);
     assert_eq!(summary["outcome"]["kind"], kind, "{summary}");
     let words = summary["outcome"]["text"].as_str().expect("a sentence");
@@ -43,46 +41,6 @@ fn assert_printed(ended: &Ended, words: &Value) {
     let words = words.as_str().expect("a sentence");
     assert!(line("outcome").is_some_and(|line| line.ends_with(words)), "{}", ended.stdout);
     assert!(line("report").is_some_and(|line| line.ends_with("out/report.html")), "{}", ended.stdout);
-}
-
-#[test]
-fn a_show_whose_server_is_killed_too_often_reports_that_it_gave_up() {
-    let stage = Stage::new();
-    let show = stage.start(&[&CALM[..], &["text", "--out", "out", "--auto-resume"]].concat());
-    let pid = show.pid();
-    let mut killed = await_child(pid, "serve", None);
-    kill_after_its_first_frame(&stage, killed);
-    // The show plans each restart before it starts the next server.
-    while let Some(next) = next_server(pid, killed, &stage) {
-        killed = next;
-        // It may already have ended by itself.
-        let _ = crate::children::send(killed, Signal::KILL);
-    }
-    let ended = show.end();
-    assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
-    assert!(ended.stderr.contains("giving up"), "{}", ended.stderr);
-    let (summary, html) = assert_reported(&stage, "failed");
-    assert_eq!(summary["outcome"]["process"], "serve", "{summary}");
-    assert_printed(&ended, &summary["outcome"]["text"]);
-    let log = summary["restart_log"].as_array().expect("a list");
-    assert_eq!(log.last().expect("servers ended")["restarted"], false, "{summary}");
-    assert!(html.contains("not started again") && html.contains("class=\"verdict danger\""), "{html}");
-}
-
-fn kill_after_its_first_frame(stage: &Stage, server: u32) {
-    crate::record::await_frames(&stage.path("out/recording.mcap"));
-    kill(server);
-}
-
-/// Waits for the next server; `None` once the show has written its summary.
-fn next_server(show: u32, before: u32, stage: &Stage) -> Option<u32> {
-    eventually("the show has another server, or its summary", || {
-        if stage.path("out/summary.json").exists() {
-            return Some(None);
-        }
-        let next = children(show).into_iter().find(|(pid, name)| name == "serve" && *pid != before);
-        next.map(|(pid, _)| Some(pid))
-    })
 }
 
 #[test]

@@ -75,8 +75,8 @@ mod tests {
 
     #[test]
     fn a_delayed_first_frame_does_not_delay_the_later_ones() {
-        let dues = dues_ms(&mut RemoteClock::default(), &[50, 40, 1, 30]);
-        assert_eq!(dues, [50, 60, 60, 61], "no frame is due before the one before it");
+        let dues = dues_ms(&mut RemoteClock::default(), &[50, 30, 10, 12, 40]);
+        assert_eq!(dues, [50, 50, 50, 70, 90]);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The feed of a bridge: the newest frame of the bus at each release of the bridge's own rate.
 
+use std::time::Duration;
+
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
 use crate::bridge::{LatestFrame, StaleAfter, freshness};
@@ -19,6 +21,8 @@ pub(super) struct Feed<'a> {
     status: StatusReader,
     /// Run id and rate of the last status.
     rate: Option<(u64, u32)>,
+    /// Run id and distance of the last two frames that were read.
+    spacing: Option<(u64, Duration)>,
     schedule: Schedule,
     stale_after: StaleAfter,
     latest: Option<LatestFrame>,
@@ -46,6 +50,7 @@ impl<'a> Feed<'a> {
             frames,
             status,
             rate: None,
+            spacing: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
             stale_after,
             latest: None,
@@ -63,15 +68,22 @@ impl<'a> Feed<'a> {
                 self.rate = Some((status.run_id, status.rate_hz));
             }
             if let Some(frame) = self.frames.latest()? {
-                self.latest.get_or_insert_default().replace(&frame);
+                let (latest, next) = (self.latest.get_or_insert_default(), frame.header());
+                let apart_ns = next.scheduled_ns.saturating_sub(latest.header.scheduled_ns);
+                self.spacing =
+                    (latest.header.run_id == next.run_id).then(|| (next.run_id, Duration::from_nanos(apart_ns)));
+                latest.replace(&frame);
             }
             let now_ns = monotonic_ns();
             self.schedule.advance(now_ns);
             if let Some(latest) = &mut self.latest {
                 let header = &latest.header;
-                let rate_hz =
-                    self.rate.filter(|(run_id, _)| *run_id == header.run_id).map_or(0, |(_, rate_hz)| rate_hz);
-                latest.freshness = freshness(header.published_ns, now_ns, self.stale_after.limit(rate_hz));
+                let described = self.rate.filter(|(run_id, _)| *run_id == header.run_id);
+                let period = described.and_then(|(_, rate_hz)| Duration::from_secs(1).checked_div(rate_hz));
+                // A status reaches a new reader a little later than the first frames.
+                let period =
+                    period.or(self.spacing.filter(|(run_id, _)| *run_id == header.run_id).map(|(_, apart)| apart));
+                latest.freshness = freshness(header.published_ns, now_ns, self.stale_after.limit(period));
                 break now_ns;
             }
         };

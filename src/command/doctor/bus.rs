@@ -182,10 +182,10 @@ mod tests {
     }
 
     #[test]
-    fn a_foreign_file_is_reported_with_its_owner_and_needs_no_remedy() {
+    fn a_foreign_file_is_a_warning_with_its_owner() {
         let foreign = vec![ForeignFile { path: "/dev/shm/bd_0_dragon_junk".into(), owner: 4711 }];
         let finding = judge_foreign_files(&Census { foreign, ..Census::default() });
-        assert_eq!((finding.status, finding.remedy), (Verdict::Ok, None));
+        assert_eq!((finding.status, finding.remedy.is_some()), (Verdict::Warning, true));
         assert!(finding.message.contains("\"/dev/shm/bd_0_dragon_junk\" of user 4711"), "{}", finding.message);
     }
 }

@@ -160,6 +160,7 @@ mod tests {
             follows_timecode: false,
             is_ready: false,
             is_restarted,
+            stays: false,
         };
         CommandEvent { wall_ns: 20_000_000_000, ..start.event() }
     }

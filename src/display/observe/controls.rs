@@ -43,9 +43,9 @@ impl Controls {
             return Self { hold: None, ..refused };
         }
         Self {
-            resume: held_by_guard(snapshot, resume(status, state)),
+            resume: in_words(snapshot, resume(status, state)),
             seek: seek(status),
-            release: held_by_guard(snapshot, release(status, state)),
+            release: in_words(snapshot, release(status, state)),
             ..Self::default()
         }
     }
@@ -80,9 +80,13 @@ fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
     }
 }
 
-/// A refusal in words. At the end of the guard's proven travel, it says that the dragon does not walk on.
-fn held_by_guard(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
+/// A refusal in words, which fit the state of the show. At the end of the guard's proven travel, they say that the dragon does not
+/// walk on.
+fn in_words(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
+    let is_ready = snapshot.state() == Some(ShowState::Ready);
     Some(match (refusal?, snapshot.guard) {
+        (Refusal::Held, _) if is_ready => "the show waits at its start: release it first".to_owned(),
+        (Refusal::Held, _) => "the show is held: release it first".to_owned(),
         (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: true }) => {
             "the guard has stopped the dragon permanently: only a seek moves it".to_owned()
         }

@@ -246,7 +246,10 @@ impl Inner {
             Wrong::Known => Judgement::Known,
             Wrong::Guess(unreported) => {
                 if let Some(count) = unreported {
-                    tracing::warn!("{} from {address}", Counted(count, "wrong token"));
+                    tracing::warn!(
+                        "{} from {address}: a guess, or a page of an earlier view",
+                        Counted(count, "wrong token")
+                    );
                 }
                 Judgement::Guess
             }

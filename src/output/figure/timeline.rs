@@ -194,7 +194,7 @@ mod tests {
     #[test]
     fn events_states_and_limits_have_their_names_in_the_picture() {
         let text = svg(&timeline());
-        for label in ["running", "alerts", "margin of the guard", "nearest approach", "21:05", "time of day"] {
+        for label in ["running", "alerts", "margin of the guard", "nearest approach", "21:06", "time of day"] {
             assert!(text.contains(&format!("aria-label=\"{label}\"")), "{label}");
         }
     }

@@ -2,6 +2,7 @@
 // The state of the show: the strip on top, the wall, and the page's title.
 
 import { element, write } from './element.js';
+import { writeSentences } from './sentence.js';
 
 /** @typedef {import('./standing.js').Standing} Standing */
 /**
@@ -52,19 +53,19 @@ export function writeStrip(standing, signs, instance, show) {
   write(html('danger'), tag);
   html('source').hidden = show.status?.server?.source !== 'replay';
   write(html('word'), word);
-  writeSentences(standing);
+  writeReason(standing);
   write(html('wall-clock'), signs.clock);
   write(html('time-left'), signs.left);
   if (isWall) writeWall(standing, signs, tag);
 }
 
 /** Writes the cause and the remedy into the strip, or a long remedy below HOLD. @param {Standing} standing */
-function writeSentences({ explanation, remedy }) {
+function writeReason({ explanation, remedy }) {
   const whole = remedy === null ? explanation : `${explanation} ${remedy}`;
   const fits = whole.length <= MOST_IN_STRIP;
-  write(html('explanation'), fits ? whole : explanation);
+  writeSentences(html('explanation'), fits ? whole : explanation);
   html('remedy').hidden = fits;
-  write(html('remedy-text'), fits || remedy === null ? '' : remedy);
+  writeSentences(html('remedy-text'), fits || remedy === null ? '' : remedy);
 }
 
 /** @param {Standing} standing @param {Signs} signs @param {string} tag */
