@@ -27,13 +27,14 @@ use crate::lock_file::if_there;
 use crate::membership::Membership;
 use crate::open_files::require_open_files;
 use crate::reader_report::ReaderReport;
+use crate::replay_status::ReplayStatus;
 use crate::service::{
     ALERT_BUFFER, ALERTS, ALL_READERS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS,
     COMMANDS, CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
-    MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS,
-    ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
+    MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, REPLAY,
+    ReaderService, ReplayService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
-use crate::space::require_shared_memory;
+use crate::space::{require_shared_memory, reserve_segments};
 use crate::status::Status;
 use crate::sweep::SHARED_MEMORY;
 use crate::trouble::{Sorted, Trouble};
@@ -104,11 +105,12 @@ impl Member {
                 (entered, _) => break entered?,
             }
         };
-        require_shared_memory(domain, role.memory())?;
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
+        // A killed source may own the very memory that this process needs.
         remove_dead_nodes(domain)?;
+        require_shared_memory(domain, role.memory())?;
         let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
         let node = NodeBuilder::new()
             .name(&name)
@@ -121,6 +123,15 @@ impl Member {
             })?;
         close_to_others(domain).map_err(|error| DomainError::Io { path: SHARED_MEMORY.into(), error })?;
         Ok(Self { node, instance, role, membership: Arc::new(membership) })
+    }
+
+    /// Allocates all memory of the domain's segments, so that no write into them can fail later. Call it after the last port
+    /// is created.
+    ///
+    /// # Errors
+    /// [`BusError::SharedMemoryFull`] and [`BusError::SharedMemoryUnusable`].
+    pub fn reserve_memory(&self) -> Result<(), BusError> {
+        reserve_segments(self.membership.domain())
     }
 
     /// Returns a share of the membership, for objects that keep the node alive longer than this member.
@@ -196,6 +207,22 @@ impl Member {
         };
         let create = |_| limit(builder(), 1, 1, 1).create();
         self.open_or_create(STATUS, || builder().open(), create)
+    }
+
+    /// Opens the status of a replay. Late joiners receive the latest one. Every source creates the service, but only a replay
+    /// publishes.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn replay(&self) -> Result<ReplayService, BusError> {
+        let builder = || {
+            self.node
+                .service_builder(&service_name(REPLAY))
+                .publish_subscribe::<ReplayStatus>()
+                .enable_safe_overflow(true)
+        };
+        let create = |_| limit(builder(), 1, 1, 1).create();
+        self.open_or_create(REPLAY, || builder().open(), create)
     }
 
     /// Opens the monitors' alerts.

@@ -29,6 +29,7 @@ impl ReaderReports {
         require_open_files(REPORT_FILES)?;
         let member = Member::join(domain, name, Role::Client)?;
         let subscriber = member.subscribe(READERS, &member.readers()?)?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: member })
     }
 

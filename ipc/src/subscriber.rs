@@ -61,6 +61,7 @@ impl FrameSubscriber {
         let subscriber = member.subscribe(FRAMES, &member.frames()?)?;
         let wake = Arc::new(member.wake_page()?);
         let reports = ReportPublisher::open(member, name, subscriber.id().value());
+        member.reserve_memory()?;
         let (tracker, source) = (ContinuityTracker::default(), SourceWatch::new(domain));
         Ok(Self { reports, subscriber, member: Rc::clone(member), wake, tracker, source })
     }

@@ -275,6 +275,11 @@ impl Config {
         (self.tables().serve.catch_up_s * f64::from(self.tables().serve.rate_hz) * (1.0 + 2.0 * f64::EPSILON)) as u64
     }
 
+    /// Whether the command `show` plays a performance, which only its operator ends.
+    pub fn stays(&self) -> bool {
+        self.tables().show.stay
+    }
+
     /// Command lines of `[[show.also]]`, in their order. The command `show` checks them.
     pub fn also(&self) -> Vec<&str> {
         self.tables().show.also.iter().map(|also| also.command.as_str()).collect()
@@ -551,7 +556,7 @@ mod tests {
             ("[show]\nalso = 3", "line 2, `also = 3`: invalid type: integer `3`, expected a sequence"),
             ("[[show.also]]\nname = \"x\"", "line 2, `name = \"x\"`: unknown field `name`, expected `command`"),
             ("[[show.also]]", "line 1, `[[show.also]]`: missing field `command`"),
-            ("[show]\nalos = []", "line 2, `alos = []`: unknown field `alos`, expected `also`"),
+            ("[show]\nalos = []", "line 2, `alos = []`: unknown field `alos`, expected `stay` or `also`"),
             ("dragon = 3", "line 1, `dragon = 3`: invalid type: integer `3`, expected a table"),
             ("[route]\npitch_m = 1e308", "[route] pitch_m is 1e308, must be"),
         ] {

@@ -36,7 +36,7 @@ impl Controls {
         let status = snapshot.status.as_deref();
         if status.and_then(Status::source_kind) == Some(SourceKind::Replay) {
             let refused = Self::all(&Refusal::Replayed.to_string());
-            return Self { stop: None, ..refused };
+            return Self { pause: None, resume: None, seek: None, stop: None, ..refused };
         }
         if status.is_some_and(|status| status.stops().ending) {
             let refused = Self::all("the server is ending");
@@ -60,7 +60,7 @@ impl Controls {
             Request::Hold => &self.hold,
             Request::Release => &self.release,
             Request::Stop => &self.stop,
-            Request::Grant { .. } => &None,
+            Request::Grant { .. } | Request::Pace { .. } => &None,
         };
         refusal.as_deref()
     }
@@ -103,7 +103,7 @@ fn in_words(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
 fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
     match state {
         _ if is_held(status, state) => Some(Refusal::Held),
-        Some(ShowState::Ready) => Some(Refusal::Held),
+        Some(ShowState::Ready) => Some(Refusal::Ready),
         Some(ShowState::Held) => Some(Refusal::HeldByGuard),
         Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
         _ => None,
@@ -171,9 +171,9 @@ mod tests {
     }
 
     #[test]
-    fn a_replay_accepts_only_a_stop() {
+    fn a_replay_can_be_paused_sought_and_stopped() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
-        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "pause resume speed seek hold release");
+        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "speed hold release");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! frame, some sixty times a second. It computes the frame's nearest pair and the forecast itself, so both exist without a
 //! monitor. `view`, `watch` and `metrics` get the same snapshots.
 
+mod clearance_memory;
 mod contact;
 mod controls;
 mod current_run;

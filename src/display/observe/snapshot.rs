@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon_geometry::clearance::PairClearance;
-use bench_dragon_ipc::{FrameHeader, HandleState, ShowState, Status};
-use serde::Serialize;
+use bench_dragon_ipc::{FrameHeader, HandleState, ReplayStatus, ShowState, Status};
+use serde::{Deserialize, Serialize};
 
 use super::contact::PastContact;
 use super::described_run::{ClearanceChart, DescribedRun};
@@ -28,7 +28,7 @@ pub struct FrameCopy {
 }
 
 /// A least clearance and its show time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeastClearance {
     /// Clearance in metres, negative if the benches overlap.
     pub clearance_m: f64,
@@ -73,6 +73,8 @@ pub struct Snapshot {
     pub clock: Option<TravelClock>,
     /// The server's status, of the same run as the frame.
     pub status: Option<Arc<Status>>,
+    /// The position of a replay, of the same run as the frame. `None` for any other source.
+    pub replay: Option<ReplayStatus>,
     pub statistics: FrameStatistics,
     /// Overruns of the last minute.
     pub recent_overruns: RecentOverruns,

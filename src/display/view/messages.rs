@@ -1,9 +1,12 @@
 //! The text messages between the view and its page: JSON with a `type` to the page, acknowledgements and commands from it.
 
+use std::net::IpAddr;
+
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
-use bench_dragon_ipc::{Alert, CommandEvent, Request, Status, Stops};
+use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stops};
 use glam::DVec2;
+use jiff::Zoned;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -83,9 +86,12 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
     })
 }
 
-/// Encodes a command with its sender, time and outcome.
-pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent>) -> Value {
+/// Encodes a command with its sender, time and outcome. `host`: the machine of the page that sent it, if it was one of this view.
+pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent>, host: Option<IpAddr>) -> Value {
     let mut message = json!(CommandWords::from(event));
+    if let Some(host) = host {
+        message["sender"] = sender_name(host).into();
+    }
     for (key, value) in [
         ("type", json!("command")),
         ("number", json!(number)),
@@ -101,9 +107,22 @@ pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent
     message
 }
 
+/// The name of a page's sender: `page@192.168.1.5`.
+fn sender_name(host: IpAddr) -> String {
+    let host = host.to_canonical();
+    if host.is_loopback() { "page@localhost".to_owned() } else { format!("page@{host}") }
+}
+
+/// An acknowledgement: the number of the frame, and when it arrived, in nanoseconds of `CLOCK_MONOTONIC`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HeardAck {
+    pub(super) sequence: u32,
+    pub(super) at_ns: u64,
+}
+
 /// Encodes a snapshot without its dragon, at an instant in nanoseconds of `CLOCK_MONOTONIC`. Of the chart, it contains the
-/// changes since a revision.
-pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u64) -> Value {
+/// changes since a revision. `heard`: the page's newest acknowledgement, from which the page derives the age of its picture.
+pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Option<HeardAck>, now_ns: u64) -> Value {
     let (presence, statistics) = (snapshot.presence_at(now_ns), &snapshot.statistics);
     let reason = if let SourcePresence::Failed { reason } = &presence { Some(reason) } else { None };
     let chart = snapshot.chart.as_ref().map(|chart| {
@@ -125,6 +144,7 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
             "latency_us": Percentiles::from(&*statistics.recent_latency),
         },
         "server": snapshot.status.as_deref().map(server_status),
+        "replay": snapshot.replay.as_ref().map(replay_status),
         "outlook": snapshot.forecast,
         "possible_contact": snapshot.possible_contact,
         // How the show stands: level, word, cause and remedy.
@@ -136,6 +156,27 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
         "clock": snapshot.clock,
         "least": snapshot.least,
         "chart": chart,
+        "day_ms": wall_time_ms(),
+        "heard": heard.map(|ack| json!({ "sequence": ack.sequence, "at_ms": ack.at_ns as f64 * 1e-6 })),
+    })
+}
+
+/// Time since midnight in the time zone of this machine, in milliseconds.
+fn wall_time_ms() -> f64 {
+    let midnight = jiff::civil::Time::midnight();
+    Zoned::now().time().duration_since(midnight).as_millis_f64()
+}
+
+fn replay_status(replay: &ReplayStatus) -> Value {
+    json!({
+        // Wall time since the first frame of the recording, and up to its end.
+        "position_s": replay.position_ns as f64 * 1e-9,
+        "length_s": replay.length_ns as f64 * 1e-9,
+        // Unix time at which the frame was recorded.
+        "recorded_ms": replay.wall_ns / 1_000_000,
+        "pace": replay.pace,
+        "paused": replay.paused != 0,
+        "at_end": replay.at_end != 0,
     })
 }
 
@@ -191,13 +232,14 @@ enum PageCommand {
     Release,
     Speed { value: f64 },
     Seek { value: f64 },
+    Pace { value: f64 },
 }
 
 /// Decodes the request in a body, or returns the reason for which it is invalid.
 pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
     let command = serde_json::from_slice(body).map_err(|error| {
         format!(
-            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, or speed or seek with a "value": {error}"#
+            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, or speed, seek or pace with a "value": {error}"#
         )
     })?;
     Ok(match command {
@@ -207,6 +249,7 @@ pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
         PageCommand::Release => Request::Release,
         PageCommand::Speed { value } => Request::Speed { speed_mps: value },
         PageCommand::Seek { value } => Request::Seek { sim_time_s: value },
+        PageCommand::Pace { value } => Request::Pace { factor: value },
     })
 }
 
@@ -222,12 +265,16 @@ mod tests {
         let command = Command { sender: Sender::Ctl.to_wire(), pid: 12, ..seek };
         let refused = CommandReply::refused(3, 41, Refusal::OutOfRange { lowest: 0.0, highest: 442.5 });
         let event = CommandEvent { run_id: 3, ..CommandEvent::answered(&command, &refused) };
-        let json = command_message(&Numbered { number: 9, event });
+        let json = command_message(&Numbered { number: 9, event }, None);
         assert_eq!([&json["type"], &json["sender"], &json["action"]], ["command", "ctl", "seek 500 s"]);
         assert_eq!([&json["number"], &json["tick"], &json["pid"]], [9, 41, 12]);
         assert!(json["accepted"] == false && json["reason"].as_str().is_some_and(|reason| reason.contains("442.5")));
         let hold = CommandEvent::answered(&Request::Hold.to_wire(), &CommandReply::accepted(3, 42));
-        let json = command_message(&Numbered { number: 10, event: hold });
+        let json = command_message(
+            &Numbered { number: 10, event: hold },
+            Some("::ffff:10.0.0.7".parse().expect("an address")),
+        );
+        assert_eq!(json["sender"], "page@10.0.0.7");
         assert!(json["action"] == "hold" && json["accepted"] == true && json["reason"].is_null(), "{json}");
     }
 
@@ -239,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_can_send_six_commands() {
+    fn a_page_can_send_seven_commands() {
         for (body, request) in [
             (r#"{"command":"pause"}"#, Request::Pause),
             (r#"{"command":"resume"}"#, Request::Resume),
@@ -247,6 +294,7 @@ mod tests {
             (r#"{"command":"release"}"#, Request::Release),
             (r#"{"command":"speed","value":0.8}"#, Request::Speed { speed_mps: 0.8 }),
             (r#"{"command":"seek","value":-30}"#, Request::Seek { sim_time_s: -30.0 }),
+            (r#"{"command":"pace","value":2}"#, Request::Pace { factor: 2.0 }),
         ] {
             assert_eq!(read_command(body.as_bytes()), Ok(request), "{body}");
         }
@@ -272,7 +320,7 @@ mod tests {
 
     #[test]
     fn an_empty_snapshot_has_no_values() {
-        let text = status_message(&Snapshot::default(), 0, 0);
+        let text = status_message(&Snapshot::default(), 0, None, 0);
         assert_eq!(text["type"], "status");
         assert_eq!(text["link"]["state"], "waiting");
         assert_eq!(text["outlook"]["kind"], "unknown");
@@ -282,7 +330,7 @@ mod tests {
     #[test]
     fn a_status_reports_an_observer_that_no_longer_reads() {
         let snapshot = Snapshot { presence: SourcePresence::Live, seen_ns: 5_000_000_000, ..Snapshot::default() };
-        let presence_at = |now_ns| status_message(&snapshot, 0, now_ns)["link"].clone();
+        let presence_at = |now_ns| status_message(&snapshot, 0, None, now_ns)["link"].clone();
         assert_eq!(presence_at(5_900_000_000)["state"], "live");
         let stale = presence_at(6_100_000_000);
         assert_eq!(

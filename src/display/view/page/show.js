@@ -41,6 +41,15 @@
  * @property {string} timecode
  * @property {string[]} stops
  */
+/**
+ * @typedef {object} Replay
+ * @property {number} position_s wall time since the first frame of the recording
+ * @property {number} length_s
+ * @property {number} recorded_ms Unix time at which the frame was recorded
+ * @property {number} pace recorded seconds per second
+ * @property {boolean} paused
+ * @property {boolean} at_end whether the replay stands at the end of the recording
+ */
 /** @typedef {{kind: 'none' | 'waiting' | 'working' | 'missing'} | {kind: 'at_end', for_good: boolean}} Guard */
 /** @typedef {{name: string, level: 'off' | 'good' | 'warning' | 'danger', text: string}} Lamp */
 /**
@@ -52,7 +61,10 @@
  * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'ended' | 'failed', age_s: number | null, reason: string | null}} link
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
  * @property {Server | null} server
+ * @property {Replay | null} replay position of a replay; null for any other source
  * @property {Guard} guard situation of the guard
+ * @property {{level: 'calm' | 'good' | 'caution' | 'danger', word: string, cause: string, remedy: string | null}} standing how
+ *   the show stands
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
  * @property {Outlook} outlook
@@ -60,6 +72,8 @@
  * @property {Clock | null} clock
  * @property {{clearance_m: number, time_s: number} | null} least
  * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart
+ * @property {number} day_ms wall time of the view's machine since midnight
+ * @property {{sequence: number, at_ms: number} | null} heard this page's newest acknowledgement, and when the view received it
  */
 /**
  * @typedef {object} Clock the head is at this travel at this show time, and walks on at this speed
