@@ -37,6 +37,7 @@ position and follows it, up to a tenth faster or slower. If show and timecode di
 seeks again. If the timecode repeats a position, the show stands still. If the timecode falls silent, it is lost, and the show \
 goes on without it. An operator's pause or hold takes precedence. OSC messages are \"HH:MM:SS:FF\", \"HH:MM:SS.mmm\", four \
 whole numbers, or seconds.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct ServeArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,

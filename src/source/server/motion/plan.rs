@@ -8,6 +8,7 @@ use crate::config::Config;
 use super::Motion;
 
 /// Settings of a motion, not yet checked.
+#[expect(clippy::struct_excessive_bools, reason = "independent settings")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionSettings {
     /// Planned speed of the head, above 0, in metres per show second.
