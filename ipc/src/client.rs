@@ -8,13 +8,15 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply, Request, Sender};
 use crate::command_event::CommandEvent;
 use crate::domain::Domain;
 use crate::error::BusError;
-use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, Role, STATUS, Service};
+use crate::replay_status::ReplayStatus;
+use crate::service::{ALERTS, COMMAND_EVENTS, COMMANDS, DESCRIPTION, Member, REPLAY, Role, STATUS, Service};
 use crate::source_lock::SourceLock;
 use crate::status::Status;
 
@@ -52,6 +54,12 @@ impl DescriptionReader {
         let subscriber = member.subscribe(DESCRIPTION, &member.description()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
+    }
+
+    /// Connects to a source that has come up. From then on, what it has sent can be read also after its end.
+    pub(crate) fn connect(&self) {
+        // The next poll reports the error.
+        let _ = self.subscriber.update_connections();
     }
 
     /// Returns the description if it is new since the last call. Never waits.
@@ -93,12 +101,46 @@ impl StatusReader {
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
+    /// As [`DescriptionReader::connect`].
+    pub(crate) fn connect(&self) {
+        let _ = self.subscriber.update_connections();
+    }
+
     /// Returns the status if it is new since the last call. Never waits.
     ///
     /// # Errors
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn poll(&self) -> Result<Option<Status>, BusError> {
         let sample = self.subscriber.receive().map_err(|error| BusError::failed(STATUS, error))?;
+        Ok(sample.map(|sample| *sample.payload()))
+    }
+}
+
+/// Reads the latest status of a replay.
+#[derive(Debug)]
+pub struct ReplayStatusReader {
+    subscriber: Subscriber<Service, ReplayStatus, ()>,
+    _member: Member,
+}
+
+impl ReplayStatusReader {
+    /// Opens the status of a domain's replay.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        let member = Member::join(domain, name, Role::Client)?;
+        let subscriber =
+            member.replay()?.subscriber_builder().create().map_err(|error| BusError::failed(REPLAY, error))?;
+        Ok(Self { subscriber, _member: member })
+    }
+
+    /// Returns the status if it is new since the last call. Never waits.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
+    pub fn poll(&self) -> Result<Option<ReplayStatus>, BusError> {
+        let sample = self.subscriber.receive().map_err(|error| BusError::failed(REPLAY, error))?;
         Ok(sample.map(|sample| *sample.payload()))
     }
 }
@@ -212,23 +254,31 @@ impl CommandClient {
         Self { sender, ..self }
     }
 
-    /// Sends one command and waits for its reply, at most `timeout`.
+    /// Sends one command and waits until the server has accepted it, at most `timeout`. Returns the server's reply.
     ///
     /// The server replies at the start of its next tick, so a reply takes about one period.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
-    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
+    /// [`BusError::Refused`] where the server refuses the command; else as [`CommandClient::ask`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
-        self.call_unless(request, timeout, || false)
+        self.ask(request, timeout)?.to(request)
     }
 
-    /// Does the same as [`CommandClient::call`], but also stops waiting as soon as `is_given_up` returns `true`. The
+    /// Sends one command and returns its reply, also if the server has refused the command. Waits at most `timeout`.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
+    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
+    pub fn ask(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
+        self.ask_unless(request, timeout, || false)
+    }
+
+    /// Does the same as [`CommandClient::ask`], but also stops waiting as soon as `is_given_up` returns `true`. The
     /// command may still be executed.
     ///
     /// # Errors
-    /// As [`CommandClient::call`].
-    pub fn call_unless(
+    /// As [`CommandClient::ask`].
+    pub fn ask_unless(
         &self,
         request: Request,
         timeout: Duration,

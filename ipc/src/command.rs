@@ -5,6 +5,8 @@ use core::fmt;
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
+use crate::error::BusError;
+
 /// A command in its shared-memory layout. Build it with [`Request::to_wire`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
@@ -128,7 +130,8 @@ pub enum Request {
         /// The speed.
         speed_mps: f64,
     },
-    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time.
+    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time. On a replay: to this
+    /// position in the recording, see [`ReplayStatus`](crate::ReplayStatus); a position beyond the end is the end.
     Seek {
         /// The show time.
         sim_time_s: f64,
@@ -143,6 +146,9 @@ pub enum Request {
     /// The guard's proof that on an interval of travel all benches keep their distance from each other. The proof depends
     /// only on the run's geometry, not on how the head walks there, so it is never withdrawn. A guarded server moves the
     /// head only within granted travel, and `Seek` may jump into it.
+    ///
+    /// For the guard alone: a client that sends a grant lets the dragon walk where nobody has proved anything.
+    #[doc(hidden)]
     Grant {
         /// Run whose description the guard used for the proof.
         run_id: u64,
@@ -152,6 +158,11 @@ pub enum Request {
         to_m: f64,
         /// Whether the proven travel ends there permanently: no later grant reaches further.
         is_final: bool,
+    },
+    /// Replay at this pace, in recorded seconds per second, 0.01 to 100. Only a replay accepts it.
+    Pace {
+        /// The pace.
+        factor: f64,
     },
 }
 
@@ -173,6 +184,8 @@ impl Request {
             Self::Grant { run_id, from_m, to_m, is_final } => {
                 Command { run_id, values: [from_m, to_m], flags: is_final.into(), ..plain(7) }
             }
+            // The kinds of command events have the numbers from 8 to 11.
+            Self::Pace { factor } => Command { values: [factor, 0.0], ..plain(12) },
         }
     }
 
@@ -190,6 +203,7 @@ impl Request {
             5 => Self::Release,
             6 => Self::Stop,
             7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second, is_final: command.flags & 1 != 0 },
+            12 => Self::Pace { factor: value },
             _ => return None,
         })
     }
@@ -207,7 +221,7 @@ pub enum Refusal {
         /// Greatest allowed value.
         highest: f64,
     },
-    /// The show is held, or waits at its start. Only `release` makes it walk.
+    /// The show is held. Only `release` lifts the hold.
     Held,
     /// There is no hold to release, and the show does not wait at its start.
     NotHeld,
@@ -224,7 +238,7 @@ pub enum Refusal {
     /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a seek
     /// moves it.
     HeldByGuard,
-    /// The source replays a recording, which commands cannot change.
+    /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
     Replayed,
     /// The source is on another host, which does not answer.
     Unreachable,
@@ -234,6 +248,8 @@ pub enum Refusal {
     TooMany,
     /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     Followed,
+    /// The show waits at its start. Only `release` starts it.
+    Ready,
 }
 
 impl fmt::Display for Refusal {
@@ -243,8 +259,8 @@ impl fmt::Display for Refusal {
             Self::OutOfRange { lowest, highest } => {
                 write!(formatter, "the value must be from {lowest} to {highest}")
             }
-            Self::Held => formatter.write_str("the show is held, or waits at its start: release it first"),
-            Self::NotHeld => formatter.write_str("the show is not held, and does not wait at its start"),
+            Self::Held => formatter.write_str("the show is held: release it first"),
+            Self::NotHeld => formatter.write_str("the show is not held"),
             Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
             Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
@@ -252,7 +268,8 @@ impl fmt::Display for Refusal {
             Self::HeldByGuard => formatter.write_str(
                 "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it",
             ),
-            Self::Replayed => formatter.write_str("the source replays a recording: it accepts only stop"),
+            Self::Replayed => formatter
+                .write_str("the source replays a recording: it accepts only pause, resume, seek, pace and stop"),
             Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
             Self::NotTaken => formatter
                 .write_str("the server is on another host: start its bridge with --allow-commands to send commands"),
@@ -260,6 +277,7 @@ impl fmt::Display for Refusal {
                 formatter.write_str("more commands at a time than the bridge forwards to another host: try again")
             }
             Self::Followed => formatter.write_str("the show follows timecode: seek on the device that sends it"),
+            Self::Ready => formatter.write_str("the show waits at its start: release it first"),
         }
     }
 }
@@ -284,6 +302,7 @@ impl Refusal {
             Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
             Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
             Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
+            Request::Pace { factor } => ("pace", factor, "times the recorded one"),
             _ => return self.to_string(),
         };
         format!("the {name} is {value} {unit}, must be from {lowest} to {highest} {unit}")
@@ -320,6 +339,18 @@ impl CommandReply {
             Refusal::NotTaken => Self { refusal: 12, ..reply },
             Refusal::TooMany => Self { refusal: 13, ..reply },
             Refusal::Followed => Self { refusal: 14, ..reply },
+            Refusal::Ready => Self { refusal: 15, ..reply },
+        }
+    }
+
+    /// Returns an accepted reply to a request.
+    ///
+    /// # Errors
+    /// [`BusError::Refused`] where the server has refused the request.
+    pub(crate) fn to(self, request: Request) -> Result<Self, BusError> {
+        match self.outcome() {
+            Ok(_tick) => Ok(self),
+            Err(refusal) => Err(BusError::Refused { request, refusal, reply: self }),
         }
     }
 
@@ -343,6 +374,7 @@ impl CommandReply {
             12 => Err(Refusal::NotTaken),
             13 => Err(Refusal::TooMany),
             14 => Err(Refusal::Followed),
+            15 => Err(Refusal::Ready),
             _ => Err(Refusal::Unknown),
         }
     }

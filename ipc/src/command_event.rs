@@ -79,10 +79,12 @@ pub enum EventKind {
     Start = 10,
     /// The run has ended in order. This is the last event, at the last tick of the run.
     End = 11,
+    /// [`Request::Pace`]. A server refuses it, and a replay does not record the commands that it takes.
+    Pace = 12,
 }
 
 impl EventKind {
-    const ALL: [Self; 12] = [
+    const ALL: [Self; 13] = [
         Self::Pause,
         Self::Resume,
         Self::Speed,
@@ -95,6 +97,7 @@ impl EventKind {
         Self::Follow,
         Self::Start,
         Self::End,
+        Self::Pace,
     ];
 
     /// The kind of a number on the wire; `None` for a number that this version does not support.
@@ -122,6 +125,7 @@ impl EventKind {
             Self::Follow => "follow",
             Self::Start => "start",
             Self::End => "end",
+            Self::Pace => "pace",
         }
     }
 }

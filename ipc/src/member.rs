@@ -27,11 +27,12 @@ use crate::lock_file::if_there;
 use crate::membership::Membership;
 use crate::open_files::require_open_files;
 use crate::reader_report::ReaderReport;
+use crate::replay_status::ReplayStatus;
 use crate::service::{
     ALERT_BUFFER, ALERTS, ALL_READERS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS,
     COMMANDS, CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
-    MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS,
-    ReaderService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
+    MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, REPLAY,
+    ReaderService, ReplayService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
 use crate::space::{require_shared_memory, reserve_segments};
 use crate::status::Status;
@@ -206,6 +207,22 @@ impl Member {
         };
         let create = |_| limit(builder(), 1, 1, 1).create();
         self.open_or_create(STATUS, || builder().open(), create)
+    }
+
+    /// Opens the status of a replay. Late joiners receive the latest one. Every source creates the service, but only a replay
+    /// publishes.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn replay(&self) -> Result<ReplayService, BusError> {
+        let builder = || {
+            self.node
+                .service_builder(&service_name(REPLAY))
+                .publish_subscribe::<ReplayStatus>()
+                .enable_safe_overflow(true)
+        };
+        let create = |_| limit(builder(), 1, 1, 1).create();
+        self.open_or_create(REPLAY, || builder().open(), create)
     }
 
     /// Opens the monitors' alerts.

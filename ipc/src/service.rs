@@ -3,7 +3,7 @@
 //!
 //! Only a source (the server, a replay, a receiving bridge) creates services; a client opens existing ones. Each service
 //! of a source allows two publishers, because iceoryx2 cannot tunnel a service with only one to another host.
-//! [`SourceLock`](crate::SourceLock) ensures that there is only one source at a time. Alerts have as many publishers as
+//! [`SourceLock`](crate::source::SourceLock) ensures that there is only one source at a time. Alerts have as many publishers as
 //! monitors are allowed, and the readers' reports as many as readers are allowed.
 
 use iceoryx2::prelude::ipc;
@@ -15,6 +15,7 @@ use crate::command_event::CommandEvent;
 use crate::frame::{FrameHeader, HandleState};
 pub use crate::member::{Member, Role};
 use crate::reader_report::ReaderReport;
+use crate::replay_status::ReplayStatus;
 use crate::status::Status;
 
 /// Name of the frames: a publish-subscribe service, and an event service of the same name for the wake-up.
@@ -29,6 +30,8 @@ pub const ALERTS: &str = "bench-dragon/alerts";
 pub const READERS: &str = "bench-dragon/readers";
 /// Name of the commands.
 pub const COMMANDS: &str = "bench-dragon/commands";
+/// Name of the status of a replay.
+pub const REPLAY: &str = "bench-dragon/replay";
 /// Name of the events of commands.
 pub const COMMAND_EVENTS: &str = "bench-dragon/command-events";
 
@@ -85,6 +88,8 @@ pub type FrameService = publish_subscribe::PortFactory<Service, [HandleState], F
 pub type DescriptionService = publish_subscribe::PortFactory<Service, [u8], u64>;
 /// Creates publishers and subscribers of the status.
 pub type StatusService = publish_subscribe::PortFactory<Service, Status, ()>;
+/// Creates publishers and subscribers of the status of a replay.
+pub type ReplayService = publish_subscribe::PortFactory<Service, ReplayStatus, ()>;
 /// Creates publishers and subscribers of alerts.
 pub type AlertService = publish_subscribe::PortFactory<Service, Alert, ()>;
 /// Creates publishers and subscribers of readers' reports.

@@ -18,8 +18,8 @@ const DIRECTORIES: [&str; 2] = ["nodes", "services"];
 
 /// Removes all files of iceoryx2 from a domain without processes.
 ///
-/// Files of other users in shared memory are kept, whatever their names. They do no harm, because iceoryx2's names there
-/// are random. Files there that cannot be removed are kept too. In the domain's own directory everything must be
+/// Files of other users in shared memory are kept, whatever their names. They do no harm, because the names there
+/// cannot be guessed. Files there that cannot be removed are kept too. In the domain's own directory everything must be
 /// removable.
 pub(crate) fn sweep(domain: &Domain) -> Result<(), DomainError> {
     for entry in named_as_ours(Path::new(SHARED_MEMORY), domain)? {

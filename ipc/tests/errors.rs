@@ -4,7 +4,8 @@ use std::fs;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bench_dragon_ipc::service::{FRAMES, Member, Role};
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameSubscriber, Instance, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameSubscriber, Instance};
 use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ZeroCopySend, ipc};
 
 static DOMAINS: AtomicU32 = AtomicU32::new(0);

@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{GuardLock, Refusal, Request, Sender};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Refusal, Request, Sender};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
@@ -10,6 +11,7 @@ use crate::command::flags::{BusArgs, Format, FormatArgs, finite, within};
 use crate::command::print::{complain, print_json, print_line};
 use crate::command::status;
 use crate::command_queue;
+use crate::source::replay::RATE;
 use crate::system::stop::StopFlag;
 
 /// Send one command to the server and print its reply, or print the status of the show.
@@ -56,11 +58,24 @@ The server refuses this command while the dragon is held: only ctl release lifts
     /// Move the dragon to another show time.
     #[command(after_help = "Examples:
   bench-dragon ctl seek 300
-  bench-dragon ctl seek -50                   on a turnaround, before the turn")]
+  bench-dragon ctl seek -50                   on a turnaround, before the turn
+
+On a replay the position in the recording: seconds since its first frame. A position beyond the end is the end.")]
     Seek {
-        /// Show time in seconds.
+        /// Show time in seconds; on a replay, seconds since the first frame of the recording.
         #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
         sim_time_s: f64,
+    },
+    /// Change the pace of a replay.
+    #[command(after_help = "Examples:
+  bench-dragon ctl pace 4
+  bench-dragon ctl pace 0.25
+
+Only a replay has a recorded pace. A server walks faster or slower by ctl speed.")]
+    Pace {
+        /// Recorded seconds per second, 0.01 to 100.
+        #[arg(value_name = "FACTOR", allow_negative_numbers = true, value_parser = within(RATE))]
+        factor: f64,
     },
     /// Hold the dragon for safety: it stands still until `release`.
     #[command(after_help = "Example:
@@ -129,6 +144,7 @@ fn request(command: CtlCommand) -> Option<Request> {
         CtlCommand::Resume => Request::Resume,
         CtlCommand::Speed { speed_mps } => Request::Speed { speed_mps },
         CtlCommand::Seek { sim_time_s } => Request::Seek { sim_time_s },
+        CtlCommand::Pace { factor } => Request::Pace { factor },
         CtlCommand::Hold => Request::Hold,
         CtlCommand::Release => Request::Release,
         CtlCommand::Stop => Request::Stop,

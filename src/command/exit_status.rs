@@ -43,11 +43,8 @@ fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {
         || matches!(cause.downcast_ref(), Some(DomainError::RootPath { .. }))
         || matches!(cause.downcast_ref(), Some(BusError::Domain(DomainError::RootPath { .. })))
         || matches!(cause.downcast_ref(), Some(RecordError::Exists { .. } | RecordError::Create { .. }))
-        || matches!(cause.downcast_ref(), Some(ReplayError::Open(_) | ReplayError::Nothing(NothingThere { .. })))
-        || matches!(
-            cause.downcast_ref(),
-            Some(ExportError::Open(_) | ExportError::Nothing(NothingThere { .. }) | ExportError::TooMuch { .. })
-        )
+        || matches!(cause.downcast_ref(), Some(ReplayError::Nothing(NothingThere { .. })))
+        || matches!(cause.downcast_ref(), Some(ExportError::Nothing(NothingThere { .. }) | ExportError::TooMuch { .. }))
         || matches!(
             cause.downcast_ref(),
             Some(RepairError::Read { .. } | RepairError::Foreign { .. } | RepairError::Damaged { .. })

@@ -6,24 +6,27 @@ use std::io::BufWriter;
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::{ArgGroup, Args, ValueHint};
 use serde::Serialize;
 
 use crate::command::flags::{BadInput, FormatArgs, IntervalArgs, step};
+use crate::command::parts::{complain_of_gaps, complain_of_part, find_parts};
 use crate::command::print::{Progress, complain_of_flaws, print_report};
 use crate::output::Counted;
 use crate::output::Stream;
 use crate::output::terminal_text::Printable;
-use crate::recording::Flaws;
 use crate::recording::export::{
     ExportCounts, ExportError, ExportSettings, ExportSubject, Selection, Workbook, write_csv,
 };
+use crate::recording::{Coverage, Flaws, Parts};
 use crate::system::whole_file::{self, WholeFile};
 
 /// Write a recording as a table, .csv or .xlsx.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
+  bench-dragon export tonight tonight.xlsx                     the folder of a show
   bench-dragon export rehearsal.mcap rehearsal.xlsx
   bench-dragon export rehearsal.mcap dance.csv --benches --from 60 --to 90 --every 0.04
   bench-dragon export rehearsal.mcap - --alerts | grep contact
@@ -31,12 +34,13 @@ use crate::system::whole_file::{self, WholeFile};
 The table has one frame per second of show time, or per --every. A .csv file has all digits of each number. A workbook has \
 sheets of frames, of positions and speeds with one column per frame, of alerts, of commands and of the configuration; if it \
 would be too large, the command fails before it writes. Each recorded run, and each stretch after a seek, begins with a frame. \
-The column run_id separates the runs.")]
+The column run_id separates the runs. wall_time is UTC: of a frame, when it was sent; of an alert, when the recorder received \
+it. A folder stands for all its recordings, whose parts are joined; gaps between them are named.")]
 #[command(group(ArgGroup::new("subject").args(["handles", "benches", "frames", "alerts", "commands"])))]
 #[allow(clippy::struct_excessive_bools, reason = "flags of which one may be given")]
 pub(crate) struct ExportArgs {
-    /// Recording to read.
-    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    /// Recording to read, or the folder of a show.
+    #[arg(value_name = "FILE|FOLDER", value_hint = ValueHint::AnyPath)]
     pub(crate) file: PathBuf,
     /// File to write, .csv or .xlsx; - prints comma-separated values to stdout.
     #[arg(value_name = "OUT", value_hint = ValueHint::FilePath, value_parser = table_file)]
@@ -56,6 +60,12 @@ pub(crate) struct ExportArgs {
     /// Export only the record of commands: time, sender, command and outcome.
     #[arg(long)]
     commands: bool,
+    /// List a guard's accepted grants among the commands, too: about ten a second.
+    #[arg(long)]
+    grants: bool,
+    /// Overwrite OUT if it exists. It keeps its mode.
+    #[arg(long)]
+    force: bool,
     /// Seconds of show time between exported frames; 0 exports every frame.
     #[arg(long, value_name = "SECONDS", default_value = "1", allow_negative_numbers = true, value_parser = |text: &str| step(text, 0, "from 0 to"))]
     pub(crate) every: i64,
@@ -106,24 +116,37 @@ struct ExportReport<'a> {
     /// The parts of the recording that could not be read.
     #[serde(flatten)]
     flaws: Flaws,
+    /// The frames of the parts, and the gaps.
+    #[serde(flatten)]
+    coverage: &'a Coverage,
 }
 
 const WRITE_BUFFER_BYTES: usize = 1 << 20;
 
 pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
-    let (file, interval, every_ns) = (args.file.clone(), args.interval.interval()?, args.every);
+    let (interval, every_ns) = (args.interval.interval()?, args.every);
+    let parts = Arc::new(find_parts(std::slice::from_ref(&args.file))?);
     let with_events = matches!(args.out, TableFile::Xlsx(_));
-    let settings = ExportSettings { file, interval, every_ns, subject: args.subject(), with_events };
-    let mut selection = Selection::open(settings)?;
-    require_another_file(&args.file, &args.out)?;
-    let mut reading = Reading::of(&args.file);
-    let (counts, flaws) = match &args.out {
+    let settings = ExportSettings {
+        parts: Arc::clone(&parts),
+        interval,
+        every_ns,
+        subject: args.subject(),
+        with_events,
+        with_grants: args.grants,
+    };
+    let mut selection = Selection::open(settings);
+    require_another_file(&parts, &args.out)?;
+    require_no_file(&args.out, args.force)?;
+    complain_of_part(&parts);
+    let mut reading = Reading::of(&parts);
+    let (counts, findings) = match &args.out {
         TableFile::Stdout => {
             let sink = BufWriter::with_capacity(WRITE_BUFFER_BYTES, Stream::Stdout);
             let written = write_csv(&mut selection, sink, |selection| reading.show(selection));
             written.map_err(|error| named(error, "to stdout"))?;
             drop(reading);
-            (selection.counts, selection.reader.flaws())
+            (selection.counts, selection.into_findings())
         }
         TableFile::Csv(path) => {
             let mut file = WholeFile::create(path)?;
@@ -132,7 +155,7 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             written.map_err(|error| named(error, path.display()))?;
             file.finish()?;
             drop(reading);
-            (selection.counts, selection.reader.flaws())
+            (selection.counts, selection.into_findings())
         }
         TableFile::Xlsx(path) => {
             whole_file::check(path)?;
@@ -140,24 +163,46 @@ pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
             drop(reading);
             let writing = Progress::new("writing", 1.0);
             whole_file::write(path, &workbook.to_bytes(|rows| writing.add(1.0 / rows as f64))?)?;
-            (workbook.counts, workbook.flaws)
+            (workbook.counts, workbook.findings)
         }
     };
-    complain_of_flaws(&args.file, flaws, "exported");
+    for file in &findings.flawed {
+        complain_of_flaws(&file.file, file.flaws, "exported");
+    }
+    if parts.are_joined() {
+        complain_of_gaps(&findings.coverage);
+    }
     let (TableFile::Csv(file) | TableFile::Xlsx(file)) = &args.out else { return Ok(ExitCode::SUCCESS) };
     let text = format!("{} written to {}", written_text(args.subject(), counts), Printable(file));
-    print_report(args.format.format, &ExportReport { file, counts, flaws }, text)?;
+    print_report(
+        args.format.format,
+        &ExportReport { file, counts, flaws: findings.flaws(), coverage: &findings.coverage },
+        text,
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses to overwrite the recording, also through another name or a link.
-fn require_another_file(recording: &Path, out: &TableFile) -> anyhow::Result<()> {
+/// Refuses to overwrite a part of the recording, also through another name or a link.
+fn require_another_file(parts: &Parts, out: &TableFile) -> anyhow::Result<()> {
     let (TableFile::Csv(path) | TableFile::Xlsx(path)) = out else { return Ok(()) };
     let inode = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
-    if inode(recording).is_some() && inode(recording) == inode(path) {
+    let is_out = |part: &PathBuf| inode(part).is_some() && inode(part) == inode(path);
+    if parts.files.iter().any(is_out) {
         return Err(BadInput(format!("OUT is {}, must not be the recording itself", path.display())).into());
     }
     Ok(())
+}
+
+/// Refuses to overwrite a file. A pipe or a device is no file.
+fn require_no_file(out: &TableFile, is_forced: bool) -> anyhow::Result<()> {
+    match out {
+        TableFile::Csv(path) | TableFile::Xlsx(path) if path.is_file() && !is_forced => {
+            let path = path.display();
+            let text = format!("{path} already exists and is not overwritten: choose another name, or give --force");
+            Err(BadInput(text).into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Adds the destination to a write error. The kind of the error stays: a broken pipe, as with `head`, is not a failure.
@@ -175,13 +220,12 @@ struct Reading {
 }
 
 impl Reading {
-    fn of(file: &Path) -> Self {
-        let bytes = fs::metadata(file).map_or(0, |metadata| metadata.len());
-        Self { bar: Progress::new("exporting", bytes as f64), position: 0 }
+    fn of(parts: &Parts) -> Self {
+        Self { bar: Progress::new("exporting", parts.bytes() as f64), position: 0 }
     }
 
     fn show(&mut self, selection: &Selection) {
-        let before = std::mem::replace(&mut self.position, selection.reader.position());
+        let before = std::mem::replace(&mut self.position, selection.reader.bytes_read());
         if self.position > before {
             self.bar.add((self.position - before) as f64);
         }

@@ -17,8 +17,8 @@ use crate::config::ConfigDocument;
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::recording::{
-    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, repair, repair_checked,
-    walking_bytes_per_s,
+    BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, recordings_in, repair,
+    repair_checked, walking_bytes_per_s,
 };
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
@@ -30,10 +30,11 @@ use crate::system::whole_file::folder_of;
   bench-dragon record rehearsal.mcap
   bench-dragon record rehearsal.mcap --rotate-mb 1000 --max-total-mb 20000
   bench-dragon record --repair rehearsal.mcap
+  bench-dragon record --repair tonight                  all recordings of the folder of a show
   bench-dragon record --repair --check rehearsal.mcap")]
 pub(crate) struct RecordArgs {
-    /// Recording to write; with --repair, recording to finish.
-    #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
+    /// Recording to write; with --repair, recording to finish, or a folder of recordings.
+    #[arg(value_name = "FILE", value_hint = ValueHint::AnyPath)]
     pub(crate) file: PathBuf,
     /// Instead of recording, finish a recording whose recorder was killed, in place and without reading its chunks.
     #[arg(long, conflicts_with_all = ["rotate_mb", "max_total_mb"])]
@@ -111,8 +112,11 @@ const COMMAND_TIMEOUT: Duration = Duration::from_secs(2);
 const LOOK_PERIOD: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
+    if args.repair && args.file.is_dir() {
+        return repair_all(args);
+    }
     if args.repair {
-        return repair_one(args);
+        return repair_one(args, &args.file);
     }
     check_sizes(args)?;
     let domain = args.bus.domain()?;
@@ -166,8 +170,21 @@ fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
     }
 }
 
-fn repair_one(args: &RecordArgs) -> anyhow::Result<ExitCode> {
-    let repaired = if args.check { check_one(&args.file) } else { repair(&args.file) };
+/// Repairs all recordings of a folder. A failure does not stop the other repairs; the last one is the error of the command.
+fn repair_all(args: &RecordArgs) -> anyhow::Result<ExitCode> {
+    let mut failure = None;
+    for file in recordings_in(&args.file).map_err(|error| BadInput(format!("{:#}", anyhow::Error::from(error))))? {
+        if let Err(error) = repair_one(args, &file)
+            && let Some(earlier) = failure.replace(error)
+        {
+            complain(&format!("error: {earlier:#}"));
+        }
+    }
+    failure.map_or(Ok(ExitCode::SUCCESS), Err)
+}
+
+fn repair_one(args: &RecordArgs, file: &Path) -> anyhow::Result<ExitCode> {
+    let repaired = if args.check { check_one(file) } else { repair(file) };
     let Repair { path, frames, was_unfinished, skipped_bytes, kept } = repaired?;
     let done = if was_unfinished { "finished" } else { "was finished already" };
     let found = match &kept {

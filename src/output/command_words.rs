@@ -69,6 +69,7 @@ pub fn request_words(request: Request) -> String {
         Request::Release => "release".to_owned(),
         Request::Stop => "stop".to_owned(),
         Request::Grant { from_m, to_m, .. } => format!("grant of {from_m:.3} to {to_m:.3} m"),
+        Request::Pace { factor } => format!("pace {}", Number(factor)),
     }
 }
 
@@ -140,7 +141,7 @@ impl From<&CommandEvent> for CommandLine {
             reason,
             sender,
             pid: (event.pid != 0).then_some(event.pid),
-            wall_time: timestamp(event).to_string(),
+            wall_time: wall_time(event.wall_ns.into()),
             tick: event.tick,
             time_s: event.sim_time_ns as f64 * 1e-9,
             run_id: event.run_id,
@@ -155,6 +156,11 @@ pub fn local_time(event: &CommandEvent) -> String {
     zoned(event).strftime("%Y-%m-%d %H:%M:%S%.3f").to_string()
 }
 
+/// A Unix time in nanoseconds as UTC, RFC 3339.
+pub(crate) fn wall_time(unix_ns: i128) -> String {
+    Timestamp::from_nanosecond(unix_ns).unwrap_or_default().to_string()
+}
+
 fn zoned(event: &CommandEvent) -> Zoned {
     timestamp(event).to_zoned(TimeZone::system())
 }
@@ -167,7 +173,7 @@ fn timestamp(event: &CommandEvent) -> Timestamp {
 /// The values that this kind of event uses.
 fn values(event: &CommandEvent) -> &[f64] {
     let count = match event.event_kind() {
-        Some(EventKind::Speed | EventKind::Seek) => 1,
+        Some(EventKind::Speed | EventKind::Seek | EventKind::Pace) => 1,
         Some(EventKind::Grant | EventKind::Stand | EventKind::Follow) => 2,
         Some(EventKind::Start) => 4,
         _ => 0,

@@ -87,6 +87,11 @@ impl IntervalSearch {
         Self { interval, seen: None }
     }
 
+    /// Whether a show time lies in the interval.
+    pub fn contains(&self, sim_time_ns: i64) -> bool {
+        self.interval.contains(sim_time_ns)
+    }
+
     /// Takes the show time of the next frame. Returns whether it lies in the interval.
     pub fn comes_by(&mut self, sim_time_ns: i64) -> bool {
         let seen = self.seen.get_or_insert(ShowInterval { from_ns: sim_time_ns, to_ns: sim_time_ns });

@@ -23,6 +23,9 @@
 //! separate thread syncs the file to disk; no frame waits for it. So a power cut loses the data after the last sync: a few
 //! seconds if the disk keeps up. A finished file is on the disk.
 //!
+//! **Parts.** After the death of a recorder, and with rotation, a recording has several files. [`Parts`] finds them in a folder,
+//! and [`PartsReader`] reads them as one recording and names its [`Gap`]s.
+//!
 //! **Full disks.** A forecast warns early ([`RecorderProgress`]). When the disk has no room for another chunk, the recorder
 //! finishes the file within the room reserved for its summary. The next call returns [`RecordError::DiskFull`].
 
@@ -34,10 +37,14 @@ mod check;
 mod definitions;
 mod disk_sync;
 mod error;
+mod gaps;
 mod growth;
 mod heads;
 mod interval;
 mod mcap_file;
+mod outline;
+mod parts;
+mod parts_reader;
 mod progress;
 mod reader;
 mod recorder;
@@ -46,6 +53,7 @@ mod repair;
 mod rotation;
 mod summary;
 mod survey;
+mod timeline;
 mod topics;
 mod writer;
 
@@ -54,11 +62,15 @@ pub use self::{
     background_repair::{BackgroundRepair, repair_folder},
     check::repair_checked,
     error::{Kept, RecordError},
+    gaps::{Coverage, Gap},
     growth::walking_bytes_per_s,
     interval::{IntervalSearch, NothingFound, ShowInterval},
+    parts::{PartOf, Parts, PartsError, recordings_in},
+    parts_reader::{FlawedFile, PartsBookmark, PartsReader},
     progress::{DiskSpace, RecorderProgress, RecordingSummary, Size, SpaceWarning},
     reader::{Bookmark, Configuration, Flaws, FrameReader, ReadError},
     recorder::{BYTES_IN_FLIGHT, Recorder, RecorderSettings},
     repair::{Repair, RepairError, repair},
-    topics::{Message, Recorded, RecordedFrame, Topic},
+    timeline::{Timeline, TimelinePlace},
+    topics::{Message, Recorded, RecordedAlert, RecordedFrame, Topic},
 };

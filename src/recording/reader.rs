@@ -43,6 +43,14 @@ pub struct Flaws {
     pub skipped_bytes: u64,
 }
 
+impl Flaws {
+    /// The unreadable parts of two files together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { cut: self.cut || other.cut, skipped_bytes: self.skipped_bytes + other.skipped_bytes }
+    }
+}
+
 impl fmt::Display for Flaws {
     /// Ending of a message such as "no frames"; empty without flaws.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -149,6 +157,31 @@ impl FrameReader {
         Ok(Self { path: path.into(), records, context: context.clone(), last_position, has_looked_at_summary: false })
     }
 
+    /// Opens a recording at the chunk that begins at a byte, behind a configuration.
+    ///
+    /// # Errors
+    /// As [`FrameReader::open`].
+    pub(super) fn open_at(path: &Path, position: u64, configuration: Option<Configuration>) -> Result<Self, ReadError> {
+        let mut first = Self::open(path)?;
+        // The first chunk declares the channels.
+        while first.records.position.start < position
+            && let Some(record) = first.next_record()?
+        {
+            match record {
+                Record::Channel(channel) => first.context.learn(&channel),
+                Record::Message { .. } => break,
+                _ => {}
+            }
+        }
+        let context = Context { topics: first.context.topics, configuration };
+        Self::open_between(path, &Bookmark { position, context }, u64::MAX)
+    }
+
+    /// Ends the reading with the chunk at a byte.
+    pub(super) fn end_at(&mut self, last_position: u64) {
+        self.last_position = last_position;
+    }
+
     /// Bookmark of the last frame, alert or command event. A reader opened there begins with the chunk that contains it, so it
     /// returns some earlier messages of that chunk again.
     pub fn bookmark(&self) -> Bookmark {
@@ -192,7 +225,7 @@ impl FrameReader {
                     self.context.learn(&channel);
                     continue;
                 }
-                Record::Metadata(metadata) if metadata.name == CONFIGURATION => {
+                Record::Metadata(metadata) => {
                     let known = self.context.configuration.take();
                     self.context.configuration = Configuration::from_metadata(metadata).or(known);
                     continue;
@@ -209,7 +242,7 @@ impl FrameReader {
                     Some(Recorded::Frame(RecordedFrame { log_time_ns, header, handles }))
                 }
                 // Skips messages of another version. A gap in the numbers of the command events shows them.
-                topic => topic.and_then(|topic| topic.read(&data)),
+                topic => topic.and_then(|topic| topic.read(log_time_ns, &data)),
             };
             if recorded.is_some() {
                 return Ok(recorded);
@@ -269,7 +302,11 @@ impl Iterator for FrameReader {
 }
 
 impl Configuration {
-    fn from_metadata(Metadata { mut metadata, .. }: Metadata) -> Option<Self> {
+    /// The configuration in a metadata record; `None` for any other metadata.
+    pub(super) fn from_metadata(Metadata { name, mut metadata }: Metadata) -> Option<Self> {
+        if name != CONFIGURATION {
+            return None;
+        }
         Some(Self { run_id: metadata.get("run_id")?.parse().ok()?, toml: metadata.remove("toml")? })
     }
 }

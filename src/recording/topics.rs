@@ -59,10 +59,10 @@ impl Topic {
 
     /// Reads a message of the bus back, bit for bit. `None` for a message of another version, and for topics that have no
     /// message of the bus.
-    pub(super) fn read(self, message: &[u8]) -> Option<Recorded> {
+    pub(super) fn read(self, log_time_ns: u64, message: &[u8]) -> Option<Recorded> {
         match self {
             Self::Frames | Self::Poses | Self::Transforms => None,
-            Self::Alerts => cdr::decode(message).map(Recorded::Alert),
+            Self::Alerts => cdr::decode(message).map(|alert| Recorded::Alert(RecordedAlert { log_time_ns, alert })),
             Self::Commands => cdr::decode(message).map(Recorded::Command),
         }
     }
@@ -111,9 +111,18 @@ pub enum Recorded {
     /// A frame.
     Frame(RecordedFrame),
     /// An alert.
-    Alert(Alert),
+    Alert(RecordedAlert),
     /// An event of the record of commands. It may follow the frame of its tick.
     Command(CommandEvent),
+}
+
+/// An alert as it was on the bus, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedAlert {
+    /// Unix time at which the recorder received the alert, in nanoseconds.
+    pub log_time_ns: u64,
+    /// The alert.
+    pub alert: Alert,
 }
 
 /// A frame as it was on the bus, bit for bit.

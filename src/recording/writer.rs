@@ -140,10 +140,10 @@ impl RecordingWriter {
         };
         cdr::encode_frame(&mut self.message, header, handles);
         self.write(Topic::Frames, stamp)?;
-        if self.pose_rate.is_due(header.published_ns) {
-            cdr::encode_poses(&mut self.message, stamp.log_time_ns, handles);
+        if self.pose_rate.is_due(header.scheduled_ns) {
+            cdr::encode_poses(&mut self.message, stamp.publish_time_ns, handles);
             self.write(Topic::Poses, stamp)?;
-            cdr::encode_transforms(&mut self.message, stamp.log_time_ns, handles);
+            cdr::encode_transforms(&mut self.message, stamp.publish_time_ns, handles);
             self.write(Topic::Transforms, stamp)?;
         }
         Ok(())

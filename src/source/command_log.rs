@@ -47,6 +47,14 @@ impl CommandLog {
     }
 }
 
+impl CommandLog {
+    /// Records an event of a recording. It keeps its times; run and number become those of this record.
+    pub(crate) fn record_again(&mut self, event: CommandEvent) {
+        let _ = self.waiting.push(CommandEvent { run_id: self.run_id, number: self.number, ..event });
+        self.number += 1;
+    }
+}
+
 /// Show time and missed releases of a run when it takes a command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moment {

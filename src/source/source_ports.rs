@@ -3,12 +3,13 @@
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::service::{
-    self, AlertService, CommandService, EventService, FrameService, MAX_ACTIVE_REQUESTS, Member, ReaderService, Role,
-    Service,
+    self, AlertService, CommandService, EventService, FrameService, MAX_ACTIVE_REQUESTS, Member, ReaderService,
+    ReplayService, Role, Service,
 };
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
     BusError, Command, CommandEvent, CommandReply, Description, Domain, FrameHeader, HandleState, Refusal, Request,
-    SourceKind, SourceLock, WakePage, require_shared_memory,
+    SourceKind, WakePage, require_shared_memory,
 };
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
@@ -16,7 +17,7 @@ use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory as _};
 use iceoryx2::sample_mut::SampleMut;
 
-use super::command_log::Moment;
+use super::command_log::{CommandLog, Moment};
 use super::reporter::node_name;
 use super::source_report::{SourceReport, TimesOfAll};
 use crate::system::clock::monotonic_ns;
@@ -40,9 +41,10 @@ pub(crate) struct SourcePorts {
     handle_count: usize,
     commands: Server<Service, Command, (), CommandReply, ()>,
     _commands: CommandService,
-    // The monitor publishes alerts and the readers publish reports. But only a source creates services, and a service
+    // The monitor publishes alerts, the readers publish reports, and a replay its status. But only a source creates services, and a service
     // exists only while a node holds it.
-    _alerts: (AlertService, EventService),
+    alerts: (AlertService, EventService),
+    replay: ReplayService,
     _readers: ReaderService,
     /// The reports of the run: a thread publishes the description, the status and the command events.
     pub(crate) report: SourceReport,
@@ -73,7 +75,7 @@ impl SourcePorts {
         let commands = command_service.server_builder().create();
         let commands = commands.map_err(|error| BusError::failed(service::COMMANDS, error))?;
         let alerts = (member.alerts()?, member.alert_events()?);
-        let readers = member.readers()?;
+        let (readers, replay) = (member.readers()?, member.replay()?);
         require_shared_memory(domain, service::description_memory(toml.len()))?;
         let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
         require_shared_memory(domain, service::frame_memory(bench_count))?;
@@ -101,12 +103,18 @@ impl SourcePorts {
             handle_count,
             commands,
             _commands: command_service,
-            _alerts: alerts,
+            alerts,
+            replay,
             _readers: readers,
             report,
             _member: member,
             run_id,
         })
+    }
+
+    /// The services of the alerts and of a replay's status.
+    pub(crate) fn replay_services(&self) -> (&AlertService, &EventService, &ReplayService) {
+        (&self.alerts.0, &self.alerts.1, &self.replay)
     }
 
     /// Whether to wait longer: fewer readers are connected than expected, and less than [`READER_TIMEOUT`] has passed
@@ -163,7 +171,21 @@ impl SourcePorts {
         &mut self,
         tick: u64,
         moment: Moment,
+        decide: impl FnMut(Request) -> Result<(), Refusal>,
+    ) {
+        self.answer_commands(tick, decide, |log, event| log.record(event, moment));
+    }
+
+    /// As [`SourcePorts::take_commands`], but without a record.
+    pub(crate) fn take_unrecorded_commands(&mut self, tick: u64, decide: impl FnMut(Request) -> Result<(), Refusal>) {
+        self.answer_commands(tick, decide, |_, _| ());
+    }
+
+    fn answer_commands(
+        &mut self,
+        tick: u64,
         mut decide: impl FnMut(Request) -> Result<(), Refusal>,
+        record: impl Fn(&mut CommandLog, CommandEvent),
     ) {
         for _ in 0..MAX_ACTIVE_REQUESTS {
             let Ok(Some(active)) = self.commands.receive() else { return };
@@ -172,7 +194,7 @@ impl SourcePorts {
                 Ok(()) => CommandReply::accepted(self.run_id, tick),
                 Err(refusal) => CommandReply::refused(self.run_id, tick, refusal),
             };
-            self.report.commands.record(CommandEvent::answered(active.payload(), &reply), moment);
+            record(&mut self.report.commands, CommandEvent::answered(active.payload(), &reply));
             let _ = active.send_copy(reply);
         }
     }

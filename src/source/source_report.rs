@@ -81,7 +81,6 @@ impl SourceReport {
     }
 
     /// Reports the number of frames a second from now on; 0 where it is not known.
-    #[cfg(feature = "zenoh")]
     pub(crate) fn report_rate(&self, rate_hz: u32) {
         self.gauges.rate_hz.store(rate_hz, Ordering::Relaxed);
     }

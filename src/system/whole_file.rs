@@ -1,7 +1,7 @@
 //! Files that are either complete or absent.
 //!
 //! A file has no name until it is complete. So a killed process leaves no partial file. On a file system without unnamed files,
-//! the file has a hidden name until it is complete.
+//! the file has a hidden name until it is complete. A file that replaces another one keeps its mode.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -77,17 +77,28 @@ impl WholeFile {
             Ok(file) => (file, true),
             Err(_) => (File::create_new(&hidden)?, false),
         };
+        keep_mode(&path, &file)?;
         Ok(Self { file, path, hidden: Some(TempPath::try_from_path(hidden)?), is_nameless })
     }
 
     fn finish_or_leave(self) -> io::Result<()> {
         let Some(hidden) = self.hidden else { return Ok(()) };
+        keep_mode(&self.path, &self.file)?;
         self.file.sync_all()?;
         if self.is_nameless {
             // Only a file with a name can replace another file.
             give_name(&self.file, &hidden)?;
         }
         hidden.persist(self.path).map_err(|failed| failed.error)
+    }
+}
+
+/// Gives a file the mode of the file that it will replace, if there is one.
+fn keep_mode(replaced: &Path, file: &File) -> io::Result<()> {
+    match fs::metadata(replaced) {
+        Ok(metadata) => file.set_permissions(metadata.permissions()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        Err(error) => Err(error),
     }
 }
 
@@ -147,6 +158,8 @@ fn hidden_path(path: &Path) -> io::Result<PathBuf> {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt as _;
+
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -171,6 +184,25 @@ mod tests {
         drop(WholeFile::create(&path).expect("a file with this name may exist"));
         assert_eq!(fs::read(&path).expect("the file still exists"), b"whole");
         assert_eq!(names(folder.path()), ["dance.csv"]);
+    }
+
+    #[test]
+    fn a_replaced_file_keeps_its_mode_and_a_new_file_has_the_usual_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mode = |name: &str| {
+            let metadata = fs::metadata(folder.path().join(name)).expect("the file exists");
+            metadata.permissions().mode() & 0o7777
+        };
+        for kept in [0o600, 0o640, 0o666] {
+            let path = folder.path().join("dance.csv");
+            fs::write(&path, b"old").expect("the folder is ours");
+            fs::set_permissions(&path, fs::Permissions::from_mode(kept)).expect("the file is ours");
+            write(&path, b"new").expect("the folder is ours");
+            assert_eq!((fs::read(&path).expect("the file exists"), mode("dance.csv")), (b"new".to_vec(), kept));
+        }
+        write(&folder.path().join("new.csv"), b"new").expect("the folder is ours");
+        File::create(folder.path().join("usual")).expect("the folder is ours");
+        assert_eq!(mode("new.csv"), mode("usual"));
     }
 
     #[test]

@@ -46,7 +46,7 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (&["record", "a.mcap", "--rotate-mb", "0"], &["--rotate-mb", "'0'", "from 1 to 1000000"]),
         (&["record", "--repair", "a.mcap", "--rotate-mb", "5"], &["--repair", "--rotate-mb"]),
         (&["record", "--check", "a.mcap"], &["--repair"]),
-        (&["replay"], &["<FILE>"]),
+        (&["replay"], &["<FILE|FOLDER>"]),
         (&["replay", "a.mcap", "--readers", "25"], &["--readers", "'25'", "from 0 to 24"]),
         (&["ctl", "speed"], &["<MPS>"]),
         (&["ctl", "speed", "quick"], &["<MPS>", "'quick'"]),

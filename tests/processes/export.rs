@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::io::Read as _;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 
 use bench_dragon::recording::{Recorder, RecorderSettings};
-use bench_dragon_ipc::{FrameHeader, HandleState};
+use bench_dragon_ipc::{Command, CommandEvent, CommandReply, FrameHeader, HandleState, Refusal, Request, Sender};
 use serde_json::json;
 use test_support::process::Ended;
 use test_support::pytest;
@@ -71,13 +72,17 @@ fn rows_go_to_stdout_and_written_files_are_reported() {
     let stage = Stage::new();
     write_recording(&stage.path("a.mcap"), 0..2500);
     let printed = export(&stage, &["a.mcap", "-", "--frames", "--to", "2"]).expect_clean().stdout;
-    let titles = "run_id,tick,time_s,state,head_travel_m,head_speed_mps,time_scale,benches\n";
-    let rows = ["7,0,0.0", "7,1000,1.0", "7,2000,2.0"].map(|when| format!("{when},running,0.0,0.0,0.0,1\n"));
+    let titles = "run_id,tick,time_s,wall_time,state,head_travel_m,head_speed_mps,time_scale,benches\n";
+    let rows = ["7,0,0.0", "7,1000,1.0", "7,2000,2.0"]
+        .map(|when| format!("{when},1970-01-01T00:00:00Z,running,0.0,0.0,0.0,1\n"));
     assert_eq!(printed, format!("{titles}{}", rows.concat()));
     let told = export(&stage, &["a.mcap", "a.csv"]).expect_clean().stdout;
     assert_eq!(told, "6 rows of handles, from 3 frames, written to a.csv\n");
     let told = export(&stage, &["a.mcap", "a.xlsx", "--format", "json"]).expect_clean().last_json();
-    let expected = json!({ "file": "a.xlsx", "runs": 1, "frames": 3, "alerts": 0, "commands": 0, "rows": null, "cut": false, "skipped_bytes": 0 });
+    let expected = json!({
+        "file": "a.xlsx", "runs": 1, "frames": 3, "alerts": 0, "commands": 0, "rows": null, "cut": false,
+        "skipped_bytes": 0, "parts": 1, "recorded": 2500, "repeated": 0, "missing": 0, "gaps": [], "published": null,
+    });
     assert_eq!(told, expected);
     assert_eq!(files(&stage), ["a.csv", "a.mcap", "a.xlsx"]);
 }
@@ -128,6 +133,51 @@ fn impossible_exports_are_refused_in_one_line_and_leave_no_file() {
         assert_eq!((ended.code(), ended.stdout.as_str(), ended.stderr), (Some(code), "", told), "{args:?}");
     }
     assert_eq!(files(&stage), ["a.mcap", "full.csv", "letter", "link.csv"]);
+}
+
+#[test]
+fn an_existing_file_is_overwritten_only_by_force_and_keeps_its_mode() {
+    let stage = Stage::new();
+    write_recording(&stage.path("a.mcap"), 0..3);
+    for (name, kept) in [("a.csv", 0o600), ("a.xlsx", 0o640)] {
+        let path = stage.path(name);
+        fs::write(&path, "kept").expect("a file");
+        fs::set_permissions(&path, fs::Permissions::from_mode(kept)).expect("the file is ours");
+        let ended = export(&stage, &["a.mcap", name]);
+        let told =
+            format!("error: {name} already exists and is not overwritten: choose another name, or give --force\n");
+        assert_eq!((ended.code(), ended.stderr), (Some(2), told));
+        assert_eq!(fs::read_to_string(&path).expect("the file"), "kept");
+        export(&stage, &["a.mcap", name, "--force"]).expect_clean();
+        assert_ne!(fs::read(&path).expect("the file"), b"kept");
+        let mode = fs::metadata(&path).expect("the file").permissions().mode() & 0o7777;
+        assert_eq!(mode, kept, "{name}");
+    }
+}
+
+#[test]
+fn a_guards_grants_are_listed_only_on_request() {
+    let stage = Stage::new();
+    let mut recorder = Recorder::start(RecorderSettings::new(stage.path("a.mcap"), 0)).expect("a recorder");
+    recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");
+    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };
+    recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
+    let grant = Request::Grant { run_id: 7, from_m: 0.0, to_m: 5.0, is_final: false };
+    let accepted = CommandReply::accepted(7, 3);
+    let refused = CommandReply::refused(7, 3, Refusal::OtherRun);
+    for (number, request, reply) in [(0, Request::Hold, accepted), (1, grant, accepted), (2, grant, refused)] {
+        let command = Command { sender: Sender::Guard.to_wire(), ..request.to_wire() };
+        let event = CommandEvent { run_id: 7, number, ..CommandEvent::answered(&command, &reply) };
+        recorder.record(&event, 0).expect("an event");
+    }
+    recorder.finish().expect("a finished recording");
+    let numbers = |args: &[&str]| -> Vec<String> {
+        let rows = export(&stage, &[&["a.mcap", "-", "--commands"], args].concat()).expect_clean().stdout;
+        let number = |row: &str| row.rsplit(',').nth(1).expect("a column").to_owned();
+        rows.lines().skip(1).map(number).collect()
+    };
+    assert_eq!(numbers(&[]), ["0", "2"], "a refused grant is worth a look");
+    assert_eq!(numbers(&["--grants"]), ["0", "1", "2"]);
 }
 
 #[test]

@@ -123,6 +123,7 @@ fn services_of(member: &Member) -> impl Sized + use<> {
     let events = (member.frame_events().expect("a service"), member.alert_events().expect("a service"));
     let latest = (member.description().expect("a service"), member.status().expect("a service"));
     let others = (member.alerts().expect("a service"), member.readers().expect("a service"));
+    let others = (others, member.replay().expect("a service"));
     (events, latest, others, member.frames().expect("a service"), member.commands().expect("a service"))
 }
 

@@ -200,7 +200,7 @@ fn a_show_reports_a_full_disk_once_and_records_again_when_there_is_room() {
     let mut told = vec![show.complaint()];
     while told
         .last()
-        .is_some_and(|line| !line.starts_with("the show is not recorded from here on, until its disk has 268.4 MB"))
+        .is_some_and(|line| !line.contains("  the show is not recorded from here on, until its disk has 268.4 MB"))
     {
         told.push(show.complaint());
     }

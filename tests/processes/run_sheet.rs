@@ -83,7 +83,7 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     let address = show.next_line().expect("the address of the page");
     assert!(address.starts_with("http://127.0.0.1:"), "{address}");
     let mut reader = Reader::await_server(&stage);
-    reader.read_until("the dragon waits at its start", |header| header.show_state() == Some(ShowState::Held));
+    reader.read_until("the dragon waits at its start", |header| header.show_state() == Some(ShowState::Ready));
     let status = sheet.start(&["ctl", "status"]).end();
     assert!(status.stdout.contains("recorder"), "{}{}", status.stdout, status.stderr);
     sheet.accepted("release");
@@ -101,9 +101,9 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     let summary: Value = serde_json::from_str(&summary).expect("the text is JSON");
     assert_eq!(summary["contact"], Value::Null, "{summary}");
 
-    let verified = sheet.run_alone(&["replay", "tonight/recording.mcap", "--verify"]);
+    let verified = sheet.run_alone(&["replay", "tonight", "--verify"]);
     assert_eq!(verified.code(), Some(0), "{}{}", verified.stdout, verified.stderr);
-    sheet.run_alone(&["export", "tonight/recording.mcap"]).expect_clean();
+    sheet.run_alone(&["export", "tonight", "tonight.xlsx"]).expect_clean();
     assert!(stage.path("tonight.xlsx").exists());
     assert_eq!(sheet.lines.next(), None, "every line was run");
 }

@@ -6,7 +6,9 @@ use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
 use crate::page_socket::{PageSocket, outcome};
+use crate::record::await_frames;
 use crate::show::{CALM, Playing};
+use crate::show_report::assert_reported;
 use crate::stage::Stage;
 
 const VIEW: &str = "--view=127.0.0.1:0";
@@ -45,6 +47,20 @@ fn the_guards_permanent_stop_is_the_outcome_of_a_rehearsal_that_it_ends() {
     let outcome = outcome_of(&["--guard", "--rate", "100", "--start-at", "405", "--time-scale", "20"]);
     assert_eq!(outcome["kind"], "guard");
     assert!(outcome["held_at_s"].as_f64().is_some_and(|held_s| (held_s - 412.454_970).abs() < 5e-7), "{outcome}");
+}
+
+#[test]
+fn a_rehearsal_that_starts_within_the_margin_names_it() {
+    let stage = Stage::new();
+    let show = ["show", "--guard", "--rate", "100", "--start-at", "412.46", "--out", "out", "--format", "json"];
+    let ended = stage.run(&show);
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let outcome = &ended.last_json()["outcome"];
+    let text = "The guard does not let the dragon walk from 412.460000 s: margin_m is not proved to be kept there. Start or \
+                seek elsewhere.";
+    assert_eq!((&outcome["kind"], &outcome["text"]), (&json!("guard"), &json!(text)), "{outcome}");
+    let told = "412.460000 s: held by the guard permanently, clearance 0.00";
+    assert!(ended.stderr.lines().any(|line| line.starts_with(told)), "{}", ended.stderr);
 }
 
 #[test]
@@ -100,6 +116,7 @@ fn a_rehearsal_whose_server_is_killed_again_and_again_fails_and_its_page_names_t
     let stage = Stage::new();
     let (show, address) = start_with_page(&stage, &["--rate", "50", "--start-at", "100"]);
     let pid = show.pid();
+    await_frames(&stage.path("out/recording.mcap"));
     let mut server = await_child(pid, "serve", None);
     for restart in 1..=11 {
         kill(server);
@@ -117,6 +134,9 @@ fn a_rehearsal_whose_server_is_killed_again_and_again_fails_and_its_page_names_t
     let reason = "serve ended with signal: 9 (SIGKILL), after 11 restarts in a row: giving up";
     assert!(ended.stderr.contains(reason), "{}", ended.stderr);
     assert_eq!(children(pid), []);
+    let (summary, html) = assert_reported(&stage, "failed");
+    assert_eq!(summary["restart_log"].as_array().map(Vec::len), Some(12), "{summary}");
+    assert!(html.contains("not started again") && html.contains("class=\"verdict danger\""), "{html}");
 }
 
 #[test]

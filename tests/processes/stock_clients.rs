@@ -15,6 +15,7 @@ use bench_dragon_ipc::{
 };
 use iceoryx2::prelude::ZeroCopySend;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
+use rustix::process::Signal;
 use test_support::process::Process;
 use test_support::pytest::python;
 
@@ -110,10 +111,30 @@ fn the_stock_program_reads_a_show_to_its_end() {
 }
 
 #[test]
+fn the_stock_program_waits_for_a_server_and_ends_cleanly_by_a_signal() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let stage = Stage::new();
+        let config = stage.path("iceoryx2.toml");
+        fs::write(&config, stage.run(&["iox2-config"]).expect_clean().stdout).expect("a file");
+        let mut client = python();
+        client.arg(PROGRAM).arg(config);
+        let mut client = Process::start(client);
+        assert_eq!(client.complaint(), "waiting: no server runs, start one with `bench-dragon serve`");
+        let server = stage.serve(&["--rate", "20"]);
+        assert!(client.next_line().is_some() && client.next_line().is_some());
+        client.signal(signal);
+        let ended = client.end();
+        assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""));
+        server.stop();
+        clear(stage.domain()).expect("an instance without processes");
+    }
+}
+
+#[test]
 fn the_page_shows_the_program() {
     let program = text(PROGRAM);
     assert!(page().contains(&format!("```python\n{program}```\n")), "the page has the program as it is");
-    assert_eq!(program.lines().filter(|line| !line.is_empty()).count(), 21, "the page states its length");
+    assert_eq!(program.lines().filter(|line| !line.is_empty()).count(), 37, "the page states its length");
     let ours = program.lines().filter(|line| line.contains("import") && line.contains("bench_dragon"));
     assert_eq!(ours.count(), 0, "the program needs nothing of ours");
 }

@@ -9,6 +9,7 @@ use test_support::process::Process;
 use crate::browser::{Browser, View};
 use crate::record::await_frames;
 use crate::replay::replay;
+use crate::replay_steering::record_contact;
 use crate::stage::Stage;
 
 /// A head that brakes for twenty show seconds, long enough for the test to see the page.
@@ -72,11 +73,29 @@ fn the_page_announces_the_guards_stop_and_distinguishes_its_situations() {
 }
 
 #[test]
+fn a_replayed_show_has_its_alerts_and_commands_and_is_steered_by_its_bar() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    record_contact(&stage, "show.mcap");
+    let (replayed, _) = replay(&stage, &["show.mcap", "--paused", "--stay"]);
+    let view = View::of(&stage);
+    let pictures = std::env::var_os("BENCH_DRAGON_PICTURES").map_or_else(|| stage.path(""), Into::into);
+    let mut page = browser.play("page_replays.mjs", &[&view.url, &pictures.display().to_string()]);
+    for wanted in ["sought", "told", "passed"] {
+        expect_next(&mut page, wanted);
+    }
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    replayed.terminate().expect_clean();
+}
+
+#[test]
 fn a_contact_stays_on_the_page_until_it_is_acknowledged_and_alerts_are_filtered() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
     // The show is held until monitor and page have joined, since a later subscriber gets no earlier alert.
     let server = stage.serve(&["--rate", "100", "--start-at", "411", "--held"]);
+    assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
     let view = View::of(&stage);

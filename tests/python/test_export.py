@@ -51,6 +51,21 @@ def expected_when(frame):
     return frame.run_id, frame.tick, frame.sim_time_ns / 1e9
 
 
+def walls(topic):
+    """Returns the wall times at which the messages of a topic were sent or received, in nanoseconds."""
+    with open(FOLDER / "a.mcap", "rb") as stream:
+        return [message.log_time for _, _, message in make_reader(stream).iter_messages([topic], log_time_order=False)]
+
+
+def wall_ns(row):
+    """Returns the wall time of a row in nanoseconds."""
+    text = row["wall_time"]
+    assert text.endswith("Z")
+    seconds, _, digits = text[:-1].partition(".")
+    whole = datetime.fromisoformat(f"{seconds}+00:00").timestamp()
+    return int(whole) * 1_000_000_000 + int(digits.ljust(9, "0") or 0)
+
+
 def numbers(row, names):
     return [float(row[name]) for name in names]
 
@@ -88,8 +103,13 @@ def test_frames_and_alerts_have_a_row_each():
         head = [frame.head_travel_m, frame.head_speed_mps, frame.time_scale]
         assert numbers(row, ["head_travel_m", "head_speed_mps", "time_scale"]) == head
         assert row["state"] == ["running", "paused", "held", "finished", "stopping", "ended", "ready"][frame.state]
+    when_sent = {(frame.run_id, frame.tick): wall for frame, wall in zip(FRAMES, walls("/dragon/frames"), strict=True)}
+    for name in ["frames.csv", "benches.csv", "all.csv"]:
+        rows = table(name)
+        assert rows and all(wall_ns(row) == when_sent[int(row["run_id"]), int(row["tick"])] for row in rows)
     alerts = messages("/dragon/alerts")
     rows = table("alerts.csv")
+    assert [wall_ns(row) for row in rows] == walls("/dragon/alerts")
     assert len(rows) == len(alerts) > 0
     for row, alert in zip(rows, alerts, strict=True):
         assert when(row) == expected_when(alert)

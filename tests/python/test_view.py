@@ -261,6 +261,27 @@ def test_a_view_closes_its_streams_at_its_end():
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "the view has ended")
 
 
+def test_a_page_with_the_token_takes_the_place_of_one_without():
+    with viewing(PROGRAM, INSTANCE) as view, contextlib.ExitStack() as crowd:
+        streams = [crowd.enter_context(view.stream()) for _ in range(32)]
+        assert view.stream_status() == 503
+        token = {"Authorization": f"Bearer {view.token}"}
+        access = [json.loads(view.request("/access", **headers)[1]) for headers in ({}, token)]
+        assert [report["is_full"] for report in access] == [True, False]
+        assert [report["viewers"] for report in access] == [32, 32]
+        protocol = f"bench-dragon.token.{view.token}"
+        operators = [crowd.enter_context(view.stream(protocol)) for _ in range(2)]
+        for stream in streams[:2]:
+            with pytest.raises(ConnectionClosed) as closed:
+                while True:
+                    next_frame(stream)
+            assert closed.value.rcvd.code == 1013
+            assert closed.value.rcvd.reason == "a page with the token has taken this place"
+        for stream in [*operators, *streams[2:]]:
+            next_frame(stream)
+        assert view.stream_status() == 503
+
+
 def test_unknown_paths_and_methods_are_refused(view):
     assert view.request("/nothing")[0] == 404
     assert view.request("/../Cargo.toml")[0] == 404

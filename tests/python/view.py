@@ -90,10 +90,10 @@ def next_frame(stream, acknowledge=True):
 
 
 @contextlib.contextmanager
-def viewing(program, instance, *args, listen="127.0.0.1:0"):
+def viewing(program, instance, *args, listen="127.0.0.1:0", stderr=None):
     """Runs a view."""
     command = [program, "view", "--format", "json", "--listen", listen, "--instance", instance, *args]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True) as process:
         try:
             listening = json.loads(process.stdout.readline())
             yield View(listening["address"], listening["url"].partition("#token=")[2])

@@ -5,6 +5,7 @@ mod full_disk;
 mod in_place;
 mod kill;
 mod lossless;
+mod parts;
 mod python;
 mod repair;
 mod rotation;

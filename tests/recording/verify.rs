@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use bench_dragon::config::Config;
-use bench_dragon::recording::{Recorder, RecorderSettings};
+use bench_dragon::recording::{Parts, Recorder, RecorderSettings};
 use bench_dragon::source::replay::verify::{RunVerdict, RunVerification, Value, Verification, verify};
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::MotionPlan;
@@ -84,7 +84,7 @@ impl Tape {
         let folder = tempdir().expect("a folder");
         let path = folder.path().join("a.mcap");
         self.write(&path);
-        let Verification { mut runs, flawed, is_interrupted } = verified(&[path]);
+        let Verification { mut runs, flawed, is_interrupted, .. } = verified(&[path]);
         assert!(flawed.is_empty() && !is_interrupted);
         assert_eq!(runs.len(), 1);
         runs.remove(0)
@@ -108,7 +108,7 @@ fn start() -> RunStart {
 }
 
 fn verified(files: &[PathBuf]) -> Verification {
-    verify(files, &AtomicBool::new(false), |_| ()).expect("a recording")
+    verify(&Parts::in_this_order(files), &AtomicBool::new(false), |_| ()).expect("a recording")
 }
 
 /// Returns a run with all commands of an operator, and with short and long standstills.

@@ -4,7 +4,8 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon_ipc::{Census, Domain, GuardLock, GuardState, NodeEntry, Status, StatusReader};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Census, Domain, GuardState, NodeEntry, Status, StatusReader};
 
 use super::{Finding, Target};
 

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use crossbeam::channel::{self, Receiver, Sender};
 
 use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
+use super::log::log;
 use super::process::{End, Launch, Process, ProcessEvent};
-use crate::command::print::complain;
 
 /// Most lines that wait for the show. If the buffer is full, a child that prints waits until the show takes a line.
 const MOST_EVENTS: usize = 256;
@@ -133,7 +133,7 @@ impl Children {
     }
 
     /// Requests the end of children, and passes their lines to `take_line` until they have ended. Kills those that take longer
-    /// than `timeout`.
+    /// than `timeout`. Goes on after an error, and returns the first one.
     pub(super) fn end(
         &mut self,
         is_meant: impl Fn(ChildRole) -> bool,
@@ -147,20 +147,24 @@ impl Children {
             .flat_map(|entry| &entry.process)
             .for_each(Process::terminate);
         let deadline = Instant::now() + timeout;
+        let mut result = Ok(());
         while self.entries.iter().any(of_meant) && Instant::now() < deadline {
-            match self.next(LOOK_PERIOD)? {
-                Some(ChildNews::Line(role, line)) => take_line(role, &line)?,
-                Some(ChildNews::Ended(role, End { status, reason })) if !status.success() => {
-                    complain(&format!("{} ended with {reason}", self.name(role)));
+            let taken = match self.next(LOOK_PERIOD) {
+                Ok(Some(ChildNews::Line(role, line))) => take_line(role, &line),
+                Ok(Some(ChildNews::Ended(role, End { status, reason }))) if !status.success() => {
+                    log(&format!("{} ended with {reason}", self.name(role)));
+                    Ok(())
                 }
-                Some(ChildNews::Ended(..)) | None => {}
-            }
+                Ok(Some(ChildNews::Ended(..)) | None) => Ok(()),
+                Err(error) => Err(error),
+            };
+            result = result.and(taken);
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
-            complain(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
+            log(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
             entry.process = None;
         }
-        Ok(())
+        result
     }
 
     fn entry(&self, role: ChildRole) -> &Entry {

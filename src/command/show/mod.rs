@@ -16,36 +16,42 @@ use clap::{Args, ValueHint};
 
 use crate::command::exit_status::CONTACT;
 use crate::command::flags::{FormatArgs, listen_address};
-use crate::command::print::complain;
 use crate::command::serve::{RunArgs, check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
-use crate::output::set_live_line;
 use crate::system::stop::StopFlag;
 
 mod also;
 mod bus;
 mod children;
+mod course;
 mod files;
+mod finish;
+mod holds;
 mod live_line;
 mod liveness;
+mod log;
 mod outcome;
+mod printed;
 mod process;
+mod report;
 mod reports;
 mod start;
 mod summary;
 mod supervise;
+mod timeline;
+mod wall_time;
 
 use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
 use live_line::ShowEnd;
+use log::log;
 use outcome::Ending;
-use process::END_TIMEOUT;
+use printed::print_summary;
 use reports::ChildReports;
 use start::Page;
-use summary::{ShowSummary, print_summary};
 
 /// Run a show: serve, monitor and record, as a rehearsal or as a performance (--stay), then print a report.
 #[derive(Clone, Debug, Args)]
@@ -69,8 +75,8 @@ command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics
 pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Folder for the recording and summary.json; it must not contain an earlier show [default: show-DATE-TIME in the current
-    /// folder].
+    /// Folder for the recording, report.html and summary.json; it must not contain an earlier show [default: show-DATE-TIME in
+    /// the current folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Start held: the dragon stands still until `ctl release`.
@@ -117,8 +123,12 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let folder = Folder::claim(args.out.as_deref(), &config)?;
     let mut show = Show::new(args, &config, domain, folder, page, also, stop);
     let played = show.play();
-    let summary = show.finish(played)?;
-    print_summary(args.format.format, &summary, &show.folder.path)?;
+    let (summary, result) = show.finish(played);
+    // The summary comes first, so that an error of the show is the last line.
+    let print = |summary| print_summary(args.format.format, summary, &show.folder);
+    let printed = summary.as_ref().map_or(Ok(()), print);
+    result.and(printed)?;
+    let summary = summary.expect("only a show with an error has none");
     let touched = args.fail_on_contact && summary.contact.is_some();
     Ok(match (touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
@@ -130,6 +140,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
 /// A running show.
 struct Show<'a> {
     args: &'a ShowArgs,
+    config: &'a Config,
     domain: Domain,
     folder: Folder,
     /// Whether a guard keeps the benches from touching.
@@ -164,7 +175,7 @@ struct Show<'a> {
 impl<'a> Show<'a> {
     fn new(
         args: &'a ShowArgs,
-        config: &Config,
+        config: &'a Config,
         domain: Domain,
         folder: Folder,
         page: Option<Page>,
@@ -192,6 +203,7 @@ impl<'a> Show<'a> {
         }
         Self {
             args,
+            config,
             domain,
             folder,
             is_guarded: config.tables().monitor.guard,
@@ -239,42 +251,10 @@ impl<'a> Show<'a> {
         }
         let text = format!("{error:#}: the performance goes on");
         if self.borne.as_ref() != Some(&text) {
-            complain(&text);
+            log(&text);
             self.borne = Some(text);
         }
         Ok(())
-    }
-
-    /// Ends the children in order and writes the summary. `played` is the result of [`Show::play`].
-    fn finish(&mut self, played: anyhow::Result<()>) -> anyhow::Result<ShowSummary> {
-        let over = self.over();
-        self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking)?;
-        // The last frame and status may still be in the buffers.
-        let looked = self.look_at_bus();
-        let outcome = self.outcome(&played, over);
-        self.tell_pages(&outcome);
-        self.reports.totals.summary.outcome = Some(outcome);
-        looked?;
-        self.bus = None;
-        self.end_children(|role| role != ChildRole::View, END_TIMEOUT)?;
-        // A child that was killed during its end has printed no summary.
-        self.reports.close_monitor();
-        self.finish_recording();
-        set_live_line(None);
-        self.end_children(|_| true, END_TIMEOUT)?;
-        self.repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
-        if played.is_err() && self.seen.header.is_none() {
-            self.folder.remove_unused();
-        }
-        played?;
-        let summary = self.reports.totals.summary();
-        self.folder.write_summary(&summary)?;
-        Ok(summary)
-    }
-
-    fn end_children(&mut self, is_meant: impl Fn(ChildRole) -> bool, timeout: Duration) -> anyhow::Result<()> {
-        let Self { children, reports, .. } = self;
-        children.end(is_meant, timeout, |role, line| reports.take_line(role, line))
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) enum Ending {
     /// Benches touched, which ends a rehearsal.
     Contact { time_s: f64, benches: [u32; 2] },
     /// The guard held the dragon permanently, which ends a rehearsal.
-    Guard { held_at_s: f64 },
+    Guard { held_at_s: f64, is_margin_kept: bool },
     /// The dragon reached the end of its run, which ends a rehearsal.
     EndOfRun { time_s: f64 },
     /// The show reached the time of `--until`, which ends a rehearsal.
@@ -42,8 +42,16 @@ impl From<Ending> for Outcome {
     fn from(ending: Ending) -> Self {
         let text = match &ending {
             Ending::Contact { time_s, benches: [a, b] } => format!("Benches {a} and {b} touched at {time_s:.6} s."),
-            Ending::Guard { held_at_s } => {
-                format!("The guard held the dragon permanently at {held_at_s:.6} s: ahead, benches come too near.")
+            Ending::Guard { held_at_s, is_margin_kept: true } => {
+                format!(
+                    "The guard held the dragon permanently at {held_at_s:.6} s: beyond, margin_m is not proved to be kept."
+                )
+            }
+            Ending::Guard { held_at_s, is_margin_kept: false } => {
+                format!(
+                    "The guard does not let the dragon walk from {held_at_s:.6} s: margin_m is not proved to be kept there. \
+                     Start or seek elsewhere."
+                )
             }
             Ending::EndOfRun { time_s } => format!("The dragon reached the end of its run at {time_s:.3} s."),
             Ending::Until { time_s } => format!("The show reached its end time, {time_s:.3} s."),
@@ -88,7 +96,8 @@ impl Show<'_> {
         }
         let known = &self.reports.totals.summary;
         let contact = known.contact.as_ref().map(|at| Ending::Contact { time_s: at.time_s, benches: at.benches });
-        let guard = known.guard.as_ref().map(|at| Ending::Guard { held_at_s: at.held_at_s });
+        let guard =
+            known.guard.as_ref().map(|at| Ending::Guard { held_at_s: at.held_at_s, is_margin_kept: at.is_margin_kept });
         let end = self.seen.header.and_then(|header| match header.show_state() {
             Some(ShowState::Ended) => Some(Over::Server),
             Some(ShowState::Finished) => Some(Over::Show(Ending::EndOfRun { time_s: header.sim_time_s() })),

@@ -8,11 +8,13 @@ use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
 
 use super::children::ChildRole;
+use super::course::Course;
 use super::live_line::{LiveLine, NearAlerts, ShowEnd};
+use super::log::log;
 use super::summary::ShowTotals;
+use super::wall_time::WallTime;
 use crate::command::flags::Format;
-use crate::command::monitor::lines::{ContactReport, MonitorLine, MonitorProgress};
-use crate::command::print::complain;
+use crate::command::monitor::lines::{AlertLine, ContactReport, MonitorLine, MonitorProgress};
 use crate::command::record::RecordLine;
 use crate::command::serve::ServeLine;
 use crate::command::timecode::{news_text, print_listening};
@@ -23,6 +25,7 @@ use crate::source::timecode::FollowerEvent;
 #[derive(Default)]
 pub(super) struct ChildReports {
     pub(super) totals: ShowTotals,
+    pub(super) course: Course,
     pub(super) line: LiveLine,
     /// The last progress of the running monitor.
     pub(super) progress: MonitorProgress,
@@ -75,7 +78,7 @@ impl ChildReports {
                     // No change: a show that stood still stays so.
                     FollowerEvent::Lost { .. } => {}
                 }
-                complain(&news_text(news));
+                log(&news_text(news));
             }
             ServeLine::Summary(summary) => {
                 self.stopped_by.clone_from(&summary.stopped_by);
@@ -96,30 +99,35 @@ impl ChildReports {
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
             MonitorLine::Progress(progress) => {
-                self.near.due(Instant::now()).iter().for_each(|line| complain(line));
+                self.near.due(Instant::now()).iter().for_each(|line| log(line));
                 self.totals.see_latency(&progress.latency);
+                self.course.see_progress(&progress, WallTime::now());
                 self.progress = progress;
             }
-            // The recording has the commands, and their senders have the replies.
+            // The show reads the commands from the bus, so that it has them without a monitor.
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
-                complain(&format!("{:.6} s: held by the guard permanently", report.held_at_s));
+                log(&format!("{:.6} s: held by the guard permanently{}", report.held_at_s, report.details()));
                 self.totals.summary.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {
-                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
+                self.near.rest(Instant::now()).iter().for_each(|line| log(line));
                 self.totals.add_monitor(&summary);
                 self.progress = MonitorProgress::default();
             }
-            MonitorLine::Alert(alert) if alert.kind == AlertKind::Near.name() => {
-                self.near.take(&alert, Instant::now()).iter().for_each(|line| complain(line));
-            }
-            MonitorLine::Alert(alert) => {
-                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
-                complain(&alert.words());
-                if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
-                    self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
-                }
+            MonitorLine::Alert(alert) => self.take_alert(&alert),
+        }
+    }
+
+    fn take_alert(&mut self, alert: &AlertLine) {
+        self.course.see_alert(alert, WallTime::now());
+        if alert.kind == AlertKind::Near.name() {
+            self.near.take(alert, Instant::now()).iter().for_each(|line| log(line));
+        } else {
+            self.near.rest(Instant::now()).iter().for_each(|line| log(line));
+            log(&alert.words());
+            if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
+                self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
             }
         }
     }
@@ -130,7 +138,7 @@ impl ChildReports {
                 self.totals.summary.recordings.push(file.clone());
                 self.open_recording = Some(file.clone());
             }
-            RecordLine::Warning { message } => complain(&format!("warning: {message}")),
+            RecordLine::Warning { message } => log(&format!("warning: {message}")),
             RecordLine::Summary(summary) => {
                 self.open_recording = None;
                 self.totals.summary.frames.recorded += summary.frames;

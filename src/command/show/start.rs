@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::Show;
 use super::children::ChildRole;
+use super::log::log;
 use super::process::Launch;
-use crate::command::print::{complain, print_report};
+use crate::command::print::print_report;
 use crate::command::timecode::TimecodeArgs;
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
@@ -75,7 +76,7 @@ impl Show<'_> {
             args.push("--held".to_owned());
         } else if !self.args.auto_resume || self.seen.is_held() || was_paused {
             args.push("--restarted".to_owned());
-            complain(HELD);
+            log(HELD);
         }
         args
     }

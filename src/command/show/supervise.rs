@@ -8,11 +8,12 @@ use bench_dragon_ipc::ReaderReport;
 use super::children::ChildRole;
 use super::files::Repaired;
 use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
+use super::log::log;
 use super::outcome::Ending;
 use super::process::End;
+use super::wall_time::WallTime;
 use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
-use crate::command::print::complain;
 use crate::recording::Size;
 
 /// Free bytes on the disk from which on the show is recorded again. They suffice for some seconds of a large dragon.
@@ -77,7 +78,7 @@ impl Show<'_> {
         let now = Instant::now();
         self.look_for_room(now);
         for line in self.children.kill_silent(now) {
-            complain(&line);
+            log(&line);
         }
         for role in self.children.due(now) {
             self.start_again(role)?;
@@ -90,15 +91,23 @@ impl Show<'_> {
 
     pub(super) fn look_at_bus(&mut self) -> anyhow::Result<()> {
         let Some(bus) = &mut self.bus else { return Ok(()) };
+        let now = WallTime::now();
         if let Some(frame) = bus.frames.latest()? {
             let header = frame.header();
             self.children.hear(ChildRole::Serve);
             self.reports.totals.see_frame(header);
+            self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
             self.seen.see_frame(header);
         }
-        if let Some(status) = bus.status.poll()? {
+        let status = bus.status.poll()?;
+        // A source publishes events before the status that shows their effect.
+        while let Some(event) = bus.next_command()? {
+            self.reports.course.take_command(event);
+        }
+        if let Some(status) = status {
             self.reports.totals.see_status(&status);
+            self.reports.course.see_status(&status, now);
             self.seen.status = Some(status);
         }
         for pid in bus.living_readers() {
@@ -109,7 +118,7 @@ impl Show<'_> {
 
     pub(super) fn count_repaired(&mut self, Repaired { frames, line }: Repaired) {
         self.reports.totals.summary.frames.recorded += frames.unwrap_or_default();
-        complain(&line);
+        log(&line);
     }
 
     /// Joins the bus of the first server, for which its readers are started.
@@ -158,7 +167,7 @@ impl Show<'_> {
             bail!("{name} {what}, after {MAX_RESTARTS} restarts in a row: giving up");
         }
         self.reports.has_given_up |= wait.is_none();
-        complain(&format!("{name} {what}: {}", then(wait, self.is_performance)));
+        log(&format!("{name} {what}: {}", then(wait, self.is_performance)));
         Ok(())
     }
 
@@ -178,9 +187,9 @@ impl Show<'_> {
         if wait.is_some() {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
-            complain(&format!("the show is not recorded from here on, until its disk has {room} free"));
+            log(&format!("the show is not recorded from here on, until its disk has {room} free"));
         } else {
-            complain("the disk is full again and again: the show goes on without a recording");
+            log("the disk is full again and again: the show goes on without a recording");
         }
     }
 
@@ -193,7 +202,7 @@ impl Show<'_> {
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
             self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
             self.report_room(ReaderReport::NO_ROOM);
-            complain("the disk has room again: the show is recorded from here on, in another file");
+            log("the disk has room again: the show is recorded from here on, in another file");
         }
     }
 

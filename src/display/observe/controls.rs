@@ -36,16 +36,16 @@ impl Controls {
         let status = snapshot.status.as_deref();
         if status.and_then(Status::source_kind) == Some(SourceKind::Replay) {
             let refused = Self::all(&Refusal::Replayed.to_string());
-            return Self { stop: None, ..refused };
+            return Self { pause: None, resume: None, seek: None, stop: None, ..refused };
         }
         if status.is_some_and(|status| status.stops().ending) {
             let refused = Self::all("the server is ending");
             return Self { hold: None, ..refused };
         }
         Self {
-            resume: held_by_guard(snapshot, resume(status, state)),
+            resume: in_words(snapshot, resume(status, state)),
             seek: seek(status),
-            release: held_by_guard(snapshot, release(status, state)),
+            release: in_words(snapshot, release(status, state)),
             ..Self::default()
         }
     }
@@ -60,7 +60,7 @@ impl Controls {
             Request::Hold => &self.hold,
             Request::Release => &self.release,
             Request::Stop => &self.stop,
-            Request::Grant { .. } => &None,
+            Request::Grant { .. } | Request::Pace { .. } => &None,
         };
         refusal.as_deref()
     }
@@ -80,9 +80,13 @@ fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
     }
 }
 
-/// A refusal in words. At the end of the guard's proven travel, it says that the dragon does not walk on.
-fn held_by_guard(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
+/// A refusal in words, which fit the state of the show. At the end of the guard's proven travel, they say that the dragon does not
+/// walk on.
+fn in_words(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
+    let is_ready = snapshot.state() == Some(ShowState::Ready);
     Some(match (refusal?, snapshot.guard) {
+        (Refusal::Held, _) if is_ready => "the show waits at its start: release it first".to_owned(),
+        (Refusal::Held, _) => "the show is held: release it first".to_owned(),
         (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: true }) => {
             "the guard has stopped the dragon permanently: only a seek moves it".to_owned()
         }
@@ -99,7 +103,7 @@ fn held_by_guard(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String
 fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
     match state {
         _ if is_held(status, state) => Some(Refusal::Held),
-        Some(ShowState::Ready) => Some(Refusal::Held),
+        Some(ShowState::Ready) => Some(Refusal::Ready),
         Some(ShowState::Held) => Some(Refusal::HeldByGuard),
         Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
         _ => None,
@@ -167,9 +171,9 @@ mod tests {
     }
 
     #[test]
-    fn a_replay_accepts_only_a_stop() {
+    fn a_replay_can_be_paused_sought_and_stopped() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
-        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "pause resume speed seek hold release");
+        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "speed hold release");
     }
 
     #[test]

@@ -54,3 +54,57 @@ fn restart(snapshot: &Snapshot) -> String {
     }
     words.join(" ")
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_ipc::{FrameHeader, ReaderReport};
+
+    use super::*;
+    use crate::config::Config;
+    use crate::display::observe::{DescribedRun, ReaderLog};
+
+    fn at(sim_time_ns: i64, head_travel_m: f64, guard: GuardState) -> Snapshot {
+        let run = DescribedRun::new(0, Config::load(None, |_| ()).expect("the paper's"));
+        let status = Status { guard: guard.to_wire(), pid: 12, ..Status::default() };
+        Snapshot {
+            instance: "dragon".to_owned(),
+            run: Some(Arc::new(run)),
+            status: Some(Arc::new(status)),
+            ..Snapshot::live(FrameHeader { sim_time_ns, head_travel_m, ..FrameHeader::default() })
+        }
+    }
+
+    #[test]
+    fn a_lone_server_is_started_again_where_it_stood_and_held() {
+        let of = |snapshot: &Snapshot| remedy_of_lost_server(snapshot, 1.0);
+        let lone = at(123_456_700_000, 123.456_7, GuardState::None);
+        let expected = "Start it again where the dragon stood, held: `bench-dragon serve --config FILE --held --start-at=123.457`.";
+        assert_eq!(of(&lone), expected);
+        let slowed = Snapshot { instance: "main".to_owned(), ..at(123_456_700_000, 100.0, GuardState::Running) };
+        assert!(
+            of(&slowed).ends_with("--start-at=123.457 --start-travel=100 --guarded --instance main`."),
+            "{}",
+            of(&slowed)
+        );
+        let hanging = remedy_of_hanging_server(&lone);
+        assert!(
+            hanging.starts_with("Continue it, `kill -CONT 12`; or kill it, and start it again: `bench"),
+            "{hanging}"
+        );
+    }
+
+    #[test]
+    fn a_show_restarts_its_server_unless_it_has_given_up() {
+        let mut readers = ReaderLog::default();
+        let mut report = ReaderReport { frames: 1, ..ReaderReport::default() };
+        report.set_name(SUPERVISOR);
+        readers.push(report);
+        let shown = Snapshot { readers: Arc::new(readers), ..at(0, 0.0, GuardState::None) };
+        for remedy in [remedy_of_lost_server(&shown, RESTARTED_S), remedy_of_hanging_server(&shown)] {
+            assert!(remedy.starts_with("`show` starts it again") && remedy.ends_with("then release."), "{remedy}");
+        }
+        assert!(remedy_of_lost_server(&shown, RESTARTED_S + 1.0).contains("bench-dragon serve --config FILE --held"));
+    }
+}

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{
     AlertSubscriber, BusError, CommandEventReader, DescriptionReader, Domain, FrameSubscriber, ReaderReports,
-    StatusReader,
+    ReplayStatusReader, StatusReader,
 };
 
 use super::clearance_memory::ClearanceMemory;
@@ -108,6 +108,8 @@ pub(super) struct Ports {
     pub(super) reports: Option<ReaderReports>,
     /// `None` for a source of an earlier version, which lacks this service.
     pub(super) commands: Option<CommandEventReader>,
+    /// `None` for a source of an earlier version, which lacks this service.
+    pub(super) replay: Option<ReplayStatusReader>,
 }
 
 impl Ports {
@@ -120,7 +122,8 @@ impl Ports {
         let frames = FrameSubscriber::open(domain, name)?;
         let reports = if_there(ReaderReports::open(domain, &format!("{name}-reports")))?;
         let commands = if_there(CommandEventReader::open(domain, &format!("{name}-events")))?;
-        Ok(Self { frames, alerts, statuses, descriptions, reports, commands })
+        let replay = if_there(ReplayStatusReader::open(domain, &format!("{name}-replay")))?;
+        Ok(Self { frames, alerts, statuses, descriptions, reports, commands, replay })
     }
 }
 

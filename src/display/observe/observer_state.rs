@@ -3,9 +3,10 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
-    Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, Request,
-    ShowState, SourceLock, Status,
+    Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus,
+    Request, ShowState, Status,
 };
 
 use super::clearance_memory::ClearanceMemory;
@@ -40,6 +41,8 @@ pub(super) struct ObserverState {
     status: Option<Arc<Status>>,
     /// The run and the speed of the last order, in metres per show second.
     ordered: Option<(u64, f64)>,
+    /// The newest status of a replay. It may belong to another run than the newest frame.
+    replay: Option<ReplayStatus>,
     counter: FrameCounter,
     overruns: OverrunLog,
     source_asked_ns: u64,
@@ -87,6 +90,11 @@ impl ObserverState {
         if let Some(status) = ports.statuses.poll()? {
             self.overruns.note(&status, monotonic_ns());
             self.status = Some(Arc::new(status));
+        }
+        if let Some(replay) = &ports.replay
+            && let Some(status) = replay.poll()?
+        {
+            self.replay = Some(status);
         }
         if let Some(description) = ports.descriptions.poll()? {
             self.description = Some(description);
@@ -177,7 +185,7 @@ impl ObserverState {
     }
 
     pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {
-        let status = self.current_status();
+        let (status, replay) = (self.current_status(), self.replay);
         let statistics = self.counter.statistics(now_ns).clone();
         let recent_overruns = status.as_deref().map(|status| self.overruns.recent(status)).unwrap_or_default();
         let mut snapshot = Snapshot { seen_ns: now_ns, statistics, recent_overruns, ..self.seen.clone() };
@@ -193,7 +201,9 @@ impl ObserverState {
             });
             snapshot.guard = guard.unwrap_or_default();
         }
-        Snapshot { status, ..snapshot }
+        let run_id = snapshot.header().map(|header| header.run_id);
+        let replay = replay.filter(|replay| Some(replay.run_id) == run_id);
+        Snapshot { status, replay, ..snapshot }
     }
 
     /// Begins the run of the newest frame, once its description has arrived.

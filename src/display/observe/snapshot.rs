@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon_geometry::clearance::PairClearance;
-use bench_dragon_ipc::{FrameHeader, HandleState, ShowState, Status};
+use bench_dragon_ipc::{FrameHeader, HandleState, ReplayStatus, ShowState, Status};
 use serde::{Deserialize, Serialize};
 
 use super::contact::PastContact;
@@ -73,6 +73,8 @@ pub struct Snapshot {
     pub clock: Option<TravelClock>,
     /// The server's status, of the same run as the frame.
     pub status: Option<Arc<Status>>,
+    /// The position of a replay, of the same run as the frame. `None` for any other source.
+    pub replay: Option<ReplayStatus>,
     pub statistics: FrameStatistics,
     /// Overruns of the last minute.
     pub recent_overruns: RecentOverruns,

@@ -225,3 +225,108 @@ fn holder(snapshot: &Snapshot) -> String {
     let last = snapshot.commands.log.latest().map(|numbered| &numbered.event).rfind(is_hold);
     last.and_then(CommandEvent::sent_by).map_or("An operator".to_owned(), |sender| format!("An operator ({sender})"))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_geometry::clearance::PairClearance;
+    use bench_dragon_ipc::{FrameHeader, ReaderReport, Stops};
+    use glam::DVec2;
+
+    use super::*;
+    use crate::display::observe::ReaderLog;
+
+    fn snapshot(state: ShowState, stops: Stops, guard: GuardState) -> Snapshot {
+        let header = FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
+        let (state, stops, guard) = (state.to_wire(), stops.to_wire(), guard.to_wire());
+        let status = Status { state, stops, guard, ..Status::default() };
+        Snapshot { status: Some(Arc::new(status)), ..Snapshot::live(header) }
+    }
+
+    fn stands(snapshot: &Snapshot) -> (Level, &'static str) {
+        let Standing { level, word, cause, .. } = Standing::of(snapshot, 0);
+        assert!(cause.ends_with('.'), "{cause} is a sentence");
+        (level, word)
+    }
+
+    #[test]
+    fn only_safety_stops_and_failures_are_red() {
+        let none = Stops::default();
+        let [held, limit] = [Stops { held: true, ..none }, Stops { guard_limit: true, ..none }];
+        for (state, stops, guard, expected) in [
+            (ShowState::Running, none, GuardState::None, (Level::Good, "RUNNING")),
+            (ShowState::Stopping, held, GuardState::None, (Level::Caution, "STOPPING")),
+            (ShowState::Paused, Stops { paused: true, ..none }, GuardState::None, (Level::Caution, "PAUSED")),
+            (ShowState::Ready, none, GuardState::None, (Level::Calm, "READY")),
+            (ShowState::Held, held, GuardState::None, (Level::Danger, "HELD")),
+            (ShowState::Held, Stops { restarted: true, ..held }, GuardState::None, (Level::Danger, "HELD")),
+            (ShowState::Held, limit, GuardState::Running, (Level::Calm, "HELD")),
+            (ShowState::Finished, none, GuardState::None, (Level::Calm, "FINISHED")),
+            (ShowState::Ended, none, GuardState::None, (Level::Calm, "ENDED")),
+        ] {
+            assert_eq!(stands(&snapshot(state, stops, guard)), expected, "{stops:?}");
+        }
+        let held_by_guard = snapshot(ShowState::Held, limit, GuardState::Running);
+        for guard in [GuardSituation::AtEnd { for_good: true }, GuardSituation::Missing] {
+            assert_eq!(stands(&Snapshot { guard, ..held_by_guard.clone() }), (Level::Danger, "HELD"), "{guard:?}");
+        }
+        let unguarded =
+            Snapshot { guard: GuardSituation::Missing, ..snapshot(ShowState::Ready, none, GuardState::Missing) };
+        assert_eq!(stands(&unguarded), (Level::Danger, "READY"));
+    }
+
+    #[test]
+    fn a_show_without_frames_stands_as_its_connection() {
+        let running = snapshot(ShowState::Running, Stops::default(), GuardState::None);
+        let age_ns = 2_000_000_000;
+        for (presence, has_source, expected) in [
+            (SourcePresence::Waiting, false, (Level::Caution, "WAITING")),
+            (SourcePresence::Waiting, true, (Level::Caution, "WAITING")),
+            (SourcePresence::Silent { age_ns }, true, (Level::Danger, "SILENT")),
+            (SourcePresence::Gone { age_ns }, false, (Level::Danger, "SERVER LOST")),
+            (SourcePresence::Failed { reason: "no memory".to_owned() }, true, (Level::Danger, "NO BUS")),
+            (SourcePresence::Ended { age_ns }, false, (Level::Calm, "ENDED")),
+        ] {
+            assert_eq!(stands(&Snapshot { presence, has_source, ..running.clone() }), expected);
+        }
+    }
+
+    #[test]
+    fn a_hold_says_what_stops_the_dragon_after_it() {
+        let stops = Stops { held: true, guard_limit: true, ..Stops::default() };
+        let held = snapshot(ShowState::Held, stops, GuardState::Running);
+        for (guard, remedy) in [
+            (GuardSituation::Waiting, "A release lifts the hold."),
+            (
+                GuardSituation::AtEnd { for_good: true },
+                "A release lifts the hold. The guard's stop stays: only a seek moves the dragon.",
+            ),
+        ] {
+            let standing = Standing::of(&Snapshot { guard, ..held.clone() }, 0);
+            assert_eq!(standing.remedy.as_deref(), Some(remedy));
+        }
+    }
+
+    #[test]
+    fn a_contact_and_a_full_disk_are_red_in_any_state_and_come_first() {
+        let mut readers = ReaderLog::default();
+        let mut full = ReaderReport { frames: 1, ended: ReaderReport::DISK_FULL, ..ReaderReport::default() };
+        full.set_name("record");
+        readers.push(full);
+        let pair = PairClearance { benches: [3, 11], clearance_m: -0.084, point: DVec2::ZERO };
+        let bad = |state, stops| Snapshot {
+            nearest: Some(pair),
+            readers: Arc::new(readers.clone()),
+            ..snapshot(state, stops, GuardState::None)
+        };
+        let running = Standing::of(&bad(ShowState::Running, Stops::default()), 0);
+        let dangers = "CONTACT: benches 3 and 11 overlap by 84.0 mm. The disk is full: the show is not recorded.";
+        assert_eq!((running.level, running.word), (Level::Danger, "RUNNING"));
+        assert_eq!(running.cause, format!("{dangers} The dragon walks."));
+        assert!(running.remedy.is_some_and(|remedy| remedy.starts_with("Hold the show. Look at the benches")));
+        let held = Standing::of(&bad(ShowState::Held, Stops { held: true, ..Stops::default() }), 0);
+        assert_eq!(held.cause, format!("{dangers} An operator holds the show for safety."));
+        assert!(held.remedy.is_some_and(|remedy| remedy.ends_with("walks on. A release lifts the hold.")));
+    }
+}

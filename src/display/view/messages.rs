@@ -4,7 +4,7 @@ use std::net::IpAddr;
 
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
-use bench_dragon_ipc::{Alert, CommandEvent, Request, Status, Stops};
+use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stops};
 use glam::DVec2;
 use jiff::Zoned;
 use serde::Deserialize;
@@ -144,6 +144,7 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Op
             "latency_us": Percentiles::from(&*statistics.recent_latency),
         },
         "server": snapshot.status.as_deref().map(server_status),
+        "replay": snapshot.replay.as_ref().map(replay_status),
         "outlook": snapshot.forecast,
         "possible_contact": snapshot.possible_contact,
         // How the show stands: level, word, cause and remedy.
@@ -164,6 +165,19 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Op
 fn wall_time_ms() -> f64 {
     let midnight = jiff::civil::Time::midnight();
     Zoned::now().time().duration_since(midnight).as_millis_f64()
+}
+
+fn replay_status(replay: &ReplayStatus) -> Value {
+    json!({
+        // Wall time since the first frame of the recording, and up to its end.
+        "position_s": replay.position_ns as f64 * 1e-9,
+        "length_s": replay.length_ns as f64 * 1e-9,
+        // Unix time at which the frame was recorded.
+        "recorded_ms": replay.wall_ns / 1_000_000,
+        "pace": replay.pace,
+        "paused": replay.paused != 0,
+        "at_end": replay.at_end != 0,
+    })
 }
 
 fn server_status(status: &Status) -> Value {
@@ -218,13 +232,14 @@ enum PageCommand {
     Release,
     Speed { value: f64 },
     Seek { value: f64 },
+    Pace { value: f64 },
 }
 
 /// Decodes the request in a body, or returns the reason for which it is invalid.
 pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
     let command = serde_json::from_slice(body).map_err(|error| {
         format!(
-            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, or speed or seek with a "value": {error}"#
+            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, or speed, seek or pace with a "value": {error}"#
         )
     })?;
     Ok(match command {
@@ -234,6 +249,7 @@ pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
         PageCommand::Release => Request::Release,
         PageCommand::Speed { value } => Request::Speed { speed_mps: value },
         PageCommand::Seek { value } => Request::Seek { sim_time_s: value },
+        PageCommand::Pace { value } => Request::Pace { factor: value },
     })
 }
 
@@ -270,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_can_send_six_commands() {
+    fn a_page_can_send_seven_commands() {
         for (body, request) in [
             (r#"{"command":"pause"}"#, Request::Pause),
             (r#"{"command":"resume"}"#, Request::Resume),
@@ -278,6 +294,7 @@ mod tests {
             (r#"{"command":"release"}"#, Request::Release),
             (r#"{"command":"speed","value":0.8}"#, Request::Speed { speed_mps: 0.8 }),
             (r#"{"command":"seek","value":-30}"#, Request::Seek { sim_time_s: -30.0 }),
+            (r#"{"command":"pace","value":2}"#, Request::Pace { factor: 2.0 }),
         ] {
             assert_eq!(read_command(body.as_bytes()), Ok(request), "{body}");
         }

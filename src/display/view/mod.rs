@@ -4,22 +4,25 @@
 //!   is always the newest. So a slow browser or a slow network gets fewer frames, and never older ones.
 //! - *Commands* are requests that contain the token. A queue ([`CommandQueue`]) sends them to the server in their order; a hold
 //!   overtakes all others.
-//! - *Access:* commands need the token. Off loopback, viewing needs the token too.
+//! - *Access:* commands need the token. Off loopback, viewing needs the token too. A page with the token takes the place of one
+//!   without (`viewers`). Wrong tokens are slowed and reported (`guesses`).
 //!
 //! The page's files are in `page/` and are embedded in the program; the page loads nothing from elsewhere. The page sends
 //! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`.
 
 mod access;
 mod frame_message;
+mod guesses;
 mod messages;
 mod outcome;
 mod page_senders;
 mod page_stream;
+mod viewers;
 
 use std::io;
 use std::net::IpAddr;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::to_bytes;
@@ -33,27 +36,29 @@ use axum::routing::{any, get, post};
 use bench_dragon_ipc::{BusError, Domain, Request, Sender};
 use include_dir::{Dir, File, include_dir};
 use serde_json::json;
-use tokio::sync::{Semaphore, oneshot, watch};
-use tokio::time::timeout;
+use tokio::sync::{oneshot, watch};
+use tokio::time::{sleep, timeout};
 
-use self::access::{Access, Rights};
+use self::access::{Access, Rights, Shown, shows_token};
+use self::guesses::{ANSWER_DELAY, Guesses, Wrong};
 use self::messages::read_command;
 use self::outcome::KnownOutcome;
 use self::page_senders::PageSenders;
 use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
+use self::viewers::Viewers;
 use super::metrics;
 use super::observe::Snapshot;
 use super::web::{Connection, json_reply, refuse, text};
 use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
+use crate::output::Counted;
 
 pub use self::access::{Token, TokenError};
 pub use self::outcome::ShowOutcome;
+pub use self::viewers::MAX_VIEWERS;
 
 /// The page's files, embedded in the program.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
 
-/// Greatest number of simultaneous streams.
-pub const MAX_VIEWERS: usize = 32;
 /// The WebSocket protocol of a page's stream.
 const PROTOCOL: &str = "bench-dragon.view.v1";
 /// Greatest length of a command's body, in bytes.
@@ -74,8 +79,8 @@ struct Inner {
     snapshots: watch::Sender<Arc<NumberedSnapshot>>,
     closing: watch::Sender<bool>,
     outcome: watch::Sender<KnownOutcome>,
-    /// A permit for each stream that may be open.
-    viewers: Arc<Semaphore>,
+    viewers: Viewers,
+    guesses: Mutex<Guesses>,
 }
 
 impl View {
@@ -93,7 +98,8 @@ impl View {
             snapshots: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
             outcome: watch::Sender::default(),
-            viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
+            viewers: Viewers::default(),
+            guesses: Mutex::default(),
         })))
     }
 
@@ -137,7 +143,7 @@ impl View {
                 refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
             })
             .with_state(self.clone())
-            .layer(middleware::from_fn_with_state(self.clone(), keep_operator))
+            .layer(middleware::from_fn_with_state(self.clone(), judge_token))
     }
 
     fn rights(&self, headers: &HeaderMap) -> Rights {
@@ -196,26 +202,72 @@ fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
     router.route(&path, get(page))
 }
 
-/// Protects the connections of operators from being replaced by others.
-async fn keep_operator(State(view): State<View>, request: HttpRequest, next: Next) -> Response {
-    if let Some(connection) = request.extensions().get::<Connection>()
-        && view.rights(request.headers()).may_control
-    {
-        connection.keep();
+/// Protects the connections of operators from being replaced by others. Slows and reports wrong tokens.
+async fn judge_token(State(View(view)): State<View>, request: HttpRequest, next: Next) -> Response {
+    let Some(connection) = request.extensions().get::<Connection>().filter(|_| shows_token(request.headers())) else {
+        return next.run(request).await;
+    };
+    if !connection.is_kept() {
+        match view.judge(connection, request.headers(), Instant::now()) {
+            Judgement::Operator => connection.keep(),
+            Judgement::Known => {}
+            Judgement::Guess => sleep(ANSWER_DELAY).await,
+            Judgement::NotCompared => {
+                return refuse(
+                    StatusCode::TOO_MANY_REQUESTS,
+                    "too many wrong tokens have come from this address: wait a minute",
+                );
+            }
+        }
     }
     next.run(request).await
 }
 
+/// The judgement of a request with a token.
+enum Judgement {
+    Operator,
+    /// The address has shown this wrong token before.
+    Known,
+    Guess,
+    /// The address has shown too many wrong tokens.
+    NotCompared,
+}
+
+impl Inner {
+    fn judge(&self, connection: &Connection, headers: &HeaderMap, now: Instant) -> Judgement {
+        let address = connection.address();
+        // The counts are consistent even after a panic.
+        let mut guesses = self.guesses.lock().unwrap_or_else(PoisonError::into_inner);
+        if !guesses.allow(address, now) {
+            return Judgement::NotCompared;
+        }
+        let Shown::Wrong(token) = self.access.token_of(headers) else { return Judgement::Operator };
+        match guesses.note(address, token, now) {
+            Wrong::Known => Judgement::Known,
+            Wrong::Guess(unreported) => {
+                if let Some(count) = unreported {
+                    tracing::warn!(
+                        "{} from {address}: a guess, or a page of an earlier view",
+                        Counted(count, "wrong token")
+                    );
+                }
+                Judgement::Guess
+            }
+        }
+    }
+}
+
 async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {
-    let Rights { may_view, may_control } = view.access.rights(&headers);
+    let Rights { has_token, may_view, may_control } = view.access.rights(&headers);
     let report = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "instance": if may_view { &view.instance } else { "" },
         "read_only": view.access.is_read_only,
         "may_view": may_view,
         "may_control": may_control,
-        "viewers": MAX_VIEWERS - view.viewers.available_permits(),
+        "viewers": view.viewers.count(),
         "max_viewers": MAX_VIEWERS,
+        "is_full": view.viewers.is_full(has_token),
     });
     let mut response = json_reply(StatusCode::OK, &report);
     response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
@@ -231,14 +283,15 @@ async fn report_metrics(State(view): State<View>, headers: HeaderMap) -> Respons
 }
 
 async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response {
-    if !view.rights(request.headers()).may_view {
+    let Rights { has_token, may_view, .. } = view.rights(request.headers());
+    if !may_view {
         return refuse_look();
     }
     let (mut parts, _) = request.into_parts();
     let Ok(upgrade) = WebSocketUpgrade::from_request_parts(&mut parts, &view).await else {
         return refuse(StatusCode::UPGRADE_REQUIRED, "the stream is a WebSocket: the request must be an upgrade");
     };
-    let Ok(permit) = Arc::clone(&view.0.viewers).try_acquire_owned() else {
+    let Some(place) = view.0.viewers.take(has_token) else {
         return refuse(StatusCode::SERVICE_UNAVAILABLE, "32 pages are open already, which is the limit");
     };
     let mut snapshots = view.0.snapshots.subscribe();
@@ -249,7 +302,7 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
         .protocols([PROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, outcome, permit).run())
+        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, outcome, place).run())
 }
 
 async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {

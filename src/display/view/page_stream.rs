@@ -8,13 +8,14 @@ use std::time::Duration;
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::Value;
-use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::frame_message::encode_frame;
 use super::messages::{HeardAck, alert_message, command_message, plan_message, read_ack, run_message, status_message};
 use super::outcome::{KnownOutcome, last};
 use super::page_senders::SenderHosts;
+use super::viewers::Place;
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -45,7 +46,7 @@ pub(super) struct PageStream {
     /// The newest acknowledgement.
     heard_ack: Option<HeardAck>,
     /// Counts this stream among the viewers.
-    _permit: OwnedSemaphorePermit,
+    place: Place,
 }
 
 /// The data that the page already has.
@@ -74,7 +75,7 @@ impl PageStream {
         snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
         closing: watch::Receiver<bool>,
         outcome: watch::Receiver<KnownOutcome>,
-        permit: OwnedSemaphorePermit,
+        place: Place,
     ) -> Self {
         Self {
             socket,
@@ -85,7 +86,7 @@ impl PageStream {
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
             heard: Instant::now(),
             heard_ack: None,
-            _permit: permit,
+            place,
         }
     }
 
@@ -109,6 +110,7 @@ impl PageStream {
 
     async fn stream(&mut self) -> Result<Infallible, StreamEnd> {
         const ENDED: StreamEnd = StreamEnd::Closed(close_code::AWAY, "the view has ended");
+        const REPLACED: StreamEnd = StreamEnd::Closed(close_code::AGAIN, "a page with the token has taken this place");
         let mut status_due = interval(STATUS_PERIOD);
         status_due.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -118,6 +120,7 @@ impl PageStream {
                 _ = status_due.tick() => self.send_status().await?,
                 Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
                 Ok(()) = self.outcome.changed() => self.send_outcome().await?,
+                () = self.place.lost() => return Err(REPLACED),
                 () = closed(&mut self.closing) => {
                     // The page also gets the last status of the show, and its outcome.
                     self.send_status().await?;

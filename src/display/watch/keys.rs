@@ -103,7 +103,7 @@ impl Screen {
             '+' | '=' => self.step_speed(snapshot, 1.0),
             '-' | '_' => self.step_speed(snapshot, -1.0),
             'v' => self.type_in(NumberEntry::speed(), "speed", Controls::of(snapshot).speed),
-            's' => self.type_in(NumberEntry::seek(), "seek", Controls::of(snapshot).seek),
+            's' => self.type_in(NumberEntry::seek(snapshot), "seek", Controls::of(snapshot).seek),
             _ => KeyAction::None,
         }
     }

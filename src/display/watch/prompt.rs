@@ -25,9 +25,14 @@ impl NumberEntry {
         Self { asked: "speed of the head in m/s", request, text: String::new() }
     }
 
-    pub(super) fn seek() -> Self {
+    /// Entry of a seek: of a replay, the position in its recording.
+    pub(super) fn seek(snapshot: &Snapshot) -> Self {
         let request = |sim_time_s| Request::Seek { sim_time_s };
-        Self { asked: "show time to seek to in s", request, text: String::new() }
+        let asked = match snapshot.replay {
+            Some(_) => "seconds since the first frame of the recording to seek to",
+            None => "show time to seek to in s",
+        };
+        Self { asked, request, text: String::new() }
     }
 
     /// Adds a character, if it is printable ASCII and the entry is not full.

@@ -116,6 +116,16 @@ impl Connection {
         self.change(|connection| connection.is_kept = true);
     }
 
+    /// Whether this connection is protected from being replaced.
+    pub fn is_kept(&self) -> bool {
+        self.limit.open().connections.iter().any(|connection| connection.id == self.id && connection.is_kept)
+    }
+
+    /// The address of the other machine.
+    pub fn address(&self) -> IpAddr {
+        self.address
+    }
+
     /// Counts a request of this connection as in progress until the result is dropped.
     pub(super) fn begin_request(&self) -> RequestInProgress {
         self.change(|connection| connection.requests += 1);

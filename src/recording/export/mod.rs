@@ -1,7 +1,8 @@
 //! Export: frames, alerts and commands of a recording as rows and columns, for spreadsheets and other programs.
 //!
 //! **Selection.** Export selects the frames whose show time lies in an interval, in the recorded order. A step of show time can
-//! thin them out, for example to one frame per second. All alerts and commands of the interval are selected.
+//! thin them out, for example to one frame per second. All alerts and commands of the interval are selected, but the accepted
+//! grants of a guard only on request.
 //!
 //! **Formats.** Comma-separated values are written while the file is read, for example one row for each handle of each frame.
 //! Numbers have full precision, in the shortest form that reads back as the same value. A workbook has several sheets, among
@@ -15,9 +16,9 @@ mod rows;
 mod selection;
 mod workbook;
 
-use std::{io, path::PathBuf};
+use std::{io, sync::Arc};
 
-use super::{NothingFound, ReadError, ShowInterval};
+use super::{Coverage, FlawedFile, Flaws, NothingFound, Parts, ReadError, ShowInterval};
 use crate::output::table::WorkbookError;
 
 pub(crate) use rows::write_csv;
@@ -26,13 +27,29 @@ pub(crate) use workbook::Workbook;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExportSettings {
-    pub(crate) file: PathBuf,
+    pub(crate) parts: Arc<Parts>,
     pub(crate) interval: ShowInterval,
     /// Step of show time between exported frames in nanoseconds; 0 for every frame.
     pub(crate) every_ns: i64,
     pub(crate) subject: ExportSubject,
     /// Whether alerts and commands are exported too: a workbook has sheets for them.
     pub(crate) with_events: bool,
+    /// Whether the accepted grants of a guard are among the commands.
+    pub(crate) with_grants: bool,
+}
+
+/// The parts of the recording that could not be read, and its gaps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ExportFindings {
+    pub(crate) flawed: Vec<FlawedFile>,
+    pub(crate) coverage: Coverage,
+}
+
+impl ExportFindings {
+    /// The unreadable parts of all files together.
+    pub(crate) fn flaws(&self) -> Flaws {
+        self.flawed.iter().fold(Flaws::default(), |all, file| all.and(file.flaws))
+    }
 }
 
 /// Subject of the rows.
@@ -84,9 +101,6 @@ pub struct ExportCounts {
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ExportError {
-    /// The file cannot be opened as a recording.
-    #[error(transparent)]
-    Open(ReadError),
     #[error("the export ends early")]
     Read(#[source] ReadError),
     #[error(transparent)]

@@ -2,12 +2,12 @@
 
 use std::io::Write;
 
-use bench_dragon_ipc::{Alert, BenchState, CommandEvent, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, BenchState, CommandEvent, HandleState};
 
 use super::{ExportError, ExportSubject, Selection};
-use crate::output::command_words::CommandLine;
+use crate::output::command_words::{CommandLine, wall_time};
 use crate::output::table::{Cell, Column, CsvWriter};
-use crate::recording::{Recorded, RecordedFrame};
+use crate::recording::{Recorded, RecordedAlert, RecordedFrame};
 
 pub(super) const DECIMALS: usize = 6;
 
@@ -34,7 +34,7 @@ pub(crate) fn write_csv(
 }
 
 pub(super) fn columns(subject: ExportSubject) -> Vec<Column> {
-    let when = [Column::whole("run_id"), Column::whole("tick"), Column::number("time_s", 9)];
+    let when = [Column::whole("run_id"), Column::whole("tick"), Column::number("time_s", 9), Column::text("wall_time")];
     let what = match subject {
         ExportSubject::Handles => {
             let numbers = numbers(&["x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "speed_mps"]);
@@ -54,7 +54,7 @@ pub(super) fn columns(subject: ExportSubject) -> Vec<Column> {
             [benches, numbers(&["clearance_m", "x_m", "y_m", "forecast_s"])].concat()
         }
         ExportSubject::Commands => {
-            let sender = vec![Column::text("wall_time"), Column::text("sender"), Column::whole("pid")];
+            let sender = vec![Column::text("sender"), Column::whole("pid")];
             let command =
                 vec![Column::text("command"), Column::number("value_1", DECIMALS), Column::number("value_2", DECIMALS)];
             let outcome = vec![Column::text("outcome"), Column::text("reason"), Column::text("text")];
@@ -71,22 +71,24 @@ fn numbers(titles: &[&str]) -> Vec<Column> {
 /// Rows of a subject, in order.
 pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>> {
     match (subject, recorded) {
-        (ExportSubject::Handles, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
+        (ExportSubject::Handles, Recorded::Frame(frame)) => {
+            let when = When::of_frame(frame);
             let row_of = |(index, handle): (usize, &HandleState)| {
                 let numbers = [handle.position_m, handle.velocity_mps];
-                row(header, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()]))
+                row(&when, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()]))
             };
-            handles.iter().enumerate().map(row_of).collect()
+            frame.handles.iter().enumerate().map(row_of).collect()
         }
-        (ExportSubject::Benches, Recorded::Frame(RecordedFrame { header, handles, .. })) => {
+        (ExportSubject::Benches, Recorded::Frame(frame)) => {
+            let when = When::of_frame(frame);
             let row_of = |(index, bench): (usize, BenchState)| {
                 let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps, .. } = bench;
                 let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
-                row(header, index, numbers.chain([bench.speed_mps(), turn_rate_radps]))
+                row(&when, index, numbers.chain([bench.speed_mps(), turn_rate_radps]))
             };
-            BenchState::all(handles).enumerate().map(row_of).collect()
+            BenchState::all(&frame.handles).enumerate().map(row_of).collect()
         }
-        (ExportSubject::Frames, Recorded::Frame(RecordedFrame { header, .. })) => vec![frame_row(header)],
+        (ExportSubject::Frames, Recorded::Frame(frame)) => vec![frame_row(frame)],
         (ExportSubject::Alerts, Recorded::Alert(alert)) => vec![alert_row(alert)],
         (ExportSubject::Commands, Recorded::Command(event)) => vec![command_row(event)],
         _ => Vec::new(),
@@ -98,20 +100,20 @@ pub(super) fn seconds(time_ns: i64) -> f64 {
     time_ns as f64 / 1e9
 }
 
-fn row(header: &FrameHeader, index: usize, numbers: impl Iterator<Item = f64>) -> Vec<Cell> {
-    let when = when(header.run_id, header.tick, header.sim_time_ns);
-    when.into_iter().chain([index.into()]).chain(numbers.map(Cell::from)).collect()
+fn row(when: &When, index: usize, numbers: impl Iterator<Item = f64>) -> Vec<Cell> {
+    when.cells().into_iter().chain([index.into()]).chain(numbers.map(Cell::from)).collect()
 }
 
-fn frame_row(header: &FrameHeader) -> Vec<Cell> {
+fn frame_row(frame: &RecordedFrame) -> Vec<Cell> {
+    let header = &frame.header;
     let state = header.show_state().map_or_else(|| format!("state {}", header.state), |state| state.to_string());
     let numbers = [header.head_travel_m, header.head_speed_mps, header.time_scale];
-    let when = when(header.run_id, header.tick, header.sim_time_ns).into_iter();
+    let when = When::of_frame(frame).cells().into_iter();
     let benches = Cell::Whole(u64::from(header.bench_count));
     when.chain([state.into()]).chain(numbers.map(Cell::from)).chain([benches]).collect()
 }
 
-fn alert_row(alert: &Alert) -> Vec<Cell> {
+fn alert_row(&RecordedAlert { log_time_ns, ref alert }: &RecordedAlert) -> Vec<Cell> {
     let kind = alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string());
     let bench = |bench: u32| if bench == Alert::NO_BENCH { Cell::Blank } else { Cell::Whole(u64::from(bench)) };
     let of_pair = |number: f64| Cell::from(alert.pair().map(|_| number));
@@ -120,7 +122,8 @@ fn alert_row(alert: &Alert) -> Vec<Cell> {
     let forecast_s = (alert.forecast_ns != Alert::NO_FORECAST).then(|| seconds(alert.forecast_ns));
     let benches = [bench(alert.bench_a), bench(alert.bench_b)];
     let what = [of_pair(alert.clearance_m), of_bench(x_m), of_bench(y_m)];
-    let when = when(alert.run_id, alert.tick, alert.sim_time_ns).into_iter();
+    let when = When::of(alert.run_id, alert.tick, alert.sim_time_ns, wall_time(i128::from(log_time_ns)));
+    let when = when.cells().into_iter();
     when.chain([kind.into()]).chain(benches).chain(what).chain([forecast_s.into()]).collect()
 }
 
@@ -133,12 +136,26 @@ fn command_row(event: &CommandEvent) -> Vec<Cell> {
         (Some(_), None) => "accepted".into(),
         (None, None) => Cell::Blank,
     };
-    let sender = [wall_time.into(), sender.into(), pid.map_or(Cell::Blank, |pid| Cell::Whole(pid.into()))];
+    let sender = [sender.into(), pid.map_or(Cell::Blank, |pid| Cell::Whole(pid.into()))];
     let command = [command.into(), value(0), value(1), outcome, reason.map_or(Cell::Blank, Cell::from), text.into()];
-    let when = when(event.run_id, event.tick, event.sim_time_ns).into_iter();
+    let when = When::of(event.run_id, event.tick, event.sim_time_ns, wall_time).cells().into_iter();
     when.chain(sender).chain(command).chain([Cell::Whole(event.number), Cell::Whole(event.overruns)]).collect()
 }
 
-fn when(run_id: u64, tick: u64, sim_time_ns: i64) -> [Cell; 3] {
-    [Cell::Whole(run_id), Cell::Whole(tick), Cell::Number(seconds(sim_time_ns))]
+/// The first columns of every row.
+struct When([Cell; 4]);
+
+impl When {
+    fn of(run_id: u64, tick: u64, sim_time_ns: i64, wall_time: String) -> Self {
+        Self([Cell::Whole(run_id), Cell::Whole(tick), Cell::Number(seconds(sim_time_ns)), Cell::Text(wall_time)])
+    }
+
+    /// The wall time of a frame is that of its sending.
+    fn of_frame(RecordedFrame { log_time_ns, header, .. }: &RecordedFrame) -> Self {
+        Self::of(header.run_id, header.tick, header.sim_time_ns, wall_time(i128::from(*log_time_ns)))
+    }
+
+    fn cells(&self) -> [Cell; 4] {
+        self.0.clone()
+    }
 }

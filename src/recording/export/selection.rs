@@ -1,9 +1,11 @@
 //! Selects the frames, alerts and commands of a recording for the export.
 
-use bench_dragon_ipc::FrameHeader;
+use std::sync::Arc;
 
-use super::{ExportCounts, ExportError, ExportSettings, ExportSubject};
-use crate::recording::{FrameReader, IntervalSearch, Recorded};
+use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader};
+
+use super::{ExportCounts, ExportError, ExportFindings, ExportSettings, ExportSubject};
+use crate::recording::{IntervalSearch, PartsReader, Recorded};
 
 /// Reads the selected frames and messages one after the other. The whole file is never in memory.
 #[derive(Debug)]
@@ -12,22 +14,27 @@ pub(crate) struct Selection {
     /// Counts of the export so far.
     pub(crate) counts: ExportCounts,
     /// Reader of the recording.
-    pub(crate) reader: FrameReader,
+    pub(crate) reader: PartsReader,
     sampling: Sampling,
     last_run_id: Option<u64>,
     search: IntervalSearch,
 }
 
 impl Selection {
-    pub(crate) fn open(settings: ExportSettings) -> Result<Self, ExportError> {
-        Ok(Self {
-            reader: FrameReader::open(&settings.file).map_err(ExportError::Open)?,
+    pub(crate) fn open(settings: ExportSettings) -> Self {
+        Self {
+            reader: PartsReader::new(Arc::clone(&settings.parts)),
             sampling: Sampling::new(settings.every_ns),
             search: IntervalSearch::new(settings.interval),
             settings,
             counts: ExportCounts::default(),
             last_run_id: None,
-        })
+        }
+    }
+
+    /// Ends the reading. Returns the parts that could not be read, and the gaps.
+    pub(crate) fn into_findings(self) -> ExportFindings {
+        ExportFindings { coverage: self.reader.coverage(), flawed: self.reader.into_flawed() }
     }
 
     /// Returns the next selected frame, alert or command event. At the end, fails if the subject needs frames and the selection
@@ -36,16 +43,19 @@ impl Selection {
         loop {
             let Some(recorded) = self.read()? else {
                 if self.counts.frames == 0 && self.settings.subject.has_frames() {
-                    return Err(self.search.nothing_found(&self.settings.file, self.reader.flaws()).into());
+                    return Err(self.search.nothing_found(&self.settings.parts.named, self.reader.flaws()).into());
                 }
                 return Ok(None);
             };
-            let ExportSettings { interval, subject, with_events, .. } = self.settings;
+            let ExportSettings { interval, subject, with_events, with_grants, .. } = self.settings;
             let is_of =
                 |events: ExportSubject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
             match &recorded {
                 Recorded::Frame(frame) => self.count_frame(&frame.header),
-                Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.sim_time_ns) => self.counts.alerts += 1,
+                Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.alert.sim_time_ns) => {
+                    self.counts.alerts += 1;
+                }
+                Recorded::Command(event) if is_plain_grant(event) && !with_grants => continue,
                 Recorded::Command(event) if is_of(ExportSubject::Commands, event.sim_time_ns) => {
                     self.counts.commands += 1;
                 }
@@ -71,6 +81,11 @@ impl Selection {
             self.counts.runs += 1;
         }
     }
+}
+
+/// Whether an event is a grant of a guard that the server has accepted.
+fn is_plain_grant(event: &CommandEvent) -> bool {
+    event.event_kind() == Some(EventKind::Grant) && event.outcome().is_ok()
 }
 
 /// Chooses the first frame of each run, the first frame in each step of show time, and the first frame after show time goes

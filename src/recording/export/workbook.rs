@@ -3,9 +3,9 @@
 use bench_dragon_ipc::{BenchState, HandleState};
 
 use super::rows::{DECIMALS, columns, rows, seconds};
-use super::{ExportCounts, ExportError, ExportSubject, Selection};
+use super::{ExportCounts, ExportError, ExportFindings, ExportSubject, Selection};
 use crate::output::table::{Book, Cell, Column, MAX_COLUMNS, MAX_ROWS};
-use crate::recording::{Configuration, Flaws, Recorded, RecordedFrame};
+use crate::recording::{Configuration, Recorded, RecordedFrame};
 
 /// Greatest number of handles or benches in all frames of a workbook: enough for a sheet of full width of the paper's dragon.
 const MOST_SAMPLES: usize = 4_000_000;
@@ -27,7 +27,7 @@ pub(crate) struct Workbook {
     has_heights: bool,
     configurations: Vec<Configuration>,
     pub(crate) counts: ExportCounts,
-    pub(crate) flaws: Flaws,
+    pub(crate) findings: ExportFindings,
 }
 
 /// Position and motion of a handle or a bench.
@@ -57,7 +57,8 @@ impl Workbook {
             workbook.require_room(sample_count)?;
             look(&selection);
         }
-        (workbook.counts, workbook.flaws) = (selection.counts, selection.reader.flaws());
+        workbook.counts = selection.counts;
+        workbook.findings = selection.into_findings();
         Ok(workbook)
     }
 

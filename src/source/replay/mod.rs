@@ -11,16 +11,22 @@
 //!
 //! **Gaps.** Frames that the recorder lost are missing in the replay too; [`PassSummary::missing`] counts them. A
 //! reader sees the gap as a reposition of the head, unless the head could have walked there in the elapsed time. The
-//! same applies where frames outside of the interval are cut out.
+//! same applies where frames outside of the interval are cut out. A gap takes at most a second of recorded time.
 //!
-//! **Alerts** are not replayed: a monitor of the replay publishes its own, from the same frames.
+//! **Alerts and commands** are published after the frames after which they were recorded, with the run and the ticks of the
+//! pass. The start and the end of the recorded run are left out: the record of a replay is no complete record of a run.
 //!
-//! **Waiting.** A thread reads the file ahead into a bounded channel. A late frame is sent at once. The frames behind
+//! **Waiting.** A thread reads the recording ahead into a bounded channel. A late frame is sent at once. The frames behind
 //! it follow a tenth faster until the replay is on time again ([`PlaybackClock`]). The replay never waits for a slow
 //! reader.
 //!
-//! **Commands.** Clients may stop a replay. Any other command is refused with
-//! [`Refusal::Replayed`](bench_dragon_ipc::Refusal).
+//! **Commands.** Clients may pause a replay, resume it, seek in it, change its pace, and stop it. Any other command is refused
+//! with [`Refusal::Replayed`](bench_dragon_ipc::Refusal). These commands are answered, but they are not part of the record.
+//!
+//! - A paused replay repeats its last frame as a standing one: state paused, all speeds 0. At the end of the recording, a
+//!   replay that stays does the same with the state finished.
+//! - A seek takes a position: wall time since the first frame of the recording. Within a recorded run it is what a seek of a
+//!   server is: the ticks go on, and the head jumps. In another recorded run, another pass begins.
 //!
 //! **Verification** ([`verify`](mod@verify)) publishes nothing: it simulates a recorded run again and compares it with
 //! its frames.
@@ -28,29 +34,35 @@
 //! **Damaged files.** The replay skips damaged parts, and plays a file without its end up to the last readable frame.
 //! [`ReplaySummary::flaws`] reports both.
 
+mod outlets;
 mod pass;
 mod playback_clock;
 mod read_ahead;
+mod steering;
+mod trail;
 pub mod verify;
 
 use std::io;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Domain, SourceKind, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, Domain, SourceKind};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;
-use crate::recording::{Flaws, NothingFound, ReadError, ShowInterval};
+use crate::recording::{Coverage, FlawedFile, Flaws, NothingFound, Parts, ReadError, ShowInterval, Timeline};
 use crate::source::{SourcePorts, described_rate_hz, take_instance};
 
 pub(crate) use pass::Pass;
 pub use pass::PassSummary;
 pub use playback_clock::PlaybackClock;
 
-use read_ahead::{ReadAhead, RecordedRun};
+use read_ahead::{ReadAhead, ReadFrom, RecordedRun};
+use steering::Steering;
 
 /// Allowed rates, in recorded seconds per second.
 pub const RATE: RangeInclusive<f64> = 0.01..=100.0;
@@ -62,7 +74,7 @@ const COMMAND_PERIOD: Duration = Duration::from_millis(10);
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ReplaySettings {
-    pub(crate) file: PathBuf,
+    pub(crate) parts: Parts,
     pub(crate) interval: ShowInterval,
     /// Recorded seconds per second, in [`RATE`].
     pub(crate) rate: f64,
@@ -70,6 +82,12 @@ pub(crate) struct ReplaySettings {
     pub(crate) laps: Option<u64>,
     /// Number of readers to wait for before the first frame, for ten seconds at most.
     pub(crate) readers: usize,
+    /// Whether alerts and commands are left out.
+    pub(crate) is_frames_only: bool,
+    /// Whether the replay begins paused.
+    pub(crate) is_paused: bool,
+    /// Whether the replay stands at the end of the recording until it is stopped.
+    pub(crate) stays: bool,
 }
 
 /// Results of a replay.
@@ -89,12 +107,18 @@ pub struct ReplaySummary {
 pub(crate) struct Replay {
     domain: Domain,
     settings: ReplaySettings,
-    read_ahead: ReadAhead,
+    parts: Arc<Parts>,
+    timeline: Timeline,
+    /// `None` only while it is replaced.
+    read_ahead: Option<ReadAhead>,
+    /// The run after a seek into another run.
+    sought_run: Option<RecordedRun>,
+    findings: ReplayFindings,
     clock: PlaybackClock,
+    steering: Steering,
     /// Number of finished laps.
     lap: u64,
     summary: ReplaySummary,
-    is_stopped: bool,
     // Dropped last.
     _lock: SourceLock,
 }
@@ -102,16 +126,22 @@ pub(crate) struct Replay {
 impl Replay {
     /// Opens the recording and takes the instance. No other source may run on it.
     pub(crate) fn open(domain: &Domain, settings: ReplaySettings) -> Result<Self, ReplayError> {
-        let read_ahead = ReadAhead::start(&settings)?;
+        let parts = Arc::new(settings.parts.clone());
+        let timeline = Timeline::of(&parts).map_err(ReplayError::Read)?;
+        let read_ahead = Some(ReadAhead::start(&parts, &settings, ReadFrom::default())?);
         let lock = take_instance(domain)?;
         Ok(Self {
             domain: domain.clone(),
             clock: PlaybackClock::new(settings.rate),
+            steering: Steering::new(settings.is_paused, settings.rate),
             settings,
+            parts,
+            timeline,
             read_ahead,
+            sought_run: None,
+            findings: ReplayFindings::default(),
             lap: 0,
             summary: ReplaySummary::default(),
-            is_stopped: false,
             _lock: lock,
         })
     }
@@ -121,36 +151,68 @@ impl Replay {
     pub(crate) fn next_pass(&mut self, stop: &AtomicBool) -> Result<Option<Pass<'_>>, ReplayError> {
         let Some(run) = self.next_run(stop)? else { return Ok(None) };
         let toml = &run.configuration.toml;
-        let rate_hz = published_rate_hz(described_rate_hz(toml), self.settings.rate);
+        let rate_hz = published_rate_hz(described_rate_hz(toml), self.steering.pace);
         let ports = SourcePorts::open(&self.domain, SourceKind::Replay, toml, run.bench_count, rate_hz)?;
         if run.lap != self.lap {
             self.lap = run.lap;
             self.clock.begin_lap();
         }
         self.summary.passes += 1;
-        Ok(Some(Pass::new(self, run, ports)))
+        Ok(Some(Pass::new(self, run, ports, rate_hz)?))
     }
 
-    pub(crate) fn finish(self) -> ReplaySummary {
-        ReplaySummary { flaws: self.read_ahead.finish(), ..self.summary }
+    pub(crate) fn finish(mut self) -> (ReplaySummary, ReplayFindings) {
+        self.end_reading();
+        let flaws = self.findings.flawed.iter().fold(Flaws::default(), |all, file| all.and(file.flaws));
+        (ReplaySummary { flaws, ..self.summary }, self.findings)
     }
 
-    /// Waits until the next run has been read from the file.
-    fn next_run(&self, stop: &AtomicBool) -> Result<Option<RecordedRun>, ReplayError> {
-        while !self.is_stopped && !stop.load(Ordering::Relaxed) {
-            if let Some(run) = self.read_ahead.next(COMMAND_PERIOD) {
+    /// Waits until the next run has been read from the recording.
+    fn next_run(&mut self, stop: &AtomicBool) -> Result<Option<RecordedRun>, ReplayError> {
+        if let Some(run) = self.sought_run.take() {
+            return Ok(Some(run));
+        }
+        while !self.steering.is_stopped && !stop.load(Ordering::Relaxed) {
+            let Some(read_ahead) = &self.read_ahead else { return Ok(None) };
+            if let Some(run) = read_ahead.next(COMMAND_PERIOD) {
                 return run;
             }
         }
         Ok(None)
     }
+
+    /// Reads from a position on. The receiver of the present run must be dropped before.
+    fn read_from(&mut self, position_ns: u64) -> Result<(), ReplayError> {
+        self.end_reading();
+        let from = ReadFrom {
+            place: self.timeline.place(position_ns),
+            log_time_ns: self.timeline.log_time_ns(position_ns),
+            lap: self.lap,
+        };
+        self.read_ahead = Some(ReadAhead::start(&self.parts, &self.settings, from)?);
+        Ok(())
+    }
+
+    fn end_reading(&mut self) {
+        let Some(read_ahead) = self.read_ahead.take() else { return };
+        let read_ahead::Findings { flawed, coverage } = read_ahead.finish();
+        if !flawed.is_empty() {
+            self.findings.flawed = flawed;
+        }
+        self.findings.coverage = coverage.or(self.findings.coverage.take());
+    }
+}
+
+/// The parts of the recording that could not be read, and its gaps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ReplayFindings {
+    pub(crate) flawed: Vec<FlawedFile>,
+    /// `None` unless the recording was read from its begin to its end.
+    pub(crate) coverage: Option<Coverage>,
 }
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ReplayError {
-    /// The file cannot be opened as a recording.
-    #[error(transparent)]
-    Open(ReadError),
     #[error("the replay ends early")]
     Read(#[source] ReadError),
     #[error(transparent)]

@@ -40,10 +40,16 @@ impl PlaybackClock {
         due_ns
     }
 
-    /// Begins a new lap with the next frame. It follows the last frame at the distance of the last two frames, or now
+    /// Begins a new lap with the next frame, or goes on after a standstill. It follows the last frame at the distance of the last two frames, or now
     /// if that instant has passed.
     pub fn begin_lap(&mut self) {
         (self.anchor, self.put_off) = (None, None);
+    }
+
+    /// Changes the rate, and begins anew with the next frame as [`PlaybackClock::begin_lap`].
+    pub fn set_rate(&mut self, rate: f64) {
+        self.rate = rate;
+        self.begin_lap();
     }
 
     /// Number of late frames.

@@ -1,38 +1,52 @@
-//! Reading of frames ahead of the replay, lap by lap, so that a slow disk delays no frame.
+//! Reading of a recording ahead of its replay, lap by lap, so that a slow disk delays no frame.
 //!
-//! A thread reads, decompresses and decodes. Frames wait in a bounded channel. Played frames come back to the thread,
-//! which frees their memory; so the replay does not free memory between two frames.
+//! A thread reads, decompresses and decodes. Frames, alerts and command events wait in a bounded channel, in the recorded
+//! order. Played frames come back to the thread, which frees their memory; so the replay does not free memory between two
+//! frames.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use bench_dragon_ipc::FrameHeader;
+use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader};
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender};
 
+use super::trail::Trail;
 use super::{ReplayError, ReplaySettings};
-use crate::recording::{Bookmark, Configuration, Flaws, FrameReader, IntervalSearch, RecordedFrame, frames_in_flight};
+use crate::recording::{
+    Configuration, Coverage, FlawedFile, IntervalSearch, Parts, PartsBookmark, PartsReader, Recorded, RecordedFrame,
+    TimelinePlace, frames_in_flight,
+};
 
-/// A recorded run: its configuration, and a channel of its frames.
+/// Greatest number of events that wait for the first frame of their run.
+const MOST_EARLY: usize = 1 << 12;
+
+/// A recorded run: its configuration, and a channel of its frames and events.
 #[derive(Debug)]
 pub(super) struct RecordedRun {
     pub(super) configuration: Configuration,
     pub(super) bench_count: usize,
     /// Number of finished laps before this run.
     pub(super) lap: u64,
-    pub(super) frames: Receiver<PlannedFrame>,
+    pub(super) items: Receiver<Planned>,
     /// Returns played frames to the reading thread.
     pub(super) played: Sender<RecordedFrame>,
+}
+
+/// A frame or an event of a run, in the recorded order.
+#[derive(Debug)]
+pub(super) enum Planned {
+    Frame(PlannedFrame),
+    Alert(Alert),
+    Command(CommandEvent),
 }
 
 /// A frame to play.
 #[derive(Debug)]
 pub(super) struct PlannedFrame {
     pub(super) frame: RecordedFrame,
-    /// Recorded due time, minus the length of all cuts before it. Across a cut, the distance from the played frame
-    /// before it is the frame's recorded distance from its predecessor.
+    /// Recorded due time without the cuts before it, as [`Trail`] has it.
     pub(super) due_ns: u64,
     /// Frames that the recorder lost between the last played frame and this one.
     pub(super) missing: u64,
@@ -40,18 +54,37 @@ pub(super) struct PlannedFrame {
     pub(super) lap: u64,
 }
 
+/// The begin of a reading.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ReadFrom {
+    /// The chunk to begin with; `None` for the begin of the recording.
+    pub(super) place: Option<TimelinePlace>,
+    /// Log time of the first frame to play. The last frame is played even if it is before that.
+    pub(super) log_time_ns: u64,
+    /// Number of finished laps.
+    pub(super) lap: u64,
+}
+
+/// The parts of a recording that could not be read or are missing.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Findings {
+    pub(super) flawed: Vec<FlawedFile>,
+    /// `None` where the recording was not read from its begin to its end.
+    pub(super) coverage: Option<Coverage>,
+}
+
 /// The reading thread. It ends when the receiving ends of its channels are dropped.
 #[derive(Debug)]
 pub(super) struct ReadAhead {
     runs: Receiver<Result<RecordedRun, ReplayError>>,
     abandoned: Arc<AtomicBool>,
-    thread: JoinHandle<Flaws>,
+    thread: JoinHandle<Findings>,
 }
 
 impl ReadAhead {
-    pub(super) fn start(settings: &ReplaySettings) -> Result<Self, ReplayError> {
+    pub(super) fn start(parts: &Arc<Parts>, settings: &ReplaySettings, from: ReadFrom) -> Result<Self, ReplayError> {
         let abandoned = Arc::new(AtomicBool::new(false));
-        let excerpt = Excerpt::open(settings, Arc::clone(&abandoned))?;
+        let excerpt = Excerpt::open(Arc::clone(parts), settings, from, Arc::clone(&abandoned))?;
         // A channel without capacity: the thread reads one run ahead at a time.
         let (sender, runs) = channel::bounded(0);
         let thread = thread::Builder::new()
@@ -70,214 +103,276 @@ impl ReadAhead {
         }
     }
 
-    /// Ends the thread. Returns the parts of the file that could not be read.
-    pub(super) fn finish(self) -> Flaws {
+    /// Ends the thread. Returns the parts that could not be read. The receiver of the last run must be dropped before.
+    pub(super) fn finish(self) -> Findings {
         self.abandoned.store(true, Ordering::Relaxed);
         drop(self.runs);
         self.thread.join().expect("the reading thread does not panic")
     }
 }
 
-/// Reads the frames whose show time lies in an interval, lap by lap. Frames outside are decompressed and skipped. After
-/// the first lap, the reader starts at the interval's first frame and stops at its last chunk.
+/// Reads the frames and events whose show time lies in an interval, lap by lap. Frames outside are decompressed and skipped.
+/// After the first lap, the reader starts at the interval's first frame and stops at its last chunk.
 #[derive(Debug)]
 struct Excerpt {
-    path: PathBuf,
+    parts: Arc<Parts>,
     search: IntervalSearch,
+    is_frames_only: bool,
     /// Number of laps to read; `None`: without end.
     laps: Option<u64>,
     lap: u64,
-    reader: FrameReader,
+    reader: PartsReader,
     trail: Trail,
-    /// Position of the interval's first frame, and of the chunk with its last frame, as far as the first lap has read.
-    bounds: Option<(Bookmark, u64)>,
-    flaws: Flaws,
+    /// Log time of the first frame to play, until it is found.
+    begin_ns: Option<u64>,
+    /// The last frame before that time.
+    before: Option<RecordedFrame>,
+    /// Position of the interval's first frame, and of the chunk with its last frame, as far as a lap from the begin has read.
+    bounds: Option<(PartsBookmark, (usize, u64))>,
+    /// Whether this lap began with the recording, and is the first such lap.
+    is_first_whole_lap: bool,
+    has_found: bool,
+    findings: Findings,
     /// First frame of the next run. It was read to detect the end of the run before.
     first_of_run: Option<PlannedFrame>,
+    /// Events that were recorded before the first frame of their run.
+    early: Vec<Planned>,
     /// Whether the receiver needs no more frames.
     abandoned: Arc<AtomicBool>,
 }
 
-/// The frames of a lap so far, by their headers.
-#[derive(Clone, Copy, Debug, Default)]
-struct Trail {
-    last_played: Option<FrameHeader>,
-    /// The last frame read, played or not.
-    last: Option<FrameHeader>,
-    cut_ns: u64,
-}
-
 impl Excerpt {
-    fn open(settings: &ReplaySettings, abandoned: Arc<AtomicBool>) -> Result<Self, ReplayError> {
-        let ReplaySettings { file, interval, laps, .. } = settings;
+    fn open(
+        parts: Arc<Parts>,
+        settings: &ReplaySettings,
+        from: ReadFrom,
+        abandoned: Arc<AtomicBool>,
+    ) -> Result<Self, ReplayError> {
+        let ReadFrom { place, log_time_ns, lap } = from;
+        let reader = match &place {
+            Some(place) => PartsReader::open_at(Arc::clone(&parts), place).map_err(ReplayError::Read)?,
+            None => PartsReader::new(Arc::clone(&parts)),
+        };
         Ok(Self {
-            path: file.clone(),
-            search: IntervalSearch::new(*interval),
-            laps: *laps,
-            lap: 0,
-            reader: FrameReader::open(file).map_err(ReplayError::Open)?,
+            parts,
+            search: IntervalSearch::new(settings.interval),
+            is_frames_only: settings.is_frames_only,
+            laps: settings.laps,
+            lap,
+            reader,
             trail: Trail::default(),
+            begin_ns: place.is_some().then_some(log_time_ns),
+            before: None,
             bounds: None,
-            flaws: Flaws::default(),
+            is_first_whole_lap: place.is_none(),
+            has_found: false,
+            findings: Findings::default(),
             first_of_run: None,
+            early: Vec::new(),
             abandoned,
         })
     }
 
-    /// Sends all runs, then the error that ended them. Returns the parts of the file that could not be read.
-    fn send_all(mut self, runs: &Sender<Result<RecordedRun, ReplayError>>) -> Flaws {
+    /// Sends all runs, then the error that ended them. Returns the parts of the recording that could not be read.
+    fn send_all(mut self, runs: &Sender<Result<RecordedRun, ReplayError>>) -> Findings {
         if let Err(error) = self.send_runs(runs) {
             // Without a receiver the replay has been stopped, and the error is dropped.
             let _ = runs.send(Err(error));
         }
-        self.note_flaws();
-        self.flaws
+        if self.is_first_whole_lap {
+            self.findings.flawed = self.reader.into_flawed();
+        }
+        self.findings
     }
 
     fn send_runs(&mut self, runs: &Sender<Result<RecordedRun, ReplayError>>) -> Result<(), ReplayError> {
-        self.first_of_run = self.next()?;
-        if self.first_of_run.is_none() {
-            return Err(self.search.nothing_found(&self.path, self.flaws).into());
+        self.first_of_run = self.next_frame()?;
+        if self.first_of_run.is_none() && self.is_first_whole_lap {
+            return Err(self.search.nothing_found(&self.parts.named, self.reader.flaws()).into());
         }
         while let Some(first) = self.first_of_run.take() {
             let in_flight = frames_in_flight(size_of_val(first.frame.handles.as_slice()));
-            let (frames, frames_read) = channel::bounded(in_flight);
-            // Capacity for all frames that exist: those in flight, one being read and one being played.
-            let (played, done) = channel::bounded(in_flight + 2);
+            let (items, items_read) = channel::bounded(in_flight);
+            // Capacity for all frames that exist: those in flight, one being read and two being played.
+            let (played, done) = channel::bounded(in_flight + 3);
             let FrameHeader { run_id, bench_count, .. } = first.frame.header;
             let run = RecordedRun {
                 configuration: self.configuration(run_id)?,
                 bench_count: bench_count as usize,
                 lap: first.lap,
-                frames: frames_read,
+                items: items_read,
                 played,
             };
-            if runs.send(Ok(run)).is_err() || !self.send_frames(first, &frames, &done)? {
+            if runs.send(Ok(run)).is_err() || !self.send_run(first, &items, &done)? {
                 return Ok(());
             }
         }
         Ok(())
     }
 
-    /// Sends the frames of a run. Returns whether the receiver took them all.
-    fn send_frames(
+    /// Sends the frames and events of a run. Returns whether the receiver took them all.
+    fn send_run(
         &mut self,
         first: PlannedFrame,
-        frames: &Sender<PlannedFrame>,
+        items: &Sender<Planned>,
         done: &Receiver<RecordedFrame>,
     ) -> Result<bool, ReplayError> {
-        let run = run_of(&first);
-        let mut next = Some(first);
-        while let Some(frame) = next {
-            if run_of(&frame) != run {
-                self.first_of_run = Some(frame);
-                return Ok(true);
-            }
-            if frames.send(frame).is_err() {
+        let (run, run_id) = (run_of(&first), first.frame.header.run_id);
+        if items.send(Planned::Frame(first)).is_err() {
+            return Ok(false);
+        }
+        let (own, others) = self.early.drain(..).partition(|item| item.run_id() == run_id);
+        self.early = others;
+        for item in Vec::into_iter(own) {
+            if items.send(item).is_err() {
                 return Ok(false);
             }
-            done.try_iter().for_each(drop);
-            next = self.next()?;
+        }
+        while let Some(item) = self.next()? {
+            match item {
+                Planned::Frame(frame) if run_of(&frame) != run => {
+                    self.first_of_run = Some(frame);
+                    return Ok(true);
+                }
+                event @ (Planned::Alert(_) | Planned::Command(_)) if event.run_id() != run_id => self.keep_early(event),
+                item => {
+                    if items.send(item).is_err() {
+                        return Ok(false);
+                    }
+                    done.try_iter().for_each(drop);
+                }
+            }
         }
         Ok(true)
+    }
+
+    fn keep_early(&mut self, event: Planned) {
+        if self.early.len() < MOST_EARLY {
+            self.early.push(event);
+        }
     }
 
     /// The configuration of the run of the last frame.
     fn configuration(&self, run_id: u64) -> Result<Configuration, ReplayError> {
         let configuration = self.reader.configuration().filter(|configuration| configuration.run_id == run_id);
-        configuration.cloned().ok_or_else(|| ReplayError::NoConfiguration { path: self.path.clone(), run_id })
+        let missing = || ReplayError::NoConfiguration { path: self.parts.named.clone(), run_id };
+        configuration.cloned().ok_or_else(missing)
     }
 
-    /// Returns the next frame; `None` after the last frame of the last lap.
-    fn next(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
+    /// Returns the next frame, and keeps the events before it for its run.
+    fn next_frame(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
         loop {
-            if let Some(frame) = self.next_of_lap()? {
-                return Ok(Some(frame));
+            match self.next()? {
+                Some(Planned::Frame(frame)) => return Ok(Some(frame)),
+                Some(event) => self.keep_early(event),
+                None => return Ok(None),
             }
-            self.note_flaws();
-            let Some((first, last)) = &self.bounds else { return Ok(None) };
+        }
+    }
+
+    /// Returns the next frame or event; `None` after the last frame of the last lap.
+    fn next(&mut self) -> Result<Option<Planned>, ReplayError> {
+        loop {
+            if let Some(item) = self.next_of_lap()? {
+                return Ok(Some(item));
+            }
+            let has_found = std::mem::take(&mut self.has_found);
+            if self.is_first_whole_lap {
+                self.findings.coverage = Some(self.reader.coverage());
+            }
             self.lap += 1;
-            if self.laps.is_some_and(|laps| self.lap >= laps) {
+            let is_over = self.laps.is_some_and(|laps| self.lap >= laps);
+            if is_over || self.is_first_whole_lap && !has_found {
                 return Ok(None);
             }
-            self.reader = FrameReader::open_between(&self.path, first, *last).map_err(ReplayError::Read)?;
-            self.trail = Trail::default();
+            self.begin_lap()?;
         }
     }
 
-    fn next_of_lap(&mut self) -> Result<Option<PlannedFrame>, ReplayError> {
-        let Self { reader, search, trail, abandoned, .. } = self;
-        let is_wanted = |header: &FrameHeader| {
-            let is_inside = search.comes_by(header.sim_time_ns);
-            if !is_inside {
-                trail.last = Some(*header);
-            }
-            // Without a receiver, the search for the interval's first frame must end.
-            is_inside || abandoned.load(Ordering::Relaxed)
+    /// Begins the next lap at the begin of the interval.
+    fn begin_lap(&mut self) -> Result<(), ReplayError> {
+        let parts = Arc::clone(&self.parts);
+        let reader = match &self.bounds {
+            Some((first, last)) => PartsReader::open_between(parts, first, *last).map_err(ReplayError::Read)?,
+            None => PartsReader::new(parts),
         };
-        let frame = reader.next_wanted_frame(is_wanted).map_err(ReplayError::Read)?;
-        let Some(frame) = frame else { return Ok(None) };
-        if self.lap == 0 {
+        let read = std::mem::replace(&mut self.reader, reader);
+        let was_first = std::mem::replace(&mut self.is_first_whole_lap, self.bounds.is_none());
+        if was_first {
+            self.findings.flawed = read.into_flawed();
+        }
+        self.trail = Trail::default();
+        self.early.clear();
+        Ok(())
+    }
+
+    fn next_of_lap(&mut self) -> Result<Option<Planned>, ReplayError> {
+        loop {
+            let Self { reader, search, trail, abandoned, .. } = self;
+            let is_wanted = |header: &FrameHeader| {
+                let is_inside = search.comes_by(header.sim_time_ns);
+                if !is_inside {
+                    trail.skip(header);
+                }
+                // Without a receiver, the search for the interval's first frame must end.
+                is_inside || abandoned.load(Ordering::Relaxed)
+            };
+            let recorded = reader.next_wanted(is_wanted).map_err(ReplayError::Read)?;
+            let Some(recorded) = recorded else {
+                // A recording that ends before the sought position is played from its last frame on.
+                self.begin_ns = None;
+                return Ok(self.before.take().map(|frame| self.plan(frame)));
+            };
+            if let Some(item) = self.take(recorded) {
+                return Ok(Some(item));
+            }
+        }
+    }
+
+    fn take(&mut self, recorded: Recorded) -> Option<Planned> {
+        let is_wanted = |excerpt: &Self, sim_time_ns| {
+            !excerpt.is_frames_only && excerpt.begin_ns.is_none() && excerpt.search.contains(sim_time_ns)
+        };
+        match recorded {
+            Recorded::Frame(frame) if self.begin_ns.is_some_and(|begin_ns| frame.log_time_ns < begin_ns) => {
+                self.before = Some(frame);
+                None
+            }
+            Recorded::Frame(frame) => {
+                (self.begin_ns, self.before) = (None, None);
+                Some(self.plan(frame))
+            }
+            Recorded::Alert(recorded) => {
+                is_wanted(self, recorded.alert.sim_time_ns).then_some(Planned::Alert(recorded.alert))
+            }
+            Recorded::Command(event) => is_wanted(self, event.sim_time_ns).then_some(Planned::Command(event)),
+        }
+    }
+
+    fn plan(&mut self, frame: RecordedFrame) -> Planned {
+        self.has_found = true;
+        if self.is_first_whole_lap {
             let (reader, position) = (&self.reader, self.reader.position());
-            self.bounds.get_or_insert_with(|| (reader.bookmark(), position)).1 = position;
+            if let Some(bookmark) = reader.bookmark() {
+                self.bounds.get_or_insert((bookmark, position)).1 = position;
+            }
         }
         let (due_ns, missing) = self.trail.play(&frame.header);
-        Ok(Some(PlannedFrame { frame, due_ns, missing, lap: self.lap }))
-    }
-
-    fn note_flaws(&mut self) {
-        if self.lap == 0 {
-            self.flaws = self.reader.flaws();
-        }
+        Planned::Frame(PlannedFrame { frame, due_ns, missing, lap: self.lap })
     }
 }
 
-impl Trail {
-    /// Adds a frame to play. Returns its due time without cuts, and the number of missing frames before it.
-    fn play(&mut self, header: &FrameHeader) -> (u64, u64) {
-        let mut missing = 0;
-        if let (Some(played), Some(last)) = (self.last_played, self.last) {
-            let same_run = last.run_id == header.run_id;
-            if last == played {
-                missing = if same_run { header.tick.saturating_sub(last.tick).saturating_sub(1) } else { 0 };
-            } else {
-                self.cut_ns = self.cut_ns.saturating_add(last.scheduled_ns.saturating_sub(played.scheduled_ns));
-            }
+impl Planned {
+    fn run_id(&self) -> u64 {
+        match self {
+            Self::Frame(planned) => planned.frame.header.run_id,
+            Self::Alert(alert) => alert.run_id,
+            Self::Command(event) => event.run_id,
         }
-        (self.last_played, self.last) = (Some(*header), Some(*header));
-        (header.scheduled_ns.saturating_sub(self.cut_ns), missing)
     }
 }
 
 /// Key that is the same for all frames of a pass.
 fn run_of(PlannedFrame { frame: RecordedFrame { header, .. }, lap, .. }: &PlannedFrame) -> (u64, u64, u32) {
     (*lap, header.run_id, header.bench_count)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn header(tick: u64, scheduled_ns: u64) -> FrameHeader {
-        FrameHeader { run_id: 7, tick, scheduled_ns, ..FrameHeader::default() }
-    }
-
-    #[test]
-    fn a_cut_takes_as_long_as_one_frame() {
-        let mut trail = Trail::default();
-        assert_eq!(trail.play(&header(5, 500)), (500, 0));
-        assert_eq!(trail.play(&header(6, 600)), (600, 0));
-        trail.last = Some(header(90, 9_000));
-        assert_eq!(trail.play(&header(91, 9_110)), (710, 0), "110 ns after the frame before, as recorded");
-        assert_eq!(trail.play(&header(92, 9_210)), (810, 0));
-    }
-
-    #[test]
-    fn lost_frames_are_counted_and_cut_frames_are_not() {
-        let mut trail = Trail { last: Some(header(3, 300)), ..Trail::default() };
-        assert_eq!(trail.play(&header(5, 500)), (500, 0));
-        assert_eq!(trail.play(&header(9, 900)), (900, 3));
-        trail.last = Some(header(20, 2_000));
-        assert_eq!(trail.play(&header(23, 2_300)).1, 0, "the lost frames may have been outside of the interval");
-    }
 }

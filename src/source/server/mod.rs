@@ -19,8 +19,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
-    BusError, CommandEvent, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind, SourceLock,
+    BusError, CommandEvent, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind,
 };
 
 use crate::config::Config;

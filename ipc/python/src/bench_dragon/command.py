@@ -111,3 +111,5 @@ class Refusal(WireCode):
     """More commands at a time than a bridge forwards to another host."""
     FOLLOWED = 14
     """The show follows timecode, which determines the show time. The timecode would undo a seek immediately."""
+    READY = 15
+    """The show waits at its start. Only `release` starts it."""

@@ -3,7 +3,7 @@
 
 import { tokenHeaders } from './token.js';
 
-/** @typedef {{command: 'pause' | 'resume' | 'hold' | 'release'} | {command: 'speed' | 'seek', value: number}} Command */
+/** @typedef {{command: 'pause' | 'resume' | 'hold' | 'release'} | {command: 'speed' | 'seek' | 'pace', value: number}} Command */
 /** @typedef {{isAccepted: boolean, text: string}} Reply */
 
 /** Timeout for the view's answer. The view itself waits five seconds, or ten if it must send the command again. */
@@ -15,6 +15,7 @@ const DONE = {
   release: 'released',
   speed: 'new speed',
   seek: 'new show time',
+  pace: 'new pace',
 };
 /** Statuses with which the view refuses a command before it sends it to the server. */
 const REFUSED = new Set([400, 401, 403, 413, 415]);

@@ -7,7 +7,7 @@ import { tokenHeaders } from './token.js';
 /** @typedef {import('./standing.js').Line} Line */
 /** @typedef {import('./standing.js').Outcome} Outcome */
 /** @typedef {{version: string, instance: string, read_only: boolean, may_view: boolean, may_control: boolean,
- *   viewers: number, max_viewers: number}} Access */
+ *   viewers: number, max_viewers: number, is_full: boolean}} Access */
 /**
  * @typedef {object} Listener
  * @property {(access: Access) => void} access
@@ -59,7 +59,7 @@ export class Connection {
     if (typeof access === 'string') return this.#refuse(access);
     this.#listener.access(access);
     if (!access.may_view) return this.#refuse('This view needs the address with the token.');
-    if (access.viewers >= access.max_viewers)
+    if (access.is_full)
       return this.#refuse(`${access.viewers} pages are open already, which is the limit.`);
     this.#openSocket(attempt);
   }

@@ -22,6 +22,7 @@ import { PictureAge } from './picture_age.js';
 import { readPalette } from './palette.js';
 import { Plan } from './plan.js';
 import { listenToPointers } from './pointer.js';
+import { ReplayBar } from './replay_bar.js';
 import { Show } from './show.js';
 import { obstacle, operatorsStops, standing } from './standing.js';
 import { isWall, writeStrip } from './strip.js';
@@ -59,6 +60,7 @@ const plan = new Plan(canvas, camera, palette, drawSoon);
 const details = new Details(drawSoon);
 const token = takeToken();
 const controls = new Controls(token);
+const replayBar = new ReplayBar(token);
 const timeline = new Timeline(palette, (time_s) => controls.proposeSeek(time_s), renewSoon);
 
 const connection = new Connection(token, {
@@ -66,6 +68,7 @@ const connection = new Connection(token, {
     instance = access.instance;
     write(element('instance', HTMLElement), instance);
     controls.allow(access);
+    replayBar.allow(access);
   },
   frame(frame) {
     pictureAge.sent(frame.sequence, performance.now());
@@ -107,6 +110,7 @@ function message(news) {
 /** @param {string} token */
 function useToken(token) {
   controls.useToken(token);
+  replayBar.useToken(token);
   connection.useToken(token);
 }
 
@@ -149,6 +153,7 @@ function renew() {
   const { status } = show;
   const lacks = obstacle(connection.line, show);
   controls.takeSituation(status?.refusals ?? null, operatorsStops(show), lacks);
+  replayBar.write(status, show.status_ms, now_ms, lacks);
   lightLamps(status?.lamps ?? [], connection.line.state === 'open');
   const unwatched = unwatchedReason();
   listAlerts(show.alerts, show.frame?.run_id, unwatched);

@@ -41,6 +41,15 @@
  * @property {string} timecode
  * @property {string[]} stops
  */
+/**
+ * @typedef {object} Replay
+ * @property {number} position_s wall time since the first frame of the recording
+ * @property {number} length_s
+ * @property {number} recorded_ms Unix time at which the frame was recorded
+ * @property {number} pace recorded seconds per second
+ * @property {boolean} paused
+ * @property {boolean} at_end whether the replay stands at the end of the recording
+ */
 /** @typedef {{kind: 'none' | 'waiting' | 'working' | 'missing'} | {kind: 'at_end', for_good: boolean}} Guard */
 /** @typedef {{name: string, level: 'off' | 'good' | 'warning' | 'danger', text: string}} Lamp */
 /**
@@ -52,6 +61,7 @@
  * @property {{state: 'waiting' | 'live' | 'silent' | 'gone' | 'ended' | 'failed', age_s: number | null, reason: string | null}} link
  * @property {{rate_hz: number, frames: number, lost: number, restarts: number, latency_us: Percentiles | null}} traffic
  * @property {Server | null} server
+ * @property {Replay | null} replay position of a replay; null for any other source
  * @property {Guard} guard situation of the guard
  * @property {{level: 'calm' | 'good' | 'caution' | 'danger', word: string, cause: string, remedy: string | null}} standing how
  *   the show stands

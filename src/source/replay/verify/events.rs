@@ -1,13 +1,13 @@
-//! Input of a verification: several files read as one recording, and their command events, run by run.
+//! Command events of a recording, run by run.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, RunStart};
+use bench_dragon_ipc::{CommandEvent, EventKind, RunStart};
 
-use super::{FlawedFile, VerifyError};
-use crate::recording::{Configuration, Flaws, FrameReader, ReadError, Recorded};
+use super::VerifyError;
+use crate::recording::{Parts, PartsReader, Recorded};
 
 /// Greatest number of command events that a verification keeps in memory, 120 bytes each. A guard causes about ten a
 /// second.
@@ -17,11 +17,11 @@ const STRIDE: u64 = 256;
 
 /// Reads the events of all runs and skips the frames. Returns the events by run, and the number of bytes read.
 pub(super) fn events_of_runs(
-    files: &[PathBuf],
+    parts: &Arc<Parts>,
     stop: &AtomicBool,
     mut look: impl FnMut(u64),
 ) -> Result<(BTreeMap<u64, Vec<CommandEvent>>, u64), VerifyError> {
-    let mut recordings = Recordings::new(files);
+    let mut recordings = PartsReader::new(Arc::clone(parts));
     let mut runs: BTreeMap<u64, Vec<CommandEvent>> = BTreeMap::new();
     let (mut count, mut passed) = (0, 0_u64);
     let mut is_to_look = |_: &_| {
@@ -29,7 +29,7 @@ pub(super) fn events_of_runs(
         passed.is_multiple_of(STRIDE)
     };
     while !stop.load(Ordering::Relaxed)
-        && let Some(recorded) = recordings.next(&mut is_to_look)?
+        && let Some(recorded) = recordings.next_wanted(&mut is_to_look)?
     {
         if let Recorded::Command(event) = recorded {
             count += 1;
@@ -87,66 +87,5 @@ impl RunEvents {
             events.last().filter(|last| last.event_kind() != Some(EventKind::End)).map(|last| last.tick);
         events.remove(0);
         Ok(Self { start, events: events.into_iter().peekable(), gap, open_end_tick })
-    }
-}
-
-pub(super) struct Recordings<'a> {
-    files: std::slice::Iter<'a, PathBuf>,
-    reader: Option<(&'a Path, FrameReader)>,
-    configuration: Option<Configuration>,
-    /// Total size of the files that were read completely.
-    bytes_before: u64,
-    flawed: Vec<FlawedFile>,
-}
-
-impl<'a> Recordings<'a> {
-    pub(super) fn new(files: &'a [PathBuf]) -> Self {
-        Self { files: files.iter(), reader: None, configuration: None, bytes_before: 0, flawed: Vec::new() }
-    }
-
-    /// As [`FrameReader::next_wanted`], over all files.
-    pub(super) fn next(
-        &mut self,
-        mut is_wanted: impl FnMut(&FrameHeader) -> bool,
-    ) -> Result<Option<Recorded>, ReadError> {
-        loop {
-            let (file, mut reader) = match self.reader.take() {
-                Some(reading) => reading,
-                None => match self.files.next() {
-                    Some(file) => (file.as_path(), FrameReader::open(file)?),
-                    None => return Ok(None),
-                },
-            };
-            if let Some(recorded) = reader.next_wanted(&mut is_wanted)? {
-                self.reader = Some((file, reader));
-                return Ok(Some(recorded));
-            }
-            self.end_file(file, &reader);
-        }
-    }
-
-    /// The configuration at the last frame.
-    pub(super) fn configuration(&self) -> Option<&Configuration> {
-        self.reader.as_ref().and_then(|(_, reader)| reader.configuration()).or(self.configuration.as_ref())
-    }
-
-    pub(super) fn bytes_read(&self) -> u64 {
-        self.bytes_before + self.reader.as_ref().map_or(0, |(_, reader)| reader.position())
-    }
-
-    pub(super) fn into_flawed(mut self) -> Vec<FlawedFile> {
-        if let Some((file, reader)) = self.reader.take() {
-            self.end_file(file, &reader);
-        }
-        self.flawed
-    }
-
-    fn end_file(&mut self, file: &Path, reader: &FrameReader) {
-        let flaws = reader.flaws();
-        if flaws != Flaws::default() {
-            self.flawed.push(FlawedFile { file: file.to_owned(), flaws });
-        }
-        self.configuration = reader.configuration().cloned().or(self.configuration.take());
-        self.bytes_before += std::fs::metadata(file).map_or(0, |metadata| metadata.len());
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! **Missed releases** follow from the frames: each frame was due at `epoch + release / rate`, in integers.
 //!
-//! **Lost frames** are simulated, but not compared. If the server missed releases among them, or a timecode led the
+//! **Lost frames**, also those between two parts, are simulated, but not compared. If the server missed releases among them, or a timecode led the
 //! show, the frames are not determined. Then the verification of the run ends.
 //!
 //! **Values taken from the frames:** the due times, and the time scale while a timecode leads the show. Only the frames
@@ -28,18 +28,18 @@ mod events;
 mod run_check;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bench_dragon_ipc::CommandEvent;
 use serde::{Deserialize, Serialize};
 
-use crate::recording::{Configuration, Flaws, ReadError, Recorded, RecordedFrame};
+use crate::recording::{Configuration, Coverage, FlawedFile, Parts, PartsReader, ReadError, Recorded, RecordedFrame};
 
 pub use comparison::{Difference, Value};
 pub use events::MOST_EVENTS;
 
-use events::{Recordings, events_of_runs};
+use events::events_of_runs;
 use run_check::RunCheck;
 
 /// Results of a verification.
@@ -47,20 +47,12 @@ use run_check::RunCheck;
 pub struct Verification {
     /// The runs, in the recorded order.
     pub runs: Vec<RunVerification>,
+    /// Frames of the recording, and those that it lacks.
+    pub coverage: Coverage,
     /// Files that could not be read completely.
     pub flawed: Vec<FlawedFile>,
     /// Whether the verification was interrupted.
     pub is_interrupted: bool,
-}
-
-/// A file that could not be read completely.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FlawedFile {
-    /// Path of the file.
-    pub file: PathBuf,
-    /// Parts that could not be read.
-    #[serde(flatten)]
-    pub flaws: Flaws,
 }
 
 /// Results of the verification of one run.
@@ -126,17 +118,18 @@ pub enum VerifyError {
     NoFrames,
 }
 
-/// Verifies the runs of a recording. `files` are its files, oldest first. `look` receives the number of bytes read so
-/// far, of twice the size of all files. `stop` interrupts the verification.
+/// Verifies the runs of a recording. `look` receives the number of bytes read so far, of twice the size of all parts.
+/// `stop` interrupts the verification.
 ///
 /// # Errors
 /// [`VerifyError`].
-pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Verification, VerifyError> {
-    let (mut events, bytes_before) = events_of_runs(files, stop, &mut look)?;
-    let mut recordings = Recordings::new(files);
+pub fn verify(parts: &Parts, stop: &AtomicBool, mut look: impl FnMut(u64)) -> Result<Verification, VerifyError> {
+    let parts = Arc::new(parts.clone());
+    let (mut events, bytes_before) = events_of_runs(&parts, stop, &mut look)?;
+    let mut recordings = PartsReader::new(parts);
     let mut runs = Vec::new();
     while !stop.load(Ordering::Relaxed)
-        && let Some(recorded) = recordings.next(|_| true)?
+        && let Some(recorded) = recordings.next_wanted(|_| true)?
     {
         if let Recorded::Frame(frame) = recorded {
             let run = run_of(&mut runs, &frame, recordings.configuration(), &mut events);
@@ -152,7 +145,8 @@ pub fn verify(files: &[PathBuf], stop: &AtomicBool, mut look: impl FnMut(u64)) -
         last.finish();
     }
     let runs = runs.into_iter().map(|run| run.found).collect();
-    Ok(Verification { runs, flawed: recordings.into_flawed(), is_interrupted })
+    let coverage = recordings.coverage();
+    Ok(Verification { runs, coverage, flawed: recordings.into_flawed(), is_interrupted })
 }
 
 /// Returns the run of a frame: the last run, or a new one.

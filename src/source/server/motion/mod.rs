@@ -150,6 +150,8 @@ impl Motion {
             Request::Release => self.release()?,
             Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
             Request::Stop => self.ending = true,
+            // Only a replay has a recorded pace.
+            Request::Pace { .. } => return Err(Refusal::Unknown),
         }
         self.steer();
         Ok(())
@@ -309,7 +311,7 @@ impl Motion {
     fn resume(&mut self) -> Result<(), Refusal> {
         match self.state() {
             _ if self.held => return Err(Refusal::Held),
-            ShowState::Ready => return Err(Refusal::Held),
+            ShowState::Ready => return Err(Refusal::Ready),
             ShowState::Held => return Err(Refusal::HeldByGuard),
             ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
             ShowState::Running | ShowState::Stopping | ShowState::Paused => self.paused = false,
