@@ -121,11 +121,6 @@ impl Connection {
         self.limit.open().connections.iter().any(|connection| connection.id == self.id && connection.is_kept)
     }
 
-    /// The address of the other machine.
-    pub fn address(&self) -> IpAddr {
-        self.address
-    }
-
     /// Counts a request of this connection as in progress until the result is dropped.
     pub(super) fn begin_request(&self) -> RequestInProgress {
         self.change(|connection| connection.requests += 1);
