@@ -65,13 +65,12 @@ impl CurrentRun {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
         };
-        let (chart, least, walking_speed) = match earlier.filter(goes_on) {
-            Some(earlier) => (earlier.chart, earlier.least, earlier.walking_speed),
-            None => {
-                let mut chart = ClearanceChart::new(config.start_s(), config.end_s());
-                let least = memory.and_then(|memory| memory.recall(header.run_id, &mut chart));
-                (Arc::new(chart), least, WalkingSpeed::default())
-            }
+        let (chart, least, walking_speed) = if let Some(earlier) = earlier.filter(goes_on) {
+            (earlier.chart, earlier.least, earlier.walking_speed)
+        } else {
+            let mut chart = ClearanceChart::new(config.start_s(), config.end_s());
+            let least = memory.and_then(|memory| memory.recall(header.run_id, &mut chart));
+            (Arc::new(chart), least, WalkingSpeed::default())
         };
         Ok(Self {
             run: Arc::new(DescribedRun::new(header.run_id, config)),

@@ -8,6 +8,7 @@ import * as format from './format.js';
 import { askForToken } from './token_notice.js';
 
 /** @typedef {import('./command.js').Command} Command */
+/** @typedef {Exclude<Command['command'], 'pace'>} Control a command that has a control here */
 /** @typedef {import('./connection.js').Access} Access */
 /** @typedef {import('./show.js').Refusals} Refusals */
 
@@ -128,7 +129,7 @@ export class Controls {
   /**
    * The reason for which a command's button is disabled; `null` if it is enabled. The keys for pause, resume and hold send
    * their command nevertheless, since the page's data may be old.
-   * @param {Command['command']} command
+   * @param {Control} command
    */
   #refusal(command) {
     if (!this.#mayControl) return WITHOUT_TOKEN;
@@ -144,7 +145,7 @@ export class Controls {
     this.#switch('seek', fields.seek, seekButton);
   }
 
-  /** @param {Command['command']} command @param {(HTMLButtonElement | HTMLInputElement)[]} controls */
+  /** @param {Control} command @param {(HTMLButtonElement | HTMLInputElement)[]} controls */
   #switch(command, ...controls) {
     const refusal = this.#refusal(command);
     for (const control of controls) {
