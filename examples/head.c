@@ -4,7 +4,8 @@
 int main(int argc, char **argv) {
   bd_dragon_t *dragon; bd_frame_t *frame; bd_bench_state_t head;
   bd_source_state_t source = BD_SOURCE_PUBLISHING;
-  bd_result_t result = bd_dragon_open(argc > 1 ? argv[1] : NULL, "head-printer", 0, &dragon);
+  fputs("reads the poses as soon as `bench-dragon serve` runs\n", stderr);
+  bd_result_t result = bd_dragon_open(argc > 1 ? argv[1] : NULL, "head-printer", UINT64_MAX, &dragon);
   while ((result == BD_OK || result == BD_NOTHING) && source != BD_SOURCE_ENDED && source != BD_SOURCE_LOST) {
     if ((result = bd_dragon_wait(dragon, 1000000000, &frame)) == BD_OK) {
       const double *hinge = bd_frame_handles(frame, NULL)->position_m;

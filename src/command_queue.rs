@@ -13,7 +13,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, GuardLock, Refusal, Request, Sender};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Sender};
 
 /// Greatest number of waiting commands in each lane.
 const MAX_WAITING: usize = 8;
@@ -262,7 +263,7 @@ pub fn call(
     let client = CommandClient::open(domain, name)?.sending_as(sender);
     let began = Instant::now();
     loop {
-        let reply = client.call_unless(request, REPLY_TIMEOUT, is_over)?;
+        let reply = client.ask_unless(request, REPLY_TIMEOUT, is_over)?;
         let may_be_proved = reply.outcome() == Err(Refusal::NotProved) && GuardLock::holder(domain).is_some();
         if !may_be_proved || began.elapsed() >= REPLY_TIMEOUT || is_given_up() {
             return Ok(reply);

@@ -19,7 +19,8 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
-use proptest::test_runner::{Config as Cases, RngAlgorithm, TestRng, TestRunner};
+use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
+use test_support::property::random_cases;
 
 /// Greatest number of steps of an answer.
 const MOST_STEPS: u64 = 2_000_000;
@@ -252,10 +253,8 @@ fn links_that_are_too_short_are_refused_with_the_smallest_allowed_length() {
 #[test]
 fn any_dragon_takes_bounded_work_and_memory() {
     work_alone();
-    let cases = std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(24);
-    let cases = Cases { cases, failure_persistence: None, ..Cases::default() };
-    // The dragons are the same in each run. PROPTEST_CASES sets their number.
-    let mut runner = TestRunner::new_with_rng(cases, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+    // The dragons are the same in each run. A larger number of cases adds more.
+    let mut runner = TestRunner::new_with_rng(random_cases(24), TestRng::deterministic_rng(RngAlgorithm::ChaCha));
     let outcome = runner.run(&prop_oneof![configs(), paths()], |text| {
         prop_assume!(is_bounded(&text));
         Ok(())

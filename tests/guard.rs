@@ -11,6 +11,7 @@ use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 const RUN_ID: u64 = 7;
 /// Greatest difference in metres between the proof's clearance and one computed in another way: the rounding of poses.
@@ -204,13 +205,8 @@ fn events() -> impl Strategy<Value = Events> {
     prop::collection::vec((0..400_u32, event), 0..8)
 }
 
-/// Number of random shows: 100, or `PROPTEST_CASES`.
-fn cases() -> u32 {
-    std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(100)
-}
-
 proptest! {
-    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(100))]
 
     #[test]
     fn no_clearance_falls_under_the_margin(

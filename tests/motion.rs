@@ -4,6 +4,7 @@ use bench_dragon::source::server::motion::{FASTEST, HeadState, Motion, MotionPla
 use bench_dragon_geometry::planner::HeadTimetable;
 use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn plan() -> MotionSettings {
     MotionSettings::plain(0.001, 0.0, 400.0)
@@ -59,7 +60,7 @@ fn a_show_is_ready_at_its_start_until_its_first_release() {
     let mut motion = after(start(MotionSettings { ready: true, ..plan() }), 9);
     assert_eq!((motion.head().state, motion.head().travel_m), (ShowState::Ready, 0.0));
     assert_eq!(motion.stops(), Stops { ready: true, ..Stops::default() });
-    assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
+    assert_eq!(motion.request(Request::Resume), Err(Refusal::Ready));
     motion.request(Request::Release).expect("the release starts the show");
     assert_eq!(after(motion, 3).head().travel_m, 0.003);
     assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
@@ -166,7 +167,7 @@ fn a_show_that_starts_at_its_end_is_finished() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(256))]
 
     /// A run without commands follows the planner's timetable to its end, at any rate.
     #[test]
@@ -340,6 +341,20 @@ fn a_head_that_stands_ends_with_the_next_tick() {
     let mut motion = after(motion, 50);
     motion.request(Request::Stop).expect("the command is never refused");
     assert_eq!(after(motion, 1).head(), HeadState { state: ShowState::Ended, ..motion.head() });
+}
+
+#[test]
+fn a_performance_stands_finished_at_its_end_time_until_a_seek_or_a_stop() {
+    let mut motion = start(MotionSettings { until_s: Some(0.01), stays: true, ..plan() });
+    for _ in 0..2 {
+        motion = after(motion, 50);
+        assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Finished, 10_000_000));
+        motion.request(Request::Seek { sim_time_s: 0.005 }).expect("the time is within the run");
+        motion = after(motion, 3);
+        assert_eq!(motion.head().state, ShowState::Running);
+    }
+    motion.request(Request::Stop).expect("the command is never refused");
+    assert_eq!(after(motion, 1).head().state, ShowState::Ended);
 }
 
 #[test]
@@ -543,7 +558,7 @@ fn plans() -> impl Strategy<Value = MotionSettings> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(256))]
 
     /// Two shows get the same commands at the same releases. One ticks at each release. The other misses some releases, but
     /// none with a command. At the ticks of both, they are equal to the bit.

@@ -7,6 +7,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, ChainStepper, Dimensions
 use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Spiral, Turn};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Metres that a run begins before the first seam. It is short, like the random segments, so that a fine walk covers the whole
 /// run.
@@ -118,7 +119,7 @@ fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(256))]
 
     #[test]
     fn points_and_tangents_agree_with_the_travel(route in routes(), share in 0.0..1.0_f64) {
@@ -176,7 +177,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(48))]
 
     #[test]
     fn first_contact_is_no_later_than_the_first_overlap_of_a_fine_walk(dragon in dragons()) {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle, RunEnd};
 use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Dragons that can stand at the start of a spiral.
 fn dragons() -> impl Strategy<Value = Dragon> {
@@ -30,7 +31,7 @@ fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(256))]
 
     #[test]
     fn every_link_keeps_its_length((dragon, travel_m) in walks()) {

@@ -8,6 +8,7 @@ use parry2d_f64::math::{Pose2, Rot2};
 use parry2d_f64::query;
 use parry2d_f64::shape::Cuboid;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn boards(spread_m: f64) -> impl Strategy<Value = Board> {
     let centres = (-spread_m..spread_m, -spread_m..spread_m);
@@ -39,7 +40,7 @@ fn projected_gap(first: &Board, second: &Board, direction: DVec2) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1024, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(1024))]
 
     #[test]
     fn clearance_is_parrys_distance_or_minus_its_depth(first in boards(3.0), second in boards(3.0)) {

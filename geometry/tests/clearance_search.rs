@@ -8,6 +8,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Largest clearance of the pairs to compare for a dragon, in metres. Some pair is always nearer.
 const FAR_M: f64 = 3.0;
@@ -69,7 +70,7 @@ fn assert_finds_all(search: &mut ClearanceSearch, boards: &[Board], reach_m: f64
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(256))]
 
     #[test]
     fn search_finds_the_same_as_all_pairs(

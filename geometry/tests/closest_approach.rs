@@ -9,6 +9,7 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn paper_dragon() -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
@@ -110,7 +111,7 @@ fn near_miss_before_the_contact_equals_the_table() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(32))]
 
     #[test]
     fn no_benches_of_a_walk_come_nearer(dragon in crowded_dragons()) {

@@ -6,7 +6,8 @@ use bench_dragon_geometry::drawing::{Bezier, Drawing, DrawingError, Fit, FitSett
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
 use glam::DVec2;
 use proptest::prelude::{Strategy, any, prop};
-use proptest::{prop_assert, prop_assume, proptest};
+use proptest::{prop_assert, proptest};
+use test_support::property::random_cases;
 
 const SETTINGS: FitSettings = FitSettings { tolerance_m: 0.005, corner_radius_m: None, joins_samples: false };
 
@@ -71,8 +72,13 @@ fn smooth_chain() -> impl Strategy<Value = Vec<[DVec2; 4]>> {
     })
 }
 
+/// The turn of a corner, to the left or to the right.
+fn corners() -> impl Strategy<Value = f64> {
+    (0.7..1.9_f64, any::<bool>()).prop_map(|(turn, left)| if left { turn } else { -turn })
+}
+
 proptest! {
-    #![proptest_config(proptest::test_runner::Config { cases: 40, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(random_cases(40))]
 
     #[test]
     fn a_smooth_curve_and_its_path_are_within_the_measured_distance_of_each_other(chain in smooth_chain()) {
@@ -89,14 +95,13 @@ proptest! {
 
     #[test]
     fn corners_become_arcs_of_the_radius_that_touch_both_lines(
-        headings in prop::collection::vec(-1.9..1.9, 1..5), radius_m in 0.06..0.7,
+        headings in prop::collection::vec(corners(), 1..5), radius_m in 0.06..0.7,
     ) {
         let (mut points, mut heading) = (vec![DVec2::ZERO], 0.0);
         for turn in headings.iter().chain(&[0.0]) {
             points.push(*points.last().expect("a point") + 2.1 * DVec2::from_angle(heading));
             heading += turn;
         }
-        prop_assume!(headings.iter().all(|turn: &f64| turn.abs() > 0.7));
         let fit = Drawing::polyline(&points, false).fit(&rounded(radius_m)).expect("each arc fits");
         prop_assert!(fit.corners == headings.len() && fit.error_m < 1e-9);
         let arcs: Vec<_> = fit.segments.iter().filter_map(|segment| match *segment {
@@ -230,6 +235,23 @@ fn a_corner_between_curves_is_rounded_by_an_arc_that_touches_both() {
     );
     assert!(fit.error_m <= SETTINGS.tolerance_m);
     assert_eq!(points_of(&route(&fit, None))[0], DVec2::ZERO);
+}
+
+#[test]
+fn a_path_that_is_too_short_for_a_segment_has_no_length() {
+    for length_m in [1e-9, 1e-8, 9e-7] {
+        let line = [DVec2::ZERO, point(length_m, 0.0)];
+        let bend = [DVec2::ZERO, point(length_m, 0.0), point(length_m, length_m)];
+        for points in [&line[..], &bend] {
+            let outcome = Drawing::polyline(points, false).fit(&rounded(1e-8));
+            assert!(outcome.is_err(), "{length_m}: {outcome:?}");
+        }
+        assert_eq!(Drawing::polyline(&line, false).fit(&SETTINGS), Err(DrawingError::Empty));
+    }
+    assert_eq!(
+        Drawing::polyline(&[DVec2::ZERO, point(1e-6, 0.0)], false).fit(&SETTINGS).map(|fit| fit.segments.len()),
+        Ok(1)
+    );
 }
 
 #[test]

@@ -7,6 +7,7 @@ use bench_dragon_geometry::clearance::{ClearanceSearch, ContactSearch, PairEvent
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Step of the walks, in metres.
 const STEP_M: f64 = 0.005;
@@ -61,7 +62,7 @@ fn paper_dragon() -> Dragon {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(64))]
 
     #[test]
     fn no_pair_of_a_walk_is_within_the_clearance_before(dragon in dragons(), clearance_m in 0.0..0.4_f64) {

@@ -6,6 +6,7 @@ use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle};
 use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 const BENCHES: usize = 400;
 
@@ -42,7 +43,7 @@ fn deviation_m(dragon: &Dragon, handles: &[Handle]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(256))]
 
     /// The sum of errors of random sign reaches six times its standard deviation once in 10⁹ cases. The sum of errors of the
     /// same sign grows with the number of links, not with its square root.

@@ -12,6 +12,7 @@ use bench_dragon_geometry::route::{
 };
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn paper_benches() -> Dimensions {
     Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
@@ -329,7 +330,7 @@ fn assert_first_within(dragon: &Dragon, clearance_m: f64) -> Result<(), TestCase
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(64))]
 
     #[test]
     fn no_pair_is_near_before_the_first_contact_of_a_crossing_path(

@@ -8,6 +8,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Mete
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, least_clearance, smallest_pitch};
 use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn paper_dimensions(benches: usize) -> Dimensions {
     Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches")
@@ -111,7 +112,7 @@ fn a_feasible_pitch_below_infeasible_ones_is_found() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(64))]
 
     #[test]
     fn no_walk_on_a_tighter_spiral_is_free(

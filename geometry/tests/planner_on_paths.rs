@@ -10,6 +10,7 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Steps of the walks, in metres.
 const STEP_M: f64 = 0.01;
@@ -78,7 +79,7 @@ fn fastest(dragon: &Dragon, travels_m: &[f64]) -> Vec<LargestRatio> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(64))]
 
     #[test]
     fn the_profile_has_the_nearest_of_all_pairs(dragon in dragons()) {

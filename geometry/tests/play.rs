@@ -16,14 +16,15 @@ use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::route::Route;
 use fastrand::Rng;
 use glam::DVec2;
+use test_support::property::case_count;
 
 const PITCH_M: f64 = 0.55;
 const START_TURNS: f64 = 16.0;
 /// Benches of the random poses: a turn and a half. Those behind repeat their poses.
 const BENCHES: usize = 14;
 /// Number of random poses, and threads that draw them.
-const POSES: usize = 1_000_000;
-const THREADS: u64 = 2;
+const POSES: u32 = 1_000_000;
+const THREADS: u32 = 2;
 
 fn paper(benches: usize) -> Dimensions {
     Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
@@ -127,7 +128,7 @@ fn random_length(random: &mut Rng, dimensions: &Dimensions, bench: usize, style:
 }
 
 /// The least clearance of random poses with the head up to 30 m before a travel, most of them shortly before.
-fn least_clearance_m(dimensions: &Dimensions, to_m: f64, poses: usize, seed: u64) -> f64 {
+fn least_clearance_m(dimensions: &Dimensions, to_m: f64, poses: u32, seed: u64) -> f64 {
     let mut random = Rng::with_seed(seed);
     let (mut search, mut boards, mut least_m) = (ClearanceSearch::default(), Vec::new(), f64::INFINITY);
     for _ in 0..poses {
@@ -150,9 +151,10 @@ fn least_clearance_m(dimensions: &Dimensions, to_m: f64, poses: usize, seed: u64
 fn a_million_random_poses_never_touch_before_the_guaranteed_travel() {
     let dragon = dragon(BENCHES, 0.050);
     let free_to_m = earliest(&dragon).travel_m;
-    let draw = |seed| least_clearance_m(dragon.dimensions(), free_to_m, POSES / THREADS as usize, seed);
+    let poses = case_count(POSES) / THREADS;
+    let draw = |seed| least_clearance_m(dragon.dimensions(), free_to_m, poses, seed);
     let least_m = thread::scope(|scope| {
-        let threads: Vec<_> = (0..THREADS).map(|seed| scope.spawn(move || draw(seed))).collect();
+        let threads: Vec<_> = (0..THREADS).map(|seed| scope.spawn(move || draw(u64::from(seed)))).collect();
         threads.into_iter().map(|thread| thread.join().expect("no panic")).fold(f64::INFINITY, f64::min)
     });
     assert!(least_m > 0.0 && least_m < 0.01, "least clearance {least_m} m");

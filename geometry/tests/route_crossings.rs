@@ -7,6 +7,7 @@ use bench_dragon_geometry::route::{
 };
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Distance between two points of the polyline, in metres.
 const STEP_M: f64 = 0.01;
@@ -87,7 +88,7 @@ fn assert_exact(route: &Route, found: &[Crossing]) -> Result<(), TestCaseError> 
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(400))]
 
     #[test]
     fn crossings_are_those_of_a_dense_polyline(

@@ -6,6 +6,7 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Relative step of the differences. Their error is the fourth power of the step times a fifth derivative, to which every bench
 /// contributes. The solvers' errors of about 10⁻¹¹, divided by the step, are below 10⁻⁶.
@@ -60,7 +61,7 @@ fn paths() -> impl Strategy<Value = PathSpec> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 12, max_shrink_iters: 0, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 0, ..random_cases(12) })]
 
     #[test]
     fn random_paths_have_the_derivatives_of_the_differences(

@@ -6,6 +6,7 @@ use bench_dragon_geometry::dragon::{Dimensions, Dragon, Meter, RunEnd};
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn paper_benches() -> Dimensions {
     Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
@@ -98,7 +99,7 @@ fn spiral_into_its_centre_is_infeasible() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(32))]
 
     #[test]
     fn no_handle_of_a_walk_is_faster(dragon in passages()) {

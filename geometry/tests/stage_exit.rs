@@ -9,6 +9,7 @@ use bench_dragon_geometry::outline::{Outline, OutlineError};
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec, SpiralSpec};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Distance between two samples of a run, in metres of travel.
 const STEP_M: f64 = 0.002;
@@ -122,7 +123,7 @@ fn assert_like_samples(dragon: &Dragon, outline: &Outline) -> Result<(), TestCas
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(300))]
 
     #[test]
     fn the_first_exit_is_that_of_dense_samples(dragon in dragons(), star_of in outlines()) {

@@ -6,6 +6,7 @@ use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dimensions, Drago
 use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec3;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// A handle in the record of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -203,7 +204,7 @@ fn moves() -> impl Strategy<Value = Move> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(96))]
 
     #[test]
     fn every_pose_of_every_dragon_equals_the_reference_solver(

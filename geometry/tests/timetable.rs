@@ -2,6 +2,7 @@
 
 use bench_dragon_geometry::planner::HeadTimetable;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 #[test]
 fn without_an_acceleration_time_is_travel_over_speed_to_the_bit() {
@@ -26,6 +27,8 @@ fn a_run_without_length_is_over_at_once() {
 }
 
 proptest! {
+    #![proptest_config(random_cases(256))]
+
     #[test]
     fn time_and_travel_are_inverse(
         speed_mps in 0.01..10.0_f64,

@@ -8,6 +8,7 @@ use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunE
 use bench_dragon_geometry::route::{RouteError, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn dragon(turnaround: Turnaround) -> Dragon {
     let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
@@ -179,7 +180,7 @@ fn up_to(most: f64) -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2048, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(2048))]
 
     #[test]
     fn every_turnaround_that_is_accepted_has_a_route(
@@ -196,6 +197,8 @@ proptest! {
 }
 
 proptest! {
+    #![proptest_config(random_cases(256))]
+
     #[test]
     fn position_and_tangent_are_continuous_at_every_seam(turnaround in turnarounds()) {
         // A step on which the tightest arc turns by at most 10⁻⁹ rad.
@@ -295,7 +298,7 @@ fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(48))]
 
     #[test]
     fn links_keep_their_length_and_speeds_match_the_positions(

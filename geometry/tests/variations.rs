@@ -9,6 +9,7 @@ use bench_dragon_geometry::planner::{
 use bench_dragon_geometry::route::PitchFamily;
 use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// Half of the difference in a parameter, in metres. The error of Richardson's extrapolation is the fourth power of the step
 /// times a fifth derivative. The chain's rounding of about 10⁻¹³ m, divided by the step, adds to it.
@@ -172,7 +173,7 @@ fn paths() -> impl Strategy<Value = PathSpec> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(24))]
 
     #[test]
     fn dragons_on_paths_change_as_the_differences(

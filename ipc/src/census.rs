@@ -1,5 +1,5 @@
-//! Lists the processes and files of a domain from outside. A census joins, creates, locks and removes nothing, so it does
-//! not affect a running show. [`clear`] removes, under the domain's locks, everything that no living process owns.
+//! Lists the processes and files of a domain from outside. A census joins, creates and removes nothing, so it does not affect
+//! a running show. It tries the source's lock only where the holder is not a process of this PID namespace. [`clear`] removes, under the domain's locks, everything that no living process owns.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -19,8 +19,10 @@ use crate::sweep::{SHARED_MEMORY, foreign_owner};
 /// Contents of a domain at one moment. They may have changed since.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Census {
-    /// Process id of the source, where one runs.
+    /// Process id of the source, where one runs in this PID namespace.
     pub source: Option<u32>,
+    /// Whether a source runs, also in another PID namespace, such as a container.
+    pub has_source: bool,
     /// Nodes of running processes.
     pub living: Vec<NodeEntry>,
     /// Nodes of processes that were killed. The next process to join removes them.
@@ -78,8 +80,10 @@ impl Census {
             Err(DomainError::Missing { .. }) => return Ok(Self { entries, foreign, ..Self::default() }),
             Err(error) => return Err(error),
         }
+        let source = SourceLock::holder(domain);
         let mut census = Self {
-            source: SourceLock::holder(domain),
+            source,
+            has_source: source.is_some() || SourceLock::is_held(domain),
             half_made: source_lock::half_made(domain).unwrap_or_default(),
             entries,
             foreign,
@@ -98,7 +102,7 @@ impl Census {
 
     /// Whether no process is in the domain, so that killed processes left all of its entries.
     pub fn is_deserted(&self) -> bool {
-        self.source.is_none() && self.living.is_empty() && self.unknown == 0
+        !self.has_source && self.living.is_empty() && self.unknown == 0
     }
 }
 

@@ -8,6 +8,7 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply, Request, Sender};
@@ -50,12 +51,15 @@ impl DescriptionReader {
 
     /// Opens the description as one of several ports of a member.
     pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
-        let subscriber = member
-            .description()?
-            .subscriber_builder()
-            .create()
-            .map_err(|error| BusError::failed(DESCRIPTION, error))?;
+        let subscriber = member.subscribe(DESCRIPTION, &member.description()?)?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
+    }
+
+    /// Connects to a source that has come up. From then on, what it has sent can be read also after its end.
+    pub(crate) fn connect(&self) {
+        // The next poll reports the error.
+        let _ = self.subscriber.update_connections();
     }
 
     /// Returns the description if it is new since the last call. Never waits.
@@ -92,9 +96,14 @@ impl StatusReader {
 
     /// Opens the status as one of several ports of a member.
     pub(crate) fn of(member: &Rc<Member>) -> Result<Self, BusError> {
-        let subscriber =
-            member.status()?.subscriber_builder().create().map_err(|error| BusError::failed(STATUS, error))?;
+        let subscriber = member.subscribe(STATUS, &member.status()?)?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
+    }
+
+    /// As [`DescriptionReader::connect`].
+    pub(crate) fn connect(&self) {
+        let _ = self.subscriber.update_connections();
     }
 
     /// Returns the status if it is new since the last call. Never waits.
@@ -153,8 +162,8 @@ impl AlertSubscriber {
         let member = Member::join(domain, name, Role::Client)?;
         let listener =
             member.alert_events()?.listener_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
-        let subscriber =
-            member.alerts()?.subscriber_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
+        let subscriber = member.subscribe(ALERTS, &member.alerts()?)?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, listener, _member: member })
     }
 
@@ -202,11 +211,8 @@ impl CommandEventReader {
     /// create this service.
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
-        let subscriber = member
-            .command_events()?
-            .subscriber_builder()
-            .create()
-            .map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
+        let subscriber = member.subscribe(COMMAND_EVENTS, &member.command_events()?)?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: member })
     }
 
@@ -237,7 +243,8 @@ impl CommandClient {
     /// As [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
-        let client = member.commands()?.client_builder().create().map_err(|error| BusError::failed(COMMANDS, error))?;
+        let client = member.command_client()?;
+        member.reserve_memory()?;
         Ok(Self { client, sender: Sender::Client, domain: domain.clone(), _member: member })
     }
 
@@ -247,23 +254,31 @@ impl CommandClient {
         Self { sender, ..self }
     }
 
-    /// Sends one command and waits for its reply, at most `timeout`.
+    /// Sends one command and waits until the server has accepted it, at most `timeout`. Returns the server's reply.
     ///
     /// The server replies at the start of its next tick, so a reply takes about one period.
     ///
     /// # Errors
-    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
-    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
+    /// [`BusError::Refused`] where the server refuses the command; else as [`CommandClient::ask`].
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
-        self.call_unless(request, timeout, || false)
+        self.ask(request, timeout)?.to(request)
     }
 
-    /// Does the same as [`CommandClient::call`], but also stops waiting as soon as `is_given_up` returns `true`. The
+    /// Sends one command and returns its reply, also if the server has refused the command. Waits at most `timeout`.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] where no server runs, or where the server ended or was killed before it replied.
+    /// [`BusError::NoAnswer`] where no reply arrived in time, else [`BusError::Failed`].
+    pub fn ask(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
+        self.ask_unless(request, timeout, || false)
+    }
+
+    /// Does the same as [`CommandClient::ask`], but also stops waiting as soon as `is_given_up` returns `true`. The
     /// command may still be executed.
     ///
     /// # Errors
-    /// As [`CommandClient::call`].
-    pub fn call_unless(
+    /// As [`CommandClient::ask`].
+    pub fn ask_unless(
         &self,
         request: Request,
         timeout: Duration,

@@ -5,6 +5,8 @@ use core::fmt;
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
+use crate::error::BusError;
+
 /// A command in its shared-memory layout. Build it with [`Request::to_wire`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
@@ -144,6 +146,9 @@ pub enum Request {
     /// The guard's proof that on an interval of travel all benches keep their distance from each other. The proof depends
     /// only on the run's geometry, not on how the head walks there, so it is never withdrawn. A guarded server moves the
     /// head only within granted travel, and `Seek` may jump into it.
+    ///
+    /// For the guard alone: a client that sends a grant lets the dragon walk where nobody has proved anything.
+    #[doc(hidden)]
     Grant {
         /// Run whose description the guard used for the proof.
         run_id: u64,
@@ -216,7 +221,7 @@ pub enum Refusal {
         /// Greatest allowed value.
         highest: f64,
     },
-    /// The show is held, or waits at its start. Only `release` makes it walk.
+    /// The show is held. Only `release` lifts the hold.
     Held,
     /// There is no hold to release, and the show does not wait at its start.
     NotHeld,
@@ -230,7 +235,8 @@ pub enum Refusal {
     NotProved,
     /// The grant is for another run.
     OtherRun,
-    /// The guard holds the dragon. It walks on with the guard's next grant.
+    /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a seek
+    /// moves it.
     HeldByGuard,
     /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
     Replayed,
@@ -242,6 +248,8 @@ pub enum Refusal {
     TooMany,
     /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     Followed,
+    /// The show waits at its start. Only `release` starts it.
+    Ready,
 }
 
 impl fmt::Display for Refusal {
@@ -251,14 +259,15 @@ impl fmt::Display for Refusal {
             Self::OutOfRange { lowest, highest } => {
                 write!(formatter, "the value must be from {lowest} to {highest}")
             }
-            Self::Held => formatter.write_str("the show is held, or waits at its start: release it first"),
-            Self::NotHeld => formatter.write_str("the show is not held, and does not wait at its start"),
+            Self::Held => formatter.write_str("the show is held: release it first"),
+            Self::NotHeld => formatter.write_str("the show is not held"),
             Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
             Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
             Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
             Self::OtherRun => formatter.write_str("the grant is for another run"),
-            Self::HeldByGuard => formatter
-                .write_str("the guard holds the dragon: it walks on when the guard has proved the travel ahead"),
+            Self::HeldByGuard => formatter.write_str(
+                "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it",
+            ),
             Self::Replayed => formatter
                 .write_str("the source replays a recording: it accepts only pause, resume, seek, pace and stop"),
             Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
@@ -268,6 +277,7 @@ impl fmt::Display for Refusal {
                 formatter.write_str("more commands at a time than the bridge forwards to another host: try again")
             }
             Self::Followed => formatter.write_str("the show follows timecode: seek on the device that sends it"),
+            Self::Ready => formatter.write_str("the show waits at its start: release it first"),
         }
     }
 }
@@ -329,6 +339,18 @@ impl CommandReply {
             Refusal::NotTaken => Self { refusal: 12, ..reply },
             Refusal::TooMany => Self { refusal: 13, ..reply },
             Refusal::Followed => Self { refusal: 14, ..reply },
+            Refusal::Ready => Self { refusal: 15, ..reply },
+        }
+    }
+
+    /// Returns an accepted reply to a request.
+    ///
+    /// # Errors
+    /// [`BusError::Refused`] where the server has refused the request.
+    pub(crate) fn to(self, request: Request) -> Result<Self, BusError> {
+        match self.outcome() {
+            Ok(_tick) => Ok(self),
+            Err(refusal) => Err(BusError::Refused { request, refusal, reply: self }),
         }
     }
 
@@ -352,6 +374,7 @@ impl CommandReply {
             12 => Err(Refusal::NotTaken),
             13 => Err(Refusal::TooMany),
             14 => Err(Refusal::Followed),
+            15 => Err(Refusal::Ready),
             _ => Err(Refusal::Unknown),
         }
     }

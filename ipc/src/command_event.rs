@@ -203,6 +203,7 @@ impl CommandEvent {
             follows_timecode: self.flags & 8 != 0,
             is_ready: self.flags & 16 != 0,
             is_restarted: self.flags & 32 != 0,
+            stays: self.flags & 64 != 0,
         })
     }
 }
@@ -231,13 +232,15 @@ pub struct RunStart {
     pub is_ready: bool,
     /// Whether the server was restarted; with [`RunStart::is_held`], this is why the show is held: bit 5.
     pub is_restarted: bool,
+    /// Whether the show stands finished at [`RunStart::until_s`], instead of ending: bit 6.
+    pub stays: bool,
 }
 
 impl RunStart {
     /// Returns the event of this start.
     pub fn event(&self) -> CommandEvent {
-        let Self { is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted, .. } = *self;
-        let bits = [is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted];
+        let Self { is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted, stays, .. } = *self;
+        let bits = [is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted, stays];
         CommandEvent {
             values: [self.start_s, self.travel_m, self.speed_mps, self.until_s.unwrap_or(f64::NAN)],
             flags: bits.into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum(),
@@ -276,6 +279,7 @@ mod tests {
             follows_timecode: false,
             is_ready: false,
             is_restarted: true,
+            stays: true,
         };
         assert_eq!(start.event().run_start(), Some(start));
         assert_eq!((start.event().request(), start.event().sent_by()), (None, Some(Sender::Server)));

@@ -1,7 +1,8 @@
 //! Domain of an instance: its name, its directory and its iceoryx2 configuration.
 //!
 //! Each instance is an iceoryx2 domain of its own, so two shows on one machine do not interfere. Root path:
-//! `$XDG_RUNTIME_DIR/bench-dragon/NAME`, else `/tmp/bench-dragon-UID/NAME`; prefix `bd_UID_NAME_`.
+//! `$XDG_RUNTIME_DIR/bench-dragon/NAME`, else `/tmp/bench-dragon-UID/NAME`; prefix `bd_UID_NAME_`. The one segment whose name
+//! would follow from these has a random number in its suffix (`domain_secret.rs`).
 
 use core::fmt;
 use std::ffi::OsString;
@@ -15,6 +16,7 @@ use iceoryx2::config::Config;
 use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 use crate::domain_error::DomainError;
+use crate::domain_secret;
 
 /// Exclusive limit of the root path's length, in bytes. The path plus iceoryx2's suffixes must fit into a socket address.
 pub const MAX_ROOT_PATH_LEN: usize = 60;
@@ -71,6 +73,7 @@ pub struct Domain {
     instance: Instance,
     root: PathBuf,
     uid: u32,
+    is_operators: bool,
 }
 
 impl Domain {
@@ -87,7 +90,19 @@ impl Domain {
         if !root.is_absolute() || path.len() >= MAX_ROOT_PATH_LEN || !path.iter().copied().all(is_allowed) {
             return Err(DomainError::RootPath { root });
         }
-        Ok(Self { instance, root, uid })
+        Ok(Self { instance, root, uid, is_operators: false })
+    }
+
+    /// Returns the same domain for a tool of the operator. Its readers may use the places that
+    /// [`OPERATOR_READERS`](crate::service::OPERATOR_READERS) reserves, so other readers never lock the operator out.
+    #[must_use]
+    pub fn for_operators(self) -> Self {
+        Self { is_operators: true, ..self }
+    }
+
+    /// Whether readers may use the places that are reserved for operators.
+    pub(crate) fn is_operators(&self) -> bool {
+        self.is_operators
     }
 
     /// The instance's name.
@@ -123,6 +138,10 @@ impl Domain {
         );
         config.global.prefix =
             FileName::new(self.prefix().as_bytes()).expect("an instance's name has only characters of a file name");
+        if let Some(suffix) = self.state_suffix() {
+            config.global.node.global_mgmt_suffix =
+                FileName::new(suffix.as_bytes()).expect("a number in base 16 has only characters of a file name");
+        }
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
@@ -132,8 +151,36 @@ impl Domain {
     /// Returns the same configuration as TOML. The `iox2` command and any iceoryx2 client read it as
     /// `config/iceoryx2.toml` in their working folder.
     pub fn iceoryx2_toml(&self) -> String {
+        let state_suffix = self.state_suffix().map(|suffix| format!("global-mgmt-suffix = {suffix:?}\n"));
         // `Debug` escapes quotes and backslashes as TOML does.
-        format!("[global]\nroot-path = {:?}\nprefix = {:?}\n", self.root_str(), self.prefix())
+        format!(
+            "[global]\nroot-path = {:?}\nprefix = {:?}\n\n[global.node]\n{}cleanup-dead-nodes-on-creation = false\n\
+             cleanup-dead-nodes-on-destruction = false\n\n[global.service]\ncleanup-dead-nodes-on-open = false\n",
+            self.root_str(),
+            self.prefix(),
+            state_suffix.unwrap_or_default()
+        )
+    }
+
+    /// Suffix of the segment with the state of iceoryx2's unique numbers; `None` before a process has created the domain's
+    /// random number.
+    fn state_suffix(&self) -> Option<String> {
+        domain_secret::read(&self.secret_path()).map(|number| format!(".{number}.global_mgmt"))
+    }
+
+    fn secret_path(&self) -> PathBuf {
+        self.directories()[0].join("secret")
+    }
+
+    /// Creates the domain's random number, if it is missing, and the directory for it.
+    ///
+    /// # Errors
+    /// As [`Domain::create_directory`].
+    pub fn create_secret(&self) -> Result<(), DomainError> {
+        self.check_runtime_directory()?;
+        self.create(self.directories()[0])?;
+        let path = self.secret_path();
+        domain_secret::ensure(&path).map_err(|error| DomainError::Io { path, error })
     }
 
     /// Path of the domain's iceoryx2 configuration file, which exists while a process is in the domain.
@@ -164,16 +211,17 @@ impl Domain {
     /// # Errors
     /// As [`Domain::check_directory`]; also [`DomainError::Io`] where the directory cannot be created.
     pub fn create_directory(&self) -> Result<(), DomainError> {
-        self.check_runtime_directory()?;
-        for directory in self.directories() {
-            match make_for_its_user(directory) {
-                Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                    return Err(DomainError::Io { path: directory.to_owned(), error });
-                }
-                _ => self.check(directory)?,
+        self.create_secret()?;
+        self.create(&self.root)
+    }
+
+    fn create(&self, directory: &Path) -> Result<(), DomainError> {
+        match make_for_its_user(directory) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => {
+                Err(DomainError::Io { path: directory.to_owned(), error })
             }
+            _ => self.check(directory),
         }
-        Ok(())
     }
 
     /// Checks that this user owns the directory and that other users may not write into it.
@@ -291,9 +339,14 @@ mod tests {
     #[test]
     fn printed_toml_and_configuration_agree() {
         let domain = Domain::new(Instance::default()).expect("the default instance has a domain");
+        domain.create_secret().expect("the directory of the instances is usable");
         let config = domain.iceoryx2_config();
         let toml = domain.iceoryx2_toml();
         assert!(toml.contains(&format!("root-path = \"{}\"", config.global.root_path())), "{toml}");
         assert!(toml.contains(&format!("prefix = \"{}\"", config.global.prefix)), "{toml}");
+        assert!(
+            toml.contains(&format!("global-mgmt-suffix = \"{}\"", config.global.node.global_mgmt_suffix)),
+            "{toml}"
+        );
     }
 }

@@ -4,6 +4,7 @@ use core::fmt;
 use std::io;
 use std::time::Duration;
 
+use crate::command::{CommandReply, Refusal, Request};
 use crate::domain_error::DomainError;
 use crate::service::MAX_BORROWED_FRAMES;
 use crate::shortage::shortage;
@@ -24,19 +25,28 @@ pub enum BusError {
         /// Time for which the client waited.
         waited: Duration,
     },
+    /// The server has refused the command.
+    Refused {
+        /// The command.
+        request: Request,
+        /// The reason.
+        refusal: Refusal,
+        /// The server's reply.
+        reply: CommandReply,
+    },
     /// Another source publishes on this instance.
     SourceRunning {
         /// The instance.
         instance: String,
-        /// Process id of the other source, as written in the lock file; empty at the moment before it is written.
-        pid: String,
+        /// Process id of the other source; `None` where this process cannot see it, as from another container.
+        pid: Option<u32>,
     },
     /// Another guard watches over this instance.
     GuardRunning {
         /// The instance.
         instance: String,
-        /// Process id of the other guard, as written in the lock file; empty at the moment before it is written.
-        pid: String,
+        /// Process id of the other guard; `None` where this process cannot see it, as from another container.
+        pid: Option<u32>,
     },
     /// The instance's directory is not usable.
     Domain(DomainError),
@@ -127,7 +137,8 @@ impl fmt::Display for BusError {
             Self::NoServer { instance } => {
                 write!(
                     formatter,
-                    "no server runs on instance {instance:?}: start one with `bench-dragon serve --instance {instance}`"
+                    "no server runs on instance {instance:?}: start the show, or by hand \
+                     `bench-dragon serve --config FILE --held --instance {instance}`"
                 )
             }
             Self::NoAnswer { instance, waited } => write!(
@@ -135,13 +146,24 @@ impl fmt::Display for BusError {
                 "the server on instance {instance:?} has not answered within {} s: it may have taken the command",
                 waited.as_secs_f64()
             ),
-            Self::SourceRunning { instance, pid } => write!(
+            Self::Refused { request, refusal, .. } => formatter.write_str(&refusal.explain(request)),
+            Self::SourceRunning { instance, pid: Some(pid) } => write!(
                 formatter,
                 "a server already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
             ),
-            Self::GuardRunning { instance, pid } => {
+            Self::SourceRunning { instance, pid: None } => write!(
+                formatter,
+                "a server already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
+                 container: stop it there, or choose another --instance"
+            ),
+            Self::GuardRunning { instance, pid: Some(pid) } => {
                 write!(formatter, "a guard already runs on instance {instance:?}, pid {pid}: stop it first")
             }
+            Self::GuardRunning { instance, pid: None } => write!(
+                formatter,
+                "a guard already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
+                 container: stop it there first"
+            ),
             Self::Domain(error) => error.fmt(formatter),
             Self::VersionMismatch { service } => write!(
                 formatter,
@@ -171,8 +193,7 @@ impl fmt::Display for BusError {
             ),
             Self::HalfMade { service } => write!(
                 formatter,
-                "{service} was left half made by a server that was killed: start one with `bench-dragon serve`, which \
-                 removes it"
+                "{service} was left half made by a server that was killed: start the show again, which removes it"
             ),
             Self::Blocked { service } => write!(
                 formatter,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
-use crate::lock_file::{self, Refused, hold_alone};
+use crate::lock_file::{self, Refused, hold_alone_soon};
 
 /// Lock of the only guard of an instance. The guard holds it while it runs.
 #[derive(Debug)]
@@ -18,14 +18,14 @@ pub struct GuardLock {
 }
 
 impl GuardLock {
-    /// Takes the lock of a domain. The directory exists, because a guard is already a member of the domain.
+    /// Takes the lock of a domain. Waits up to a second for a guard that is ending. The directory exists, because a guard is already a member of the domain.
     ///
     /// # Errors
     /// [`BusError::GuardRunning`] where another process holds the lock, [`BusError::Domain`] where the lock file cannot
     /// be used.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         let path = lock_path(domain);
-        match hold_alone(&path) {
+        match hold_alone_soon(&path) {
             Ok(file) => Ok(Self { path, _file: file }),
             Err(Refused::Taken { pid }) => Err(BusError::GuardRunning { instance: domain.instance().to_string(), pid }),
             Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),

@@ -43,6 +43,16 @@
 
 pub mod service;
 
+/// For the program's guard, and for programs that look whether one runs. Clients need none of it.
+pub mod guard {
+    pub use crate::guard_lock::GuardLock;
+}
+
+/// For programs that publish frames, and for programs that look whether one runs. Clients need none of it.
+pub mod source {
+    pub use crate::source_lock::SourceLock;
+}
+
 mod alert;
 mod bench;
 mod census;
@@ -54,6 +64,7 @@ mod continuity;
 mod dead_nodes;
 mod domain;
 mod domain_error;
+mod domain_secret;
 mod dragon;
 mod error;
 mod forks;
@@ -98,14 +109,12 @@ pub use domain_error::DomainError;
 pub use dragon::{Dragon, LentFrame};
 pub use error::BusError;
 pub use frame::{FrameHeader, HandleState, ShowState, frame_bytes};
-pub use guard_lock::GuardLock;
 pub use half_made_segments::SegmentWatch;
 pub use open_files::require_open_files;
 pub use reader_report::ReaderReport;
 pub use reader_reports::ReaderReports;
 pub use replay_status::ReplayStatus;
 pub use service_layout::ServiceLayout;
-pub use source_lock::SourceLock;
 pub use source_state::SourceState;
 pub use space::require_shared_memory;
 pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};

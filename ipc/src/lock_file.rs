@@ -1,13 +1,13 @@
 //! Lock files. The kernel drops a lock when its holder ends, also if the holder is killed.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::lock_holders::Holders;
+use crate::lock_holders::{Holders, pids};
 
 /// Timeout of waiting for a holder that is ending: much longer than a process takes to end.
 const END_TIMEOUT: Duration = Duration::from_secs(10);
@@ -15,15 +15,29 @@ const TRY_PERIOD: Duration = Duration::from_millis(1);
 
 /// Reason for which an exclusive lock is refused.
 pub(crate) enum Refused {
-    /// Another process holds the lock. Its id is from the file, and empty at the moment before it is written.
-    Taken { pid: String },
+    /// Another process holds the lock. Its id is `None` where this process cannot see it, as from another PID namespace.
+    Taken { pid: Option<u32> },
     /// The file system reported an error.
     Io(io::Error),
 }
 
+/// Timeout of [`hold_alone_soon`].
+const SOON: Duration = Duration::from_secs(1);
+
+/// As [`hold_alone`], but waits up to a second for a holder that is ending, and for a process that only looks at the lock.
+pub(crate) fn hold_alone_soon(path: &Path) -> Result<File, Refused> {
+    let deadline = Instant::now() + SOON;
+    loop {
+        match hold_alone(path) {
+            Err(Refused::Taken { .. }) if Instant::now() < deadline => thread::sleep(TRY_PERIOD),
+            locked => return locked,
+        }
+    }
+}
+
 /// Takes the exclusive lock on the file at a path without waiting, and writes this process's id into the file.
 pub(crate) fn hold_alone(path: &Path) -> Result<File, Refused> {
-    let mut file = lock_at(path, Refused::Io, lock_exclusively)?;
+    let mut file = lock_at(path, Refused::Io, |file| lock_exclusively(file, path))?;
     write_pid(&mut file).map_err(Refused::Io)?;
     Ok(file)
 }
@@ -65,13 +79,14 @@ pub(crate) fn is_held(path: &Path) -> bool {
     File::open(path).is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-fn lock_exclusively(file: &mut File) -> Result<(), Refused> {
+/// Takes the exclusive lock without waiting, or names its holder. The kernel's list of locks has the ids of this process's own
+/// PID namespace. The id in the file is that of the holder's namespace, where this process may be another one.
+fn lock_exclusively(file: &File, path: &Path) -> Result<(), Refused> {
     match file.try_lock() {
         Ok(()) => Ok(()),
         Err(TryLockError::WouldBlock) => {
-            let mut pid = String::new();
-            file.read_to_string(&mut pid).map_err(Refused::Io)?;
-            Err(Refused::Taken { pid: pid.trim().to_owned() })
+            let listed = pids(file).unwrap_or_default().into_iter().find(|&pid| pid > 0);
+            Err(Refused::Taken { pid: listed.or_else(|| holder(path)) })
         }
         Err(TryLockError::Error(error)) => Err(Refused::Io(error)),
     }

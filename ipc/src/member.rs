@@ -8,8 +8,12 @@ use std::sync::Arc;
 use std::{fs, io, thread};
 
 use iceoryx2::node::NodeCreationFailure;
+use iceoryx2::port::client::Client;
+use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::prelude::{IceoryxSend, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ZeroCopySend};
 use iceoryx2::service::builder::publish_subscribe::Builder;
+use iceoryx2::service::port_factory::client::ClientCreateError;
+use iceoryx2::service::port_factory::{PortFactory as _, publish_subscribe};
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply};
@@ -25,12 +29,12 @@ use crate::open_files::require_open_files;
 use crate::reader_report::ReaderReport;
 use crate::replay_status::ReplayStatus;
 use crate::service::{
-    ALERT_BUFFER, ALERTS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS,
-    CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
+    ALERT_BUFFER, ALERTS, ALL_READERS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS,
+    COMMANDS, CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
     MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, REPLAY,
     ReaderService, ReplayService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
 };
-use crate::space::require_shared_memory;
+use crate::space::{require_shared_memory, reserve_segments};
 use crate::status::Status;
 use crate::sweep::SHARED_MEMORY;
 use crate::trouble::{Sorted, Trouble};
@@ -101,11 +105,12 @@ impl Member {
                 (entered, _) => break entered?,
             }
         };
-        require_shared_memory(domain, role.memory())?;
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
+        // A killed source may own the very memory that this process needs.
         remove_dead_nodes(domain)?;
+        require_shared_memory(domain, role.memory())?;
         let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
         let node = NodeBuilder::new()
             .name(&name)
@@ -118,6 +123,15 @@ impl Member {
             })?;
         close_to_others(domain).map_err(|error| DomainError::Io { path: SHARED_MEMORY.into(), error })?;
         Ok(Self { node, instance, role, membership: Arc::new(membership) })
+    }
+
+    /// Allocates all memory of the domain's segments, so that no write into them can fail later. Call it after the last port
+    /// is created.
+    ///
+    /// # Errors
+    /// [`BusError::SharedMemoryFull`] and [`BusError::SharedMemoryUnusable`].
+    pub fn reserve_memory(&self) -> Result<(), BusError> {
+        reserve_segments(self.membership.domain())
     }
 
     /// Returns a share of the membership, for objects that keep the node alive longer than this member.
@@ -241,7 +255,7 @@ impl Member {
                 .publish_subscribe::<ReaderReport>()
                 .enable_safe_overflow(true)
         };
-        let create = |_| limit(builder(), 1, 1, 0).max_publishers(MAX_READERS).create();
+        let create = |_| limit(builder(), 1, 1, 0).max_publishers(ALL_READERS).create();
         self.open_or_create(READERS, || builder().open(), create)
     }
 
@@ -254,7 +268,7 @@ impl Member {
         let create = |_| {
             builder()
                 .max_servers(MAX_SOURCES)
-                .max_clients(MAX_READERS)
+                .max_clients(ALL_READERS)
                 .max_nodes(MAX_NODES)
                 .max_active_requests_per_client(MAX_ACTIVE_REQUESTS)
                 .max_response_buffer_size(1)
@@ -278,12 +292,54 @@ impl Member {
         self.open_or_create(COMMAND_EVENTS, || builder().open(), create)
     }
 
+    /// Creates a reader of a service that this member has opened.
+    ///
+    /// # Errors
+    /// [`BusError::TooManyClients`] where all places are taken that this member may use, else [`BusError::Failed`].
+    pub(crate) fn subscribe<Payload, Header>(
+        &self,
+        service: &'static str,
+        opened: &publish_subscribe::PortFactory<Service, Payload, Header>,
+    ) -> Result<Subscriber<Service, Payload, Header>, BusError>
+    where
+        Payload: Debug + IceoryxSend + ?Sized,
+        Header: Debug + ZeroCopySend,
+    {
+        let subscriber = opened.subscriber_builder().create().map_err(|error| match error {
+            SubscriberCreateError::ExceedsMaxSupportedSubscribers => BusError::TooManyClients { service },
+            error => BusError::failed(service, error),
+        })?;
+        self.admit(service, opened.dynamic_config().number_of_subscribers())?;
+        Ok(subscriber)
+    }
+
+    /// Creates a client of the commands.
+    ///
+    /// # Errors
+    /// As [`Member::subscribe`].
+    pub(crate) fn command_client(&self) -> Result<Client<Service, Command, (), CommandReply, ()>, BusError> {
+        let opened = self.commands()?;
+        let client = opened.client_builder().create().map_err(|error| match error {
+            ClientCreateError::ExceedsMaxSupportedClients => BusError::TooManyClients { service: COMMANDS },
+            error => BusError::failed(COMMANDS, error),
+        })?;
+        self.admit(COMMANDS, opened.dynamic_config().number_of_clients())?;
+        Ok(client)
+    }
+
+    /// Refuses a reader that has taken a place which is reserved for operators' tools. It is counted after it was created,
+    /// so that two readers at the same time cannot both take the last place.
+    fn admit(&self, service: &'static str, readers: usize) -> Result<(), BusError> {
+        let places = if self.membership.domain().is_operators() { ALL_READERS } else { MAX_READERS };
+        if readers > places { Err(BusError::TooManyClients { service }) } else { Ok(()) }
+    }
+
     fn events(&self, service: &'static str) -> Result<EventService, BusError> {
         let builder = || self.node.service_builder(&service_name(service)).event();
         let create = |_| {
             builder()
                 .max_notifiers(MAX_MONITORS)
-                .max_listeners(MAX_READERS)
+                .max_listeners(ALL_READERS)
                 .max_nodes(MAX_NODES)
                 .event_id_max_value(1)
                 .create()
@@ -348,7 +404,7 @@ where
 {
     builder
         .max_publishers(MAX_SOURCES)
-        .max_subscribers(MAX_READERS)
+        .max_subscribers(ALL_READERS)
         .max_nodes(MAX_NODES)
         .subscriber_max_buffer_size(buffer)
         .subscriber_max_borrowed_samples(borrowed)

@@ -34,7 +34,8 @@ pub struct ReaderReport {
     pub reader: [u64; 2],
     /// Process id of the reader.
     pub pid: u32,
-    /// 1 in the last report of a reader that ended in order; 0 in all other reports, so a killed reader stays at 0.
+    /// In the last report of a reader: 1 if it ended in order, [`ReaderReport::DISK_FULL`] if its disk is full. 0 in all
+    /// other reports, so a killed reader stays at 0.
     pub ended: u32,
     /// The reader's node name in UTF-8, cut to this length and padded with zeros. Read it with [`ReaderReport::name`].
     pub name: [u8; NAME_LEN],
@@ -62,10 +63,17 @@ impl Default for ReaderReport {
 impl ReaderReport {
     /// Sentinel for *no time known*: infinity.
     pub const NO_ROOM: f64 = f64::INFINITY;
+    /// Value of `ended` for a reader that ended because its disk is full.
+    pub const DISK_FULL: u32 = 2;
 
     /// Seconds of wall time until the disk is full; `None` if unknown.
     pub fn room(&self) -> Option<f64> {
         self.room_s.is_finite().then_some(self.room_s)
+    }
+
+    /// Whether the reader writes nothing, because its disk is full: it has ended, or waits for room.
+    pub fn has_full_disk(&self) -> bool {
+        self.ended == Self::DISK_FULL || self.room_s == 0.0
     }
 
     /// The reader's name, up to the first byte that is not valid UTF-8.

@@ -28,8 +28,8 @@ impl ReaderReports {
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         require_open_files(REPORT_FILES)?;
         let member = Member::join(domain, name, Role::Client)?;
-        let subscriber =
-            member.readers()?.subscriber_builder().create().map_err(|error| BusError::failed(READERS, error))?;
+        let subscriber = member.subscribe(READERS, &member.readers()?)?;
+        member.reserve_memory()?;
         Ok(Self { subscriber, _member: member })
     }
 

@@ -20,6 +20,8 @@ pub(crate) struct ReportPublisher {
     report: ReaderReport,
     /// Last report that was sent.
     sent: ReaderReport,
+    /// Value of `ended` in the last report.
+    ending: u32,
 }
 
 impl ReportPublisher {
@@ -35,7 +37,7 @@ impl ReportPublisher {
             let builder = readers.publisher_builder().max_loaned_samples(1);
             builder.backpressure_strategy(BackpressureStrategy::DiscardData).create().ok()
         });
-        Self { publisher, sent: report, report }
+        Self { publisher, sent: report, report, ending: 1 }
     }
 
     /// Counts a frame, and stores the total number of lost frames.
@@ -54,6 +56,11 @@ impl ReportPublisher {
     /// Stores the wall time until the disk is full, in seconds.
     pub(crate) fn set_room(&mut self, room_s: f64) {
         self.report.room_s = room_s;
+    }
+
+    /// Makes the last report say that the reader ends because its disk is full.
+    pub(crate) fn set_disk_full(&mut self) {
+        (self.report.room_s, self.ending) = (0.0, ReaderReport::DISK_FULL);
     }
 
     /// Whether the last report is at least this many periods old. Time is read from the frames, so this also works across
@@ -79,7 +86,7 @@ impl ReportPublisher {
     /// Sends the last report, if the reader has read a frame.
     fn end(&mut self) {
         if self.report.frames > 0 {
-            self.report.ended = 1;
+            self.report.ended = self.ending;
             self.send();
         }
     }
@@ -96,7 +103,7 @@ mod tests {
     use super::*;
 
     fn report_publisher() -> ReportPublisher {
-        ReportPublisher { publisher: None, report: ReaderReport::default(), sent: ReaderReport::default() }
+        ReportPublisher { publisher: None, report: ReaderReport::default(), sent: ReaderReport::default(), ending: 1 }
     }
 
     fn frame(published_ns: u64) -> FrameHeader {
@@ -133,5 +140,16 @@ mod tests {
         assert_eq!((reports.sent.frames, reports.sent.ended), (1, 0));
         reports.end();
         assert_eq!((reports.sent.frames, reports.sent.ended), (1, 1));
+    }
+
+    #[test]
+    fn the_last_report_of_a_reader_with_a_full_disk_says_so() {
+        let mut reports = report_publisher();
+        reports.count(&frame(PERIOD_NS), 0);
+        reports.send();
+        assert!(!reports.sent.has_full_disk());
+        reports.set_disk_full();
+        reports.end();
+        assert_eq!((reports.sent.ended, reports.sent.has_full_disk()), (ReaderReport::DISK_FULL, true));
     }
 }

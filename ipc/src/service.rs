@@ -3,7 +3,7 @@
 //!
 //! Only a source (the server, a replay, a receiving bridge) creates services; a client opens existing ones. Each service
 //! of a source allows two publishers, because iceoryx2 cannot tunnel a service with only one to another host.
-//! [`SourceLock`](crate::SourceLock) ensures that there is only one source at a time. Alerts have as many publishers as
+//! [`SourceLock`](crate::source::SourceLock) ensures that there is only one source at a time. Alerts have as many publishers as
 //! monitors are allowed, and the readers' reports as many as readers are allowed.
 
 use iceoryx2::prelude::ipc;
@@ -35,8 +35,13 @@ pub const REPLAY: &str = "bench-dragon/replay";
 /// Name of the events of commands.
 pub const COMMAND_EVENTS: &str = "bench-dragon/command-events";
 
-/// Greatest number of readers of one service.
+/// Greatest number of readers of one service, without the reserved places of [`OPERATOR_READERS`].
 pub const MAX_READERS: usize = 24;
+/// Number of further places for tools of the operator alone, such as `ctl`, `doctor`, `watch` and a view. Readers of
+/// [`Domain::for_operators`](crate::Domain::for_operators) use them once all other places are taken.
+pub const OPERATOR_READERS: usize = 4;
+/// Greatest number of readers of one service, including operators' tools.
+pub(crate) const ALL_READERS: usize = MAX_READERS + OPERATOR_READERS;
 /// Greatest number of frames that a reader may hold at a time.
 pub const MAX_BORROWED_FRAMES: usize = 4;
 /// Greatest number of commands in flight from one client.
@@ -70,7 +75,7 @@ pub const SOURCE_FILES: usize = 128;
 /// Greatest number of files that a client opens: twenty of its own, and one per reader of its reports.
 pub(crate) const CLIENT_FILES: usize = 48;
 /// Greatest number of files that a reader of reports opens: two more per reader that reports.
-pub(crate) const REPORT_FILES: usize = CLIENT_FILES + 2 * MAX_READERS;
+pub(crate) const REPORT_FILES: usize = CLIENT_FILES + 2 * ALL_READERS;
 
 /// Size of iceoryx2's header of a sample, in bytes.
 const ICEORYX2_HEADER: usize = 128;
@@ -98,20 +103,20 @@ pub type EventService = event::PortFactory<Service>;
 
 /// Returns the number of unread frames that are kept for each reader of a dragon of this many benches.
 pub fn frame_buffer(bench_count: usize) -> usize {
-    let for_all_readers = MAX_READERS * frame_bytes(bench_count);
+    let for_all_readers = ALL_READERS * frame_bytes(bench_count);
     (FRAME_MEMORY / for_all_readers).saturating_sub(MAX_BORROWED_FRAMES).clamp(LEAST_FRAME_BUFFER, FRAME_BUFFER)
 }
 
 /// Returns the greatest shared memory of the frames of a dragon of this many benches, in bytes.
 pub fn frame_memory(bench_count: usize) -> u64 {
-    let frames = MAX_READERS * (frame_buffer(bench_count) + MAX_BORROWED_FRAMES) + 2;
+    let frames = ALL_READERS * (frame_buffer(bench_count) + MAX_BORROWED_FRAMES) + 2;
     (frames * frame_bytes(bench_count)) as u64
 }
 
 /// Returns the greatest shared memory of a description of this length, in bytes.
 pub fn description_memory(len: usize) -> u64 {
     // One that each reader holds, one that waits for it, one for late joiners, and one that is being written.
-    ((2 * MAX_READERS + 2) * (ICEORYX2_HEADER + len)) as u64
+    ((2 * ALL_READERS + 2) * (ICEORYX2_HEADER + len)) as u64
 }
 
 /// Returns the size of one frame in shared memory, in bytes: iceoryx2's header, the frame header and the handles.

@@ -1,13 +1,24 @@
-//! Check that shared memory has enough space. Without it, iceoryx2 would be killed by SIGBUS at the first write.
+//! Space in shared memory: checked before segments are created, and reserved once they exist.
+//!
+//! The kernel allocates a page of `/dev/shm` at the first write. Where none is left, it kills the writer by SIGBUS. So a
+//! process that has joined the bus reserves all pages of its segments: later nobody else can take them away.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
-use std::path::PathBuf;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+
+use rustix::fs::{FallocateFlags, fallocate};
+use rustix::io::Errno;
 
 use crate::domain::Domain;
 use crate::error::BusError;
-use crate::sweep::SHARED_MEMORY;
+use crate::lock_file::if_there;
+use crate::sweep::{SHARED_MEMORY, named_as_ours};
+
+/// Unit of the allocated size of a file, in bytes (`stat(2)`).
+const BLOCK_BYTES: u64 = 512;
 
 /// Checks that `/dev/shm` has `needed` bytes free, by writing as many into a file. The file has the domain's prefix and
 /// is unlinked before the first byte. This also respects a quota or the limit of a control group.
@@ -29,6 +40,53 @@ pub fn require_shared_memory(domain: &Domain, needed: u64) -> Result<(), BusErro
         left -= block as u64;
     }
     Ok(())
+}
+
+/// Allocates all pages of a domain's segments. Pages that already exist keep their contents.
+///
+/// Segments of other processes are reserved too: a connection belongs to both of its ends. A segment that its creator has
+/// not finished is left to its creator.
+///
+/// # Errors
+/// [`BusError::SharedMemoryFull`] where a segment does not fit, [`BusError::SharedMemoryUnusable`] where `/dev/shm` cannot
+/// be read or written.
+pub(crate) fn reserve_segments(domain: &Domain) -> Result<(), BusError> {
+    for entry in named_as_ours(Path::new(SHARED_MEMORY), domain)? {
+        let Some(len) = unreserved_len(&entry, domain) else { continue };
+        reserve(&entry.path(), len).map_err(|error| match error.kind() {
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::OutOfMemory => {
+                BusError::SharedMemoryFull { needed: len }
+            }
+            _ => BusError::SharedMemoryUnusable { error },
+        })?;
+    }
+    Ok(())
+}
+
+/// Returns the length of a segment of this user's that is not completely allocated. A segment that has just been removed
+/// needs no memory.
+fn unreserved_len(entry: &fs::DirEntry, domain: &Domain) -> Option<u64> {
+    let metadata = entry.metadata().ok()?;
+    let is_reserved = metadata.blocks() * BLOCK_BYTES >= metadata.len();
+    (metadata.is_file() && metadata.uid() == domain.uid() && !is_reserved).then_some(metadata.len())
+}
+
+fn reserve(segment: &Path, len: u64) -> io::Result<()> {
+    let file = match if_there(File::options().read(true).write(true).open(segment)) {
+        Ok(Some(file)) => file,
+        Ok(None) => return Ok(()),
+        // iceoryx2 allows its user to read a segment only once the segment is finished.
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => return Ok(()),
+        Err(error) => return Err(error),
+    };
+    loop {
+        match fallocate(&file, FallocateFlags::empty(), 0, len) {
+            Err(Errno::INTR) => {}
+            // On a file system without this call, the check before the creation has to suffice.
+            Ok(()) | Err(Errno::OPNOTSUPP) => return Ok(()),
+            Err(error) => return Err(error.into()),
+        }
+    }
 }
 
 /// Creates a file in shared memory and unlinks it. A file of the same name, such as another user's, is not touched.

@@ -58,15 +58,10 @@ impl FrameSubscriber {
 
     /// Opens the frames of a domain as one of several ports of a member.
     pub(crate) fn of(member: &Rc<Member>, domain: &Domain, name: &str) -> Result<Self, BusError> {
-        let subscriber = member.frames()?.subscriber_builder().create().map_err(|error| {
-            use iceoryx2::port::subscriber::SubscriberCreateError as Create;
-            match error {
-                Create::ExceedsMaxSupportedSubscribers => BusError::TooManyClients { service: FRAMES },
-                error => BusError::failed(FRAMES, error),
-            }
-        })?;
+        let subscriber = member.subscribe(FRAMES, &member.frames()?)?;
         let wake = Arc::new(member.wake_page()?);
         let reports = ReportPublisher::open(member, name, subscriber.id().value());
+        member.reserve_memory()?;
         let (tracker, source) = (ContinuityTracker::default(), SourceWatch::new(domain));
         Ok(Self { reports, subscriber, member: Rc::clone(member), wake, tracker, source })
     }
@@ -157,6 +152,11 @@ impl FrameSubscriber {
     /// Sets the wall time in seconds until the reader's disk is full, for its next report.
     pub fn set_room(&mut self, room_s: f64) {
         self.reports.set_room(room_s);
+    }
+
+    /// Makes the reader's last report say that it ends because its disk is full.
+    pub fn set_disk_full(&mut self) {
+        self.reports.set_disk_full();
     }
 }
 

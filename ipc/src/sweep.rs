@@ -18,8 +18,8 @@ const DIRECTORIES: [&str; 2] = ["nodes", "services"];
 
 /// Removes all files of iceoryx2 from a domain without processes.
 ///
-/// Files of other users in shared memory are kept, whatever their names. They do no harm, because iceoryx2's names there
-/// are random. Files there that cannot be removed are kept too. In the domain's own directory everything must be
+/// Files of other users in shared memory are kept, whatever their names. They do no harm, because the names there
+/// cannot be guessed. Files there that cannot be removed are kept too. In the domain's own directory everything must be
 /// removable.
 pub(crate) fn sweep(domain: &Domain) -> Result<(), DomainError> {
     for entry in named_as_ours(Path::new(SHARED_MEMORY), domain)? {
@@ -56,7 +56,7 @@ pub(crate) fn foreign_owner(path: &Path, domain: &Domain) -> Option<u32> {
 }
 
 /// Returns the entries of a folder whose names begin with the domain's prefix.
-fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, DomainError> {
+pub(crate) fn named_as_ours(folder: &Path, domain: &Domain) -> Result<Vec<DirEntry>, DomainError> {
     let prefix = domain.prefix();
     let entries: io::Result<Vec<DirEntry>> = fs::read_dir(folder).and_then(Iterator::collect);
     let mut entries = entries.map_err(|error| DomainError::Io { path: folder.to_owned(), error })?;

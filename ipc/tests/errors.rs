@@ -4,7 +4,8 @@ use std::fs;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bench_dragon_ipc::service::{FRAMES, Member, Role};
-use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameSubscriber, Instance, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, CommandClient, Domain, FrameSubscriber, Instance};
 use iceoryx2::prelude::{Node, NodeBuilder, ServiceName, SignalHandlingMode, ZeroCopySend, ipc};
 
 static DOMAINS: AtomicU32 = AtomicU32::new(0);
@@ -32,7 +33,8 @@ fn without_a_server_a_client_fails_with_no_server_and_leaves_no_files() {
     assert_eq!(
         error.to_string(),
         format!(
-            "no server runs on instance \"{instance}\": start one with `bench-dragon serve --instance {instance}`",
+            "no server runs on instance \"{instance}\": start the show, or by hand \
+             `bench-dragon serve --config FILE --held --instance {instance}`",
             instance = domain.instance()
         )
     );
@@ -80,7 +82,7 @@ fn a_second_source_is_refused_with_the_pid_of_the_first() {
 }
 
 #[test]
-fn one_reader_too_many_is_refused() {
+fn one_reader_too_many_is_refused_and_operators_have_places_of_their_own() {
     let domain = own_domain();
     let member = Member::join(&domain, "source", Role::Source { bench_count: 1 }).expect("the domain is usable");
     let frames = member.frames().expect("the frames can be made");
@@ -89,6 +91,13 @@ fn one_reader_too_many_is_refused() {
         .collect();
     let error = FrameSubscriber::open(&domain, "test").expect_err("the service is full");
     assert!(matches!(error, BusError::TooManyClients { service: FRAMES }), "{error}");
+    let operators = domain.clone().for_operators();
+    let tools: Vec<_> = (0..bench_dragon_ipc::service::OPERATOR_READERS)
+        .map(|_| FrameSubscriber::open(&operators, "test").expect("these places are reserved"))
+        .collect();
+    let error = FrameSubscriber::open(&operators, "test").expect_err("the service is full");
+    assert!(matches!(error, BusError::TooManyClients { service: FRAMES }), "{error}");
+    drop(tools);
     drop(readers);
     drop(frames);
     drop(member);

@@ -1,5 +1,8 @@
 //! The newest frame and its freshness. The frame is a copy, so a bridge holds no shared memory of a server that has ended.
 
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
 use std::time::Duration;
 
 use bench_dragon_ipc::{BenchState, Frame, FrameHeader};
@@ -30,24 +33,63 @@ impl LatestFrame {
     }
 }
 
-/// Smallest freshness limit. The slowest server sends one frame a second.
-const LEAST_LIMIT: Duration = Duration::from_millis(1_500);
-/// The freshness limit in frame periods, unless the smallest limit is longer.
+/// The freshness limit in frame periods, unless the operator's limit is longer.
 const PERIODS: u32 = 3;
+/// The freshness limit of a source of unknown period, unless the operator's limit is longer. The slowest server sends one frame a
+/// second.
+const UNKNOWN_PERIOD_LIMIT: Duration = Duration::from_millis(1_500);
 
-/// Returns the greatest age of a fresh frame. `rate_hz` is the source's frames per second; 0 means that it is unknown.
-///
-/// ```
-/// use bench_dragon::bridge::freshness_limit;
-/// use std::time::Duration;
-///
-/// assert_eq!(freshness_limit(1_000), Duration::from_millis(1_500));
-/// assert_eq!(freshness_limit(1), Duration::from_secs(3));
-/// assert_eq!(freshness_limit(0), Duration::from_millis(1_500));
-/// ```
-pub fn freshness_limit(rate_hz: u32) -> Duration {
-    let periods = Duration::from_secs(PERIODS.into()).checked_div(rate_hz);
-    periods.map_or(LEAST_LIMIT, |periods| periods.max(LEAST_LIMIT))
+/// An age from which a frame is stale, in seconds. Slow sources have more time: three of their periods.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StaleAfter {
+    limit: Duration,
+}
+
+/// Error for a text that is not such an age.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("must be seconds from {} to {}", StaleAfter::SECONDS.start(), StaleAfter::SECONDS.end())]
+pub struct StaleAfterError;
+
+impl StaleAfter {
+    /// Allowed seconds. Less would call a server stale that a busy machine delays.
+    pub const SECONDS: RangeInclusive<f64> = 0.05..=60.0;
+
+    /// Returns the greatest age of a fresh frame. `period` is the time between two frames of the source, if it is known.
+    ///
+    /// ```
+    /// use bench_dragon::bridge::StaleAfter;
+    /// use std::time::Duration;
+    ///
+    /// let stale_after = StaleAfter::default();
+    /// assert_eq!(stale_after.limit(Some(Duration::from_millis(1))), Duration::from_millis(300));
+    /// assert_eq!(stale_after.limit(Some(Duration::from_secs(1))), Duration::from_secs(3));
+    /// assert_eq!(stale_after.limit(None), Duration::from_millis(1_500));
+    /// ```
+    pub fn limit(self, period: Option<Duration>) -> Duration {
+        self.limit.max(period.map_or(UNKNOWN_PERIOD_LIMIT, |period| period.saturating_mul(PERIODS)))
+    }
+}
+
+impl Default for StaleAfter {
+    /// 0.3 s: a dragon of 1 m/s has then walked on by 0.3 m on a desk that extrapolates.
+    fn default() -> Self {
+        Self { limit: Duration::from_millis(300) }
+    }
+}
+
+impl FromStr for StaleAfter {
+    type Err = StaleAfterError;
+
+    fn from_str(text: &str) -> Result<Self, StaleAfterError> {
+        let seconds: Option<f64> = text.parse().ok().filter(|seconds| Self::SECONDS.contains(seconds));
+        seconds.map(|seconds| Self { limit: Duration::from_secs_f64(seconds) }).ok_or(StaleAfterError)
+    }
+}
+
+impl fmt::Display for StaleAfter {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.limit.as_secs_f64(), formatter)
+    }
 }
 
 /// Whether a frame is recent enough for its speeds to be used.

@@ -29,7 +29,7 @@ mod udp_sender;
 
 pub use axis_order::{AxisOrder, AxisOrderError};
 pub use bench_selection::{BenchSelection, BenchSelectionError};
-pub use latest_frame::{Freshness, LatestFrame, freshness, freshness_limit};
+pub use latest_frame::{Freshness, LatestFrame, StaleAfter, StaleAfterError, freshness};
 pub use outlet::{Delivery, MAX_PACKET_LEN, Outage, OutageChange, Outlet, Packets};
 pub use stage_transform::StageTransform;
 pub use udp_sender::{UdpSender, UdpTarget};

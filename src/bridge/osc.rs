@@ -11,7 +11,7 @@
 //! to its lowest 31 bits.
 //!
 //! By default each message is one packet, which every receiver accepts. Optionally messages are sent in bundles. A bundle
-//! contains as many messages as a datagram holds, and the time at which the server sent the frame. Over TCP each packet is
+//! contains as many messages as a datagram holds, and the instant for which the poses hold. Over TCP each packet is
 //! framed by SLIP with a double END, as OSC 1.1 specifies.
 //!
 //! Source: Open Sound Control 1.0 (2002) and 1.1 (2009), opensoundcontrol.org; SLIP: RFC 1055.
@@ -80,7 +80,7 @@ impl OscEncoder {
         let mut messages = std::mem::take(&mut self.messages);
         messages.clear();
         self.write_messages(latest, &mut messages);
-        let unix_ns = latest.header.published_ns.saturating_add_signed(unix_minus_monotonic_ns);
+        let unix_ns = latest.header.scheduled_ns.saturating_add_signed(unix_minus_monotonic_ns);
         pack(&messages, osc_time(unix_ns), packets);
         self.messages = messages;
     }

@@ -16,6 +16,9 @@
 //!
 //! *Ids.* A tracker's id is the id of the head plus the bench's number. The choice of benches does not change it.
 //!
+//! *Times.* The time of a tracker is the instant for which its pose holds. It is the same in each repetition of the pose. The time
+//! of a packet is that of sending, as the protocol specifies.
+//!
 //! Source: PosiStageNet protocol, version 2.03 of 2019-09-09 (VYV Corporation, MA Lighting), posistage.net.
 
 use std::net::{Ipv4Addr, SocketAddrV4};
@@ -173,13 +176,13 @@ impl PsnEncoder {
             packet_count: packet_count(trackers, TRACKERS_IN_A_PACKET),
         };
         self.data_frame_id = self.data_frame_id.wrapping_add(1);
-        let source_timestamp_us = self.since_epoch_us(latest.header.published_ns);
+        let due_us = self.since_epoch_us(latest.header.scheduled_ns);
         let mut trackers = settings.trackers(latest.benches.len());
         write_packets(DATA_PACKET, header, packets, |packet| {
             packet.branch(DATA_TRACKER_LIST, |list| {
                 for (index, id) in trackers.by_ref().take(TRACKERS_IN_A_PACKET) {
                     let tracker = Tracker::of(&latest.benches[index], latest, &settings.transform);
-                    list.branch(id, |chunks| tracker.write(source_timestamp_us, chunks));
+                    list.branch(id, |chunks| tracker.write(due_us, chunks));
                 }
             });
         });

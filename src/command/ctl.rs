@@ -2,7 +2,8 @@
 
 use std::process::ExitCode;
 
-use bench_dragon_ipc::{GuardLock, Refusal, Request, Sender};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Refusal, Request, Sender};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
@@ -113,7 +114,7 @@ struct ReplyLine {
 }
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
-    let domain = args.bus.domain()?;
+    let domain = args.bus.domain()?.for_operators();
     let Some(request) = request(args.command) else { return status::run(domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
     let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, &|| stop.is_set(), &|| false)?;

@@ -22,13 +22,18 @@ pub(super) const CONTACT: u8 = 3;
 pub(super) const DISK_FULL: u8 = 4;
 
 pub(super) fn of_error(error: &anyhow::Error) -> ExitCode {
-    if error.chain().any(|cause| cause.downcast_ref().is_some_and(RecordError::is_disk_full)) {
+    if is_disk_full(error) {
         ExitCode::from(DISK_FULL)
     } else if error.chain().any(is_bad_input) {
         ExitCode::from(BAD_INPUT)
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// Whether a recording ended because its disk is full.
+pub(super) fn is_disk_full(error: &anyhow::Error) -> bool {
+    error.chain().any(|cause| cause.downcast_ref().is_some_and(RecordError::is_disk_full))
 }
 
 fn is_bad_input(cause: &(dyn Error + 'static)) -> bool {

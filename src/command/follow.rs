@@ -4,9 +4,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
     BusError, CommandEvent, CommandEventReader, Continuity, Description, DescriptionReader, Domain, EventKind, Frame,
-    FrameSubscriber, Instance, SourceLock, StatusReader,
+    FrameSubscriber, Instance, StatusReader,
 };
 use serde::Serialize;
 

@@ -173,6 +173,7 @@ fn is_only_output(command: &Command) -> bool {
 
 fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
     let domain = args.domain()?;
+    domain.create_secret()?;
     print::print_line(domain.iceoryx2_toml().trim_end())?;
     Ok(ExitCode::SUCCESS)
 }

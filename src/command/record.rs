@@ -9,14 +9,16 @@ use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, Fr
 use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
+use crate::command::exit_status::is_disk_full;
 use crate::command::flags::{BadInput, BusArgs, Format, FormatArgs, within};
 use crate::command::follow::{Following, Next, RunPorts, open_when_there};
 use crate::command::print::{Progress, complain, print_json, print_notice, print_report};
+use crate::config::ConfigDocument;
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::recording::{
     BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, recordings_in, repair,
-    repair_checked,
+    repair_checked, walking_bytes_per_s,
 };
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
@@ -140,15 +142,21 @@ fn record(args: &RecordArgs, recorder: Recorder, domain: &Domain, stop: &StopFla
     }
     let mut session = RecordSession::new(args.format.format, recorder);
     let mut ports = open_when_there(domain.instance(), stop, || RecordPorts::open(domain, stop))?;
+    let recorded = match &mut ports {
+        Some(ports) => session.follow(ports, stop).and_then(|()| session.take_last_commands(ports)),
+        None => Ok(()),
+    };
+    let finished = recorded.and_then(|()| session.finish());
     if let Some(ports) = &mut ports {
-        session.follow(ports, stop)?;
-        session.take_last_commands(ports)?;
+        // The ports send this with the reader's last report, when they are dropped.
+        match &finished {
+            Ok(summary) => ports.run.frames.set_bytes_written(summary.bytes),
+            Err(error) if is_disk_full(error) => ports.run.frames.set_disk_full(),
+            Err(_) => {}
+        }
     }
-    let summary = session.finish()?;
-    if let Some(mut ports) = ports {
-        // The ports send this number with the reader's last report, when they are dropped.
-        ports.run.frames.set_bytes_written(summary.bytes);
-    }
+    drop(ports);
+    let summary = finished?;
     let text = summary_text(&summary);
     print_report(args.format.format, &RecordLine::Summary(summary), text)
 }
@@ -286,6 +294,10 @@ impl RecordSession {
             && let Some(description) = ports.run.descriptions.of(run_id, stop)?
         {
             self.recorder.describe(run_id, &description.toml)?;
+            if let Ok(document) = ConfigDocument::from_toml(&description.toml) {
+                let benches = document.dimensions().benches();
+                self.recorder.expect_growth(walking_bytes_per_s(benches, document.tables().serve.rate_hz));
+            }
         }
         self.newest = Some((run_id, tick));
         Ok(self.recorder.frame(frame.header(), frame.handles())?)

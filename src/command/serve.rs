@@ -49,6 +49,9 @@ pub(crate) struct ServeArgs {
     /// Move the head only on travel that `monitor --guard` has proved free of contact.
     #[arg(long)]
     pub(crate) guarded: bool,
+    /// Stand finished at the time of --until, instead of ending.
+    #[arg(long, hide = true)]
+    pub(crate) stay: bool,
     /// Start paused, or be paused once the hold is lifted.
     #[arg(long, hide = true)]
     pub(crate) paused: bool,
@@ -222,6 +225,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
         is_held: args.restarted,
         is_restarted: args.restarted,
         is_paused: args.paused,
+        stays: args.stay,
         ..planned.start
     };
     Ok(ServerSettings { start, readers: args.readers, ..planned })

@@ -10,7 +10,8 @@ use serde::Serialize;
 use crate::command::flags::Format;
 use crate::command::print::{print_json, print_line};
 use crate::display::observe::{
-    Arrival, Controls, GuardSituation, Lamp, LampLevel, Observer, ShowForecast, Snapshot, SourcePresence, lamps,
+    Arrival, Controls, GuardSituation, Lamp, LampLevel, Level, Observer, ShowForecast, Snapshot, SourcePresence,
+    Standing, lamps,
 };
 use crate::output::command_words::CommandWords;
 use crate::system::clock::monotonic_ns;
@@ -59,8 +60,10 @@ struct StatusReport {
     well: bool,
     /// `live`, `waiting` (no frame yet, or no server), `silent`, `ended`, `gone` or `failed`.
     link: &'static str,
-    /// State of the show: `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
+    /// State of the show: `ready`, `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
     state: Option<&'static str>,
+    /// How the show stands: how urgent it is, in a word, its cause, and what to do.
+    standing: Standing,
     /// Wall-clock time, RFC 3339 with the offset of this machine's time zone.
     wall_time: String,
     run_id: Option<u64>,
@@ -98,6 +101,7 @@ impl StatusReport {
             well: link == SourcePresence::Live && lamps.iter().all(|lamp| lamp.level != LampLevel::Danger),
             link: link.name(),
             state: snapshot.state().map(ShowState::name),
+            standing: Standing::of(snapshot, now_ns),
             wall_time: wall_time.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
             run_id: header.map(|header| header.run_id),
             tick: header.map(|header| header.tick),
@@ -114,9 +118,10 @@ impl StatusReport {
         }
     }
 
-    /// The report in lines for people: the show, the clearance, the forecast, the newest command, and one line per lamp.
+    /// The report in lines for people: the show, how it stands, the clearance, the forecast, the newest command, and one line per lamp.
     fn lines(&self) -> Vec<String> {
         let mut lines = vec![self.show_line()];
+        lines.extend(self.standing_line());
         if let Some(NearestReport { clearance_m, benches: [one, another] }) = self.nearest {
             let clearance_mm = clearance_m * 1e3;
             lines.push(format!("clearance {clearance_mm:.3} mm, benches {one} and {another}"));
@@ -138,6 +143,13 @@ impl StatusReport {
         let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
         let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
         format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, wall clock {clock}")
+    }
+
+    /// How the show stands; `None` for a show that runs well.
+    fn standing_line(&self) -> Option<String> {
+        let Standing { level, cause, remedy, .. } = &self.standing;
+        let remedy = remedy.as_deref().map_or(String::new(), |remedy| format!(" {remedy}"));
+        (*level != Level::Good).then(|| format!("{}: {cause}{remedy}", level.name()))
     }
 
     fn ahead_words(&self) -> Option<String> {
@@ -212,7 +224,8 @@ mod tests {
         let first = "running, show time 12.345 s at 5 times real time, head at 1.000 m/s, wall clock 00:00:00";
         assert_eq!(lines[..2], [first, "ahead: benches 0 and 8 touch in 80.0 s (show time 412.500 s)"]);
         let paused = report(&snapshot(ShowState::Paused)).lines();
-        assert_eq!(paused[1], "ahead: benches 0 and 8 touch in 80.0 s of walking (show time 412.500 s)");
+        assert_eq!(paused[1], "caution: An operator has paused the show. `resume` continues it.");
+        assert_eq!(paused[2], "ahead: benches 0 and 8 touch in 80.0 s of walking (show time 412.500 s)");
     }
 
     #[test]
@@ -221,6 +234,7 @@ mod tests {
         assert!(!report.well);
         let lines = report.lines();
         assert_eq!(lines[0], "no frames (waiting), wall clock 00:00:00");
+        assert!(lines[1].starts_with("caution: There is no server. Start the show"), "{lines:#?}");
         assert!(lines.contains(&"  danger   server    no server".to_owned()), "{lines:#?}");
         let json = serde_json::to_value(&report).expect("JSON");
         assert_eq!(

@@ -1,7 +1,7 @@
 //! `view` and `metrics`: processes that observe the bus and serve its state over HTTP.
 
 use std::env::{self, VarError};
-use std::io::{self, ErrorKind};
+use std::io::{self, BufRead as _, ErrorKind};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::command::flags::{BadInput, BusArgs, Format, FormatArgs, listen_addres
 use crate::command::print::{complain, print_report};
 use crate::display::metrics;
 use crate::display::observe::{Observer, Snapshot};
-use crate::display::view::{Token, TokenError, View};
+use crate::display::view::{ShowOutcome, Token, TokenError, View};
 use crate::display::web::Site;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
@@ -49,6 +49,9 @@ pub(crate) struct ViewArgs {
     /// Serve a page without controls, and accept no commands.
     #[arg(long)]
     pub(crate) read_only: bool,
+    /// Read the outcome of the show from stdin, as a line of JSON, and send it to the pages.
+    #[arg(long, hide = true)]
+    pub(crate) outcome_from_stdin: bool,
     #[command(flatten)]
     pub(crate) bus: BusArgs,
     #[command(flatten)]
@@ -87,14 +90,17 @@ const VIEW_SNAPSHOTS_HZ: u32 = 60;
 pub(super) const TOKEN_VARIABLE: &str = "BENCH_DRAGON_TOKEN";
 
 pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
-    let domain = args.bus.domain()?;
+    let domain = args.bus.domain()?.for_operators();
     let token = token()?;
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;
     let address = site.address;
     announce_page(args, &token, address)?;
     let view = View::open(domain.clone(), token, args.read_only, address.ip())?;
-    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan();
+    if args.outcome_from_stdin {
+        read_outcome(&view)?;
+    }
+    let observer = Observer::new(domain, "view", VIEW_SNAPSHOTS_HZ).with_plan().with_memory();
     let serve = || {
         site.serve(view.router(), &stop, view.closing())?;
         view.close();
@@ -102,6 +108,21 @@ pub(super) fn view(args: &ViewArgs) -> anyhow::Result<ExitCode> {
     };
     observe_while(&observer, stop.as_atomic(), |snapshot| view.show(snapshot), serve)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Reads the outcome of the show in a thread, which ends with the process. The end of stdin without an outcome is the end of a
+/// show that could not report one.
+fn read_outcome(view: &View) -> anyhow::Result<()> {
+    view.await_outcome();
+    let view = view.clone();
+    let read = move || {
+        let mut line = String::new();
+        let read = io::stdin().lock().read_line(&mut line).ok();
+        let outcome = read.and_then(|_| serde_json::from_str(&line).ok());
+        view.end_show(outcome.unwrap_or_else(ShowOutcome::unreported));
+    };
+    thread::Builder::new().name("outcome".to_owned()).spawn(read).context("cannot read the outcome of the show")?;
+    Ok(())
 }
 
 fn token() -> anyhow::Result<Token> {

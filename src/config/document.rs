@@ -98,6 +98,8 @@ pub struct MonitorTable {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct ShowTable {
+    /// Whether only the operator ends the show.
+    pub(super) stay: bool,
     pub(super) also: Vec<AlsoTable>,
 }
 
@@ -110,7 +112,7 @@ pub(super) struct AlsoTable {
 
 impl ShowTable {
     fn is_empty(&self) -> bool {
-        self.also.is_empty()
+        !self.stay && self.also.is_empty()
     }
 }
 

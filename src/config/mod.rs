@@ -136,6 +136,11 @@ impl ConfigDocument {
         self.drawing.as_ref()
     }
 
+    /// The tables of the document. Their values, except those of the route, are in range.
+    pub fn tables(&self) -> &Document {
+        &self.tables
+    }
+
     /// The benches.
     pub fn dimensions(&self) -> &Dimensions {
         &self.dimensions
@@ -268,6 +273,11 @@ impl Config {
     pub fn most_jumped(&self) -> u64 {
         // Rounding may make the product slightly smaller than a whole number of releases.
         (self.tables().serve.catch_up_s * f64::from(self.tables().serve.rate_hz) * (1.0 + 2.0 * f64::EPSILON)) as u64
+    }
+
+    /// Whether the command `show` plays a performance, which only its operator ends.
+    pub fn stays(&self) -> bool {
+        self.tables().show.stay
     }
 
     /// Command lines of `[[show.also]]`, in their order. The command `show` checks them.
@@ -546,7 +556,7 @@ mod tests {
             ("[show]\nalso = 3", "line 2, `also = 3`: invalid type: integer `3`, expected a sequence"),
             ("[[show.also]]\nname = \"x\"", "line 2, `name = \"x\"`: unknown field `name`, expected `command`"),
             ("[[show.also]]", "line 1, `[[show.also]]`: missing field `command`"),
-            ("[show]\nalos = []", "line 2, `alos = []`: unknown field `alos`, expected `also`"),
+            ("[show]\nalos = []", "line 2, `alos = []`: unknown field `alos`, expected `stay` or `also`"),
             ("dragon = 3", "line 1, `dragon = 3`: invalid type: integer `3`, expected a table"),
             ("[route]\npitch_m = 1e308", "[route] pitch_m is 1e308, must be"),
         ] {

@@ -93,6 +93,7 @@ fn start(start: RunStart) -> String {
         (start.is_restarted, "restarted"),
         (start.is_paused, "paused"),
         (start.is_guarded, "guarded"),
+        (start.stays, "stays at its end"),
     ];
     for (_, extra) in extras.into_iter().filter(|(holds, _)| *holds) {
         words = format!("{words}, {extra}");

@@ -1,9 +1,10 @@
-//! Output: printing, tables, figures and histograms.
+//! Output: printing, tables, figures, reports and histograms.
 //!
 //! | module | contents |
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
+//! | [`report`] | reports for people, as one printable HTML file |
 //! | `visible_box()` | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
 //! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
@@ -19,6 +20,7 @@ mod live_line;
 pub(crate) mod log;
 mod printing;
 mod queue;
+pub mod report;
 pub mod table;
 pub(crate) mod terminal_text;
 mod visible_box;

@@ -133,11 +133,11 @@ pub(super) struct PoseRate {
 }
 
 impl PoseRate {
-    /// Whether the frame sent at `published_ns` is chosen. Call it for frames in their order.
-    pub(super) fn is_due(&mut self, published_ns: u64) -> bool {
-        let is_due = published_ns + POSE_PERIOD_NS / 2 >= self.due_ns;
+    /// Whether the frame for the instant `scheduled_ns` is chosen. Call it for frames in their order.
+    pub(super) fn is_due(&mut self, scheduled_ns: u64) -> bool {
+        let is_due = scheduled_ns + POSE_PERIOD_NS / 2 >= self.due_ns;
         if is_due {
-            self.due_ns = (self.due_ns + POSE_PERIOD_NS).max(published_ns + POSE_PERIOD_NS / 2);
+            self.due_ns = (self.due_ns + POSE_PERIOD_NS).max(scheduled_ns + POSE_PERIOD_NS / 2);
         }
         is_due
     }

@@ -38,6 +38,7 @@ mod definitions;
 mod disk_sync;
 mod error;
 mod gaps;
+mod growth;
 mod heads;
 mod interval;
 mod mcap_file;
@@ -62,6 +63,7 @@ pub use self::{
     check::repair_checked,
     error::{Kept, RecordError},
     gaps::{Coverage, Gap},
+    growth::walking_bytes_per_s,
     interval::{IntervalSearch, NothingFound, ShowInterval},
     parts::{PartOf, Parts, PartsError, recordings_in},
     parts_reader::{FlawedFile, PartsBookmark, PartsReader},

@@ -116,6 +116,11 @@ impl Recorder {
         self.send(WriterJob::Message { message: message.into(), monotonic_ns })
     }
 
+    /// Sets the growth of the recording while the dragon walks, in bytes per second, for the forecast of a full disk.
+    pub fn expect_growth(&self, walking_bytes_per_s: f64) {
+        self.progress.walking_bytes_per_s.store(walking_bytes_per_s);
+    }
+
     /// Progress of the recording. Does not wait for the writing thread.
     pub fn progress(&self) -> RecorderProgress {
         self.progress.load()

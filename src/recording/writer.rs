@@ -13,8 +13,9 @@ use super::{
     cdr::{self, PoseRate},
     disk_sync::DiskSync,
     error::RecordError,
+    growth::Growth,
     mcap_file::{McapFile, Stamp},
-    progress::{Growth, RecordingSummary, SharedProgress, Totals},
+    progress::{RecordingSummary, SharedProgress, Totals},
     reader::Configuration,
     recorder::{FrameBuffer, RecorderSettings, SizeLimits, WriterJob},
     rotation::{FileNames, FinishedFiles},
@@ -139,10 +140,10 @@ impl RecordingWriter {
         };
         cdr::encode_frame(&mut self.message, header, handles);
         self.write(Topic::Frames, stamp)?;
-        if self.pose_rate.is_due(header.published_ns) {
-            cdr::encode_poses(&mut self.message, stamp.log_time_ns, handles);
+        if self.pose_rate.is_due(header.scheduled_ns) {
+            cdr::encode_poses(&mut self.message, stamp.publish_time_ns, handles);
             self.write(Topic::Poses, stamp)?;
-            cdr::encode_transforms(&mut self.message, stamp.log_time_ns, handles);
+            cdr::encode_transforms(&mut self.message, stamp.publish_time_ns, handles);
             self.write(Topic::Transforms, stamp)?;
         }
         Ok(())
@@ -236,7 +237,9 @@ impl RecordingWriter {
         let Ok(space) = self.file.space() else { return };
         let kept_bytes = self.finished.bytes + self.file.written_bytes;
         let growth_left_bytes = self.limits.total.map(|total| total.saturating_sub(kept_bytes));
-        let forecast = self.growth.observe(self.started.elapsed(), totals.bytes, space, growth_left_bytes);
+        let walking_bytes_per_s = self.progress.walking_bytes_per_s.load();
+        let elapsed = self.started.elapsed();
+        let forecast = self.growth.observe(elapsed, totals.bytes, space, growth_left_bytes, walking_bytes_per_s);
         self.progress.forecast.store(forecast);
     }
 

@@ -36,6 +36,7 @@ impl AlertPublisher {
             NotifierCreateError::ExceedsMaxSupportedNotifiers => BusError::TooManyClients { service: service::ALERTS },
             error => BusError::failed(service::ALERTS, error),
         })?;
+        member.reserve_memory()?;
         Ok(Self { publisher, notifier, _member: member })
     }
 

@@ -1,8 +1,8 @@
 //! Record of commands: a queue of events from the loop to the thread that publishes them.
 
-use bench_dragon_ipc::CommandEvent;
 #[cfg(feature = "zenoh")]
 use bench_dragon_ipc::{Command, CommandReply, Request, service::Service};
+use bench_dragon_ipc::{CommandEvent, EventKind};
 #[cfg(feature = "zenoh")]
 use iceoryx2::active_request::ActiveRequest;
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -18,13 +18,15 @@ pub(crate) struct CommandLog {
     waiting: Producer<CommandEvent>,
     run_id: u64,
     number: u64,
+    /// The first accepted stop.
+    stop: Option<CommandEvent>,
 }
 
 impl CommandLog {
     /// Creates the empty record of a run. Returns it with the end that the publishing thread reads.
     pub(super) fn new(run_id: u64) -> (Self, Consumer<CommandEvent>) {
         let (waiting, to_publish) = RingBuffer::new(MOST_WAITING);
-        (Self { waiting, run_id, number: 0 }, to_publish)
+        (Self { waiting, run_id, number: 0, stop: None }, to_publish)
     }
 
     /// Records an event at a show time, with the number of releases missed so far. A full queue drops the event.
@@ -32,8 +34,16 @@ impl CommandLog {
     pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
         let Moment { sim_time_ns, overruns } = moment;
         let (run_id, number) = (self.run_id, self.number);
+        if event.event_kind() == Some(EventKind::Stop) && event.outcome().is_ok() {
+            self.stop.get_or_insert(event);
+        }
         let _ = self.waiting.push(CommandEvent { run_id, number, sim_time_ns, overruns, wall_ns: unix_ns(), ..event });
         self.number += 1;
+    }
+
+    /// The first accepted stop of the run.
+    pub(crate) fn stop(&self) -> Option<&CommandEvent> {
+        self.stop.as_ref()
     }
 }
 

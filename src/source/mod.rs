@@ -1,6 +1,6 @@
 //! Sources of frames: the server and the replay, and the parts that all sources share.
 //!
-//! A source holds the instance's [`SourceLock`](bench_dragon_ipc::SourceLock), creates the services, and gives each run
+//! A source holds the instance's [`SourceLock`](bench_dragon_ipc::source::SourceLock), creates the services, and gives each run
 //! a new random number.
 
 mod command_log;

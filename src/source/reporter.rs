@@ -4,10 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::service::{self, COMMAND_EVENT_BUFFER, Member, Role};
-use bench_dragon_ipc::{
-    BusError, CommandEvent, Description, Domain, GuardLock, GuardState, SegmentWatch, SourceKind, Status,
-};
+use bench_dragon_ipc::{BusError, CommandEvent, Description, Domain, GuardState, SegmentWatch, SourceKind, Status};
 use crossbeam::channel::Receiver;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections as _;

@@ -6,9 +6,10 @@ use bench_dragon_ipc::service::{
     self, AlertService, CommandService, EventService, FrameService, MAX_ACTIVE_REQUESTS, Member, ReaderService,
     ReplayService, Role, Service,
 };
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
     BusError, Command, CommandEvent, CommandReply, Description, Domain, FrameHeader, HandleState, Refusal, Request,
-    SourceKind, SourceLock, WakePage, require_shared_memory,
+    SourceKind, WakePage, require_shared_memory,
 };
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
@@ -89,13 +90,13 @@ impl SourcePorts {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|error| BusError::failed(service::FRAMES, error))?;
+        let notifier = frame_events.notifier_builder().create();
+        let notifier = notifier.map_err(|error| BusError::failed(service::FRAMES, error))?;
+        member.reserve_memory()?;
         Ok(Self {
             next: Some(loan(&publisher, handle_count)?),
             publisher,
-            notifier: frame_events
-                .notifier_builder()
-                .create()
-                .map_err(|error| BusError::failed(service::FRAMES, error))?,
+            notifier,
             frames,
             frame_events,
             wake,

@@ -7,6 +7,8 @@ use rustix::io::Errno;
 use rustix::thread::{clock_nanosleep_absolute, set_current_timer_slack};
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
+use super::unix_offset::{OffsetBounds, UnixOffset};
+
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 
 /// `CLOCK_MONOTONIC`, in nanoseconds.
@@ -20,9 +22,16 @@ pub fn unix_ns() -> i64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64)
 }
 
-/// Present difference of Unix time and `CLOCK_MONOTONIC`, in nanoseconds.
+/// Present difference of Unix time and `CLOCK_MONOTONIC`, in nanoseconds, to within the duration of a clock reading.
 pub fn unix_minus_monotonic_ns() -> i64 {
-    unix_ns() - monotonic_ns() as i64
+    UnixOffset::measured().ns()
+}
+
+/// Reads the wall clock between two readings of `CLOCK_MONOTONIC`.
+pub fn offset_bounds() -> OffsetBounds {
+    let before_ns = monotonic_ns();
+    let unix_ns = unix_ns();
+    OffsetBounds::new(before_ns, unix_ns, monotonic_ns())
 }
 
 /// Makes the sleeps of this thread precise. By default, the kernel may add 50 µs to a sleep to save a wake-up.

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::process;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -20,7 +20,14 @@ const GRACE: Duration = Duration::from_secs(1);
 /// A flag that the first signal sets. A SIGINT or SIGTERM more than a second after the first one ends the process at once. A
 /// SIGHUP does not: when a terminal is closed, the shell and the kernel each send one.
 #[derive(Clone, Debug)]
-pub struct StopFlag(Arc<AtomicBool>);
+pub struct StopFlag(Arc<Stop>);
+
+#[derive(Debug, Default)]
+struct Stop {
+    is_set: AtomicBool,
+    /// Number of the first signal; 0 before it.
+    signal: AtomicI32,
+}
 
 impl StopFlag {
     /// Handles SIGINT and SIGTERM for the rest of the process, and SIGHUP unless `nohup` ignores it.
@@ -28,16 +35,18 @@ impl StopFlag {
     /// # Errors
     /// The error of the operating system.
     pub fn on_signals() -> io::Result<Self> {
-        let stop = Self(Arc::new(AtomicBool::new(false)));
+        let stop = Self(Arc::default());
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
         if !is_hangup_ignored() {
             signals.add_signal(SIGHUP)?;
         }
-        let flag = Arc::clone(&stop.0);
+        let Self(flag) = stop.clone();
         thread::Builder::new().name("signals".to_owned()).spawn(move || {
             let mut first = None;
             for signal in signals.forever() {
-                flag.store(true, Ordering::Relaxed);
+                // The first signal stays. The flag is set after it, so that its readers know the signal.
+                let _ = flag.signal.compare_exchange(0, signal, Ordering::Relaxed, Ordering::Relaxed);
+                flag.is_set.store(true, Ordering::Release);
                 if signal != SIGHUP && first.get_or_insert_with(Instant::now).elapsed() > GRACE {
                     process::exit(FORCED_EXIT_STATUS);
                 }
@@ -48,12 +57,22 @@ impl StopFlag {
 
     /// Whether a signal has arrived.
     pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.0.is_set.load(Ordering::Acquire)
+    }
+
+    /// The signal that has arrived first, in words; `None` before it.
+    pub fn signal(&self) -> Option<&'static str> {
+        match self.0.signal.load(Ordering::Relaxed) {
+            0 => None,
+            SIGINT => Some("Ctrl-C"),
+            SIGHUP => Some("The end of its terminal"),
+            _ => Some("SIGTERM"),
+        }
     }
 
     /// Returns the underlying atomic flag.
     pub fn as_atomic(&self) -> &AtomicBool {
-        &self.0
+        &self.0.is_set
     }
 }
 

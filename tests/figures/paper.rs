@@ -125,8 +125,7 @@ pub(crate) fn contact_view() -> ContactView {
             hinges: positions(&handles),
             outline: Vec::new(),
         },
-        benches: contact.benches,
-        point: contact.point,
+        pair: NearestPair { benches: contact.benches, clearance_m: 0.0, points: [contact.point; 2] },
     }
 }
 

@@ -17,8 +17,10 @@ use std::fs;
 use std::panic::catch_unwind;
 use std::path::{Path, PathBuf};
 
+use test_support::property::case_count;
+
 /// Number of damaged forms of an input, and of bytes that are changed in one.
-const DAMAGES: usize = 2000;
+const DAMAGES: u32 = 2000;
 const MAX_DAMAGED_BYTES: usize = 4;
 
 /// Checks every input of a kind.
@@ -29,13 +31,13 @@ fn check_corpus(kind: &str, check: fn(&[u8])) {
 }
 
 /// Checks every beginning of every input of a kind, and random changes of some of its bytes.
-fn check_damaged_corpus(kind: &str, check: fn(&[u8])) {
+fn check_damaged_corpus(kind: &str, damages: u32, check: fn(&[u8])) {
     let mut random = fastrand::Rng::with_seed(7);
     for (path, bytes) in corpus(kind) {
         for len in 0..bytes.len() {
             check_one(&path, &bytes[..len], check);
         }
-        for _ in 0..DAMAGES {
+        for _ in 0..damages {
             let mut damaged = bytes.clone();
             for _ in 0..random.usize(1..=MAX_DAMAGED_BYTES) {
                 // The first byte selects the format.
@@ -77,7 +79,7 @@ fn a_height_map_has_heights_in_their_range_or_is_refused_in_one_line() {
 
 #[test]
 fn a_damaged_height_map_has_heights_in_their_range_or_is_refused_in_one_line() {
-    check_damaged_corpus("height_map", height_map::check);
+    check_damaged_corpus("height_map", case_count(DAMAGES), height_map::check);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use bench_dragon::bridge::{BenchSelection, BenchSelectionError};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 fn selection(text: &str) -> BenchSelection {
     text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
@@ -76,6 +77,8 @@ fn only_numbers_and_ascending_ranges_are_accepted() {
 }
 
 proptest! {
+    #![proptest_config(random_cases(256))]
+
     #[test]
     fn a_choice_is_the_set_of_its_parts(
         parts in prop::collection::vec((0..40_usize, prop::option::of(0..10_usize)), 1..8),

@@ -30,6 +30,7 @@ fn the_start_and_the_end_of_a_run_are_worded() {
         follows_timecode: true,
         is_ready: false,
         is_restarted: false,
+        stays: false,
     };
     let text = |event: &CommandEvent| CommandWords::from(event).text;
     assert_eq!(text(&start.event()), "server: the run begins at 0.1 s, held, guarded, follows timecode");

@@ -13,7 +13,7 @@ fn latest(benches: usize, freshness: Freshness) -> LatestFrame {
     let header = FrameHeader {
         tick: (1 << 31) + 7,
         sim_time_ns: 12_500_000_000,
-        published_ns: 1_000_000_000,
+        scheduled_ns: 1_000_000_000,
         time_scale: 2.0,
         state: ShowState::Held.to_wire(),
         ..FrameHeader::default()
@@ -188,4 +188,20 @@ fn the_line_for_a_receiver_has_all_that_an_operator_enters() {
     assert_eq!(desk_settings::osc(&settings, to, OscTransport::Tcp, 15), expected);
     settings.benches = "7".parse().expect("a choice");
     assert!(desk_settings::osc(&settings, to, OscTransport::Tcp, 7).contains(", no benches, axes"));
+}
+
+#[test]
+fn bundles_of_late_frames_have_times_that_are_exactly_a_period_apart() {
+    let mut encoder = encoder(AngleUnit::Degrees, true);
+    let mut packets = Packets::default();
+    let seconds = [0, 3_000_000, 248_000_000, 14_000_000].iter().zip(1..).map(|(late_ns, tick)| {
+        let scheduled_ns = tick * 250_000_000;
+        let header =
+            FrameHeader { scheduled_ns, published_ns: scheduled_ns + late_ns, ..latest(1, Freshness::Fresh).header };
+        encoder.frame(&LatestFrame { header, ..latest(1, Freshness::Fresh) }, 0, &mut packets);
+        let (_, decoded) = decoder::decode_udp(packets.iter().next().expect("a packet")).expect("rosc wrote it");
+        let OscPacket::Bundle(bundle) = decoded else { panic!("a bundle, not {decoded:?}") };
+        f64::from(bundle.timetag.seconds - 2_208_988_800) + f64::from(bundle.timetag.fractional) / 2.0_f64.powi(32)
+    });
+    assert_eq!(seconds.collect::<Vec<_>>(), [0.25, 0.5, 0.75, 1.0]);
 }

@@ -4,6 +4,7 @@ use bench_dragon::source::timecode::osc::position;
 use bench_dragon::source::timecode::{FrameRate, Malformed};
 use proptest::prelude::*;
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType};
+use test_support::property::random_cases;
 
 fn message(args: Vec<OscType>) -> OscPacket {
     OscPacket::Message(OscMessage { addr: "/timecode".to_owned(), args })
@@ -73,6 +74,8 @@ fn messages_of_other_addresses_are_ignored() {
 }
 
 proptest! {
+    #![proptest_config(random_cases(256))]
+
     #[test]
     fn any_bytes_are_decoded_or_rejected(bytes in prop::collection::vec(any::<u8>(), 0..200), flips in prop::collection::vec((0..40_usize, any::<u8>()), 0..4)) {
         let _ = position(&bytes, "/timecode", FrameRate::Ebu);

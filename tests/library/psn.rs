@@ -10,6 +10,7 @@ use bench_dragon::bridge::{AxisOrder, BenchSelection, Freshness, LatestFrame, MA
 use bench_dragon_ipc::{BenchState, FrameHeader, HandleState};
 use glam::{Quat, Vec3};
 use proptest::prelude::*;
+use test_support::property::random_cases;
 
 /// The protocol's ids of the two kinds of packets.
 const DATA_PACKET: u16 = 0x6755;
@@ -18,7 +19,7 @@ const INFO_PACKET: u16 = 0x6756;
 const EPOCH_NS: u64 = 1_000_000_000;
 
 fn latest(benches: usize) -> LatestFrame {
-    let header = FrameHeader { published_ns: EPOCH_NS + 5_000, time_scale: 2.0, ..FrameHeader::default() };
+    let header = FrameHeader { scheduled_ns: EPOCH_NS + 5_000, time_scale: 2.0, ..FrameHeader::default() };
     let bench = BenchState { centre_m: [1.0, 2.0, 0.5], velocity_mps: [0.25, 0.5, 0.0], ..BenchState::default() };
     LatestFrame { header, benches: vec![bench; benches], freshness: Freshness::Fresh }
 }
@@ -219,6 +220,8 @@ fn the_line_for_a_desk_has_all_that_an_operator_enters() {
 }
 
 proptest! {
+    #![proptest_config(random_cases(256))]
+
     #[test]
     fn no_packet_is_too_long_and_no_tracker_is_split(
         benches in 1..=MAX_BENCHES,
@@ -335,4 +338,21 @@ fn a_transform_places_a_tracker_as_documented() {
     let orientation_rad = [0.0, 0.0, std::f32::consts::PI];
     let expected = [[8.0, -0.5, 0.0], [-1.0, 0.0, 0.0], orientation_rad];
     assert_eq!(tracker_of(PsnSettings { transform, ..settings() }, &walking, 1.0), expected);
+}
+
+#[test]
+fn late_frames_have_times_that_are_exactly_a_period_apart() {
+    let mut encoder = PsnEncoder::new(chosen("0"), EPOCH_NS);
+    let mut packets = Packets::default();
+    let times_us = [0, 3_000_000, 248_000_000, 14_000_000].iter().zip(1..).map(|(late_ns, tick)| {
+        let scheduled_ns = EPOCH_NS + tick * 20_000_000;
+        let published_ns = scheduled_ns + late_ns;
+        let header = FrameHeader { scheduled_ns, published_ns, ..latest(1).header };
+        encoder.data(&LatestFrame { header, ..latest(1) }, published_ns, &mut packets).expect("one bench fits");
+        let packet = packets.iter().next().expect("a packet").to_vec();
+        let [time, sent] = [packet.len() - 8, 8].map(|at| packet[at..at + 8].try_into().expect("eight bytes"));
+        assert_eq!(u64::from_le_bytes(sent), (published_ns - EPOCH_NS) / 1_000, "the packet has the time of sending");
+        u64::from_le_bytes(time)
+    });
+    assert_eq!(times_us.collect::<Vec<_>>(), [20_000, 40_000, 60_000, 80_000]);
 }

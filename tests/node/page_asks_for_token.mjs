@@ -17,7 +17,7 @@ const { url } = JSON.parse(line);
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, url.replace(/#.*/, ''));
   await stands(page, 'refused');
-  await reads(page, '#banner-text', /needs the address with the token/);
+  await reads(page, '#explanation', /needs the address with the token/);
   for (const colorScheme of ['light', 'dark']) {
     await page.emulateMedia({ colorScheme });
     await examine(page, `${colorScheme}, refused`);
@@ -28,7 +28,7 @@ await withBrowser(async (browser) => {
   await page.press('#token-field', 'Enter');
   await stands(page, 'running');
   expect(await page.isEnabled('#hold'), 'with the token, the controls are disabled');
-  expect(await page.isHidden('#token-form'), 'the page asks for a token that it already has');
+  expect(await page.isHidden('#token-notice'), 'the page asks for a token that it already has');
 
   const given = await openPage(browser, url);
   await stands(given.page, 'running');

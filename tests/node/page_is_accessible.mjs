@@ -30,7 +30,8 @@ await withBrowser(async (browser) => {
     await page.keyboard.press('Escape');
     expect(await fits(page), `${name}: the page is wider than the screen`);
     await reach(page, 'running', async () => {
-      await page.keyboard.press('Shift+R');
+      // The second press of the key confirms the first one.
+      for (let press = 0; press < 2; press += 1) await page.keyboard.press('Shift+R');
       if (await page.evaluate(() => document.body.dataset.status === 'paused')) await page.click('#pause');
     });
     pages.push([name, page]);

@@ -13,11 +13,11 @@ await withBrowser(async (browser) => {
   await page.waitForSelector('.lamp[data-name="guard"][data-level="good"]');
   say({ type: 'seek' });
   await stands(page, 'held');
-  await reads(page, '#explanation', /^The guard holds the dragon permanently: ahead, benches come nearer than the margin/);
-  expect(await page.isHidden('#release'), 'the page offers a release that would be refused');
+  await reads(page, '#explanation', /^The guard has stopped the dragon permanently: ahead, benches come nearer than the margin/);
+  expect(await page.isDisabled('#release'), 'the page offers a release that would be refused');
   await examine(page, 'at the end of the proven travel');
   say({ type: 'kill the guard' });
-  await reads(page, '#explanation', /^NO GUARD/);
+  await reads(page, '#explanation', /^No guard runs/);
   await page.waitForSelector('.lamp[data-name="guard"][data-level="danger"]');
   await page.waitForSelector('#seek-set:disabled');
   expect(/no guard/.test(await page.getAttribute('#seek-set', 'title')), 'the page offers a seek without a guard');

@@ -9,13 +9,14 @@ await withBrowser(async (browser) => {
   await stands(page, 'running');
   say({ type: 'kill the server' });
   await stands(page, 'lost');
-  await reads(page, '#banner-word', /^SERVER LOST$/);
-  expect(await page.isVisible('#banner'), 'a picture that is not live has no banner');
-  const old = await reads(page, '#banner-text', /is \d+\.\d s old/);
-  await page.waitForFunction((text) => document.querySelector('#banner-text').textContent !== text, old);
+  await reads(page, '#word', /^SERVER LOST$/);
+  expect((await stripes(page)) === 'true', 'a picture that is not live has no stripes');
+  const old = await reads(page, '#explanation', /is \d+\.\d s old\. Use the wired stop\./);
+  await page.waitForFunction((text) => document.querySelector('#explanation').textContent !== text, old);
+  expect(await isUncovered(page), 'something lies over the last picture');
   say({ type: 'start a server', shown_after_ms: await shownAfterMs(page) });
   await stands(page, 'running');
-  expect(await page.isHidden('#banner'), 'a live picture has a banner');
+  expect((await stripes(page)) === 'false', 'a live picture has stripes');
   expect(complaints.length === 0, complaints.join('\n'));
 
   say({ type: 'kill the view' });
@@ -35,10 +36,25 @@ await withBrowser(async (browser) => {
   say({ type: 'seen' });
 });
 
+/** Whether the strip has the stripes of a lost show. */
+function stripes(page) {
+  return page.getAttribute('body', 'data-stripes');
+}
+
+/** Whether the plan itself is on top at some places of the plan. */
+function isUncovered(page) {
+  return page.evaluate(() => {
+    const { left, top, width, height } = document.querySelector('#plan').getBoundingClientRect();
+    const shares = [0.1, 0.5, 0.9];
+    const places = shares.flatMap((x) => shares.map((y) => [left + x * width, top + y * height]));
+    return places.every(([x, y]) => document.elementFromPoint(x, y).closest('#plan-area') !== null);
+  });
+}
+
 /** The displayed silence in seconds, once it exceeds `least_s`. Showing the tab does not reset it. */
 async function silenceSeconds(page, least_s) {
   const longer = await page.waitForFunction((least) => {
-    const [, shown] = /for (\d+\.\d) s/.exec(document.querySelector('#banner-text').textContent) ?? [];
+    const [, shown] = /for (\d+\.\d) s/.exec(document.querySelector('#explanation').textContent) ?? [];
     return Number(shown) > least && Number(shown);
   }, least_s);
   return longer.jsonValue();

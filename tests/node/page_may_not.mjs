@@ -11,7 +11,7 @@ await withBrowser(async (browser) => {
   await stands(page, 'running');
   await reads(page, '#reply', /open the address that bench-dragon view printed/);
   const enabled = await page.$$eval(
-    '#controls button, #controls input',
+    '#controls button, #setters button, #setters input',
     (all) => all.filter((one) => !one.disabled).length,
   );
   expect(enabled === 0, `${enabled} controls are enabled without a token`);
@@ -36,7 +36,7 @@ await withBrowser(async (browser) => {
 
   const readOnly = await openPage(browser, readOnlyAddress);
   await stands(readOnly.page, 'running');
-  expect((await readOnly.page.$$('#controls')).length === 0, 'a page of a read-only view has controls');
+  expect((await readOnly.page.$$('#controls, #setters')).length === 0, 'a page of a read-only view has controls');
   await readOnly.page.keyboard.press('h');
   await readOnly.page.keyboard.press('?');
   expect(await readOnly.page.isHidden('#shortcuts .control >> nth=0'), 'the page lists keys without an action');

@@ -37,12 +37,15 @@ await withBrowser(async (browser) => {
   await page.keyboard.press('Space');
   await came(page, 'held', /^paused from tick \d+$|^pause refused: /);
   await confirm(page, '#release', '#release-word', /again/, /^released from tick \d+$/);
+  await reads(page, '#commands li b', /^page@localhost$/);
   // The next hold is recognised by the change of state.
   await page.waitForFunction(() => document.body.dataset.status !== 'held');
   for (const hold of WAYS_TO_HOLD) {
     await hold(page);
     await came(page, 'held', /^held from tick \d+$/);
     await page.click('h1');
+    await page.keyboard.press('Shift+R');
+    await reads(page, '#release-word', /again/);
     await page.keyboard.press('Shift+R');
     await reads(page, '#reply', /^released from tick \d+$/);
     await page.waitForFunction(() => document.body.dataset.status !== 'held');

@@ -24,7 +24,8 @@ await withBrowser(async (browser) => {
 
   await lamp(page, 'monitor', 'danger|warning');
   await reads(page, '#no-alerts', /^Contacts may go unreported\. Monitor: /);
-  expect(await page.isHidden('#release'), 'a release is offered without a hold');
+  expect(await page.isDisabled('#release'), 'a release is offered without a hold');
+  expect(/no hold/.test(await page.getAttribute('#release', 'title')), 'a disabled release does not show the reason');
 
   say({ type: 'hold' });
   await stands(page, 'stopping');
@@ -41,7 +42,7 @@ await withBrowser(async (browser) => {
   say({ type: 'stop' });
   await stands(page, 'ended');
   await reads(page, '#word', /^ENDED$/);
-  expect(await page.isHidden('#banner'), 'an orderly end is shown as an alarm');
+  expect((await page.getAttribute('body', 'data-stripes')) === 'false', 'an orderly end is shown as an alarm');
   await page.waitForSelector('#hold:disabled');
   expect(/ended/.test(await page.getAttribute('#hold', 'title')), 'a disabled control does not show the reason');
   await page.waitForSelector('#pause:disabled');

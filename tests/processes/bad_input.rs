@@ -164,8 +164,10 @@ fn files_that_are_missing_or_of_another_kind_are_named() {
 fn a_command_without_a_server_reports_how_to_start_one() {
     let stage = Stage::new();
     let instance = stage.domain().instance();
-    let expected =
-        format!("no server runs on instance \"{instance}\": start one with `bench-dragon serve --instance {instance}`");
+    let expected = format!(
+        "no server runs on instance \"{instance}\": start the show, or by hand \
+         `bench-dragon serve --config FILE --held --instance {instance}`"
+    );
     for order in [&["pause"][..], &["resume"], &["speed", "1"], &["seek", "0"], &["hold"], &["release"], &["stop"]] {
         assert_one_error(&stage.run(&[&["ctl"], order].concat()), 1, &[&expected]);
     }

@@ -182,8 +182,8 @@ fn assert_is_on_the_desk(frame: &Value, shots: &[Shot], epoch_ns: u64) {
 /// Returns the frame of the bus with the time of the trackers.
 fn shot_of<'a>(frame: &Value, shots: &'a [Shot], epoch_ns: u64) -> &'a Shot {
     let timestamp_us = frame["trackers"][0][11].as_u64().expect("a time");
-    let sent_us = |shot: &Shot| (shot.header.published_ns - epoch_ns) / 1_000;
-    shots.iter().find(|shot| sent_us(shot) == timestamp_us).expect("a frame of the bus")
+    let due_us = |shot: &Shot| shot.header.scheduled_ns.saturating_sub(epoch_ns) / 1_000;
+    shots.iter().find(|shot| due_us(shot) == timestamp_us).expect("a frame of the bus")
 }
 
 /// Returns the paths of the files that the receivers write.

@@ -7,7 +7,8 @@ use std::process::Command;
 
 use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{
-    Alert, AlertSubscriber, BenchState, CommandClient, Continuity, DescriptionReader, HandleState, Request,
+    Alert, AlertSubscriber, BenchState, CommandClient, CommandEvent, CommandEventReader, Continuity, DescriptionReader,
+    HandleState, Request,
 };
 use rustix::process::{Pid, Signal, kill_process};
 use test_support::eventually::{DEADLINE, eventually};
@@ -72,7 +73,7 @@ fn c_and_cpp_read_the_same_values_as_rust() {
     let mut reader = Reader::join(&stage);
     let mut shots = vec![reader.next()];
     let commands = CommandClient::open(stage.domain(), "test").expect("a server has created the services");
-    commands.call(Request::Release, DEADLINE).expect("the server answers").outcome().expect("the show is held");
+    commands.call(Request::Release, DEADLINE).expect("the show is held");
     shots.extend(reader.read_to_end());
     assert_eq!(reader.lost(), 0);
     // For its reader, the first frame has no predecessor.
@@ -109,6 +110,33 @@ fn a_c_client_commands_the_server_and_gets_the_reason_of_a_refusal() {
     let server = stage.serve(&["--rate", "20"]);
     run(&stage, "commands.c", &[]);
     server.summary();
+}
+
+#[test]
+fn a_c_client_reads_the_events_of_the_commands_to_a_server() {
+    if !has_programs(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let printed = run(&stage, "command_events.c", &[]);
+    let events = CommandEventReader::open(stage.domain(), "test").expect("a server has created the services");
+    let expected: Vec<String> =
+        std::iter::from_fn(|| events.receive().expect("the bus is readable")).map(line_of_event).collect();
+    assert_eq!(printed.lines().collect::<Vec<_>>(), expected);
+    server.stop();
+}
+
+/// Returns an event as `command_events.c` prints it.
+fn line_of_event(event: CommandEvent) -> String {
+    let CommandEvent { run_id, number, tick, sim_time_ns, wall_ns, overruns, values, .. } = event;
+    let CommandEvent { lowest, highest, kind, sender, pid, refusal, flags, .. } = event;
+    let [a, b, c, d, lowest, highest] = [values[0], values[1], values[2], values[3], lowest, highest]
+        .map(|value: f64| format!("{:x}", value.to_bits()));
+    format!(
+        "{run_id} {number} {tick} {sim_time_ns:x} {wall_ns:x} {overruns} {a} {b} {c} {d} {lowest} {highest} {kind} {sender} {pid} \
+         {refusal} {flags}"
+    )
 }
 
 #[test]
@@ -190,6 +218,7 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--held", "--time-scale", "5"]);
+    assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
     let alerts = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     // The monitor reads frames once it reports the hold.

@@ -62,7 +62,7 @@ impl Rehearsal {
     /// Sends a request without the command line, which would reject it. Returns the refusal.
     fn refuse_request(&mut self, request: Request) -> Refusal {
         let client = CommandClient::open(self.stage.domain(), "test").expect("a server runs");
-        let reply = client.call(request, Duration::from_mins(1)).expect("the server answers");
+        let reply = client.ask(request, Duration::from_mins(1)).expect("the server answers");
         let [before, after] = self.around(reply.tick);
         assert_eq!(before.state(), after.state(), "a refused command changes nothing");
         reply.outcome().expect_err("the value is out of range")
@@ -169,7 +169,7 @@ fn a_hold_applies_from_its_tick_to_the_tick_of_the_release() {
 fn a_server_started_held_walks_from_the_release_on() {
     let mut rehearsal = Rehearsal::start(&["--held", "--start-at", "100"]);
     let [held, released] = rehearsal.accept(&["release"]);
-    assert_eq!((held.state(), held.header.sim_time_ns), (ShowState::Held, 100_000_000_000));
+    assert_eq!((held.state(), held.header.sim_time_ns), (ShowState::Ready, 100_000_000_000));
     assert_walked(&held, &released, 1.0);
     rehearsal.end();
 }
@@ -247,7 +247,7 @@ fn a_refusal_in_text_is_one_line_on_stderr_and_an_acceptance_one_on_stdout() {
     let stage = Stage::new();
     let server = stage.serve(&["--held"]);
     let refused = stage.run(&["ctl", "resume"]);
-    let expected = "refused: the show is held: release it first\n";
+    let expected = "refused: the show waits at its start: release it first\n";
     assert_eq!((refused.code(), refused.stdout.as_str(), refused.stderr.as_str()), (Some(1), "", expected));
     let accepted = stage.run(&["ctl", "release"]).expect_clean();
     assert!(accepted.stdout.starts_with("accepted, from tick ") && accepted.stdout.ends_with(" on\n"));
@@ -279,10 +279,9 @@ fn commands_of_several_clients_are_each_answered_once() {
     let mut last_tick = 0;
     for client in clients.iter().cycle().take(80) {
         let request = Request::Speed { speed_mps: 1.5 };
-        let reply = client.call(request, Duration::MAX / 4).expect("an answer");
-        let tick = reply.outcome().expect("1.5 m/s is allowed");
-        assert!(tick >= last_tick && reply.run_id == server.run_id, "the ticks of the replies never decrease");
-        last_tick = tick;
+        let reply = client.call(request, Duration::MAX / 4).expect("1.5 m/s is allowed");
+        assert!(reply.tick >= last_tick && reply.run_id == server.run_id, "the ticks of the replies never decrease");
+        last_tick = reply.tick;
     }
     drop(clients);
     server.stop();

@@ -8,20 +8,20 @@ use crate::reader::Reader;
 use crate::stage::Stage;
 
 /// Returns the status and the exit status.
-fn status(stage: &Stage) -> (Value, Option<i32>) {
+pub(crate) fn status(stage: &Stage) -> (Value, Option<i32>) {
     let ended = stage.run(&["ctl", "status", "--format", "json"]);
     (ended.last_json(), ended.code())
 }
 
 /// Repeats the command until the status is as wanted: on a busy machine a reader reports late.
-fn status_with(stage: &Stage, what: &str, is_wanted: impl Fn(&Value) -> bool) -> (Value, Option<i32>) {
+pub(crate) fn status_with(stage: &Stage, what: &str, is_wanted: impl Fn(&Value) -> bool) -> (Value, Option<i32>) {
     eventually_from(what, || {
         let (json, code) = status(stage);
         if is_wanted(&json) { Ok((json, code)) } else { Err(json.to_string()) }
     })
 }
 
-fn lamp<'a>(status: &'a Value, name: &str) -> (&'a str, &'a str) {
+pub(crate) fn lamp<'a>(status: &'a Value, name: &str) -> (&'a str, &'a str) {
     let lamps = status["lamps"].as_array().expect("lamps");
     let lamp = lamps.iter().find(|lamp| lamp["name"] == name).expect("each part has a lamp");
     (lamp["level"].as_str().expect("a level"), lamp["text"].as_str().expect("a text"))

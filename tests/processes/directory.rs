@@ -141,3 +141,20 @@ fn no_file_of_an_instance_is_open_to_other_users() {
     drop(reader);
     server.stop();
 }
+
+#[test]
+fn the_folder_of_a_show_is_private_under_any_umask() {
+    let stage = Stage::new();
+    for umask in ["000", "022", "077"] {
+        let show = stage.command(&["show", "--rate", "50", "--until", "0.2", "--out", umask]);
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", &format!("umask {umask}; exec \"$@\""), "sh"])
+            .arg(show.get_program())
+            .args(show.get_args());
+        command.current_dir(stage.path(""));
+        Process::start(command).end().expect_clean();
+        let mode = fs::metadata(stage.path(umask)).expect("a folder").mode() & 0o777;
+        assert_eq!(mode, 0o700, "umask {umask}");
+    }
+}

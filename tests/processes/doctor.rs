@@ -4,7 +4,7 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::{PermissionsExt as _, lchown, symlink};
 use std::path::Path;
 
-use bench_dragon_ipc::GuardLock;
+use bench_dragon_ipc::guard::GuardLock;
 use serde_json::Value;
 use test_support::eventually::eventually;
 use test_support::process::{Ended, Process};
@@ -132,6 +132,7 @@ fn foreign_files_in_shared_memory_do_no_harm() {
         // Only root may give files away, so only root runs this part.
         let message = finding(&examination, "foreign files")["message"].as_str().expect("a line").to_owned();
         assert!(message.contains("3 files of other users") && message.contains("of user 12345"), "{message}");
+        assert!(!message.contains("harmless"), "{message}");
         let fixed = examine(&stage, &["--fix"]);
         assert_eq!((status(&fixed, "leftovers"), &fixed["fixed"]), ("ok", &Value::Array(Vec::new())), "{fixed}");
         assert!(file.exists() && folder.join("inner").exists(), "the files of other users remain");

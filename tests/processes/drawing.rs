@@ -8,6 +8,7 @@ use bench_dragon_ipc::DescriptionReader;
 use serde_json::Value;
 use test_support::eventually::eventually;
 use test_support::process::{Ended, Process};
+use test_support::property::case_count;
 use test_support::pytest::run;
 
 use crate::stage::{Stage, program};
@@ -289,5 +290,7 @@ fn a_route_that_no_description_can_hold_is_refused() {
 
 #[test]
 fn independent_libraries_measure_the_routes_of_random_drawings() {
-    run("test_drawing.py", &[("BENCH_DRAGON", OsStr::new(env!("CARGO_BIN_EXE_bench-dragon")))]);
+    let program = OsStr::new(env!("CARGO_BIN_EXE_bench-dragon"));
+    let drawings = case_count(6).to_string();
+    run("test_drawing.py", &[("BENCH_DRAGON", program), ("DRAWINGS", OsStr::new(&drawings))]);
 }

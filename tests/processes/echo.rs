@@ -45,7 +45,7 @@ fn echo_in_text_prints_one_line_per_frame() {
     let server = stage.serve(&["--held"]);
     let text = stage.run(&["echo", "--count", "2"]).expect_clean().stdout;
     for line in text.lines() {
-        assert!(line.starts_with("tick ") && line.contains("0.000000 s  held"), "{line}");
+        assert!(line.starts_with("tick ") && line.contains("0.000000 s  ready"), "{line}");
         assert!(line.contains("front hinge (   8.800000, ") && line.contains("rear hinge ("), "{line}");
     }
     assert_eq!(text.lines().count(), 2);

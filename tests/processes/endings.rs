@@ -100,7 +100,7 @@ fn every_command_is_an_event_with_its_sender_also_for_a_late_reader() {
     stage.run(&["ctl", "hold"]).expect_clean();
     assert_eq!(stage.run(&["ctl", "resume"]).code(), Some(1));
     let client = CommandClient::open(stage.domain(), "test").expect("a server runs");
-    let refused = client.call(Request::Speed { speed_mps: 11.0 }, std::time::Duration::from_mins(1));
+    let refused = client.ask(Request::Speed { speed_mps: 11.0 }, std::time::Duration::from_mins(1));
     let tick = refused.expect("the server answers").tick;
     let late = CommandEventReader::open(stage.domain(), "test").expect("a server has created the services");
     server.stop();

@@ -113,6 +113,37 @@ fn the_rust_program_reads_a_show() {
 }
 
 #[test]
+fn the_small_programs_wait_for_a_server() {
+    if !has_programs(&["gcc", "pkg-config"]) {
+        return;
+    }
+    let tests = env::current_exe().expect("a process knows its program");
+    let folder = tests.parent().and_then(Path::parent).expect("a test is in target/PROFILE/deps");
+    let stage = Stage::new();
+    let name = stage.domain().instance().as_str();
+    let mut client = python();
+    client.arg(example("head.py")).arg(name);
+    let clients = [
+        (by_lines(&folder.join("examples/head"), &stage), "as soon as `bench-dragon serve` runs"),
+        (
+            by_lines(&compile_at(&example("head.c"), stage.path("head"), C99, Shared), &stage),
+            "as soon as `bench-dragon serve` runs",
+        ),
+        (Process::start(client), "start one with `bench-dragon serve"),
+    ];
+    for (client, remedy) in &clients {
+        let waits = client.complaint();
+        assert!(waits.contains(remedy), "{waits}");
+    }
+    let server = stage.serve(&["--rate", "20"]);
+    for (mut client, _) in clients {
+        assert!(client.next_line().is_some_and(|line| line.contains("front hinge")));
+        client.terminate();
+    }
+    server.stop();
+}
+
+#[test]
 fn the_page_about_clients_shows_these_programs() {
     let page = text(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/clients.md")));
     for name in ["head.rs", "head.c", "head.py"] {

@@ -8,7 +8,8 @@ use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::service::{
     AlertService, CommandService, EventService, FrameService, MAX_DESCRIPTION_LEN, Member, Role, Service, StatusService,
 };
-use bench_dragon_ipc::{Command, CommandReply, Domain, FrameHeader, HandleState, Request, ShowState, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{Command, CommandReply, Domain, FrameHeader, HandleState, Request, ShowState};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::update_connections::UpdateConnections as _;

@@ -20,13 +20,13 @@ use crate::stage::Stage;
 const SHOW: [&str; 9] = ["--rate", "200", "--start-at", "410", "--until", "413", "--readers", "4", "--paused"];
 
 /// A running exporter.
-struct Exporter {
+pub(crate) struct Exporter {
     process: Process,
     address: SocketAddr,
 }
 
 impl Exporter {
-    fn start(stage: &Stage) -> Self {
+    pub(crate) fn start(stage: &Stage) -> Self {
         let mut process = stage.start(&["metrics", "--listen", "127.0.0.1:0", "--format", "json"]);
         let listening = process.json();
         assert_eq!(listening["type"], "listening");
@@ -35,8 +35,12 @@ impl Exporter {
         Self { process, address }
     }
 
-    fn scrape(&self) -> String {
+    pub(crate) fn scrape(&self) -> String {
         get(self.address, "/metrics").body
+    }
+
+    pub(crate) fn stop(self) {
+        self.process.terminate().expect_clean();
     }
 
     /// Returns the first scrape with samples of all these metrics.

@@ -31,7 +31,7 @@ pub(crate) fn assert_near(live: [f64; 3], solved: DVec2) {
 #[test]
 fn every_handle_of_every_frame_equals_the_solution() {
     let stage = Stage::new();
-    let shots = play(&stage, 198, &["--start-at", "123.4", "--time-scale", "900", "--until", "300"]);
+    let shots = play(&stage, 178, &["--start-at", "123.4", "--time-scale", "1000", "--until", "300"]);
     let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
     let mut solver = ChainSolver::new(&dragon);
     for Shot { header, handles, .. } in &shots {

@@ -83,7 +83,7 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     let address = show.next_line().expect("the address of the page");
     assert!(address.starts_with("http://127.0.0.1:"), "{address}");
     let mut reader = Reader::await_server(&stage);
-    reader.read_until("the dragon waits at its start", |header| header.show_state() == Some(ShowState::Held));
+    reader.read_until("the dragon waits at its start", |header| header.show_state() == Some(ShowState::Ready));
     let status = sheet.start(&["ctl", "status"]).end();
     assert!(status.stdout.contains("recorder"), "{}{}", status.stdout, status.stderr);
     sheet.accepted("release");

@@ -69,6 +69,15 @@ impl Playing {
     }
 }
 
+/// Returns the next line of the show's log without its wall time.
+#[track_caller]
+pub(crate) fn logged(show: &Process) -> String {
+    let line = show.complaint();
+    let (time, text) = line.split_once("  ").unwrap_or_else(|| panic!("no wall time: {line}"));
+    time.parse::<jiff::civil::Time>().unwrap_or_else(|error| panic!("{line}: {error}"));
+    text.to_owned()
+}
+
 /// Fails unless published frames are the sum of read and missed ones, every recording is whole, and the recordings together
 /// have all recorded frames.
 fn assert_books_balance(stage: &Stage, summary: &Value) {
@@ -101,7 +110,11 @@ fn a_show_plays_to_its_first_contact_and_reports_it() {
     assert_eq!(summary["frames"]["missed_by_monitor"], 0);
     assert_eq!(summary["frames"]["missed_by_recorder"], 0);
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0, "view": 0 }));
-    assert!(ended.stderr.lines().any(|line| line == "412.473838 s: contact, benches 0 and 8"), "{}", ended.stderr);
+    assert!(
+        ended.stderr.lines().any(|line| line.ends_with("  412.473838 s: contact, benches 0 and 8")),
+        "{}",
+        ended.stderr
+    );
     let written = fs::read_to_string(stage.path("out/summary.json")).expect("a summary");
     assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), summary);
     assert_books_balance(&stage, &summary);
@@ -186,11 +199,31 @@ fn a_killed_monitor_is_restarted() {
     let first = await_child(playing.show.pid(), "monitor", None);
     kill(first);
     await_child(playing.show.pid(), "monitor", Some(first));
-    let complaint = playing.show.complaint();
+    let complaint = logged(&playing.show);
     assert_eq!(complaint, "monitor ended with signal: 9 (SIGKILL): starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 1, "record": 0, "view": 0 }));
     assert_eq!(summary["frames"]["missed_by_recorder"], 0, "the recorder is not affected");
+}
+
+#[test]
+fn the_log_has_the_wall_time_of_this_machines_zone() {
+    let stage = Stage::new();
+    let mut command = stage.command(&[&CALM[..], &["json"], &OUT].concat());
+    // Nine hours ahead of UTC.
+    command.env("TZ", "JST-9");
+    let show = Process::start(command);
+    let zone = jiff::tz::TimeZone::fixed(jiff::tz::offset(9));
+    let now = || jiff::Timestamp::now().to_zoned(zone.clone()).time().to_string()[..8].to_owned();
+    let monitor = await_child(show.pid(), "monitor", None);
+    let before = now();
+    kill(monitor);
+    let line = show.complaint_with("monitor ended with signal: 9 (SIGKILL)");
+    let after = now();
+    // Midnight in Tokyo may lie between the two.
+    assert!(before > after || (&before[..]..=&after[..]).contains(&&line[..8]), "{before} {line} {after}");
+    show.signal(Signal::INT);
+    assert_eq!(show.end().code(), Some(0));
 }
 
 #[test]
@@ -211,7 +244,7 @@ fn a_terminated_recorder_is_restarted_and_counted_once() {
     let recorder = await_child(playing.show.pid(), "record", None);
     record::await_frames(&playing.stage.path("out/recording.mcap"));
     send(recorder, Signal::TERM).expect("the process runs");
-    assert_eq!(playing.show.complaint(), "record ended with exit status: 0: starting it again");
+    assert_eq!(logged(&playing.show), "record ended with exit status: 0: starting it again");
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"]["record"], 1);
     assert_eq!(summary["recordings"][0], "out/recording.mcap");
@@ -332,8 +365,8 @@ fn a_stopped_child_is_killed_and_restarted() {
             playing.await_status(|status| status.tick >= 150);
         }
         send(first, Signal::STOP).expect("the process runs");
-        assert_eq!(playing.show.complaint(), format!("{command} has shown no sign of life for 5 s: killing it"));
-        assert_eq!(playing.show.complaint(), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
+        assert_eq!(logged(&playing.show), format!("{command} has shown no sign of life for 5 s: killing it"));
+        assert_eq!(logged(&playing.show), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
         await_child(playing.show.pid(), command, Some(first));
         let (summary, _) = playing.interrupt();
         assert_eq!(summary["restarts"][command], 1);
@@ -371,7 +404,7 @@ fn the_counts_of_a_show_balance_if_it_is_interrupted_during_a_restart() {
     for command in ["monitor", "record"] {
         let playing = Playing::start(&[]);
         kill(await_child(playing.show.pid(), command, None));
-        assert_eq!(playing.show.complaint(), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
+        assert_eq!(logged(&playing.show), format!("{command} ended with signal: 9 (SIGKILL): starting it again"));
         let (summary, _) = playing.interrupt();
         assert_eq!(summary["restarts"][command], 1);
     }

@@ -8,7 +8,7 @@ use test_support::eventually::eventually;
 use test_support::process::Process;
 
 use crate::children::{await_child, children, kill};
-use crate::show::assert_published;
+use crate::show::{assert_published, logged};
 use crate::stage::Stage;
 
 const SHOW: [&str; 9] = ["show", "--out", "out", "--rate", "50", "--start-at", "100", "--view=127.0.0.1:0", "--format"];
@@ -57,7 +57,7 @@ fn a_killed_page_is_restarted_at_its_address_with_its_token() {
     let again = await_child(pid, "view", Some(page));
     assert_ne!(page, again);
     eventually("the page listens again", || listens(&address).then_some(()));
-    assert_eq!(show.complaint(), "view ended with signal: 9 (SIGKILL): starting it again");
+    assert_eq!(logged(&show), "view ended with signal: 9 (SIGKILL): starting it again");
     show.signal(Signal::INT);
     let ended = show.end();
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);

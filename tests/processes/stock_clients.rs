@@ -8,13 +8,14 @@ use std::path::Path;
 
 use bench_dragon_ipc::service::{
     ALERTS, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS, DESCRIPTION, FRAMES, MAX_ACTIVE_REQUESTS,
-    MAX_BORROWED_FRAMES, MAX_READERS, READERS, STATUS, frame_buffer,
+    MAX_BORROWED_FRAMES, MAX_READERS, OPERATOR_READERS, READERS, STATUS, frame_buffer,
 };
 use bench_dragon_ipc::{
     Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, Status, clear,
 };
 use iceoryx2::prelude::ZeroCopySend;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
+use rustix::process::Signal;
 use test_support::process::Process;
 use test_support::pytest::python;
 
@@ -110,10 +111,30 @@ fn the_stock_program_reads_a_show_to_its_end() {
 }
 
 #[test]
+fn the_stock_program_waits_for_a_server_and_ends_cleanly_by_a_signal() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let stage = Stage::new();
+        let config = stage.path("iceoryx2.toml");
+        fs::write(&config, stage.run(&["iox2-config"]).expect_clean().stdout).expect("a file");
+        let mut client = python();
+        client.arg(PROGRAM).arg(config);
+        let mut client = Process::start(client);
+        assert_eq!(client.complaint(), "waiting: no server runs, start one with `bench-dragon serve`");
+        let server = stage.serve(&["--rate", "20"]);
+        assert!(client.next_line().is_some() && client.next_line().is_some());
+        client.signal(signal);
+        let ended = client.end();
+        assert_eq!((ended.code(), ended.stderr.as_str()), (Some(0), ""));
+        server.stop();
+        clear(stage.domain()).expect("an instance without processes");
+    }
+}
+
+#[test]
 fn the_page_shows_the_program() {
     let program = text(PROGRAM);
     assert!(page().contains(&format!("```python\n{program}```\n")), "the page has the program as it is");
-    assert_eq!(program.lines().filter(|line| !line.is_empty()).count(), 21, "the page states its length");
+    assert_eq!(program.lines().filter(|line| !line.is_empty()).count(), 37, "the page states its length");
     let ours = program.lines().filter(|line| line.contains("import") && line.contains("bench_dragon"));
     assert_eq!(ours.count(), 0, "the program needs nothing of ours");
 }
@@ -160,10 +181,11 @@ fn the_page_has_the_limits_of_the_bus() {
     let rows: Vec<_> = rows(&page, "## Services").into_iter().filter(|row| row.len() == 8).collect();
     let find =
         |name: &str| &rows.iter().find(|row| row[0] == name).unwrap_or_else(|| panic!("there is no {name}"))[1..];
-    assert_eq!(find("clients at a time"), [MAX_READERS.to_string().as_str(); 7]);
-    let frames = [187, 188, 223, 100_000].map(frame_buffer);
+    let places = format!("{MAX_READERS} + {OPERATOR_READERS}");
+    assert_eq!(find("clients at a time"), [places.as_str(); 7]);
+    let frames = [159, 160, 223, 100_000].map(frame_buffer);
     let unread = find("unread messages of a client");
-    assert_eq!(unread[0], format!("{} to 187 benches, {} for 223, {} for 100,000", frames[0], frames[2], frames[3]));
+    assert_eq!(unread[0], format!("{} to 159 benches, {} for 223, {} for 100,000", frames[0], frames[2], frames[3]));
     assert!(frames[0] > frames[1], "{frames:?}");
     assert_eq!(unread[5], COMMAND_EVENT_BUFFER.to_string());
     let held = find("messages held at a time");

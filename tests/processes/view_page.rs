@@ -111,7 +111,8 @@ fn the_page_distinguishes_a_lost_server_from_a_lost_view_and_recovers() {
     println!("a killed view was shown {} ms after its last frame", lost["shown_after_ms"]);
     let view = View::start(&stage, &["--listen", &address]);
     assert_eq!(page.json()["type"], "end the view");
-    view.process.terminate().expect_clean();
+    // The page still shows the token of the killed view.
+    end_with_wrong_tokens(view);
     assert_eq!(page.json()["type"], "seen");
     page.end().expect_clean();
     server.stop();
@@ -149,10 +150,15 @@ fn without_the_token_or_read_only_the_page_shows_and_does_not_steer() {
     assert_eq!(page.end().expect_clean().last_json()["type"], "passed");
     let shot = Reader::join(&stage).next();
     assert_eq!(shot.state(), ShowState::Running, "no page has changed the state");
-    for view in views {
-        view.process.terminate().expect_clean();
-    }
+    views.into_iter().for_each(end_with_wrong_tokens);
     server.stop();
+}
+
+/// Ends a view, to which nobody but a page with a wrong token gave a reason to complain.
+fn end_with_wrong_tokens(view: View) {
+    let ended = view.process.terminate();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    assert!(ended.stderr.lines().all(|line| line.contains("1 wrong token from 127.0.0.1")), "{}", ended.stderr);
 }
 
 #[test]

@@ -95,6 +95,7 @@ fn a_contact_stays_on_the_page_until_it_is_acknowledged_and_alerts_are_filtered(
     let stage = Stage::new();
     // The show is held until monitor and page have joined, since a later subscriber gets no earlier alert.
     let server = stage.serve(&["--rate", "100", "--start-at", "411", "--held"]);
+    assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
     let view = View::of(&stage);

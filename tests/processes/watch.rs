@@ -194,7 +194,7 @@ fn a_lost_server_is_shown_clearly_and_the_next_one_is_live() {
     let terminal = Tmux::open(&stage, "screen");
     terminal.run("", "watch");
     let text = terminal.until_shown("WAITING");
-    assert!(text.contains("no frame yet on instance"), "{text}");
+    assert!(text.contains("There is no server."), "{text}");
     let server = stage.serve(&["--rate", "100"]);
     terminal.until_shown("RUNNING");
     server.process.signal(Signal::STOP);
@@ -202,7 +202,7 @@ fn a_lost_server_is_shown_clearly_and_the_next_one_is_live() {
     server.process.signal(Signal::CONT);
     terminal.until_shown("RUNNING");
     server.process.kill();
-    let text = terminal.until_shown("the server is gone, the last frame");
+    let text = terminal.until_shown("The server is gone.");
     assert_eq!(text.matches("LOST").count(), 2, "LOST is in the first line and across the plan:\n{text}");
     assert!(!text.contains("RUNNING"), "{text}");
     terminal.type_text("h");
@@ -238,7 +238,7 @@ fn a_braking_head_and_an_orderly_end_are_shown() {
     terminal.until_shown("ctl: hold, accepted from tick");
     terminal.until_shown("HELD");
     stage.run(&["ctl", "stop"]).expect_clean();
-    let text = terminal.until_shown("the show has ended in order");
+    let text = terminal.until_shown("The server has ended in order.");
     assert!(text.contains("ENDED") && !text.contains("LOST"), "{text}");
     terminal.type_text(" ");
     terminal.until_shown("resume: not sent: the show has ended");

@@ -22,7 +22,8 @@ TOLERANCE_M = 0.005
 CORNER_RADIUS_M = 0.1
 # Samples stand for what is between them to within this.
 SAMPLED_M = 2e-5
-SEEDS = range(6)
+# Drawings of each kind.
+SEEDS = range(int(os.environ["DRAWINGS"]))
 
 
 def run(folder, drawing, **keys):

@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from view import viewing
@@ -40,3 +42,22 @@ def test_the_view_accepts_its_addresses_and_the_allowed_names_as_host(view):
         assert view.request("/", Host=host)[0] == 200, host
     for host in ("evil.example", "booth.example.evil.example", "booth"):
         assert view.request("/", Host=host)[0] == 403, host
+
+
+def test_guesses_of_the_token_are_slowed_and_reported_and_the_operator_elsewhere_gets_in(tmp_path):
+    program, instance = os.environ["BENCH_DRAGON"], os.environ["BENCH_DRAGON_INSTANCE"]
+    log = tmp_path / "log"
+    with log.open("w") as stderr, viewing(program, instance, listen="0.0.0.0:0", stderr=stderr) as view:
+        here = view.address.replace("0.0.0.0", "127.0.0.1")
+        view.address = view.address.replace("0.0.0.0", ADDRESS)
+
+        def guess(number):
+            return view.request("/access", X_Bench_Dragon_Token=f"{number:032x}")[0]
+
+        with ThreadPoolExecutor(40) as pool:
+            statuses = list(pool.map(guess, range(40)))
+        assert statuses.count(200) >= 20 and 429 in statuses
+        assert set(statuses) == {200, 429}
+        view.address = here
+        assert json.loads(view.request("/access", X_Bench_Dragon_Token=view.token)[1])["may_control"]
+    assert re.search(rf"1 wrong token from {ADDRESS}", log.read_text())

@@ -144,6 +144,13 @@ def test_the_dashboard_and_the_rules_use_existing_metrics(known):
         assert name in known, name
 
 
+def test_frames_are_missed_in_every_state_before_the_end_of_a_show(finished):
+    states = {sample.labels["state"] for sample in families(finished)["bench_dragon_show_state"].samples}
+    rules = (PROJECT / "packaging/prometheus-rules.yml").read_text()
+    (named,) = re.findall(r'bench_dragon_show_state\{state=~"([^"]+)"\}', rules)
+    assert set(named.split("|")) == states - {"finished", "ended"}
+
+
 def test_every_panel_of_the_dashboard_queries_the_chosen_source():
     dashboard = json.loads((PROJECT / "packaging/grafana-dashboard.json").read_text())
     panels = [panel for panel in dashboard["panels"] if panel["type"] != "row"]

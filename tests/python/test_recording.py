@@ -103,7 +103,7 @@ def test_a_pose_is_the_middle_and_the_heading_of_its_bench():
     assert len(poses) in (8, 9)  # a quarter of a second at 30 Hz
     for message, array in poses:
         assert array.header.frame_id == "stage"
-        assert array.header.stamp.sec * 10**9 + array.header.stamp.nanosec == message.log_time
+        assert array.header.stamp.sec * 10**9 + array.header.stamp.nanosec == message.publish_time
         handles = frames[message.log_time].handles
         assert len(array.poses) == len(handles) - 1
         for pose, front, rear in zip(array.poses, handles, handles[1:]):
@@ -140,7 +140,7 @@ def test_the_definitions_have_the_constants():
     assert (constants["Alert"]["CONTACT"], constants["Alert"]["NO_BENCH"]) == (1, 2**32 - 1)
     assert constants["Alert"]["NO_FORECAST"] == -(2**63)
     assert (constants["CommandEvent"]["KIND_HOLD"], constants["CommandEvent"]["SENDER_GUARD"]) == (4, 6)
-    assert (constants["CommandEvent"]["REFUSAL_NONE"], constants["CommandEvent"]["REFUSAL_FOLLOWED"]) == (0, 14)
+    assert (constants["CommandEvent"]["REFUSAL_NONE"], constants["CommandEvent"]["REFUSAL_READY"]) == (0, 15)
     assert constants["TFMessage"] == constants["PoseArray"] == {}
 
 

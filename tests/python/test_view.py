@@ -8,6 +8,7 @@ import json
 import math
 import os
 import socket
+import time
 
 import numpy
 import pytest
@@ -86,6 +87,30 @@ def test_a_page_gets_the_status(view):
     binned = dict(bin for status in statuses if status["chart"] for bin in status["chart"]["changed"])
     assert binned and all(0 <= bin < 480 and math.isfinite(least) for bin, least in binned.items())
     assert last["least"]["clearance_m"] == min(binned.values())
+
+
+def test_a_page_learns_when_its_acknowledgements_arrived(view):
+    with view.stream() as stream:
+        acknowledged, told = set(), []
+        while not any(message["type"] == "status" and message["heard"] for message in told):
+            frame, told = next_frame(stream)
+            acknowledged.add(frame.sequence)
+    status = next(message for message in told if message["type"] == "status" and message["heard"])
+    assert status["heard"]["sequence"] in acknowledged
+    assert 0 < status["heard"]["at_ms"] <= time.monotonic() * 1e3
+    assert 0 <= status["day_ms"] < 86_400_000
+
+
+def test_commands_have_the_machine_of_their_page(view):
+    # A seek to a time that no other test uses.
+    refused = command(view, {"command": "seek", "value": 123456.5})
+    assert not refused["accepted"]
+    with view.stream() as stream:
+        told = []
+        while not any(message["type"] == "command" and "123456.5" in message["action"] for message in told):
+            _, told = next_frame(stream)
+    sought = next(message for message in told if message["type"] == "command" and "123456.5" in message["action"])
+    assert (sought["sender"], sought["accepted"]) == ("page@localhost", False)
 
 
 def test_a_page_that_acknowledges_nothing_gets_two_frames_and_then_the_newest(view):
@@ -234,6 +259,27 @@ def test_a_view_closes_its_streams_at_its_end():
             while True:
                 stream.recv(timeout=TIMEOUT_S)
     assert (closed.value.rcvd.code, closed.value.rcvd.reason) == (1001, "the view has ended")
+
+
+def test_a_page_with_the_token_takes_the_place_of_one_without():
+    with viewing(PROGRAM, INSTANCE) as view, contextlib.ExitStack() as crowd:
+        streams = [crowd.enter_context(view.stream()) for _ in range(32)]
+        assert view.stream_status() == 503
+        token = {"Authorization": f"Bearer {view.token}"}
+        access = [json.loads(view.request("/access", **headers)[1]) for headers in ({}, token)]
+        assert [report["is_full"] for report in access] == [True, False]
+        assert [report["viewers"] for report in access] == [32, 32]
+        protocol = f"bench-dragon.token.{view.token}"
+        operators = [crowd.enter_context(view.stream(protocol)) for _ in range(2)]
+        for stream in streams[:2]:
+            with pytest.raises(ConnectionClosed) as closed:
+                while True:
+                    next_frame(stream)
+            assert closed.value.rcvd.code == 1013
+            assert closed.value.rcvd.reason == "a page with the token has taken this place"
+        for stream in [*operators, *streams[2:]]:
+            next_frame(stream)
+        assert view.stream_status() == 503
 
 
 def test_unknown_paths_and_methods_are_refused(view):

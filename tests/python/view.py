@@ -12,7 +12,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 PROTOCOL = "bench-dragon.view.v1"
-HEADER = struct.Struct("<4I7d2I2d")
+HEADER = struct.Struct("<4I7d2I3d")
 # Longest wait of a client, in seconds.
 TIMEOUT_S = 100
 
@@ -69,7 +69,7 @@ class Frame:
 
     @classmethod
     def of(cls, message):
-        kind, sequence, benches, state, _, tick, sim_time_s, _, _, _, clearance_m, a, b, _, _ = HEADER.unpack_from(message)
+        kind, sequence, benches, state, _, tick, sim_time_s, _, _, _, clearance_m, a, b, _, _, _ = HEADER.unpack_from(message)
         assert kind == 1
         handles = list(struct.iter_unpack("<3f", message[HEADER.size :]))
         assert len(handles) == benches + 1
@@ -90,10 +90,10 @@ def next_frame(stream, acknowledge=True):
 
 
 @contextlib.contextmanager
-def viewing(program, instance, *args, listen="127.0.0.1:0"):
+def viewing(program, instance, *args, listen="127.0.0.1:0", stderr=None):
     """Runs a view."""
     command = [program, "view", "--format", "json", "--listen", listen, "--instance", instance, *args]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True) as process:
         try:
             listening = json.loads(process.stdout.readline())
             yield View(listening["address"], listening["url"].partition("#token=")[2])

@@ -14,6 +14,7 @@ use bench_dragon::recording::{
 use proptest::prelude::*;
 use tempfile::{TempDir, tempdir};
 use test_support::eventually::eventually;
+use test_support::property::random_cases;
 
 use crate::dance::{self, Frame, TOML};
 
@@ -62,7 +63,7 @@ impl Original {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 96, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(random_cases(96))]
 
     #[test]
     fn a_cut_recording_yields_the_frames_of_its_whole_chunks(part in 0.0..1.0) {

@@ -103,6 +103,7 @@ fn start() -> RunStart {
         follows_timecode: false,
         is_ready: false,
         is_restarted: false,
+        stays: false,
     }
 }
 

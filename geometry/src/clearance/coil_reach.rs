@@ -196,6 +196,7 @@ mod tests {
 
     use glam::DVec2;
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
     use crate::dragon::{Board, ChainSolver, Handle};
@@ -230,7 +231,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(random_cases(256))]
 
         #[test]
         fn boards_stay_within_the_bounds_on_their_excess((dragon, handles) in standing_dragons()) {

@@ -119,7 +119,11 @@ impl ContactSearch {
         }
     }
 
-    /// Finds the first travel between two travels at which some pair touches, to 10⁻¹¹ m. Travels outside the run are ignored.
+    /// Finds the first travel between two travels at which some pair touches. Travels outside the run are ignored.
+    ///
+    /// Boards touch from a gap of 10⁻¹² m down, the rounding of positions, over the searched clearance. Some pair touches at the
+    /// result, and none up to 10⁻¹¹ m before it. So boards that close at a rate r per metre of travel touch at most 10⁻¹¹ m +
+    /// 10⁻¹² m / r from where their edges meet.
     ///
     /// The chain behind a handle is a function of that handle's parameter, and body links are alike. Pairs repeat after every
     /// body handle has reached the start position of the handle before it: each pair takes an earlier position of the pair one
@@ -189,8 +193,8 @@ impl ContactSearch {
         None
     }
 
-    /// Finds all beginnings and ends of contacts between two travels, in order, each to 10⁻¹¹ m. Travels outside the run are
-    /// ignored.
+    /// Finds all beginnings and ends of contacts between two travels, in order, each as exact as the result of
+    /// [`first`](Self::first). Travels outside the run are ignored.
     ///
     /// A contact begins where the clearance of a pair falls to the searched clearance, and ends where it rises from there. A
     /// pair that touches already at `from_travel_m` has no beginning in the result. After its first sweep, the search allocates

@@ -20,8 +20,8 @@ use super::pose::Pose;
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 
-/// Tolerance of a contact's travel, in metres. The rounding of a chain is about 10⁻¹³ m, and the clearance mostly changes by at
-/// least a few hundredths of the travel. A clearance that hardly changes is exact to [`GRAZE_M`].
+/// Length of the interval on which a contact begins or ends, in metres of travel. At its end the gap is exact to [`GRAZE_M`]. If
+/// the gap changes at a rate r per metre of travel, the travel is exact to this plus [`GRAZE_M`] / r.
 const RESOLUTION_M: f64 = 1e-11;
 
 /// Share of an interval at which the bounds on the pair's motion are first calculated, and at which they are calculated again

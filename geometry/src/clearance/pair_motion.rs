@@ -178,6 +178,7 @@ mod tests {
     use std::sync::Arc;
 
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::super::pose::Pose;
     use super::*;
@@ -236,7 +237,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+        #![proptest_config(random_cases(256))]
 
         #[test]
         fn corners_stay_within_their_leeway_on_spirals((dragon, pair, poses) in ways(spirals())) {

@@ -21,7 +21,7 @@ pub enum DrawingError {
         /// Largest allowed coordinate, in metres.
         limit_m: f64,
     },
-    /// Nothing is drawn.
+    /// Nothing is drawn, or less than a micrometre.
     #[error("the path has no length")]
     Empty,
     /// A piece begins elsewhere than the one before ends.

@@ -44,7 +44,7 @@ pub(super) fn fit(drawing: &Drawing, settings: &FitSettings) -> Result<Fit, Draw
     let mut error_m = f64::INFINITY;
     for share in ATTEMPTS {
         let runs = Runs::new(drawing, settings, share)?;
-        let fit = path(drawing, rounded(runs, settings)?, settings.tolerance_m);
+        let fit = path(drawing, rounded(runs, settings)?, settings.tolerance_m).ok_or(DrawingError::Empty)?;
         if fit.error_m <= settings.tolerance_m {
             return Ok(fit);
         }
@@ -137,12 +137,12 @@ fn groups(runs: Vec<Run>, corners: &[Corner], arcs: Vec<Vec<Element>>) -> Vec<Gr
     groups
 }
 
-/// The path of these elements, and its distance from their sources.
-fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Fit {
+/// The path of these elements, and its distance from their sources; `None` if all are too short for a path.
+fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Option<Fit> {
     for group in &mut groups {
         group.elements = joined(&group.elements);
     }
-    let first = groups.iter().find_map(|group| group.elements.first()).expect("a drawing has an element");
+    let first = groups.iter().find_map(|group| group.elements.first())?;
     let degrees = |angle: f64| angle.to_degrees().to_radians();
     let begin = Placement { position: first.begin, heading: degrees(first.tangent.to_angle()) };
     let (mut at, mut segments, mut error_m) = (begin, vec![], 0.0);
@@ -169,7 +169,7 @@ fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Fit {
         });
     }
     let corners = groups.iter().filter(|group| group.sources.is_empty()).count();
-    Fit { begin, segments, error_m, corners, size_m: high - low }
+    Some(Fit { begin, segments, error_m, corners, size_m: high - low })
 }
 
 /// Distance between the elements of a group and the pieces that they follow.

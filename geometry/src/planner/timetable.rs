@@ -117,10 +117,13 @@ impl HeadTimetable {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn rates_equal_those_of_differences(
             speed_mps in 0.5..5.0_f64,

@@ -164,6 +164,7 @@ impl PolarKernel {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
     use crate::numerics::small_sine_and_versine;
@@ -203,6 +204,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn a_piece_has_the_points_of_its_route(pitch_m in 0.2..3.0_f64, size in 2.0..20.0_f64, ratio in 0.1..10.0_f64) {
             assert_same(&Turnaround::new(pitch_m, size, ratio).expect("a valid turnaround").route())?;

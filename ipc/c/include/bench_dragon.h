@@ -62,6 +62,11 @@
 #define BD_NO_BENCH 4294967295
 
 /**
+ * `kind` of an event for a command that the source does not support.
+ */
+#define BD_EVENT_UNKNOWN 4294967295
+
+/**
  * Result of a call. Later versions may add results; treat an unknown number as `BD_FAILED`.
  */
 typedef enum {
@@ -311,7 +316,7 @@ typedef enum {
    */
   BD_REFUSED_OTHER_RUN = 8,
   /**
-   * The guard holds the dragon. It walks on with the guard's next grant.
+   * The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it.
    */
   BD_REFUSED_HELD_BY_GUARD = 9,
   /**
@@ -334,6 +339,10 @@ typedef enum {
    * The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
    */
   BD_REFUSED_FOLLOWED = 14,
+  /**
+   * The show waits at its start. Only a release starts it.
+   */
+  BD_REFUSED_READY = 15,
 } bd_refusal_t;
 
 /**
@@ -610,6 +619,74 @@ typedef struct {
   uint32_t reserved;
 } bd_reply_t;
 
+/**
+ * One event: a command and its outcome, or the start or the end of the run. 120 bytes.
+ */
+typedef struct {
+  /**
+   * Run of the source.
+   */
+  uint64_t run_id;
+  /**
+   * Number of the event in its run, from 0, without a gap. A jump means that this reader lost events.
+   */
+  uint64_t number;
+  /**
+   * Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
+   */
+  uint64_t tick;
+  /**
+   * Show time of the event, at the start of its tick, in nanoseconds.
+   */
+  int64_t sim_time_ns;
+  /**
+   * Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
+   */
+  int64_t wall_ns;
+  /**
+   * Number of releases that the run missed before this tick.
+   */
+  uint64_t overruns;
+  /**
+   * Values of the command in their order; 0 for unused ones. For a start: show time in seconds, travel in metres, speed in
+   * metres per show second, and the show time at which the run ends, or NaN.
+   */
+  double values[4];
+  /**
+   * Least allowed value, after `BD_REFUSED_OUT_OF_RANGE`; else 0.
+   */
+  double lowest;
+  /**
+   * Greatest allowed value, after `BD_REFUSED_OUT_OF_RANGE`; else 0.
+   */
+  double highest;
+  /**
+   * A `bd_event_kind_t`, or `BD_EVENT_UNKNOWN`.
+   */
+  uint32_t kind;
+  /**
+   * A `bd_sender_t`.
+   */
+  uint32_t sender;
+  /**
+   * Process id of the sender; 0 if unknown.
+   */
+  uint32_t pid;
+  /**
+   * A `bd_refusal_t`.
+   */
+  uint32_t refusal;
+  /**
+   * Bits. For a grant, 1: it is final. For a start, 1: held, 2: paused, 4: guarded, 8: follows timecode, 16: ready, 32:
+   * restarted. Else 0.
+   */
+  uint32_t flags;
+  /**
+   * Always 0.
+   */
+  uint32_t reserved;
+} bd_command_event_t;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -808,6 +885,18 @@ bd_result_t bd_dragon_command(const bd_dragon_t *dragon,
                               double value,
                               uint64_t timeout_ns,
                               bd_reply_t *reply);
+
+/**
+ * Returns the oldest unread event of a command in `event`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A
+ * server publishes events ten times a second.
+ *
+ * The first call also receives up to 128 earlier events of the run.
+ *
+ * `BD_NOTHING` if no event arrived in time. `BD_NO_SERVER` if the first call found no server. On error `event` is unchanged.
+ */
+bd_result_t bd_dragon_command_event(const bd_dragon_t *dragon,
+                                    uint64_t timeout_ns,
+                                    bd_command_event_t *event);
 
 #ifdef __cplusplus
 }  // extern "C"

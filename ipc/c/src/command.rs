@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 use std::time::Duration;
 
-use bench_dragon_ipc::{CommandReply, Request};
+use bench_dragon_ipc::{BusError, CommandReply, Request};
 
 use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
@@ -72,7 +72,7 @@ pub enum bd_refusal_t {
     BD_REFUSED_NOT_PROVED = 7,
     /// The grant is for another run.
     BD_REFUSED_OTHER_RUN = 8,
-    /// The guard holds the dragon. It walks on with the guard's next grant.
+    /// The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it.
     BD_REFUSED_HELD_BY_GUARD = 9,
     /// The source replays a recording, which commands cannot change.
     BD_REFUSED_REPLAYED = 10,
@@ -84,6 +84,8 @@ pub enum bd_refusal_t {
     BD_REFUSED_TOO_MANY = 13,
     /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
     BD_REFUSED_FOLLOWED = 14,
+    /// The show waits at its start. Only a release starts it.
+    BD_REFUSED_READY = 15,
 }
 
 /// Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
@@ -104,13 +106,16 @@ pub extern "C" fn bd_dragon_command(
     answer(|| {
         let dragon = opened(dragon)?;
         let request = request(command, value)?;
-        let answered = dragon.call(request, Duration::from_nanos(timeout_ns))?;
-        if let Some(reply) = reply {
-            reply.write((&answered).into());
+        let outcome = dragon.call(request, Duration::from_nanos(timeout_ns));
+        let answered = match &outcome {
+            Ok(answered) | Err(BusError::Refused { reply: answered, .. }) => Some(answered),
+            Err(_) => None,
+        };
+        if let (Some(reply), Some(answered)) = (reply, answered) {
+            reply.write(answered.into());
         }
-        let refused =
-            |refusal: bench_dragon_ipc::Refusal| Failure::new(bd_result_t::BD_REFUSED, refusal.explain(&request));
-        answered.outcome().map(|_tick| Some(())).map_err(refused)
+        outcome?;
+        Ok(Some(()))
     })
 }
 
@@ -146,7 +151,7 @@ mod tests {
     #[test]
     fn every_refusal_of_the_server_has_a_number_in_c() {
         let outcome = |refusal| CommandReply { refusal, ..CommandReply::default() }.outcome();
-        let last = bd_refusal_t::BD_REFUSED_FOLLOWED as u32;
+        let last = bd_refusal_t::BD_REFUSED_READY as u32;
         assert_ne!(outcome(last), Err(bench_dragon_ipc::Refusal::Unknown));
         assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "bd_refusal_t lacks this refusal");
     }

@@ -17,6 +17,7 @@
 pub mod alert;
 pub mod bench;
 pub mod command;
+pub mod command_event;
 pub mod continuity;
 pub mod description;
 pub mod dragon;

@@ -65,6 +65,7 @@ impl From<BusError> for Failure {
         let result = match &error {
             error if error.is_absent() => bd_result_t::BD_NO_SERVER,
             BusError::NoAnswer { .. } => bd_result_t::BD_NO_SERVER,
+            BusError::Refused { .. } => bd_result_t::BD_REFUSED,
             BusError::VersionMismatch { .. } => bd_result_t::BD_VERSION_MISMATCH,
             BusError::SharedMemoryFull { .. } | BusError::SharedMemoryUnusable { .. } => bd_result_t::BD_SHARED_MEMORY,
             BusError::TooFewFiles { .. } => bd_result_t::BD_TOO_FEW_FILES,

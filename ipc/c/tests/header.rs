@@ -7,8 +7,19 @@ use std::{env, fs};
 /// Environment variable. If it is set, the test writes the header.
 const WRITE: &str = "BENCH_DRAGON_WRITE_HEADER";
 /// Source files in the order of the header. Each function is in the file of its types.
-const SOURCES: [&str; 10] =
-    ["result", "dragon", "frames", "frame", "bench", "continuity", "description", "status", "alert", "command"];
+const SOURCES: [&str; 11] = [
+    "result",
+    "dragon",
+    "frames",
+    "frame",
+    "bench",
+    "continuity",
+    "description",
+    "status",
+    "alert",
+    "command",
+    "command_event",
+];
 
 #[test]
 fn every_public_module_is_in_the_header() {

@@ -8,7 +8,7 @@ use bench_dragon_ipc::{BusError, CommandReply, Domain, Instance, IntoBytes as _,
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::errors::{raised, refused};
+use crate::errors::raised;
 use crate::frame::Frame;
 
 /// Longest wait between two looks for signals. A signal that arrives just before a wait does not end it.
@@ -71,6 +71,12 @@ impl Dragon {
         Ok(waiting(py, timeout_ns, read)?.map(|alert| PyBytes::new(py, alert.as_bytes())))
     }
 
+    /// Returns the bytes of the oldest unread event of a command.
+    fn command_event<'py>(&self, py: Python<'py>, timeout_ns: Option<u64>) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        let read = |slice| retry_absent(slice, self.bus.command_event(slice));
+        Ok(waiting(py, timeout_ns, read)?.map(|event| PyBytes::new(py, event.as_bytes())))
+    }
+
     /// Sends a command and returns the tick from which it holds.
     fn call(&self, py: Python<'_>, kind: u32, value: f64, timeout_ns: Option<u64>) -> PyResult<u64> {
         let request = match kind {
@@ -85,7 +91,7 @@ impl Dragon {
         };
         let timeout = timeout_ns.map_or(Duration::MAX, Duration::from_nanos);
         let reply = py.detach(|| self.call_until_signal(request, timeout))?.map_err(|error| raised(py, &error))?;
-        reply.outcome().map_err(|refusal| refused(py, refusal, &request, &reply))
+        Ok(reply.tick)
     }
 
     /// Returns the name of the source's state.

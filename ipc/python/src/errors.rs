@@ -1,6 +1,6 @@
 //! The errors of the bus as exceptions of `bench_dragon.errors`.
 
-use bench_dragon_ipc::{BusError, CommandReply, Refusal, Request};
+use bench_dragon_ipc::{BusError, CommandReply};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 pub(crate) fn raised(py: Python<'_>, error: &BusError) -> PyErr {
     let text = error.to_string();
     let class = match error {
+        BusError::Refused { reply, .. } => return refused(py, text, reply),
         BusError::Closed { .. } | BusError::Inherited { .. } | BusError::InvalidName { .. } => {
             return PyValueError::new_err(text);
         }
@@ -28,8 +29,8 @@ pub(crate) fn raised(py: Python<'_>, error: &BusError) -> PyErr {
 }
 
 /// Returns the exception for a refused command.
-pub(crate) fn refused(py: Python<'_>, refusal: Refusal, request: &Request, reply: &CommandReply) -> PyErr {
-    let values = (refusal.explain(request), reply.refusal, reply.run_id, reply.tick, reply.lowest, reply.highest);
+fn refused(py: Python<'_>, text: String, reply: &CommandReply) -> PyErr {
+    let values = (text, reply.refusal, reply.run_id, reply.tick, reply.lowest, reply.highest);
     named(py, "Refused").and_then(|class| class.call1(values)).map_or_else(|error| error, PyErr::from_value)
 }
 

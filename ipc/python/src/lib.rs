@@ -22,6 +22,7 @@ fn domain(py: Python<'_>, instance: &str) -> PyResult<(PathBuf, String)> {
 
 #[pymodule]
 fn _bus(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<dragon::Dragon>()?;
     module.add_class::<frame::Frame>()?;
     module.add_function(wrap_pyfunction!(domain, module)?)

@@ -29,7 +29,7 @@ class Stage:
 
     def printed_domain(self):
         """Returns root path and prefix, as the program prints them."""
-        [_, root, prefix] = self.run("iox2-config").stdout.splitlines()
+        [_, root, prefix, *_] = self.run("iox2-config").stdout.splitlines()
         return Path(json.loads(root.partition(" = ")[2])), json.loads(prefix.partition(" = ")[2])
 
     def run(self, *args):

@@ -116,7 +116,7 @@ def test_a_command_without_a_server_raises_no_server_at_once(stage, end):
     with Dragon(stage.instance) as dragon:
         dragon.resume(PATIENCE_S)
         getattr(server, end)()
-        with pytest.raises(NoServer, match=f"start one with `bench-dragon serve --instance {stage.instance}`") as error:
+        with pytest.raises(NoServer, match=f"`bench-dragon serve --config FILE --held --instance {stage.instance}`") as error:
             dragon.pause(None)
         assert not isinstance(error.value, NoAnswer)
 

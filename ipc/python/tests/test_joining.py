@@ -343,6 +343,7 @@ def test_waiting_for_a_server_is_logged_once(stage):
     script = "import sys; from bench_dragon import Dragon; Dragon(sys.argv[1], timeout_s=0.3)"
     waiting = stage.start_python("-c", script, stage.instance, stderr=subprocess.PIPE)
     lines = waiting.communicate(timeout=PATIENCE_S)[1].splitlines()
-    hint = f'no server runs on instance "{stage.instance}": start one with `bench-dragon serve --instance {stage.instance}`'
+    command = f"`bench-dragon serve --config FILE --held --instance {stage.instance}`"
+    hint = f'no server runs on instance "{stage.instance}": start the show, or by hand {command}'
     assert lines[0] == f"waiting: {hint}"
     assert [line for line in lines[1:] if line.startswith("waiting")] == []

@@ -1,6 +1,7 @@
 """The installed package: its types, the examples in its documentation, its files."""
 
 import doctest
+import importlib.metadata
 import importlib.resources
 import os
 import subprocess
@@ -40,6 +41,16 @@ def test_the_text_of_a_status_is_short_and_leaves_out_histogram_counts():
     assert "tick=7" in shown
     assert "counts=[1024 numbers]" in shown
     assert len(shown) < 1000
+
+
+def test_the_package_has_its_version():
+    assert bench_dragon.__version__ == importlib.metadata.version("bench_dragon")
+
+
+def test_the_protocol_of_the_timecode_has_a_name():
+    protocols = [bench_dragon.Status(timecode_kind=number).timecode_protocol for number in range(4)]
+    kind = bench_dragon.TimecodeKind
+    assert protocols == [kind.NONE, kind.ART_NET, kind.OSC, None]
 
 
 def test_every_public_name_exists_and_has_a_docstring():

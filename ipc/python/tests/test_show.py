@@ -2,12 +2,24 @@
 
 import json
 import math
+import os
 import signal
 import threading
 import time
 
 import pytest
-from bench_dragon import Alert, AlertKind, Dragon, NoServer, ShowState, SourceState
+from bench_dragon import (
+    Alert,
+    AlertKind,
+    Dragon,
+    EventKind,
+    NoServer,
+    Refusal,
+    Refused,
+    Sender,
+    ShowState,
+    SourceState,
+)
 from stage import PATIENCE_S
 
 
@@ -74,6 +86,58 @@ def test_the_last_description_and_status_of_a_server_are_returned_also_if_they_w
         witness.description(PATIENCE_S), witness.status(PATIENCE_S)
         getattr(server, end)()
         assert read(dragon, 0).run_id == server.run_id
+
+
+@pytest.mark.parametrize("read", [Dragon.description, Dragon.status])
+def test_what_a_killed_server_has_sent_is_returned_also_after_another_client_has_cleaned_up(stage, read):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
+        witness.description(PATIENCE_S), witness.status(PATIENCE_S)
+        server.kill()
+        with pytest.raises(NoServer):
+            Dragon(stage.instance, timeout_s=0)
+        assert read(dragon, 0).run_id == server.run_id
+
+
+def test_what_a_killed_second_server_has_sent_is_returned_to_a_reader_of_frames(stage):
+    first = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
+        dragon.status(PATIENCE_S)
+        first.kill()
+        second = stage.serve("--rate", "20")
+        while dragon.wait(PATIENCE_S).header.run_id != second.run_id:
+            pass
+        while witness.status(PATIENCE_S).run_id != second.run_id or witness.description().run_id != second.run_id:
+            assert witness.wait(PATIENCE_S) is not None
+        second.kill()
+        with pytest.raises(NoServer):
+            Dragon(stage.instance, timeout_s=0)
+        assert (dragon.status(0).run_id, dragon.description(0).run_id) == (second.run_id, second.run_id)
+
+
+def test_the_events_of_commands_have_sender_and_outcome(stage):
+    server = stage.serve("--rate", "20")
+    with Dragon(stage.instance) as dragon:
+        tick = dragon.speed(0.75)
+        with pytest.raises(Refused):
+            dragon.release()
+        stage.run("ctl", "hold")
+        events = []
+        while not events or events[-1].event_kind is not EventKind.HOLD:
+            news = dragon.command_events(PATIENCE_S)
+            assert news != [], "no event in time, although a command was sent"
+            events += news
+        assert dragon.command_events() == []
+    start, speed, release, hold = events
+    assert [event.number for event in events] == [0, 1, 2, 3]
+    assert {event.run_id for event in events} == {server.run_id}
+    assert (start.event_kind, start.sent_by, start.is_accepted) == (EventKind.START, Sender.SERVER, True)
+    assert (speed.event_kind, speed.sent_by, speed.pid, speed.values[0]) == (EventKind.SPEED, Sender.CLIENT, os.getpid(), 0.75)
+    assert (speed.tick, speed.is_accepted, speed.reason) == (tick, True, None)
+    assert (release.event_kind, release.is_accepted, release.reason) == (EventKind.RELEASE, False, Refusal.NOT_HELD)
+    assert (hold.sent_by, str(hold.sent_by), hold.sim_time_s >= speed.sim_time_s) == (Sender.CTL, "ctl", True)
+    assert abs(hold.wall_ns / 1e9 - time.time()) < 3600
+    server.stop()
 
 
 def test_alerts_wait_for_a_server(stage):

@@ -6,6 +6,7 @@ use core::ptr::NonNull;
 use std::sync::Arc;
 
 use super::shared::Shared;
+use crate::bench::BenchState;
 use crate::continuity::Continuity;
 use crate::frame::{FrameHeader, HandleState};
 use crate::subscriber::Frame;
@@ -43,6 +44,11 @@ impl LentFrame {
     pub fn handles(&self) -> &[HandleState] {
         // SAFETY: as in `header`.
         unsafe { self.handles.as_ref() }
+    }
+
+    /// The benches, head first, calculated from the handles.
+    pub fn benches(&self) -> impl ExactSizeIterator<Item = BenchState> + '_ {
+        BenchState::all(self.handles())
     }
 
     /// Relation of the frame to the previously received one.

@@ -7,8 +7,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::alert::Alert;
-use crate::client::{AlertSubscriber, CommandClient, Description, await_reply};
+use crate::client::{AlertSubscriber, CommandClient, CommandEventReader, Description, await_reply};
 use crate::command::{CommandReply, Request};
+use crate::command_event::CommandEvent;
+use crate::continuity::Continuity;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
@@ -173,11 +175,32 @@ impl Dragon {
         }
     }
 
-    /// Sends a command and waits for its reply at most `timeout`. Commands of several threads do not wait for each other,
+    /// Returns the oldest unread event of a command to the server, accepted or refused. Waits for one at most `timeout`; a
+    /// server publishes events ten times a second. The first call also receives up to
+    /// [`COMMAND_EVENT_BUFFER`](crate::service::COMMAND_EVENT_BUFFER) earlier events of the run.
+    ///
+    /// # Errors
+    /// [`BusError::NoServer`] where the first call finds no server in time; else as [`CommandEventReader::receive`].
+    pub fn command_event(&self, timeout: Duration) -> Result<Option<CommandEvent>, BusError> {
+        look(timeout, || {
+            let Shared { domain, name, .. } = &*self.shared;
+            self.check()?;
+            let mut events = self.shared.events.lock();
+            // Again behind the lock, so that nothing is opened after the closing.
+            self.check()?;
+            let port = match &mut *events {
+                Some(port) => port,
+                none => none.insert(CommandEventReader::open(domain, name)?),
+            };
+            port.receive()
+        })
+    }
+
+    /// Sends a command and waits until the server has accepted it, at most `timeout`. Returns the server's reply. Commands of several threads do not wait for each other,
     /// up to [`MAX_ACTIVE_REQUESTS`](crate::service::MAX_ACTIVE_REQUESTS) at a time.
     ///
     /// # Errors
-    /// As [`CommandClient::call`].
+    /// As [`CommandClient::call`]: [`BusError::Refused`] where the server refuses the command.
     pub fn call(&self, request: Request, timeout: Duration) -> Result<CommandReply, BusError> {
         self.call_unless(request, timeout, || false)
     }
@@ -195,7 +218,7 @@ impl Dragon {
     ) -> Result<CommandReply, BusError> {
         let mut slot = None;
         if let Some(reply) = await_reply(timeout, is_given_up, || self.poll_command(request, &mut slot))? {
-            return Ok(reply);
+            return reply.to(request);
         }
         self.forget_command(slot);
         Err(BusError::NoAnswer { instance: self.instance(), waited: timeout })
@@ -264,6 +287,7 @@ impl Dragon {
         drop(shared.descriptor.lock().unwrap_or_else(PoisonError::into_inner).take());
         shared.commands.lock().close();
         shared.alerts.lock().take();
+        shared.events.lock().take();
         let mut readers = shared.readers.lock();
         shared.drop_returned(&mut readers);
         readers.ports = None;
@@ -290,11 +314,15 @@ impl Dragon {
         let mut readers = self.shared.readers.lock();
         self.shared.drop_returned(&mut readers);
         let Readers { lent, ports } = &mut *readers;
-        let frames = &mut ports.as_mut().ok_or_else(|| self.closed())?.frames;
+        let ports = ports.as_mut().ok_or_else(|| self.closed())?;
         let Some(slot) = lent.iter().position(Option::is_none) else { return Err(BusError::TooManyFrames) };
-        let read = read(frames);
-        self.shared.lost.store(frames.lost(), Relaxed);
-        Ok(read?.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
+        let read = read(&mut ports.frames);
+        self.shared.lost.store(ports.frames.lost(), Relaxed);
+        let read = read?;
+        if read.as_ref().is_some_and(|frame| frame.continuity() == Continuity::Restarted) {
+            ports.connect();
+        }
+        Ok(read.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
     }
 
     /// Waits for a value that no event announces.

@@ -8,7 +8,9 @@ use core::sync::atomic::{AtomicBool, AtomicU64};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use crate::client::{AlertSubscriber, CommandClient, Description, DescriptionReader, PendingReply, StatusReader};
+use crate::client::{
+    AlertSubscriber, CommandClient, CommandEventReader, Description, DescriptionReader, PendingReply, StatusReader,
+};
 use crate::confined::Confined;
 use crate::domain::Domain;
 use crate::error::BusError;
@@ -34,6 +36,7 @@ pub(super) struct Shared {
     // Never dropped in a forked child.
     pub(super) readers: ManuallyDrop<Confined<Readers>>,
     pub(super) alerts: ManuallyDrop<Confined<Option<AlertSubscriber>>>,
+    pub(super) events: ManuallyDrop<Confined<Option<CommandEventReader>>>,
     pub(super) commands: ManuallyDrop<Confined<Commands>>,
 }
 
@@ -71,13 +74,21 @@ pub(super) struct ReaderPorts {
 impl ReaderPorts {
     pub(super) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Rc::new(Member::join(domain, name, Role::Client)?);
-        Ok(Self {
+        let ports = Self {
             frames: FrameSubscriber::of(&member, domain, name)?,
             descriptions: DescriptionReader::of(&member)?,
             description: None,
             statuses: StatusReader::of(&member)?,
             status: None,
-        })
+        };
+        ports.connect();
+        Ok(ports)
+    }
+
+    /// Connects to the latest values of a source, so that they can be read after its end even if nobody has read them before.
+    pub(super) fn connect(&self) {
+        self.descriptions.connect();
+        self.statuses.connect();
     }
 }
 
@@ -94,6 +105,7 @@ impl Shared {
             lost: AtomicU64::new(0),
             readers: ManuallyDrop::new(Confined::new(Readers { lent: Default::default(), ports: Some(ports) })),
             alerts: ManuallyDrop::new(Confined::new(None)),
+            events: ManuallyDrop::new(Confined::new(None)),
             commands: ManuallyDrop::new(Confined::new(Commands::default())),
         }
     }
@@ -126,6 +138,7 @@ impl Drop for Shared {
             unsafe {
                 ManuallyDrop::drop(&mut self.commands);
                 ManuallyDrop::drop(&mut self.alerts);
+                ManuallyDrop::drop(&mut self.events);
                 ManuallyDrop::drop(&mut self.readers);
             }
         }

@@ -87,7 +87,7 @@ impl CommandForwarder {
         self.state.commands.fetch_add(1, Ordering::Relaxed);
         let connection = self.connection.take().ok_or(Refusal::Unreachable)?;
         // After a failed call, the next command opens a new connection.
-        let reply = connection.client.call(request, patience).map_err(|_| Refusal::Unreachable)?;
+        let reply = connection.client.ask(request, patience).map_err(|_| Refusal::Unreachable)?;
         self.connection = Some(connection);
         Ok(reply)
     }

@@ -33,6 +33,7 @@ mod query_server;
 mod rate_limit;
 mod received_run;
 mod receiver;
+mod remote_clock;
 mod remote_run;
 mod report;
 mod sender;

@@ -4,6 +4,7 @@ use bench_dragon_ipc::{Alert, BusError, CommandReply, Domain, FrameHeader, Handl
 
 use super::known_runs::Description;
 use super::rate_limit::{RateLimit, TickBound};
+use super::remote_clock::RemoteClock;
 use super::remote_run::RemoteRun;
 use super::report::ReceiverSummary;
 use super::wire::{Described, Seen};
@@ -29,6 +30,7 @@ pub(super) struct ReceivedRun {
     pub(super) bench_count: usize,
     toml: String,
     tick_bound: TickBound,
+    clock: RemoteClock,
     last_arrived_ns: u64,
     frame_limit: RateLimit,
     alert_limit: RateLimit,
@@ -55,6 +57,7 @@ impl ReceivedRun {
             bench_count,
             toml,
             tick_bound,
+            clock: RemoteClock::default(),
             last_arrived_ns: 0,
             frame_limit: RateLimit::new(most_hz, most_hz.max(LEAST_BURST)),
             alert_limit: RateLimit::new(ALERT_RATE.0, ALERT_RATE.1),
@@ -94,7 +97,7 @@ impl ReceivedRun {
         self.remote.described = described;
     }
 
-    /// Publishes a frame of the run, which is due at its arrival. Returns false if the frame is rejected; `summary` counts the
+    /// Publishes a frame of the run, for the instant at which it was due on this host's clock. Returns false if the frame is rejected; `summary` counts the
     /// reason.
     pub(super) fn take(
         &mut self,
@@ -110,7 +113,8 @@ impl ReceivedRun {
             summary.too_fast += 1;
         } else if let Some(tick) = self.remote.take(header.tick) {
             self.last_arrived_ns = arrived_ns;
-            self.ports.publish_copy(header, handles, tick, arrived_ns)?;
+            let due_ns = self.clock.due_here_ns(header.scheduled_ns, arrived_ns);
+            self.ports.publish_copy(header, handles, tick, due_ns)?;
             self.ports.report.report_frame(&FrameHeader { tick, ..*header }, 0);
             self.ports.report.count(begun_ns - arrived_ns, monotonic_ns() - begun_ns);
             return Ok(true);

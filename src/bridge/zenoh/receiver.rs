@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bench_dragon_ipc::service::frame_memory;
-use bench_dragon_ipc::{BusError, Domain, HandleState, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, Domain, HandleState};
 use zenoh::pubsub::Subscriber;
 
 use super::command_relay::{CommandRelay, MAX_ASKED};

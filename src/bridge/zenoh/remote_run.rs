@@ -70,6 +70,7 @@ impl RemoteRun {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
 
@@ -132,6 +133,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn no_sequence_of_ticks_panics(ticks: Vec<u64>, every in 1_u64..=u64::MAX, asked: u64) {
             let mut run = run(every);

@@ -132,6 +132,7 @@ impl Thinning {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
     use crate::source::replay::FASTEST_HZ;
@@ -211,6 +212,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn the_smallest_whole_factor_that_keeps_the_rate_is_chosen(wanted_hz in 1..=FASTEST_HZ, rate_hz in 1..=FASTEST_HZ) {
             let every = Thinning::of(Share::RateHz(wanted_hz), rate_hz).every;

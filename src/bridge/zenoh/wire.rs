@@ -143,12 +143,15 @@ pub(super) fn read<Kind: FromBytes>(bytes: &[u8]) -> Option<Kind> {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use bench_dragon_ipc::frame_bytes;
 
     use super::*;
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn accepted_bytes_encode_back_to_the_same_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
             let mut handles = Vec::new();
@@ -202,6 +205,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn a_frame_is_decoded_bit_for_bit((header, handles) in any_frame()) {
             let bytes = frame_bytes(&header, &handles);

@@ -1,8 +1,10 @@
 //! The feed of a bridge: the newest frame of the bus at each release of the bridge's own rate.
 
+use std::time::Duration;
+
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
-use crate::bridge::{LatestFrame, freshness, freshness_limit};
+use crate::bridge::{LatestFrame, StaleAfter, freshness};
 use crate::command::follow::{WAIT_PERIOD, open_when_there};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
@@ -19,7 +21,10 @@ pub(super) struct Feed<'a> {
     status: StatusReader,
     /// Run id and rate of the last status.
     rate: Option<(u64, u32)>,
+    /// Run id and distance of the last two frames that were read.
+    spacing: Option<(u64, Duration)>,
     schedule: Schedule,
+    stale_after: StaleAfter,
     latest: Option<LatestFrame>,
 }
 
@@ -35,6 +40,7 @@ impl<'a> Feed<'a> {
         domain: &Domain,
         name: &str,
         rate_hz: u32,
+        stale_after: StaleAfter,
         stop: &'a StopFlag,
     ) -> Result<Option<Self>, BusError> {
         let open = || Ok((StatusReader::open(domain, name)?, FrameSubscriber::open(domain, name)?));
@@ -44,14 +50,16 @@ impl<'a> Feed<'a> {
             frames,
             status,
             rate: None,
+            spacing: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
+            stale_after,
             latest: None,
         }))
     }
 
     /// Waits for the next release with a frame to send. `None` after a signal.
     pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
-        loop {
+        let now_ns = loop {
             if !self.sleep_until(self.schedule.due_ns()) {
                 return Ok(None);
             }
@@ -60,19 +68,26 @@ impl<'a> Feed<'a> {
                 self.rate = Some((status.run_id, status.rate_hz));
             }
             if let Some(frame) = self.frames.latest()? {
-                self.latest.get_or_insert_default().replace(&frame);
+                let (latest, next) = (self.latest.get_or_insert_default(), frame.header());
+                let apart_ns = next.scheduled_ns.saturating_sub(latest.header.scheduled_ns);
+                self.spacing =
+                    (latest.header.run_id == next.run_id).then(|| (next.run_id, Duration::from_nanos(apart_ns)));
+                latest.replace(&frame);
             }
             let now_ns = monotonic_ns();
             self.schedule.advance(now_ns);
             if let Some(latest) = &mut self.latest {
                 let header = &latest.header;
-                let rate_hz =
-                    self.rate.filter(|(run_id, _)| *run_id == header.run_id).map_or(0, |(_, rate_hz)| rate_hz);
-                latest.freshness = freshness(header.published_ns, now_ns, freshness_limit(rate_hz));
-                break;
+                let described = self.rate.filter(|(run_id, _)| *run_id == header.run_id);
+                let period = described.and_then(|(_, rate_hz)| Duration::from_secs(1).checked_div(rate_hz));
+                // A status reaches a new reader a little later than the first frames.
+                let period =
+                    period.or(self.spacing.filter(|(run_id, _)| *run_id == header.run_id).map(|(_, apart)| apart));
+                latest.freshness = freshness(header.published_ns, now_ns, self.stale_after.limit(period));
+                break now_ns;
             }
-        }
-        Ok(self.latest.as_ref().map(|latest| Release { now_ns: monotonic_ns(), latest }))
+        };
+        Ok(self.latest.as_ref().map(|latest| Release { now_ns, latest }))
     }
 
     /// Releases that the bridge missed because it was busy.

@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use clap::{Args, Subcommand};
 
 use crate::bridge::stage_transform::{StageOffset, StageRotation};
-use crate::bridge::{AxisOrder, BenchSelection, Outlet, StageTransform, UdpSender, UdpTarget};
+use crate::bridge::{AxisOrder, BenchSelection, Outlet, StageTransform, StaleAfter, UdpSender, UdpTarget};
 #[cfg(not(feature = "zenoh"))]
 use crate::command::flags::BadInput;
 use crate::command::flags::{BusArgs, FormatArgs, within};
@@ -82,6 +82,15 @@ pub(crate) struct NetworkArgs {
     /// Most networks that a multicast datagram passes through (TTL), 1 to 255.
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = within(1..=255_u32))]
     pub(crate) ttl: u32,
+}
+
+/// The flag for a silent server.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct SilenceArgs {
+    /// Send the last frame as stale, with all speeds 0, once the server has been silent for these seconds, 0.05 to 60, and for
+    /// three periods of its rate.
+    #[arg(long, value_name = "SECONDS", default_value_t, allow_negative_numbers = true)]
+    pub(crate) stale_after: StaleAfter,
 }
 
 /// Flags that choose benches and place them in the coordinate system of a desk.

@@ -7,13 +7,14 @@ use clap::Args;
 
 use super::feed::Feed;
 use super::session::PacketSession;
-use super::{BridgeArgs, NetworkArgs, StageArgs, open_udp, target};
+use super::{BridgeArgs, NetworkArgs, SilenceArgs, StageArgs, open_udp, target};
 use crate::bridge::desk_settings::{self, OscTransport};
 use crate::bridge::osc::{AddressPattern, AngleUnit, OscEncoder, OscSettings, ShowAddress, SlipSender};
 use crate::bridge::{AxisOrder, Outlet, Packets};
 use crate::command::flags::{BadInput, within};
-use crate::system::clock::unix_minus_monotonic_ns;
+use crate::system::clock::offset_bounds;
 use crate::system::stop::StopFlag;
+use crate::system::unix_offset::UnixOffset;
 
 /// Send Open Sound Control (OSC) messages, one per bench and frame.
 #[derive(Clone, Debug, Args)]
@@ -24,7 +25,8 @@ use crate::system::stop::StopFlag;
   bench-dragon bridge osc --benches 0,20..40 --rotate 90 --offset 12,-3.5,0 --axes x,z,-y
 
 A frame is one message /dragon/show and one message per chosen bench. /dragon/show has show time in s, state, time scale, tick, \
-and fresh: 1, or 0 once the server has been silent for 1.5 seconds, or for three periods of a slower server. A bench's message \
+and fresh: 1, or 0 with all speeds 0 once the server has been silent for --stale-after. A bundle's time is the instant for \
+which its poses hold. A bench's message \
 has x, y, z of the centre of its board in metres, heading, and speed in m/s of wall time. The head's is the centre of bench 0's \
 board, not its front hinge. The dragon is rotated, then moved, then expressed along the receiver's axes. A heading is the angle \
 from the receiver's first horizontal axis towards its second one; by default it is counter-clockwise from +x.
@@ -55,6 +57,8 @@ pub(crate) struct OscArgs {
     #[arg(long)]
     pub(crate) bundle: bool,
     #[command(flatten)]
+    pub(crate) silence: SilenceArgs,
+    #[command(flatten)]
     pub(crate) stage: StageArgs,
     /// Axes of the receiver, in its order, as our x (right), y (away) and z (up); - reverses an axis.
     #[arg(long, value_name = "AXES", default_value_t = AxisOrder::RIGHT_AWAY_UP, allow_hyphen_values = true)]
@@ -68,7 +72,9 @@ pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> 
     let outlet: Box<dyn Outlet> =
         if osc.tcp { Box::new(SlipSender::new(osc.to)) } else { open_udp(osc.to, osc.network)? };
     let mut session = PacketSession::new(args.format.format, osc.to, osc.rate, outlet);
-    let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, &stop)? else { return session.finish(0) };
+    let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, osc.silence.stale_after, &stop)? else {
+        return session.finish(0);
+    };
     hand_on(&mut feed, osc, &mut session)?;
     session.finish(feed.missed())
 }
@@ -79,11 +85,13 @@ fn hand_on(feed: &mut Feed<'_>, osc: &OscArgs, session: &mut PacketSession) -> a
     let transport = if osc.tcp { OscTransport::Tcp } else { OscTransport::Udp };
     let mut encoder = OscEncoder::new(settings.clone());
     let mut packets = Packets::default();
+    let mut unix_offset = UnixOffset::measured();
     while let Some(release) = feed.next()? {
         let benches = release.latest.benches.len();
         let line = || Ok(desk_settings::osc(&settings, osc.to, transport, benches));
         session.note_dragon(benches, &settings.benches, line)?;
-        encoder.frame(release.latest, unix_minus_monotonic_ns(), &mut packets);
+        unix_offset.correct(offset_bounds());
+        encoder.frame(release.latest, unix_offset.ns(), &mut packets);
         session.send_frame(&packets, &release)?;
     }
     Ok(())

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::feed::Feed;
 use super::session::PacketSession;
-use super::{BridgeArgs, NetworkArgs, StageArgs, open_udp, target};
+use super::{BridgeArgs, NetworkArgs, SilenceArgs, StageArgs, open_udp, target};
 use crate::bridge::psn::{DEFAULT_TARGET, PsnEncoder, PsnSettings, SystemName, TrackerName};
 use crate::bridge::{AxisOrder, Packets, desk_settings};
 use crate::command::flags::within;
@@ -27,7 +27,8 @@ use crate::system::stop::StopFlag;
 A tracker is at the centre of the board of a bench; the head's is the centre of bench 0's board, not its front hinge. The id of \
 bench i is that of --first-id plus i, whichever benches are chosen. With the default axes the desk's x is our x (right), its y \
 our z (up), its z (depth) our y (away). The dragon is rotated, then moved, then expressed along the desk's axes. A tracker's \
-status is 1, and 0 once the server has been silent for 1.5 seconds, or for three periods of a slower server.
+status is 1. It is 0, and its speed is 0, once the server has been silent for --stale-after. A tracker's time is the instant \
+for which its pose holds.
 
 At the first frame the bridge prints what to enter at the desk: address, system, trackers, axes.")]
 pub(crate) struct PsnArgs {
@@ -42,6 +43,8 @@ pub(crate) struct PsnArgs {
     /// Name under which lighting desks list this sender [default: bench-dragon and the instance].
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<SystemName>,
+    #[command(flatten)]
+    pub(crate) silence: SilenceArgs,
     #[command(flatten)]
     pub(crate) stage: StageArgs,
     /// Axes of the desk, in its order, as our x (right), y (away) and z (up); - reverses an axis.
@@ -62,7 +65,9 @@ pub(super) fn run(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> 
     let stop = StopFlag::on_signals()?;
     let outlet = open_udp(psn.to, psn.network)?;
     let mut session = PacketSession::new(args.format.format, psn.to, psn.rate, outlet);
-    let Some(mut feed) = Feed::open(&domain, "bridge-psn", psn.rate, &stop)? else { return session.finish(0) };
+    let Some(mut feed) = Feed::open(&domain, "bridge-psn", psn.rate, psn.silence.stale_after, &stop)? else {
+        return session.finish(0);
+    };
     hand_on(&mut feed, &settings(psn, &args.bus.instance), psn.to, &mut session)?;
     session.finish(feed.missed())
 }

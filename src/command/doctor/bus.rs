@@ -70,11 +70,12 @@ pub(super) fn half_made(target: &Target) -> Finding {
 }
 
 fn judge_half_made(census: &Census, fix: &str) -> Finding {
-    let Census { half_made, source, .. } = census;
+    let Census { half_made, source, has_source, .. } = census;
     let value = half_made.len().to_string();
     match (half_made.as_slice(), source) {
         ([], _) => Finding::ok(value, "none"),
         (_, Some(pid)) => Finding::ok(value, format!("the server, pid {pid}, is creating its services")),
+        _ if *has_source => Finding::ok(value, "a server of another PID namespace is creating its services"),
         ([first, ..], None) => Finding::problem(
             value,
             format!("a server was killed while it created {}: clients cannot open it", first.display()),
@@ -117,13 +118,12 @@ fn judge_foreign_files(census: &Census) -> Finding {
     let value = census.foreign.len().to_string();
     let Some(ForeignFile { path, owner }) = census.foreign.first() else { return Finding::ok(value, "none") };
     let noun = if census.foreign.len() == 1 { "file" } else { "files" };
-    Finding::ok(
+    let one = path.to_string_lossy();
+    Finding::warning(
         &value,
-        format!(
-            "{value} {noun} of other users with this instance's prefix, harmless; one is {:?} of user {owner}, its owner or \
-             root can remove it",
-            path.to_string_lossy()
-        ),
+        format!("{value} {noun} of other users with this instance's prefix; one is {one:?} of user {owner}"),
+        "this program's names cannot be occupied; a stock iceoryx2 client needs the present output of `bench-dragon iox2-config`; \
+         the owner or root can remove such a file",
     )
 }
 
@@ -177,15 +177,15 @@ mod tests {
     fn files_without_a_living_process_are_leftovers() {
         let mut census = Census { entries: vec!["/dev/shm/bd_0_dragon_a".into()], ..Census::default() };
         assert_eq!(judge_leftovers(&census, "fix it").status, Verdict::Warning);
-        census.source = Some(5);
+        census.has_source = true;
         assert_eq!(judge_leftovers(&census, "fix it"), Finding::ok("0", "none"));
     }
 
     #[test]
-    fn a_foreign_file_is_reported_with_its_owner_and_needs_no_remedy() {
+    fn a_foreign_file_is_a_warning_with_its_owner() {
         let foreign = vec![ForeignFile { path: "/dev/shm/bd_0_dragon_junk".into(), owner: 4711 }];
         let finding = judge_foreign_files(&Census { foreign, ..Census::default() });
-        assert_eq!((finding.status, finding.remedy), (Verdict::Ok, None));
+        assert_eq!((finding.status, finding.remedy.is_some()), (Verdict::Warning, true));
         assert!(finding.message.contains("\"/dev/shm/bd_0_dragon_junk\" of user 4711"), "{}", finding.message);
     }
 }

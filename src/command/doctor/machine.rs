@@ -6,9 +6,9 @@ use std::fs;
 use rustix::time::{ClockId, clock_getres};
 
 use super::{Finding, Target};
+use crate::system::machine::CLOCKS;
 
 const PROCESSORS: &str = "/sys/devices/system/cpu";
-const CLOCKS: &str = "/sys/devices/system/clocksource/clocksource0";
 /// Slow clock sources: devices, or counters of kernel ticks.
 const SLOW_CLOCKS: [&str; 4] = ["hpet", "acpi_pm", "jiffies", "refined-jiffies"];
 /// Coarsest resolution of a timer, in nanoseconds, that does not make ticks late.

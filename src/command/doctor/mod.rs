@@ -19,8 +19,8 @@ use std::process::ExitCode;
 
 use anyhow::Context as _;
 use bench_dragon_ipc::{BusError, Census, Cleared, Domain, DomainError, Instance, NodeEntry, clear, service};
-use clap::Args;
 use clap::builder::styling::{AnsiColor, Style};
+use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use crate::command::flags::{BusArgs, ConfigArgs, Format, FormatArgs};
@@ -40,7 +40,7 @@ mod server;
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon doctor
-  bench-dragon doctor --config stage.toml --instance main
+  bench-dragon doctor --config stage.toml --instance main --out /mnt/show/tonight
   bench-dragon doctor --fix
   bench-dragon doctor --format json | jq .healthy
 
@@ -49,6 +49,9 @@ pub(crate) struct DoctorArgs {
     /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
+    /// Folder of the show, as for `show`, whose disk is checked [default: the current folder].
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
@@ -70,7 +73,8 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
         Err(BusError::Domain(_)) => (Vec::new(), None),
         Err(error) => (Vec::new(), Some(error)),
     };
-    let target = Target::new(args.bus.instance.clone(), config);
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("."));
+    let target = Target::new(args.bus.instance.clone(), config, out);
     let checks: Vec<Examined> =
         CHECKS.iter().map(|&(name, check)| Examined { name, finding: check(&target) }).collect();
     let healthy = checks.iter().all(|check| check.finding.status != Verdict::Problem);
@@ -220,15 +224,17 @@ struct Target {
     /// The processes and services on the bus, or the reason for which they cannot be listed.
     census: Result<Census, DomainError>,
     config: Config,
+    /// The folder in which the show would record.
+    out: PathBuf,
 }
 
 impl Target {
     /// Takes a census of the instance. The checks read all other facts.
-    fn new(instance: Instance, config: Config) -> Self {
+    fn new(instance: Instance, config: Config, out: PathBuf) -> Self {
         let domain = Domain::new(instance.clone());
         let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
         let census = domain.and_then(|domain| Census::take(&domain));
-        Self { instance, root, census, config }
+        Self { instance, root, census, config, out }
     }
 
     /// The finding of a check that judges the census.

@@ -5,13 +5,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bench_dragon_ipc::service::{ALERT_MEMORY, SOURCE_FILES};
-use bench_dragon_ipc::{FrameHeader, HandleState};
 use rustix::fs::fstatfs;
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, capabilities};
 
 use super::{Finding, Target};
-use crate::recording::{DiskSpace, Size};
+use crate::output::terminal_text::Printable;
+use crate::recording::{DiskSpace, Size, walking_bytes_per_s};
 
 /// `f_type` of a tmpfs (`statfs(2)`).
 const TMPFS: i64 = 0x0102_1994;
@@ -19,12 +19,6 @@ const TMPFS: i64 = 0x0102_1994;
 const OWN_MEMORY: u64 = 128 << 20;
 /// Shortest recording time, in seconds, for which the disk must have room; less is a warning.
 const LEAST_DISK_S: f64 = 3600.0;
-/// Size of the recorded frames ÷ size of the frames.
-const COMPRESSED: f64 = 0.6;
-/// Recorded bytes of a bench for viewers, each time: its pose, and its frame of reference.
-const VIEWED_BYTES: usize = 40;
-/// Greatest number of these times per second.
-const VIEWED_HZ: u32 = 30;
 /// Files that a process must be able to open: those of a server, and as many again for standard streams, the recording and the
 /// system.
 const NEEDED_FILES: u64 = 2 * SOURCE_FILES as u64;
@@ -33,7 +27,7 @@ const MAPPED_MEMORY: u64 = 64 << 20;
 
 /// Whether the frames of all readers fit into shared memory. Too little shared memory causes a SIGBUS during a show.
 pub(super) fn shared_memory(target: &Target) -> Finding {
-    let has_server = target.census.as_ref().is_ok_and(|census| census.source.is_some());
+    let has_server = target.census.as_ref().is_ok_and(|census| census.has_source);
     let needed = if has_server { ALERT_MEMORY } else { target.shared_memory() };
     judge_shared_memory(mounted(), needed)
 }
@@ -114,33 +108,30 @@ fn judge_memory_limit(group: Option<&Group>, needed: u64) -> Finding {
     Finding::ok(format!("{} left", Size(left)), format!("the control group leaves {} of {}", Size(left), Size(*limit)))
 }
 
-/// The recording time for which the disk of the current folder has room.
+/// The recording time for which the disk of the show's folder has room.
 pub(super) fn disk(target: &Target) -> Finding {
     let benches = target.config.dragon().dimensions().benches();
     let rate_hz = target.config.tables().serve.rate_hz;
-    let space = File::open(".").and_then(|folder| DiskSpace::around(&folder));
-    judge_disk(space, recorded_bytes_per_s(benches, rate_hz))
+    let folder = existing(&target.out);
+    let space = File::open(folder).and_then(|folder| DiskSpace::around(&folder));
+    judge_disk(&target.out, space, walking_bytes_per_s(benches, rate_hz))
 }
 
-/// Estimates the growth of a recording.
-fn recorded_bytes_per_s(benches: usize, rate_hz: u32) -> f64 {
-    let frame_bytes = size_of::<FrameHeader>() + (benches + 1) * size_of::<HandleState>();
-    let frames = frame_bytes as f64 * COMPRESSED * f64::from(rate_hz);
-    frames + (benches * VIEWED_BYTES) as f64 * f64::from(rate_hz.min(VIEWED_HZ))
+/// The folder itself, or its nearest parent that exists: `show` creates the folder there.
+fn existing(folder: &Path) -> &Path {
+    let is_there = |path: &&Path| !path.as_os_str().is_empty() && path.is_dir();
+    folder.ancestors().find(is_there).unwrap_or(Path::new("."))
 }
 
-fn judge_disk(space: io::Result<DiskSpace>, bytes_per_s: f64) -> Finding {
+fn judge_disk(folder: &Path, space: io::Result<DiskSpace>, bytes_per_s: f64) -> Finding {
+    let named = if folder == Path::new(".") { "the current folder".to_owned() } else { Printable(folder).to_string() };
     let DiskSpace { free_bytes, .. } = match space {
         Ok(space) => space,
-        Err(error) => return Finding::not_known(format!("the current folder cannot be read: {error}")),
+        Err(error) => return Finding::not_known(format!("{named} cannot be read: {error}")),
     };
     let seconds = free_bytes as f64 / bytes_per_s;
     let value = format!("{} free", Size(free_bytes));
-    let message = format!(
-        "the current folder has {} free, for some {:.1} hours of recording",
-        Size(free_bytes),
-        seconds / 3600.0
-    );
+    let message = format!("{named} has {} free, for some {:.1} hours of recording", Size(free_bytes), seconds / 3600.0);
     if seconds < LEAST_DISK_S {
         return Finding::warning(
             value,
@@ -205,15 +196,6 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_grows_as_measured() {
-        // Measured: 23.7 GB an hour at 1 kHz, and 2.35 GB at 60 Hz.
-        for (rate_hz, measured_gb_per_h) in [(1000, 23.7), (60, 2.35)] {
-            let gb_per_h = recorded_bytes_per_s(223, rate_hz) * 3600.0 * 1e-9;
-            assert!((gb_per_h / measured_gb_per_h - 1.0).abs() < 0.05, "{gb_per_h} GB an hour at {rate_hz} Hz");
-        }
-    }
-
-    #[test]
     fn enough_shared_memory_is_ok_unless_it_is_on_a_disk() {
         assert_eq!(judged_mount(63 << 20, true).status, Verdict::Ok);
         assert_eq!(judged_mount(63 << 20, false).status, Verdict::Warning);
@@ -231,7 +213,8 @@ mod tests {
 
     #[test]
     fn room_for_less_than_an_hour_is_a_warning() {
-        let judged = |free_bytes| judge_disk(Ok(DiskSpace { free_bytes, total_bytes: 1 << 40 }), 1e6).status;
+        let judged =
+            |free_bytes| judge_disk(Path::new("."), Ok(DiskSpace { free_bytes, total_bytes: 1 << 40 }), 1e6).status;
         assert_eq!(judged(3_600_000_000), Verdict::Ok);
         assert_eq!(judged(3_599_000_000), Verdict::Warning);
     }

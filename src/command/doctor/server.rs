@@ -4,7 +4,8 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
-use bench_dragon_ipc::{Census, Domain, GuardLock, NodeEntry, Status, StatusReader};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Census, Domain, GuardState, NodeEntry, Status, StatusReader};
 
 use super::{Finding, Target};
 
@@ -26,6 +27,13 @@ fn was_replaced(pid: u32) -> bool {
 fn judge_server(census: &Census, was_replaced: bool) -> Finding {
     let clients = clients(census);
     let Some(pid) = census.source else {
+        if census.has_source {
+            let clients = if clients.is_empty() { "no clients".to_owned() } else { clients };
+            return Finding::ok(
+                "runs",
+                format!("a server runs in another PID namespace, such as a container; {clients}"),
+            );
+        }
         let message =
             if clients.is_empty() { "no process is on the bus".to_owned() } else { format!("no server; {clients}") };
         return Finding::ok("none", message);
@@ -56,18 +64,18 @@ pub(super) fn guard(target: &Target) -> Finding {
         return Finding::not_known("the directory cannot be read");
     };
     let census = target.census.as_ref();
-    let has_server = census.is_ok_and(|census| census.source.is_some());
+    let has_server = census.is_ok_and(|census| census.has_source);
     let guard = GuardLock::holder(&domain);
     // Only the server's status shows whether it is guarded. Reading it joins the bus, which removes leftovers. The doctor must
     // change nothing, so it reads the status only if it matters and there are no leftovers.
     let is_clean = census.is_ok_and(|census| census.dead.is_empty() && census.half_made.is_empty());
     let status = if has_server && guard.is_none() && is_clean { status(&domain) } else { None };
-    judge_guard(has_server, guard, status.map(|status| !status.granted_to_m.is_nan()))
+    judge_guard(has_server, guard, status.and_then(|status| status.guard_state()))
 }
 
 /// Waits for the status of a domain's server, up to a second. `None` if it sends none.
 fn status(domain: &Domain) -> Option<Status> {
-    let reader = StatusReader::open(domain, "doctor").ok()?;
+    let reader = StatusReader::open(&domain.clone().for_operators(), "doctor").ok()?;
     (0..LOOKS).find_map(|look| {
         if look > 0 {
             thread::sleep(LOOK_PERIOD);
@@ -76,12 +84,16 @@ fn status(domain: &Domain) -> Option<Status> {
     })
 }
 
-fn judge_guard(has_server: bool, guard: Option<u32>, is_guarded: Option<bool>) -> Finding {
-    match (has_server, guard, is_guarded) {
+/// Judges the guard by its lock and by the server's status. Only the status reports a guard of another PID namespace.
+fn judge_guard(has_server: bool, guard: Option<u32>, reported: Option<GuardState>) -> Finding {
+    match (has_server, guard, reported) {
         (_, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the travel ahead")),
         (false, None, _) => Finding::ok("none", "no server, and no guard"),
-        (true, None, Some(false)) => Finding::ok("none", "the server is not guarded and needs no guard"),
-        (true, None, Some(true)) => Finding::problem(
+        (true, None, Some(GuardState::None)) => Finding::ok("none", "the server is not guarded and needs no guard"),
+        (true, None, Some(GuardState::Running)) => {
+            Finding::ok("runs", "a guard runs in another PID namespace, and proves the travel ahead")
+        }
+        (true, None, Some(GuardState::Missing)) => Finding::problem(
             "none",
             "the server is guarded, but no guard runs: the head stops at the end of its last grant",
             "start `bench-dragon monitor --guard`, or the server without --guarded",
@@ -104,25 +116,26 @@ mod tests {
     #[test]
     fn the_server_is_not_listed_among_its_clients() {
         let living = vec![node("serve", 7), node("monitor", 8)];
-        let census = Census { source: Some(7), living, ..Census::default() };
+        let census = Census { source: Some(7), has_source: true, living, ..Census::default() };
         assert_eq!(judge_server(&census, false), Finding::ok("pid 7", "pid 7; monitor (8)"));
         assert_eq!(judge_server(&census, true).status, Verdict::Warning);
     }
 
     #[test]
     fn only_a_guarded_server_without_a_guard_is_a_problem() {
-        for (has_server, guard, is_guarded, expected) in [
+        for (has_server, guard, reported, expected) in [
             (false, None, None, Verdict::Ok),
-            (true, None, Some(false), Verdict::Ok),
-            (true, Some(7), Some(true), Verdict::Ok),
+            (true, None, Some(GuardState::None), Verdict::Ok),
+            (true, Some(7), Some(GuardState::Running), Verdict::Ok),
             (true, Some(7), None, Verdict::Ok),
-            (true, None, Some(true), Verdict::Problem),
+            (true, None, Some(GuardState::Running), Verdict::Ok),
+            (true, None, Some(GuardState::Missing), Verdict::Problem),
             (true, None, None, Verdict::NotKnown),
         ] {
             assert_eq!(
-                judge_guard(has_server, guard, is_guarded).status,
+                judge_guard(has_server, guard, reported).status,
                 expected,
-                "{has_server} {guard:?} {is_guarded:?}"
+                "{has_server} {guard:?} {reported:?}"
             );
         }
     }

@@ -160,7 +160,7 @@ impl GuardWorker {
             else {
                 return Ok(());
             };
-            match self.commands.call(grant, REPLY_TIMEOUT).map(|reply| reply.outcome()) {
+            match self.commands.ask(grant, REPLY_TIMEOUT).map(|reply| reply.outcome()) {
                 Ok(Ok(_)) => guard.note_granted(from_m, to_m, is_final),
                 Ok(Err(Refusal::Replayed | Refusal::NotGuarded)) => self.takes_no_grants = true,
                 // The server has restarted or ended. The next frame shows which.

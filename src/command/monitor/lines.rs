@@ -77,6 +77,9 @@ pub(crate) struct MonitorProgress {
     pub(crate) lost: u64,
     /// Least clearance in the last frame, in metres; null before the first frame.
     pub(crate) clearance_m: Option<f64>,
+    /// Least clearance of the frames since the progress before; null without a frame.
+    #[serde(default)]
+    pub(crate) least: Option<ClearanceReport>,
     /// Show time of the forecast contact, in seconds; null if none is known.
     pub(crate) forecast_s: Option<f64>,
     /// Show time of the earliest contact that the play of the hinges allows, in seconds; absent without one.
@@ -147,14 +150,17 @@ pub(crate) struct GuardReport {
     /// Show time at which two benches would have touched at the planned speed, in seconds; null if they would not, or if this
     /// took too much work to compute.
     pub(crate) forecast_contact_s: Option<f64>,
+    /// Whether the margin is proved to be kept at this stop. It is not where a show starts within the margin.
+    pub(crate) is_margin_kept: bool,
 }
 
 impl GuardReport {
-    /// The known ones of clearance and forecast, in words that follow other words about this stop.
+    /// The known ones of clearance and forecast, and a margin that is not kept, in words that follow other words about this stop.
     pub(crate) fn details(&self) -> String {
         let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {clearance_m:.6} m"));
         let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {time_s:.6} s"));
-        clearance.into_iter().chain(forecast).collect()
+        let unproved = ": margin_m is not proved to be kept here, so start or seek elsewhere".to_owned();
+        clearance.into_iter().chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
     }
 }
 
@@ -171,6 +177,17 @@ pub(crate) struct ClearanceReport {
     pub(crate) time_s: f64,
     pub(crate) benches: [u32; 2],
     pub(crate) clearance_m: f64,
+    /// Point midway between the two boards.
+    pub(crate) point_m: [f64; 2],
+    /// Travel of the head, from which the pose of every bench follows.
+    pub(crate) travel_m: f64,
+}
+
+impl ClearanceReport {
+    /// The lesser one of two clearances; the first of equal ones.
+    pub(crate) fn lesser(first: Option<Self>, second: Self) -> Option<Self> {
+        first.filter(|first| first.clearance_m <= second.clearance_m).or(Some(second))
+    }
 }
 
 /// A [`TimeHistogram`] without its empty buckets.

@@ -3,9 +3,8 @@
 use std::process::ExitCode;
 
 use anyhow::{Context as _, ensure};
-use bench_dragon_ipc::{
-    Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, GuardLock, Sender, ShowState,
-};
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, Sender, ShowState};
 use clap::Args;
 
 use crate::command::exit_status::CONTACT;

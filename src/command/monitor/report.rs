@@ -24,6 +24,8 @@ pub(super) struct MonitorReport {
     pub(super) summary: MonitorSummary,
     latency: TimeHistogram,
     nearest: Option<PairClearance>,
+    /// Least clearance since the last progress.
+    least: Option<ClearanceReport>,
     forecast_s: Option<f64>,
     /// Period at which progress is printed; `None` if it is not printed.
     progress_period: Option<Duration>,
@@ -38,6 +40,7 @@ impl MonitorReport {
             summary: MonitorSummary::default(),
             latency: TimeHistogram::default(),
             nearest: None,
+            least: None,
             forecast_s: None,
             progress_period: args.progress.filter(|_| format == Format::Json).map(Duration::from_secs_f64),
             progress_due: Instant::now(),
@@ -59,11 +62,11 @@ impl MonitorReport {
         if let Some(possible) = forecast.possible_touch().filter(|_| is_valid) {
             self.summary.earliest_s = Some(arrival_s(possible.travel_m));
         }
-        let Some(PairClearance { clearance_m, benches, .. }) = nearest else { return };
-        if self.summary.least_clearance.is_none_or(|least| clearance_m < least.clearance_m) {
-            let benches = benches.map(|bench| bench as u32);
-            self.summary.least_clearance = Some(ClearanceReport { time_s, benches, clearance_m });
-        }
+        let Some(PairClearance { clearance_m, benches, point }) = nearest else { return };
+        let (benches, point_m) = (benches.map(|bench| bench as u32), point.to_array());
+        let report = ClearanceReport { time_s, benches, clearance_m, point_m, travel_m: header.head_travel_m };
+        self.least = ClearanceReport::lesser(self.least, report);
+        self.summary.least_clearance = ClearanceReport::lesser(self.summary.least_clearance, report);
     }
 
     pub(super) fn print_alert(&mut self, alert: &Alert) -> anyhow::Result<()> {
@@ -93,6 +96,7 @@ impl MonitorReport {
             held_at_s: rest.sim_time_s,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_contact_s: rest.forecast_s,
+            is_margin_kept: rest.is_free,
         };
         self.summary.guard = Some(report);
         let text = format!("{:>12.6} s  held by the guard permanently{}", report.held_at_s, report.details());
@@ -100,15 +104,18 @@ impl MonitorReport {
     }
 
     pub(super) fn print_progress(&mut self) -> anyhow::Result<()> {
-        let (Some(period), now) = (self.progress_period, Instant::now()) else { return Ok(()) };
-        if now < self.progress_due {
-            return Ok(());
-        }
-        self.progress_due = now + period;
+        if Instant::now() < self.progress_due { Ok(()) } else { self.print_progress_now() }
+    }
+
+    /// Prints the progress, if it is printed at all, and begins the next period.
+    fn print_progress_now(&mut self) -> anyhow::Result<()> {
+        let Some(period) = self.progress_period else { return Ok(()) };
+        self.progress_due = Instant::now() + period;
         print_json(&MonitorLine::Progress(MonitorProgress {
             frames: self.summary.frames,
             lost: self.summary.lost,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
+            least: self.least.take(),
             forecast_s: self.forecast_s,
             earliest_s: self.summary.earliest_s,
             latency: TimesReport::from(&self.latency),
@@ -116,6 +123,8 @@ impl MonitorReport {
     }
 
     pub(super) fn print_summary(&mut self) -> anyhow::Result<()> {
+        // The progress since the last line is not lost.
+        self.print_progress_now()?;
         self.summary.latency_us = (&self.latency).into();
         self.summary.latency = (&self.latency).into();
         if self.format == Format::Json {
@@ -126,7 +135,7 @@ impl MonitorReport {
         let CommandCounts { accepted, refused, grants, lost } = commands;
         let grants = Counted(*grants, "grant");
         print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants}, {lost} lost"))?;
-        if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m }) = least_clearance {
+        if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m, .. }) = least_clearance {
             print_line(format_args!("least clearance {clearance_m:.6} m at {time_s:.6} s, benches {a} and {b}"))?;
         }
         match contact {

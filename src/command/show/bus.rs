@@ -1,13 +1,15 @@
 //! The ports of a show on the bus, and the last known state of the dragon.
 
 use bench_dragon_ipc::{
-    BusError, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status, StatusReader, Stops,
+    BusError, CommandEvent, CommandEventReader, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status,
+    StatusReader, Stops,
 };
 
 pub(super) struct ShowPorts {
     pub(super) frames: FrameSubscriber,
     pub(super) status: StatusReader,
     readers: ReaderReports,
+    commands: CommandEventReader,
 }
 
 impl ShowPorts {
@@ -15,8 +17,14 @@ impl ShowPorts {
     pub(super) fn open(domain: &Domain) -> Result<Self, BusError> {
         let status = StatusReader::open(domain, "show-status")?;
         let readers = ReaderReports::open(domain, "show-readers")?;
+        let commands = CommandEventReader::open(domain, "show-commands")?;
         // The frames last, so that the other ports are open at the first frame.
-        Ok(Self { frames: FrameSubscriber::open(domain, "show")?, status, readers })
+        Ok(Self { frames: FrameSubscriber::open(domain, "show")?, status, readers, commands })
+    }
+
+    /// The oldest command event that has not been read yet.
+    pub(super) fn next_command(&self) -> Result<Option<CommandEvent>, BusError> {
+        self.commands.receive()
     }
 
     /// Process ids of the readers that have reported since the last call and have not ended.
@@ -69,10 +77,6 @@ impl LastSeen {
     /// Whether the show still waits at its start for its first release.
     pub(super) fn is_ready(&self) -> bool {
         self.header.is_some_and(|header| header.show_state() == Some(ShowState::Ready))
-    }
-
-    pub(super) fn is_finished(&self) -> bool {
-        self.header.is_some_and(|header| matches!(header.show_state(), Some(ShowState::Finished | ShowState::Ended)))
     }
 }
 

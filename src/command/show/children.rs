@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, Receiver, Sender};
 
-use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, Phase};
+use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
+use super::log::log;
 use super::process::{End, Launch, Process, ProcessEvent};
-use crate::command::print::complain;
 
 /// Most lines that wait for the show. If the buffer is full, a child that prints waits until the show takes a line.
 const MOST_EVENTS: usize = 256;
@@ -28,6 +28,8 @@ pub(super) struct Children {
     events: Receiver<ProcessEvent>,
     sender: Sender<ProcessEvent>,
     looked: Instant,
+    /// Most restarts of a child in a row; `None` for any number.
+    most_restarts: Option<u32>,
 }
 
 /// A registered child, running or not.
@@ -39,14 +41,17 @@ struct Entry {
 }
 
 impl Children {
-    pub(super) fn new() -> Self {
+    /// Children that a rehearsal gives up at some time, and a performance never.
+    pub(super) fn new(is_performance: bool) -> Self {
         let (sender, events) = channel::bounded(MOST_EVENTS);
-        Self { entries: Vec::new(), events, sender, looked: Instant::now() }
+        let most_restarts = (!is_performance).then_some(MAX_RESTARTS);
+        Self { entries: Vec::new(), events, sender, looked: Instant::now(), most_restarts }
     }
 
     /// Registers a child. Messages use `name`.
     pub(super) fn register(&mut self, role: ChildRole, name: impl Into<String>) {
-        let liveness = Liveness::new(if role == ChildRole::Record { LONGEST_DISK_SILENCE } else { LONGEST_SILENCE });
+        let longest_silence = if role == ChildRole::Record { LONGEST_DISK_SILENCE } else { LONGEST_SILENCE };
+        let liveness = Liveness::new(longest_silence, self.most_restarts);
         self.entries.push(Entry { role, name: name.into(), liveness, process: None });
     }
 
@@ -72,6 +77,12 @@ impl Children {
         self.entries.iter_mut().find_map(|entry| entry.poll_end().transpose()).transpose()
     }
 
+    /// Writes the last line to the stdin of a child that runs and reads one.
+    pub(super) fn write_last_line(&mut self, role: ChildRole, line: &str) {
+        let entries = self.entries.iter_mut().filter(|entry| entry.role == role);
+        entries.flat_map(|entry| &mut entry.process).for_each(|process| process.write_last_line(line));
+    }
+
     pub(super) fn hear(&mut self, role: ChildRole) {
         self.entry_mut(role).liveness.hear();
     }
@@ -93,8 +104,8 @@ impl Children {
         self.entries.iter_mut().filter_map(|entry| entry.kill_if_silent(elapsed, has_frames)).collect()
     }
 
-    /// Plans the restart of a child that has ended. Returns whether it will be restarted.
-    pub(super) fn plan_restart(&mut self, role: ChildRole, now: Instant) -> bool {
+    /// Plans the restart of a child that has ended. Returns the delay before it; `None` if the child has ended too often.
+    pub(super) fn plan_restart(&mut self, role: ChildRole, now: Instant) -> Option<Duration> {
         self.entry_mut(role).liveness.end(now)
     }
 
@@ -122,7 +133,7 @@ impl Children {
     }
 
     /// Requests the end of children, and passes their lines to `take_line` until they have ended. Kills those that take longer
-    /// than `timeout`.
+    /// than `timeout`. Goes on after an error, and returns the first one.
     pub(super) fn end(
         &mut self,
         is_meant: impl Fn(ChildRole) -> bool,
@@ -136,20 +147,24 @@ impl Children {
             .flat_map(|entry| &entry.process)
             .for_each(Process::terminate);
         let deadline = Instant::now() + timeout;
+        let mut result = Ok(());
         while self.entries.iter().any(of_meant) && Instant::now() < deadline {
-            match self.next(LOOK_PERIOD)? {
-                Some(ChildNews::Line(role, line)) => take_line(role, &line)?,
-                Some(ChildNews::Ended(role, End { status, reason })) if !status.success() => {
-                    complain(&format!("{} ended with {reason}", self.name(role)));
+            let taken = match self.next(LOOK_PERIOD) {
+                Ok(Some(ChildNews::Line(role, line))) => take_line(role, &line),
+                Ok(Some(ChildNews::Ended(role, End { status, reason }))) if !status.success() => {
+                    log(&format!("{} ended with {reason}", self.name(role)));
+                    Ok(())
                 }
-                Some(ChildNews::Ended(..)) | None => {}
-            }
+                Ok(Some(ChildNews::Ended(..)) | None) => Ok(()),
+                Err(error) => Err(error),
+            };
+            result = result.and(taken);
         }
         for entry in self.entries.iter_mut().filter(|entry| of_meant(entry)) {
-            complain(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
+            log(&format!("{} has not ended within {} s: killing it", entry.name, timeout.as_secs()));
             entry.process = None;
         }
-        Ok(())
+        result
     }
 
     fn entry(&self, role: ChildRole) -> &Entry {

@@ -1,9 +1,9 @@
 //! The files of a show: its folder, and unfinished recordings of killed recorders.
 
 use std::collections::VecDeque;
-use std::fs::{self, File, TryLockError};
-use std::io::{ErrorKind, Write as _};
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::fs::{self, DirBuilder, File, Permissions, TryLockError};
+use std::io::{self, ErrorKind, Write as _};
+use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::time::Duration;
@@ -21,10 +21,13 @@ use crate::system::whole_file;
 const FOLDER_PREFIX: &str = "show-";
 /// The configuration, which the server reads.
 const CONFIG: &str = "config.toml";
-/// The summary, which a show writes last.
+/// The summary and the report, which a show writes last.
 const SUMMARY: &str = "summary.json";
+const REPORT: &str = "report.html";
 /// Mode of files with the output of configured commands. Only the user may read it, because it may contain a page's token.
 const OUTPUT_MODE: u32 = 0o600;
+/// Mode of a show's folder: the recording and the logs are its user's.
+const FOLDER_MODE: u32 = 0o700;
 
 pub(super) struct Folder {
     pub(super) path: PathBuf,
@@ -32,6 +35,19 @@ pub(super) struct Folder {
     is_new: bool,
     /// The configuration's file. Its lock shows other shows that this show is running.
     config_file: File,
+}
+
+/// Creates a folder that only its user can open, whatever the umask, unless it exists.
+fn create_private(path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Ok(());
+    }
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    DirBuilder::new().mode(FOLDER_MODE).create(path)?;
+    // A strict umask may have removed even the user's own rights.
+    fs::set_permissions(path, Permissions::from_mode(FOLDER_MODE))
 }
 
 impl Folder {
@@ -45,7 +61,7 @@ impl Folder {
             Path::to_owned,
         );
         let is_new = !path.exists();
-        fs::create_dir_all(&path).map_err(|error| {
+        create_private(&path).map_err(|error| {
             BadInput(format!("--out is {}, must be a folder that can be created: {error}", path.display()))
         })?;
         let config = write_config(&path, config)?;
@@ -88,9 +104,17 @@ impl Folder {
 
     /// Writes the summary.
     pub(super) fn write_summary(&self, summary: &ShowSummary) -> anyhow::Result<()> {
-        let path = self.path.join(SUMMARY);
         let text = serde_json::to_string_pretty(summary)? + "\n";
-        whole_file::write(&path, text.as_bytes())
+        whole_file::write(&self.path.join(SUMMARY), text.as_bytes())
+    }
+
+    pub(super) fn report(&self) -> PathBuf {
+        self.path.join(REPORT)
+    }
+
+    /// Writes the report, an HTML file.
+    pub(super) fn write_report(&self, html: &str) -> anyhow::Result<()> {
+        whole_file::write(&self.report(), html.as_bytes())
     }
 
     /// Removes the files of a show that never began: its configuration, and the folder if it was created for this show.
@@ -234,11 +258,16 @@ impl Repairs {
 
     fn take(&mut self, result: Result<Repair, RepairError>) -> Repaired {
         match result {
-            Ok(Repair { path, frames, .. }) => {
+            Ok(Repair { path, frames, was_unfinished, .. }) => {
                 let is_own = self.own.contains(&path);
                 self.own.retain(|own| *own != path);
-                let line =
-                    format!("finished {}, which a killed recorder left: {}", path.display(), Counted(frames, "frame"));
+                let (path, frames_text) = (path.display(), Counted(frames, "frame"));
+                // A recorder whose disk is full finishes its file, but prints no summary.
+                let line = if was_unfinished {
+                    format!("finished {path}, which a killed recorder left: {frames_text}")
+                } else {
+                    format!("{path} is finished: {frames_text}")
+                };
                 Repaired { frames: is_own.then_some(frames), line }
             }
             Err(error) => Repaired { frames: None, line: format!("warning: {:#}", anyhow::Error::from(error)) },

@@ -1,6 +1,5 @@
 //! The output of a running show: the live line, and combined near alerts.
 
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::FrameHeader;
@@ -15,21 +14,37 @@ const RATE_PERIOD: Duration = Duration::from_secs(1);
 /// The live line. It is drawn only if stderr is a terminal. A blocked terminal shows the newest line once it accepts output.
 #[derive(Default)]
 pub(super) struct LiveLine {
-    /// Show time from the start of the show to its end, in seconds.
-    show_s: Range<f64>,
+    /// Show time at the start of the show, in seconds.
+    start_s: f64,
+    end: ShowEnd,
+    /// The last speed of the head that two updates in a row had, in metres per show second: that of a walk, not of a ramp.
+    walking_mps: Option<f64>,
+    last_mps: f64,
     /// Instant and tick of the last measurement of the rate.
     measured: Option<(Instant, u64)>,
     rate_hz: f64,
 }
 
+/// Where a show ends.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ShowEnd {
+    /// Show time of the planned end, in seconds.
+    pub(super) planned_s: f64,
+    /// Travel at the end of the run, in metres. `None` for a show that ends at a show time, however far the head has walked.
+    pub(super) travel_m: Option<f64>,
+    /// Acceleration with which the head comes to rest there, in m/s²; `None` for a head that stops at once.
+    pub(super) accel_mps2: Option<f64>,
+}
+
 impl LiveLine {
-    pub(super) fn new(show_s: Range<f64>) -> Self {
-        Self { show_s, ..Self::default() }
+    pub(super) fn new(start_s: f64, end: ShowEnd) -> Self {
+        Self { start_s, end, ..Self::default() }
     }
 
     pub(super) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
         self.measure_rate(header.tick);
-        let (sim_time_s, Range { start: start_s, end: end_s }) = (header.sim_time_s(), self.show_s.clone());
+        self.note_speed(header.head_speed_mps);
+        let (sim_time_s, start_s, end_s) = (header.sim_time_s(), self.start_s, self.end_s(header));
         let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
         let state = header.show_state().map_or("unknown", |state| state.name());
         set_live_line(Some(format!(
@@ -38,6 +53,25 @@ impl LiveLine {
             self.rate_hz,
             progress.lost
         )));
+    }
+
+    fn note_speed(&mut self, speed_mps: f64) {
+        if speed_mps > 0.0 && speed_mps.to_bits() == self.last_mps.to_bits() {
+            self.walking_mps = Some(speed_mps);
+        }
+        self.last_mps = speed_mps;
+    }
+
+    /// Show time of the end at the speed at which the head last walked, in seconds.
+    fn end_s(&self, header: &FrameHeader) -> f64 {
+        match (self.end.travel_m, self.walking_mps) {
+            (Some(end_m), Some(speed_mps)) => {
+                // On its last ramp the head takes twice as long as at its walking speed.
+                let ramp_s = self.end.accel_mps2.map_or(0.0, |accel_mps2| speed_mps / (2.0 * accel_mps2));
+                header.sim_time_s() + (end_m - header.head_travel_m).max(0.0) / speed_mps + ramp_s
+            }
+            _ => self.end.planned_s,
+        }
     }
 
     fn measure_rate(&mut self, tick: u64) {
@@ -118,6 +152,29 @@ mod tests {
     fn alert(time_s: f64, benches: [u32; 2], clearance_m: f64) -> AlertLine {
         let near = AlertLine::from(&run_alert(&FrameHeader::default(), AlertKind::Near));
         AlertLine { time_s, benches: Some(benches), clearance_m: Some(clearance_m), ..near }
+    }
+
+    #[test]
+    fn the_end_of_a_slower_walk_is_later_unless_the_show_ends_at_a_time() {
+        let at = |time_s: f64, head_travel_m, head_speed_mps| FrameHeader {
+            sim_time_ns: (time_s * 1e9) as i64,
+            head_travel_m,
+            head_speed_mps,
+            ..FrameHeader::default()
+        };
+        let end_s = |travel_m| {
+            let mut line = LiveLine::new(0.0, ShowEnd { planned_s: 62.0, travel_m, accel_mps2: None });
+            let mut seen = vec![line.end_s(&at(0.0, 0.0, 0.0))];
+            for header in
+                [at(1.0, 1.0, 1.0), at(2.0, 2.0, 1.0), at(2.5, 2.375, 0.8), at(3.0, 2.5, 0.5), at(4.0, 3.0, 0.5)]
+            {
+                line.note_speed(header.head_speed_mps);
+                seen.push(line.end_s(&header));
+            }
+            seen
+        };
+        assert_eq!(end_s(Some(62.0)), [62.0, 62.0, 62.0, 62.125, 62.5, 122.0]);
+        assert_eq!(end_s(None), [62.0; 6]);
     }
 
     #[test]

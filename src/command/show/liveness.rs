@@ -1,6 +1,5 @@
 //! The liveness of a child: whether it gives signs of life, and when it is restarted. Pure: without processes and clocks.
 
-use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Longest time for which a child may be stopped, a server may send no frame, or, while frames arrive, another child may give
@@ -20,6 +19,8 @@ pub(super) struct Liveness {
     stopped: Duration,
     /// Whether the child has given a sign of life since its start.
     pub(super) has_lived: bool,
+    /// Time since its start in which the child gave signs of life.
+    lived: Duration,
 }
 
 /// The phase of a child.
@@ -51,19 +52,22 @@ pub(super) struct Look {
 }
 
 impl Liveness {
-    /// A child that has not been started. `longest_silence` is the limit for a child that is not stopped.
-    pub(super) fn new(longest_silence: Duration) -> Self {
+    /// A child that has not been started. `longest_silence` is the limit for a child that is not stopped, `most_restarts` the
+    /// limit of its restarts in a row.
+    pub(super) fn new(longest_silence: Duration, most_restarts: Option<u32>) -> Self {
         Self {
             phase: Phase::Idle,
-            backoff: RestartBackoff::default(),
+            backoff: RestartBackoff::new(most_restarts),
             longest_silence,
             stopped: Duration::ZERO,
             has_lived: false,
+            lived: Duration::ZERO,
         }
     }
 
     pub(super) fn start(&mut self) {
-        (self.phase, self.stopped, self.has_lived) = (Phase::Starting(Duration::ZERO), Duration::ZERO, false);
+        (self.phase, self.has_lived) = (Phase::Starting(Duration::ZERO), false);
+        (self.stopped, self.lived) = (Duration::ZERO, Duration::ZERO);
     }
 
     pub(super) fn hear(&mut self) {
@@ -72,11 +76,12 @@ impl Liveness {
         }
     }
 
-    /// Notes the end of the child, and plans its restart. Returns whether it will be restarted.
-    pub(super) fn end(&mut self, now: Instant) -> bool {
-        let wait = self.backoff.after_end(now);
+    /// Notes the end of the child, and plans its restart. Returns the delay before it; `None` if the child has ended too
+    /// often.
+    pub(super) fn end(&mut self, now: Instant) -> Option<Duration> {
+        let wait = self.backoff.after_end(std::mem::take(&mut self.lived));
         self.phase = wait.map_or(Phase::Over, |wait| Phase::Due(now + wait));
-        wait.is_some()
+        wait
     }
 
     pub(super) fn is_due(&self, now: Instant) -> bool {
@@ -108,6 +113,7 @@ impl Liveness {
             }
             Phase::Living(silence) => {
                 *silence += elapsed;
+                self.lived += elapsed;
                 overrun(*silence, self.longest_silence)
             }
         };
@@ -119,32 +125,41 @@ impl Liveness {
     }
 }
 
-/// Most restarts of one child within [`WINDOW`]. After more ends the show goes on without the child, or fails if it is vital.
-pub(super) const MAX_RESTARTS: usize = 5;
-/// The window in which restarts count. So a long show survives occasional crashes.
-pub(super) const WINDOW: Duration = Duration::from_mins(5);
-/// Delay before the first restart of a child. Each further restart in the window doubles it.
+/// Most restarts of one child in a row at a rehearsal: the last one comes some 80 seconds after the first end. After one more
+/// end the show goes on without the child, or fails if the child is vital. A performance never gives up.
+pub(super) const MAX_RESTARTS: u32 = 11;
+/// Delay before the first restart of a child. Each further restart in a row doubles it, up to [`LONGEST_BACKOFF`].
 const FIRST_BACKOFF: Duration = Duration::from_millis(50);
+/// Longest delay before a restart.
+pub(super) const LONGEST_BACKOFF: Duration = Duration::from_secs(30);
+/// Time with signs of life after which the restarts in a row begin anew. So a long show survives occasional crashes.
+const LONG_LIFE: Duration = Duration::from_mins(1);
 
 /// The delays before the restarts of one child.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct RestartBackoff {
-    /// Ends of the child that led to a restart within the window, oldest first.
-    restarts: VecDeque<Instant>,
+    /// Most restarts in a row; `None` for any number.
+    most: Option<u32>,
+    in_a_row: u32,
 }
 
 impl RestartBackoff {
-    /// Notes an end at `now`. Returns the delay before the restart; `None` if the child has ended too often.
-    pub(super) fn after_end(&mut self, now: Instant) -> Option<Duration> {
-        while self.restarts.front().is_some_and(|&at| now.duration_since(at) > WINDOW) {
-            self.restarts.pop_front();
+    fn new(most: Option<u32>) -> Self {
+        Self { most, in_a_row: 0 }
+    }
+
+    /// Notes the end of a child that gave signs of life for this time. Returns the delay before its restart; `None` if the
+    /// child has ended too often.
+    pub(super) fn after_end(&mut self, lived: Duration) -> Option<Duration> {
+        if lived >= LONG_LIFE {
+            self.in_a_row = 0;
         }
-        if self.restarts.len() >= MAX_RESTARTS {
+        if self.most.is_some_and(|most| self.in_a_row >= most) {
             return None;
         }
-        let backoff = FIRST_BACKOFF * (1 << self.restarts.len());
-        self.restarts.push_back(now);
-        Some(backoff)
+        let doubled = 1_u32.checked_shl(self.in_a_row).unwrap_or(u32::MAX);
+        self.in_a_row = self.in_a_row.saturating_add(1);
+        Some(FIRST_BACKOFF.saturating_mul(doubled).min(LONGEST_BACKOFF))
     }
 }
 
@@ -172,7 +187,7 @@ mod tests {
     }
 
     fn started(longest_silence: Duration) -> Liveness {
-        let mut life = Liveness::new(longest_silence);
+        let mut life = Liveness::new(longest_silence, Some(MAX_RESTARTS));
         life.start();
         life
     }
@@ -233,45 +248,59 @@ mod tests {
 
     #[test]
     fn an_ended_child_is_due_after_its_backoff_and_after_too_many_ends_over() {
-        let mut life = Liveness::new(LONGEST_SILENCE);
+        let mut life = started(LONGEST_SILENCE);
         let mut now = Instant::now();
-        life.start();
-        while life.end(now) {
+        while let Some(wait) = life.end(now) {
             assert!(!life.is_due(now) && life.phase != Phase::Over);
             assert_eq!(look(&mut life, 100, false, running()), NEVER, "it does not run");
-            now += Duration::from_secs(1);
+            now += wait;
             assert!(life.is_due(now));
             life.start();
         }
         assert!(life.phase == Phase::Over && !life.is_due(now + Duration::from_hours(1)));
     }
 
+    const SHORT: Duration = Duration::from_secs(59);
+
     #[test]
     fn a_child_that_keeps_ending_restarts_after_doubling_delays_and_then_never() {
-        let (mut backoff, now) = (RestartBackoff::default(), Instant::now());
-        let waits_ms: Vec<u128> =
-            (0..MAX_RESTARTS).map(|_| backoff.after_end(now).expect("its first ends").as_millis()).collect();
-        assert_eq!(waits_ms, [50, 100, 200, 400, 800]);
-        assert_eq!(backoff.after_end(now + WINDOW), None);
+        let mut backoff = RestartBackoff::new(Some(MAX_RESTARTS));
+        let waits: Vec<Duration> = std::iter::from_fn(|| backoff.after_end(SHORT)).collect();
+        let waits_ms: Vec<u128> = waits.iter().map(Duration::as_millis).collect();
+        assert_eq!(waits_ms, [50, 100, 200, 400, 800, 1600, 3200, 6400, 12_800, 25_600, 30_000]);
+        assert!(waits.iter().sum::<Duration>() > Duration::from_mins(1), "an outage of a minute is survived");
+        assert_eq!(backoff.after_end(Duration::ZERO), None);
     }
 
     #[test]
-    fn an_end_before_the_window_does_not_count() {
-        let (mut backoff, mut now) = (RestartBackoff::default(), Instant::now());
+    fn a_child_of_a_performance_restarts_for_ever_with_the_longest_delay() {
+        let mut backoff = RestartBackoff::new(None);
+        let waits: Vec<Duration> = (0..1000).filter_map(|_| backoff.after_end(SHORT)).collect();
+        assert_eq!((waits.len(), waits[0]), (1000, FIRST_BACKOFF));
+        assert!(waits[10..].iter().all(|wait| *wait == LONGEST_BACKOFF));
+    }
+
+    #[test]
+    fn after_a_long_life_the_delays_begin_anew() {
+        let mut backoff = RestartBackoff::new(Some(MAX_RESTARTS));
+        for _ in 0..MAX_RESTARTS {
+            assert!(backoff.after_end(SHORT).is_some());
+        }
         for _ in 0..100 {
-            assert_eq!(backoff.after_end(now), Some(FIRST_BACKOFF));
-            now += WINDOW + Duration::from_nanos(1);
+            assert_eq!(backoff.after_end(LONG_LIFE), Some(FIRST_BACKOFF));
         }
     }
 
     #[test]
-    fn each_end_leaves_the_window_separately() {
-        let (mut backoff, now) = (RestartBackoff::default(), Instant::now());
-        let ends = [0, 100, 200, 299, 300].map(|second| now + Duration::from_secs(second));
-        for end in ends {
-            assert!(backoff.after_end(end).is_some());
+    fn only_time_with_signs_of_life_makes_a_life_long() {
+        for (seconds, is_heard, has_occasion, last_ms) in
+            [(60, true, true, 50), (29, false, true, 100), (120, false, false, 100)]
+        {
+            let mut life = started(LONGEST_DISK_SILENCE);
+            assert_eq!(life.end(Instant::now()), Some(FIRST_BACKOFF));
+            life.start();
+            assert_eq!(look(&mut life, seconds, is_heard, Look { has_occasion, ..running() }), NEVER);
+            assert_eq!(life.end(Instant::now()), Some(Duration::from_millis(last_ms)), "{seconds} s");
         }
-        assert_eq!(backoff.after_end(ends[4]), None);
-        assert_eq!(backoff.after_end(now + Duration::from_secs(301)), Some(FIRST_BACKOFF * 16));
     }
 }

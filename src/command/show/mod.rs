@@ -19,40 +19,55 @@ use crate::command::flags::{FormatArgs, listen_address};
 use crate::command::serve::{RunArgs, check_pace, configure, end_s};
 use crate::command::timecode;
 use crate::config::Config;
-use crate::output::set_live_line;
 use crate::system::stop::StopFlag;
 
 mod also;
 mod bus;
 mod children;
+mod course;
 mod files;
+mod finish;
+mod holds;
 mod live_line;
 mod liveness;
+mod log;
+mod outcome;
+mod printed;
 mod process;
+mod report;
 mod reports;
 mod start;
 mod summary;
 mod supervise;
+mod timeline;
+mod wall_time;
 
 use also::AlsoCommand;
 use bus::{LastSeen, ShowPorts};
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
-use process::END_TIMEOUT;
+use live_line::ShowEnd;
+use log::log;
+use outcome::Ending;
+use printed::print_summary;
 use reports::ChildReports;
 use start::Page;
-use summary::{ShowSummary, print_summary};
 
-/// Run a show: serve, monitor and record until the first contact, the end or Ctrl-C, then print a report.
+/// Run a show: serve, monitor and record, as a rehearsal or as a performance (--stay), then print a report.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon show --time-scale 20
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
-  bench-dragon show --held --view             waits at the start for `ctl release`
+  bench-dragon show --held --stay --view      a performance: waits for `ctl release`, ends by `ctl stop`
   bench-dragon show --guard --start-at 405
   bench-dragon show --view --time-scale 20    with a page for the browser; prints its address
 
-With --timecode the show continues until Ctrl-C or `ctl stop`, because the timecode may move back from the end.
+A rehearsal ends itself: at the first contact, where the guard holds the dragon permanently, at the end of the run, or after \
+a process has ended too often. Its report names the reason. A performance (--stay) ends by Ctrl-C or `ctl stop` alone, and \
+restarts its processes for ever. At the guard's stop the dragon stands held, at the end of the run it stands finished; after a \
+contact it walks on. A seek moves it from there.
+
+With --timecode a rehearsal also continues until Ctrl-C or `ctl stop`, because the timecode may move back from the end.
 
 The configuration may list up to eight commands that run beside the show and restart like its own processes: [[show.also]] \
 command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics, monitor, hz and echo.")]
@@ -60,13 +75,16 @@ command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics
 pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
-    /// Folder for the recording and summary.json; it must not contain an earlier show [default: show-DATE-TIME in the current
-    /// folder].
+    /// Folder for the recording, report.html and summary.json; it must not contain an earlier show [default: show-DATE-TIME in
+    /// the current folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Start held: the dragon stands still until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
+    /// Play a performance: only `ctl stop` or Ctrl-C ends the show [also by configuration: `[show] stay = true`].
+    #[arg(long)]
+    pub(crate) stay: bool,
     /// After a restart of the server, let the dragon walk on at once, instead of holding it until `ctl release`.
     #[arg(long)]
     pub(crate) auto_resume: bool,
@@ -103,10 +121,14 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     let page = args.view.map(Page::new).transpose()?;
     let folder = Folder::claim(args.out.as_deref(), &config)?;
-    let mut show = Show::new(args, &config, domain, folder, page, also);
-    let outcome = show.play(&stop);
-    let summary = show.finish(outcome)?;
-    print_summary(args.format.format, &summary, &show.folder.path)?;
+    let mut show = Show::new(args, &config, domain, folder, page, also, stop);
+    let played = show.play();
+    let (summary, result) = show.finish(played);
+    // The summary comes first, so that an error of the show is the last line.
+    let print = |summary| print_summary(args.format.format, summary, &show.folder);
+    let printed = summary.as_ref().map_or(Ok(()), print);
+    result.and(printed)?;
+    let summary = summary.expect("only a show with an error has none");
     let touched = args.fail_on_contact && summary.contact.is_some();
     Ok(match (touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
@@ -118,10 +140,13 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
 /// A running show.
 struct Show<'a> {
     args: &'a ShowArgs,
+    config: &'a Config,
     domain: Domain,
     folder: Folder,
     /// Whether a guard keeps the benches from touching.
     is_guarded: bool,
+    /// Whether only the operator ends the show.
+    is_performance: bool,
     /// Longest time for which the head may brake before the server ends.
     braking: Duration,
     children: Children,
@@ -140,20 +165,31 @@ struct Show<'a> {
     has_begun: bool,
     /// Whether the server has ended as requested.
     is_stopped: bool,
+    /// Why the show cannot go on.
+    failure: Option<Ending>,
+    /// The last error after which the performance went on.
+    borne: Option<String>,
+    stop: StopFlag,
 }
 
 impl<'a> Show<'a> {
     fn new(
         args: &'a ShowArgs,
-        config: &Config,
+        config: &'a Config,
         domain: Domain,
         folder: Folder,
         page: Option<Page>,
         also: Vec<AlsoCommand>,
+        stop: StopFlag,
     ) -> Self {
         let start_s = args.run.pace.start_at.unwrap_or_else(|| config.start_s());
-        let end_s = args.run.pace.until.unwrap_or_else(|| end_s(config, start_s));
-        let mut children = Children::new();
+        let end = ShowEnd {
+            planned_s: args.run.pace.until.unwrap_or_else(|| end_s(config, start_s)),
+            travel_m: args.run.pace.until.is_none().then(|| config.dragon().end_travel_m()),
+            accel_mps2: config.tables().head.accel_mps2,
+        };
+        let is_performance = args.stay || config.stays();
+        let mut children = Children::new(is_performance);
         for (role, name) in
             [(ChildRole::Serve, "serve"), (ChildRole::Monitor, "monitor"), (ChildRole::Record, "record")]
         {
@@ -167,70 +203,58 @@ impl<'a> Show<'a> {
         }
         Self {
             args,
+            config,
             domain,
             folder,
             is_guarded: config.tables().monitor.guard,
+            is_performance,
             braking: longest_braking(config),
             children,
             page,
             also,
             bus: None,
             seen: LastSeen::default(),
-            reports: ChildReports::new(start_s, end_s, args.format.format),
+            reports: ChildReports::new(start_s, end, args.format.format),
             repairs: Repairs::new(),
             room_due: Instant::now(),
             has_begun: false,
             is_stopped: false,
+            failure: None,
+            borne: None,
+            stop,
         }
     }
 
     /// Plays the show until it is over, or until a signal.
-    fn play(&mut self, stop: &StopFlag) -> anyhow::Result<()> {
+    fn play(&mut self) -> anyhow::Result<()> {
         self.start(if self.page.is_some() { ChildRole::View } else { ChildRole::Serve })?;
-        while !stop.is_set() && !self.is_over() {
-            match self.children.next(LOOK_PERIOD)? {
-                Some(ChildNews::Line(role, line)) => self.take_line(role, &line)?,
-                Some(ChildNews::Ended(role, end)) => self.take_end(role, &end)?,
-                None => {}
-            }
-            self.supervise()?;
+        while !self.stop.is_set() && self.over().is_none() {
+            self.take_turn().or_else(|error| self.bear(error))?;
         }
         Ok(())
     }
 
-    /// Whether the show is over: after a contact, a permanent stop by the guard, or the end of the run. A show that follows
-    /// timecode is over only when its server ends, because the timecode may move back.
-    fn is_over(&self) -> bool {
-        let known = &self.reports.totals.summary;
-        let is_at_its_end = known.contact.is_some() || known.guard.is_some() || self.seen.is_finished();
-        self.is_stopped || is_at_its_end && self.args.run.timecode.source.is_none()
+    /// Handles the next event, then looks after all children.
+    fn take_turn(&mut self) -> anyhow::Result<()> {
+        let taken = match self.children.next(LOOK_PERIOD)? {
+            Some(ChildNews::Line(role, line)) => self.take_line(role, &line),
+            Some(ChildNews::Ended(role, end)) => self.take_end(role, &end),
+            None => Ok(()),
+        };
+        taken.and(self.supervise())
     }
 
-    /// Ends the children in order and writes the summary, also if `outcome` is an error.
-    fn finish(&mut self, outcome: anyhow::Result<()>) -> anyhow::Result<ShowSummary> {
-        self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking)?;
-        // The last frame and status may still be in the buffers.
-        self.look_at_bus()?;
-        self.bus = None;
-        self.end_children(|role| role != ChildRole::View, END_TIMEOUT)?;
-        // A child that was killed during its end has printed no summary.
-        self.reports.close_monitor();
-        self.finish_recording();
-        set_live_line(None);
-        self.end_children(|_| true, END_TIMEOUT)?;
-        self.repairs.finish().into_iter().for_each(|repaired| self.count_repaired(repaired));
-        if outcome.is_err() && self.seen.header.is_none() {
-            self.folder.remove_unused();
+    /// A performance on stage goes on after an error of the show itself, and reports it once.
+    fn bear(&mut self, error: anyhow::Error) -> anyhow::Result<()> {
+        if !self.is_performance || self.bus.is_none() {
+            return Err(error);
         }
-        outcome?;
-        let summary = self.reports.totals.summary();
-        self.folder.write_summary(&summary)?;
-        Ok(summary)
-    }
-
-    fn end_children(&mut self, is_meant: impl Fn(ChildRole) -> bool, timeout: Duration) -> anyhow::Result<()> {
-        let Self { children, reports, .. } = self;
-        children.end(is_meant, timeout, |role, line| reports.take_line(role, line))
+        let text = format!("{error:#}: the performance goes on");
+        if self.borne.as_ref() != Some(&text) {
+            log(&text);
+            self.borne = Some(text);
+        }
+        Ok(())
     }
 }
 

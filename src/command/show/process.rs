@@ -1,9 +1,9 @@
 //! The process of a child: starts it, reads its lines, requests its end and waits for it.
 
 use std::fs::File;
-use std::io::{BufRead as _, BufReader};
+use std::io::{BufRead as _, BufReader, Write as _};
 use std::os::unix::process::CommandExt as _;
-use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -20,6 +20,9 @@ pub(super) const END_TIMEOUT: Duration = Duration::from_secs(30);
 const REAP_TIMEOUT: Duration = Duration::from_secs(1);
 /// Period at which a killed process is checked.
 const LOOK_PERIOD: Duration = Duration::from_millis(2);
+
+/// Least size of a pipe's buffer, in bytes (`pipe(7)`).
+const PIPE_BUFFER_BYTES: usize = 4096;
 
 /// A line of a child's stdout; `None` once the child has closed its stdout, because it is ending.
 pub(super) type ProcessEvent = (ChildRole, Option<String>);
@@ -39,12 +42,16 @@ pub(super) struct Launch {
     pub(super) environment: Vec<(&'static str, String)>,
     /// File for the child's output. Without a file, the child's lines are events.
     pub(super) output: Option<File>,
+    /// Whether the child reads a last line from its stdin.
+    pub(super) reads_last_line: bool,
 }
 
 /// A running process. It is killed if it is dropped before its end.
 pub(super) struct Process {
     child: Child,
     stdout: Stdout,
+    /// The pipe for the last line, while it is open.
+    stdin: Option<ChildStdin>,
     /// The reason for which the show killed it.
     killed: Option<String>,
 }
@@ -67,17 +74,18 @@ impl Process {
     /// The kernel signals the child when the *thread* that has started it ends. So only the main thread may call this, which
     /// ends with the show.
     pub(super) fn start(role: ChildRole, launch: Launch, events: Sender<ProcessEvent>) -> anyhow::Result<Self> {
-        let Launch { args, environment, output } = launch;
+        let Launch { args, environment, output, reads_last_line } = launch;
         let program = std::env::current_exe().context("cannot find this program")?;
         let is_read = output.is_none();
         let name = args.first().cloned().unwrap_or_default();
         let mut command = Command::new(program);
         command.args(args).args(["--parent", &std::process::id().to_string()]).envs(environment);
-        command.stdin(Stdio::null()).stdout(output.map_or_else(Stdio::piped, Stdio::from)).process_group(0);
+        let stdin = if reads_last_line { Stdio::piped() } else { Stdio::null() };
+        command.stdin(stdin).stdout(output.map_or_else(Stdio::piped, Stdio::from)).process_group(0);
         let started = kill_with_parent(&mut command).spawn();
         let mut child = started.with_context(|| format!("cannot start {name}"))?;
-        let stdout = child.stdout.take();
-        let process = Self { child, stdout: if is_read { Stdout::Open } else { Stdout::File }, killed: None };
+        let (stdin, stdout) = (child.stdin.take(), child.stdout.take());
+        let process = Self { child, stdin, stdout: if is_read { Stdout::Open } else { Stdout::File }, killed: None };
         if let Some(stdout) = stdout {
             // This thread ends when the child's stdout closes.
             let reader = thread::Builder::new().name(name.clone());
@@ -88,6 +96,16 @@ impl Process {
 
     pub(super) fn pid(&self) -> u32 {
         self.child.id()
+    }
+
+    /// Writes the last line to the child's stdin and closes it, if the child reads one. The pipe is empty and has room for a
+    /// line of this length, so this never waits.
+    pub(super) fn write_last_line(&mut self, line: &str) {
+        let line = format!("{line}\n");
+        if let Some(mut stdin) = self.stdin.take().filter(|_| line.len() <= PIPE_BUFFER_BYTES) {
+            // A child that has ended reads nothing.
+            let _ = stdin.write_all(line.as_bytes());
+        }
     }
 
     pub(super) fn close(&mut self) {

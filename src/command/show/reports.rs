@@ -8,20 +8,24 @@ use anyhow::Context as _;
 use bench_dragon_ipc::AlertKind;
 
 use super::children::ChildRole;
-use super::live_line::{LiveLine, NearAlerts};
+use super::course::Course;
+use super::live_line::{LiveLine, NearAlerts, ShowEnd};
+use super::log::log;
 use super::summary::ShowTotals;
+use super::wall_time::WallTime;
 use crate::command::flags::Format;
-use crate::command::monitor::lines::{ContactReport, MonitorLine, MonitorProgress};
-use crate::command::print::complain;
+use crate::command::monitor::lines::{AlertLine, ContactReport, MonitorLine, MonitorProgress};
 use crate::command::record::RecordLine;
 use crate::command::serve::ServeLine;
 use crate::command::timecode::{news_text, print_listening};
+use crate::source::server::StoppedBy;
 use crate::source::timecode::FollowerEvent;
 
 /// The reports of the children: their totals, and the values that the show itself needs.
 #[derive(Default)]
 pub(super) struct ChildReports {
     pub(super) totals: ShowTotals,
+    pub(super) course: Course,
     pub(super) line: LiveLine,
     /// The last progress of the running monitor.
     pub(super) progress: MonitorProgress,
@@ -31,6 +35,8 @@ pub(super) struct ChildReports {
     pub(super) has_timecode_run: bool,
     /// The address at which the server listens for timecode, once it does. The next server listens there, too.
     pub(super) timecode_listen: Option<SocketAddr>,
+    /// The sender of the stop that ended the last server.
+    pub(super) stopped_by: Option<StoppedBy>,
     near: NearAlerts,
     format: Format,
     /// The recording whose recorder has not reported its end yet.
@@ -38,8 +44,8 @@ pub(super) struct ChildReports {
 }
 
 impl ChildReports {
-    pub(super) fn new(start_s: f64, end_s: f64, format: Format) -> Self {
-        Self { line: LiveLine::new(start_s..end_s), format, ..Self::default() }
+    pub(super) fn new(start_s: f64, end: ShowEnd, format: Format) -> Self {
+        Self { line: LiveLine::new(start_s, end), format, ..Self::default() }
     }
 
     /// Handles a line of a child.
@@ -72,9 +78,12 @@ impl ChildReports {
                     // No change: a show that stood still stays so.
                     FollowerEvent::Lost { .. } => {}
                 }
-                complain(&news_text(news));
+                log(&news_text(news));
             }
-            ServeLine::Summary(summary) => self.totals.add_server(summary),
+            ServeLine::Summary(summary) => {
+                self.stopped_by.clone_from(&summary.stopped_by);
+                self.totals.add_server(summary);
+            }
         }
         Ok(())
     }
@@ -90,30 +99,35 @@ impl ChildReports {
     fn take_monitor_line(&mut self, line: MonitorLine) {
         match line {
             MonitorLine::Progress(progress) => {
-                self.near.due(Instant::now()).iter().for_each(|line| complain(line));
+                self.near.due(Instant::now()).iter().for_each(|line| log(line));
                 self.totals.see_latency(&progress.latency);
+                self.course.see_progress(&progress, WallTime::now());
                 self.progress = progress;
             }
-            // The recording has the commands, and their senders have the replies.
+            // The show reads the commands from the bus, so that it has them without a monitor.
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
-                complain(&format!("{:.6} s: held by the guard permanently", report.held_at_s));
+                log(&format!("{:.6} s: held by the guard permanently{}", report.held_at_s, report.details()));
                 self.totals.summary.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {
-                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
+                self.near.rest(Instant::now()).iter().for_each(|line| log(line));
                 self.totals.add_monitor(&summary);
                 self.progress = MonitorProgress::default();
             }
-            MonitorLine::Alert(alert) if alert.kind == AlertKind::Near.name() => {
-                self.near.take(&alert, Instant::now()).iter().for_each(|line| complain(line));
-            }
-            MonitorLine::Alert(alert) => {
-                self.near.rest(Instant::now()).iter().for_each(|line| complain(line));
-                complain(&alert.words());
-                if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
-                    self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
-                }
+            MonitorLine::Alert(alert) => self.take_alert(&alert),
+        }
+    }
+
+    fn take_alert(&mut self, alert: &AlertLine) {
+        self.course.see_alert(alert, WallTime::now());
+        if alert.kind == AlertKind::Near.name() {
+            self.near.take(alert, Instant::now()).iter().for_each(|line| log(line));
+        } else {
+            self.near.rest(Instant::now()).iter().for_each(|line| log(line));
+            log(&alert.words());
+            if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
+                self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
             }
         }
     }
@@ -124,7 +138,7 @@ impl ChildReports {
                 self.totals.summary.recordings.push(file.clone());
                 self.open_recording = Some(file.clone());
             }
-            RecordLine::Warning { message } => complain(&format!("warning: {message}")),
+            RecordLine::Warning { message } => log(&format!("warning: {message}")),
             RecordLine::Summary(summary) => {
                 self.open_recording = None;
                 self.totals.summary.frames.recorded += summary.frames;

@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::Show;
 use super::children::ChildRole;
+use super::log::log;
 use super::process::Launch;
-use crate::command::print::{complain, print_report};
+use crate::command::print::print_report;
 use crate::command::timecode::TimecodeArgs;
 use crate::command::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
@@ -38,7 +39,7 @@ impl Show<'_> {
             ChildRole::Also(number) => {
                 let command = &self.also[number];
                 let output = Some(self.folder.open_output(&command.name)?);
-                Launch { args: command.args.clone(), environment: Vec::new(), output }
+                Launch { args: command.args.clone(), environment: Vec::new(), output, reads_last_line: false }
             }
         };
         self.children.start(role, launch)
@@ -50,6 +51,7 @@ impl Show<'_> {
         // The show itself is one more reader.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
+        args.extend(self.is_performance.then(|| "--stay".to_owned()));
         if let Some(header) = self.seen.header {
             args.extend(self.resumption(&header));
         } else {
@@ -74,7 +76,7 @@ impl Show<'_> {
             args.push("--held".to_owned());
         } else if !self.args.auto_resume || self.seen.is_held() || was_paused {
             args.push("--restarted".to_owned());
-            complain(HELD);
+            log(HELD);
         }
         args
     }
@@ -84,7 +86,7 @@ impl Show<'_> {
         let instance = self.domain.instance().to_string();
         let common = ["--instance".to_owned(), instance, "--format".to_owned(), "json".to_owned()];
         let args = [vec![command.to_owned()], args, common.to_vec()].concat();
-        Launch { args, environment: Vec::new(), output: None }
+        Launch { args, environment: Vec::new(), output: None, reads_last_line: false }
     }
 
     fn timecode_args(&self) -> Vec<String> {
@@ -137,8 +139,10 @@ struct ViewLine {
 impl Show<'_> {
     pub(super) fn page(&self) -> Launch {
         let Page { listen, token, .. } = self.page.as_ref().expect("only a show with a page starts it");
-        let launch = self.launch("view", vec!["--listen".to_owned(), listen.to_string()]);
-        Launch { environment: vec![(TOKEN_VARIABLE, token.secret().to_owned())], ..launch }
+        let args = ["--outcome-from-stdin".to_owned(), "--listen".to_owned(), listen.to_string()];
+        let launch = self.launch("view", args.to_vec());
+        let environment = vec![(TOKEN_VARIABLE, token.secret().to_owned())];
+        Launch { environment, reads_last_line: true, ..launch }
     }
 
     /// Takes a line of the page, and announces the page's address once.

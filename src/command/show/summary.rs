@@ -1,18 +1,17 @@
-//! The summary of a show: the reports of the children, added up over their restarts, and its text.
+//! The summary of a show: the reports of the children, added up over their restarts.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bench_dragon_ipc::{FrameHeader, Status, TimeHistogram};
 use jiff::Timestamp;
 use serde::Serialize;
 
 use super::children::ChildRole;
-use crate::command::flags::Format;
+use super::course::CourseReport;
+use super::outcome::Outcome;
 use crate::command::monitor::lines::{ContactReport, GuardReport, MonitorSummary, TimesReport};
-use crate::command::print::{behind, print_json, print_line};
 use crate::output::histogram::Percentiles;
-use crate::output::terminal_text::Printable;
 use crate::source::server::ServerSummary;
 
 /// The contents of `summary.json`.
@@ -20,6 +19,11 @@ use crate::source::server::ServerSummary;
 pub(super) struct ShowSummary {
     /// Run id of the last run.
     pub(super) run_id: u64,
+    /// Why the show ended; null while it runs.
+    pub(super) outcome: Option<Outcome>,
+    /// Begin, end, least clearance, holds, alerts and commands.
+    #[serde(flatten)]
+    pub(super) course: CourseReport,
     /// Frames that were published, monitored, recorded and missed.
     pub(super) frames: ShowFrames,
     /// The first contact.
@@ -204,55 +208,6 @@ impl MergedTimes {
         self.current.iter().for_each(|(_, times)| all.add(times));
         all
     }
-}
-
-pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Path) -> anyhow::Result<()> {
-    if format == Format::Json {
-        return print_json(summary);
-    }
-    let frames = &summary.frames;
-    match summary.contact {
-        Some(ContactReport { time_s, benches: [a, b] }) => {
-            print_line(format_args!("first contact   {time_s:.6} s, benches {a} and {b}"))?;
-        }
-        None => print_line("first contact   none")?,
-    }
-    if let Some(guard) = &summary.guard {
-        print_line(format_args!("held by guard   {:.6} s{}", guard.held_at_s, guard.details()))?;
-    }
-    print_line(format_args!(
-        "frames          {} published, {} monitored ({} missed), {} recorded ({} missed)",
-        frames.published, frames.monitored, frames.missed_by_monitor, frames.recorded, frames.missed_by_recorder
-    ))?;
-    print_line(format_args!("lateness        {}", percentiles(&summary.lateness_us)))?;
-    print_line(format_args!("latency         {}, from due to read by the monitor", percentiles(&summary.latency_us)))?;
-    let behind = behind(summary.behind_s, summary.most_behind_s);
-    print_line(format_args!("overruns        {}{behind}", summary.overruns))?;
-    print_restarts(summary)?;
-    print_line(format_args!("folder          {}", Printable(folder)))?;
-    Ok(())
-}
-
-/// Prints the number of restarts of each child, and one line per child that ended before the show.
-fn print_restarts(summary: &ShowSummary) -> anyhow::Result<()> {
-    if summary.restart_log.is_empty() {
-        return Ok(());
-    }
-    let Restarts { serve, monitor, record, view, also } = &summary.restarts;
-    let mut counts = vec![format!("{serve} serve"), format!("{monitor} monitor"), format!("{record} record")];
-    let others = std::iter::once(("view", view)).chain(also.iter().map(|(name, count)| (name.as_str(), count)));
-    counts.extend(others.filter(|(_, count)| **count > 0).map(|(name, count)| format!("{count} {name}")));
-    print_line(format_args!("restarts        {}", counts.join(", ")))?;
-    for RestartReport { role, reason, show_time_s, at, restarted } in &summary.restart_log {
-        let time = show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("at {time_s:.3} s"));
-        let given_up = if *restarted { "" } else { ", not started again" };
-        print_line(format_args!("                {role} {time}, {at}: {reason}{given_up}"))?;
-    }
-    Ok(())
-}
-
-fn percentiles(Percentiles { p50, p99, p999, max }: &Percentiles) -> String {
-    format!("p50 {p50:.1}  p99 {p99:.1}  p99.9 {p999:.1}  max {max:.1} \u{b5}s")
 }
 
 #[cfg(test)]

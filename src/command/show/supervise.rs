@@ -3,14 +3,17 @@
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
+use bench_dragon_ipc::ReaderReport;
 
 use super::children::ChildRole;
 use super::files::Repaired;
-use super::liveness::{MAX_RESTARTS, Phase, WINDOW};
+use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
+use super::log::log;
+use super::outcome::Ending;
 use super::process::End;
+use super::wall_time::WallTime;
 use super::{Show, ShowPorts};
 use crate::command::exit_status::DISK_FULL;
-use crate::command::print::complain;
 use crate::recording::Size;
 
 /// Free bytes on the disk from which on the show is recorded again. They suffice for some seconds of a large dragon.
@@ -39,12 +42,14 @@ impl Show<'_> {
         let status = end.status;
         match role {
             // An operator stopped the server, or the server has reached its end.
-            ChildRole::Serve if status.success() => return self.end_with_server(),
+            ChildRole::Serve if status.success() && !self.needs_server() => return self.end_with_server(),
             // The server has printed its reason on stderr. A killed server has no exit code, and is restarted.
             ChildRole::Serve if self.bus.is_none() && status.code().is_some() => {
+                self.failure = Some(not_started("serve", end));
                 bail!("the server did not start: it ended with {status}");
             }
             ChildRole::View if !self.page.as_ref().is_some_and(|page| page.is_announced) => {
+                self.failure = Some(not_started("view", end));
                 bail!("the page did not start: it ended with {status}");
             }
             ChildRole::Monitor => self.reports.close_monitor(),
@@ -68,12 +73,12 @@ impl Show<'_> {
     }
 
     pub(super) fn supervise(&mut self) -> anyhow::Result<()> {
-        self.look_at_bus()?;
+        let looked = self.look_at_bus();
         self.begin_others()?;
         let now = Instant::now();
         self.look_for_room(now);
         for line in self.children.kill_silent(now) {
-            complain(&line);
+            log(&line);
         }
         for role in self.children.due(now) {
             self.start_again(role)?;
@@ -81,20 +86,28 @@ impl Show<'_> {
         for repaired in self.repairs.poll() {
             self.count_repaired(repaired);
         }
-        Ok(())
+        looked
     }
 
     pub(super) fn look_at_bus(&mut self) -> anyhow::Result<()> {
         let Some(bus) = &mut self.bus else { return Ok(()) };
+        let now = WallTime::now();
         if let Some(frame) = bus.frames.latest()? {
             let header = frame.header();
             self.children.hear(ChildRole::Serve);
             self.reports.totals.see_frame(header);
+            self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
             self.seen.see_frame(header);
         }
-        if let Some(status) = bus.status.poll()? {
+        let status = bus.status.poll()?;
+        // A source publishes events before the status that shows their effect.
+        while let Some(event) = bus.next_command()? {
+            self.reports.course.take_command(event);
+        }
+        if let Some(status) = status {
             self.reports.totals.see_status(&status);
+            self.reports.course.see_status(&status, now);
             self.seen.status = Some(status);
         }
         for pid in bus.living_readers() {
@@ -105,7 +118,7 @@ impl Show<'_> {
 
     pub(super) fn count_repaired(&mut self, Repaired { frames, line }: Repaired) {
         self.reports.totals.summary.frames.recorded += frames.unwrap_or_default();
-        complain(&line);
+        log(&line);
     }
 
     /// Joins the bus of the first server, for which its readers are started.
@@ -144,17 +157,17 @@ impl Show<'_> {
     /// the child, or fails if the child is vital.
     fn plan_restart(&mut self, role: ChildRole, what: &str, reason: &str) -> anyhow::Result<()> {
         let name = self.children.name(role).to_owned();
-        let restarts = self.children.plan_restart(role, Instant::now());
-        self.count_end(role, reason, restarts);
+        let wait = self.children.plan_restart(role, Instant::now());
+        self.count_end(role, reason, wait.is_some());
         // Without its guard the head would never move again.
         let is_vital = role == ChildRole::Serve || role == ChildRole::Monitor && self.is_guarded;
-        if !restarts && is_vital {
-            let minutes = WINDOW.as_secs() / 60;
-            bail!("{name} {what}, after {MAX_RESTARTS} restarts within {minutes} minutes: giving up");
+        if wait.is_none() && is_vital {
+            let (process, reason, restarts) = (name.clone(), what.to_owned(), MAX_RESTARTS);
+            self.failure = Some(Ending::Failed { process, reason, restarts });
+            bail!("{name} {what}, after {MAX_RESTARTS} restarts in a row: giving up");
         }
-        self.reports.has_given_up |= !restarts;
-        let then = if restarts { "starting it again" } else { "the show goes on without it" };
-        complain(&format!("{name} {what}: {then}"));
+        self.reports.has_given_up |= wait.is_none();
+        log(&format!("{name} {what}: {}", then(wait, self.is_performance)));
         Ok(())
     }
 
@@ -167,15 +180,16 @@ impl Show<'_> {
     /// show goes on without a recorder, as after too many restarts of any other child. A quota, for example, can cause this:
     /// the disk's free space does not show it.
     fn wait_for_room(&mut self, end: &End) {
-        let restarts = self.children.plan_restart(ChildRole::Record, Instant::now());
+        let wait = self.children.plan_restart(ChildRole::Record, Instant::now());
         self.count_end(ChildRole::Record, &end.reason, false);
         self.reports.has_given_up = true;
-        if restarts {
+        self.report_room(0.0);
+        if wait.is_some() {
             self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
             let room = Size(LEAST_ROOM_BYTES);
-            complain(&format!("the show is not recorded from here on, until its disk has {room} free"));
+            log(&format!("the show is not recorded from here on, until its disk has {room} free"));
         } else {
-            complain("the disk is full again and again: the show goes on without a recording");
+            log("the disk is full again and again: the show goes on without a recording");
         }
     }
 
@@ -187,7 +201,15 @@ impl Show<'_> {
         self.room_due = now + ROOM_PERIOD;
         if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
             self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
-            complain("the disk has room again: the show is recorded from here on, in another file");
+            self.report_room(ReaderReport::NO_ROOM);
+            log("the disk has room again: the show is recorded from here on, in another file");
+        }
+    }
+
+    /// Reports to the bus whether the show lacks room for its recording: the recorder that could report it has ended.
+    fn report_room(&mut self, room_s: f64) {
+        if let Some(bus) = &mut self.bus {
+            bus.frames.set_room(room_s);
         }
     }
 
@@ -198,4 +220,24 @@ impl Show<'_> {
         self.is_stopped = true;
         Ok(())
     }
+}
+
+/// What the show does after the end of a child, which restarts after this delay or never.
+fn then(wait: Option<Duration>, is_performance: bool) -> String {
+    match wait {
+        None => "the show goes on without it".to_owned(),
+        Some(wait) if wait < Duration::from_secs(1) => "starting it again".to_owned(),
+        Some(LONGEST_BACKOFF) if is_performance => {
+            format!(
+                "a performance does not give up: starting it again every {} s until it runs",
+                LONGEST_BACKOFF.as_secs()
+            )
+        }
+        Some(wait) => format!("starting it again in {:.1} s", wait.as_secs_f64()),
+    }
+}
+
+/// The ending of a show of which a first process did not start.
+fn not_started(process: &str, end: &End) -> Ending {
+    Ending::Failed { process: process.to_owned(), reason: format!("did not start: {}", end.reason), restarts: 0 }
 }

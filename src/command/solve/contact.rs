@@ -8,7 +8,7 @@ use clap::Args;
 use glam::DVec2;
 use serde::Serialize;
 
-use super::figure::{FigureArgs, even_travels, in_plan};
+use super::figure::{FigureArgs, even_travels, in_plan, pair};
 use super::play::PlayAnswer;
 use super::poses::coarser_step_s;
 use super::stage::StageAnswer;
@@ -175,13 +175,15 @@ fn draw(
         let figure = clearance_over_time(args, config, to_m, contact, &profile.near_misses);
         return args.figure.save_and_tell(figure.draw(), args.format.format);
     }
-    let &Contact { travel_m, benches, point } =
+    let &Contact { travel_m, benches, .. } =
         contact.context("--figure has nothing to show: no benches touch before the run ends")?;
     let what = args.clearance.map_or("contact,".to_owned(), |clearance_m| format!("within {clearance_m} m,"));
     let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
     let title = format!("First {what} at {time_s:.6} s: benches {first} and {second}");
     let caption = args.figure.caption(config, title);
-    let view = ContactView { caption, dragon: in_plan(config, config.dragon(), travel_m), benches, point };
+    let dragon = config.dragon();
+    let pair = pair(dragon, travel_m, Some(benches)).expect("it is the pair of these benches");
+    let view = ContactView { caption, dragon: in_plan(config, dragon, travel_m), pair };
     args.figure.save_and_tell(view.draw(), args.format.format)
 }
 

@@ -184,7 +184,7 @@ pub(super) fn plan_of(config: &Config, dragon: &Dragon, caption: Caption, travel
     PlanView { caption, dragon: in_plan(config, dragon, travel_m), circle: None, turn: None, pair: None }
 }
 
-pub(super) fn in_plan(config: &Config, dragon: &Dragon, travel_m: f64) -> DragonInPlan {
+pub(in crate::command) fn in_plan(config: &Config, dragon: &Dragon, travel_m: f64) -> DragonInPlan {
     let handles = handles(dragon, travel_m);
     DragonInPlan {
         outline: corners_of(config.outline()),
@@ -206,7 +206,7 @@ pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
 }
 
 /// The pair of these benches, or else the nearest pair. `None` if there are no two benches that are not neighbours.
-pub(super) fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<NearestPair> {
+pub(in crate::command) fn pair(dragon: &Dragon, travel_m: f64, benches: Option<[usize; 2]>) -> Option<NearestPair> {
     let boards = boards(dragon, &handles(dragon, travel_m));
     let benches = benches.or_else(|| Some(ClearanceSearch::default().nearest(&boards)?.benches))?;
     let approach = boards[benches[0]].approach(&boards[benches[1]]);

@@ -27,6 +27,8 @@ mod stage;
 mod turn;
 mod turn_play;
 
+pub(super) use figure::{in_plan, pair};
+
 /// Answer a question about planning a show. Needs no server.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:

@@ -49,7 +49,7 @@ const SNAPSHOTS_HZ: u32 = 15;
 
 pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let look = terminal::look(args.glyphs)?;
-    let domain = args.bus.domain()?;
+    let domain = args.bus.domain()?.for_operators();
     let mailbox = Arc::new(Mailbox::default());
     mailbox::send_signals_to(Arc::clone(&mailbox))?;
     let screen = Screen::new(domain.instance().as_str(), look, args.read_only);

@@ -3,7 +3,7 @@
 use bench_dragon_ipc::{FrameHeader, ShowState};
 
 use super::samples::{Label, counter, counters, gauge, gauges, histogram, one_of};
-use crate::display::observe::{GuardSituation, ReaderCount, ShowForecast, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{GuardSituation, ReaderCount, ShowForecast, Snapshot, SourcePresence, Standing, lamps};
 
 /// Builds the text of several metrics. Each has its help as a doc comment, then its type, its name and its samples.
 macro_rules! families {
@@ -34,6 +34,8 @@ fn bus(snapshot: &Snapshot, header: Option<&FrameHeader>, now_ns: u64) -> String
         gauge up = f64::from(u8::from(is_up));
         /// State of each part of the show: 0 off or unknown, 1 good, 2 warning, 3 danger.
         gauges lamp_level = levels;
+        /// How the show stands: 0 calm, 1 good, 2 caution, 3 danger.
+        gauge standing_level = f64::from(Standing::of(snapshot, now_ns).level as u8);
         /// Age of the last frame.
         gauge last_frame_age_seconds = age_s;
         /// Frames that this process has read.

@@ -108,6 +108,8 @@ mod tests {
         for line in [
             "bench_dragon_run_info{version=\"0.1.0\",run_id=\"9007199254740991\"} 1",
             "bench_dragon_up 1",
+            "bench_dragon_standing_level 2",
+            "bench_dragon_lamp_level{lamp=\"clearance\"} 1",
             "bench_dragon_last_frame_age_seconds 0.25",
             "bench_dragon_observed_frames_total 42",
             "bench_dragon_source_restarts_total 1",

@@ -3,6 +3,7 @@
 use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, TimecodeState};
 use serde::Serialize;
 
+use super::guard_situation::GuardSituation;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
 
@@ -41,11 +42,10 @@ impl Controls {
             let refused = Self::all("the server is ending");
             return Self { hold: None, ..refused };
         }
-        let words = |refusal: Option<Refusal>| refusal.map(|refusal| refusal.to_string());
         Self {
-            resume: words(resume(status, state)),
+            resume: in_words(snapshot, resume(status, state)),
             seek: seek(status),
-            release: words(release(status, state)),
+            release: in_words(snapshot, release(status, state)),
             ..Self::default()
         }
     }
@@ -80,10 +80,30 @@ fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
     }
 }
 
+/// A refusal in words, which fit the state of the show. At the end of the guard's proven travel, they say that the dragon does not
+/// walk on.
+fn in_words(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
+    let is_ready = snapshot.state() == Some(ShowState::Ready);
+    Some(match (refusal?, snapshot.guard) {
+        (Refusal::Held, _) if is_ready => "the show waits at its start: release it first".to_owned(),
+        (Refusal::Held, _) => "the show is held: release it first".to_owned(),
+        (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: true }) => {
+            "the guard has stopped the dragon permanently: only a seek moves it".to_owned()
+        }
+        (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: false }) => {
+            "the guard has stopped the dragon at the end of the proven travel: timecode can move it".to_owned()
+        }
+        (Refusal::HeldByGuard, GuardSituation::Missing) => {
+            "no guard runs: the dragon walks on once `bench-dragon monitor --guard` runs".to_owned()
+        }
+        (refusal, _) => refusal.to_string(),
+    })
+}
+
 fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
     match state {
         _ if is_held(status, state) => Some(Refusal::Held),
-        Some(ShowState::Ready) => Some(Refusal::Held),
+        Some(ShowState::Ready) => Some(Refusal::Ready),
         Some(ShowState::Held) => Some(Refusal::HeldByGuard),
         Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
         _ => None,
@@ -176,6 +196,23 @@ mod tests {
         }
         let late = snapshot(ShowState::Held, &stopped(Stops::default(), GuardState::None));
         assert_eq!(refused(&late), "resume", "the status is older than the hold");
+    }
+
+    #[test]
+    fn at_the_guards_permanent_end_no_reason_promises_that_the_dragon_walks_on() {
+        let limit = Stops { guard_limit: true, ..Stops::default() };
+        let held = snapshot(ShowState::Held, &stopped(limit, GuardState::Running));
+        for (guard, part) in [
+            (GuardSituation::Waiting, "it walks on by itself if the guard proves the travel ahead"),
+            (GuardSituation::AtEnd { for_good: true }, "permanently: only a seek moves it"),
+            (GuardSituation::AtEnd { for_good: false }, "timecode can move it"),
+            (GuardSituation::Missing, "monitor --guard"),
+        ] {
+            let controls = Controls::of(&Snapshot { guard, ..held.clone() });
+            for refusal in [controls.release, controls.resume] {
+                assert!(refusal.as_ref().is_some_and(|words| words.contains(part)), "{guard:?}: {refusal:?}");
+            }
+        }
     }
 
     #[test]

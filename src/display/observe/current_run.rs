@@ -7,6 +7,7 @@ use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, PlayEnd};
 use bench_dragon_geometry::dragon::Board;
 use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 
+use super::clearance_memory::ClearanceMemory;
 use super::described_run::{ClearanceChart, DescribedRun};
 use super::head_motion::{Arrival, HeadMotion, TravelClock};
 use super::planned_clearance::ClearancePlanner;
@@ -26,6 +27,8 @@ pub(super) struct CurrentRun {
     pub(super) chart: Arc<ClearanceChart>,
     pub(super) least: Option<LeastClearance>,
     walking_speed: WalkingSpeed,
+    /// Speed that the run's start or the last command has ordered, in metres per show second; `None` if it is unknown.
+    ordered_mps: Option<f64>,
     /// Show time of the newest frame, in seconds.
     time_s: f64,
     clearances: ClearanceSearch,
@@ -40,7 +43,7 @@ impl CurrentRun {
     /// Begins a run with its first frame.
     ///
     /// A run that continues an earlier one of the same configuration, for example after a restart of the server, keeps that
-    /// run's chart, least clearance and speed. Any other run starts without them. `plans`: whether to compute the planned
+    /// run's chart, least clearance and speed. Any other run starts without them, or with what `memory` has of it. `plans`: whether to compute the planned
     /// clearance. A plan of the same configuration is kept.
     ///
     /// # Errors
@@ -50,6 +53,7 @@ impl CurrentRun {
         header: &FrameHeader,
         mut earlier: Option<Self>,
         plans: bool,
+        memory: Option<&ClearanceMemory>,
     ) -> io::Result<Self> {
         earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
         let planner = match earlier.as_mut().and_then(|earlier| earlier.planner.take()) {
@@ -63,13 +67,18 @@ impl CurrentRun {
         };
         let (chart, least, walking_speed) = match earlier.filter(goes_on) {
             Some(earlier) => (earlier.chart, earlier.least, earlier.walking_speed),
-            None => (Arc::new(ClearanceChart::new(config.start_s(), config.end_s())), None, WalkingSpeed::default()),
+            None => {
+                let mut chart = ClearanceChart::new(config.start_s(), config.end_s());
+                let least = memory.and_then(|memory| memory.recall(header.run_id, &mut chart));
+                (Arc::new(chart), least, WalkingSpeed::default())
+            }
         };
         Ok(Self {
             run: Arc::new(DescribedRun::new(header.run_id, config)),
             chart,
             least,
             walking_speed,
+            ordered_mps: None,
             time_s: header.sim_time_s(),
             clearances: ClearanceSearch::default(),
             boards: Vec::new(),
@@ -77,6 +86,11 @@ impl CurrentRun {
             looked_for_m: 0.0,
             planner,
         })
+    }
+
+    /// Records the ordered speed.
+    pub(super) fn order(&mut self, speed_mps: Option<f64>) {
+        self.ordered_mps = speed_mps;
     }
 
     /// Records a frame and finds its nearest pair. Returns `None` if the frame's number of benches differs from the
@@ -139,7 +153,9 @@ impl CurrentRun {
     /// Returns the clock that converts travel to show time, from a frame on.
     pub(super) fn clock(&self, header: &FrameHeader) -> TravelClock {
         // The speed at which the head walks on after a standstill or a change of speed.
-        let speed_mps = self.walking_speed.steady_mps.unwrap_or(self.run.config.tables().head.speed_mps);
+        let ordered_mps = self.ordered_mps.filter(|speed_mps| *speed_mps > 0.0);
+        let planned_mps = self.run.config.tables().head.speed_mps;
+        let speed_mps = ordered_mps.or(self.walking_speed.steady_mps).unwrap_or(planned_mps);
         TravelClock { travel_m: header.head_travel_m, time_s: header.sim_time_s(), speed_mps }
     }
 }
@@ -187,7 +203,7 @@ mod tests {
 
     /// A run with a contact, measured up to this show time.
     fn touched(time_s: f64) -> CurrentRun {
-        let mut run = CurrentRun::begin(paper(), &frame(1, time_s), None, false).expect("a thread");
+        let mut run = CurrentRun::begin(paper(), &frame(1, time_s), None, false, None).expect("a thread");
         run.measure(&frame(1, 412.5), &handles(412.5)).expect("a nearest pair");
         run.measure(&frame(1, time_s), &handles(time_s)).expect("a nearest pair");
         assert!(run.least.is_some_and(|least| least.clearance_m < 0.0), "{:?}", run.least);
@@ -198,7 +214,7 @@ mod tests {
     fn only_a_run_that_continues_an_earlier_one_keeps_its_chart() {
         let keeps = |from_s: f64, time_scale: f64, config: Config| {
             let header = FrameHeader { time_scale, ..frame(2, from_s) };
-            let run = CurrentRun::begin(config, &header, Some(touched(300.0)), false).expect("a thread");
+            let run = CurrentRun::begin(config, &header, Some(touched(300.0)), false, None).expect("a thread");
             assert_eq!(run.least.is_some(), run.chart.revisions > 0);
             run.least.is_some()
         };
@@ -212,7 +228,7 @@ mod tests {
     #[test]
     fn a_pause_does_not_change_the_forecast() {
         let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
-        let mut run = CurrentRun::begin(paper(), &slow(411.0), None, false).expect("a thread");
+        let mut run = CurrentRun::begin(paper(), &slow(411.0), None, false, None).expect("a thread");
         for time_s in [411.0, 411.1] {
             // The head walks half a metre per show second.
             run.measure(&slow(time_s), &handles(411.0));

@@ -80,6 +80,15 @@ impl ClearanceChart {
         }
     }
 
+    /// Takes over the parts of another chart of the same run that this chart lacks.
+    pub(super) fn recall(&mut self, least_m: &[Option<f64>]) {
+        for (bin, least_m) in least_m.iter().enumerate() {
+            if let Some(least_m) = least_m {
+                self.note(self.start_s + (bin as f64 + 0.5) * self.step_s, *least_m);
+            }
+        }
+    }
+
     /// Returns the parts that have changed since a revision: index and least clearance in metres.
     pub fn since(&self, revision: u64) -> impl Iterator<Item = (usize, f64)> {
         let bins = self.revision.iter().zip(&self.least_m).enumerate();

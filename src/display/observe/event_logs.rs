@@ -22,6 +22,8 @@ const KINDS: [AlertKind; 7] = [
 #[derive(Clone, Debug)]
 pub struct EventLog<Event> {
     latest: VecDeque<Numbered<Event>>,
+    /// Greatest number of events that are kept.
+    most: usize,
     /// Number of all events so far.
     pub total: u64,
 }
@@ -35,16 +37,16 @@ pub struct Numbered<Event> {
 }
 
 /// The newest 200 alerts, and the number of all alerts of each kind.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct AlertLog {
     /// The alerts.
     pub log: EventLog<Alert>,
     counts: [u64; KINDS.len()],
 }
 
-/// The newest 100 commands. Accepted grants are left out, since a guard sends them automatically. Repeats of a refused command
-/// are kept once; for example, a seek is repeated until the guard has proved it.
-#[derive(Clone, Debug, Default)]
+/// The newest commands, 100 by default. Accepted grants are left out, since a guard sends them automatically. Repeats of a
+/// refused command are kept once; for example, a seek is repeated until the guard has proved it.
+#[derive(Clone, Debug)]
 pub struct CommandHistory {
     /// The commands, without the grants that were accepted.
     pub log: EventLog<CommandEvent>,
@@ -52,16 +54,25 @@ pub struct CommandHistory {
     newest: Option<(u64, u64)>,
 }
 
-impl<Event> Default for EventLog<Event> {
-    fn default() -> Self {
-        Self { latest: VecDeque::new(), total: 0 }
-    }
-}
-
 impl<Event> EventLog<Event> {
-    fn push(&mut self, event: Event) {
+    /// An empty log that keeps the newest `most` events, at least 1.
+    pub fn keeping(most: usize) -> Self {
+        Self { latest: VecDeque::new(), most, total: 0 }
+    }
+
+    /// Records the next event. A full log drops its oldest minor event, or its oldest event if it has no minor one.
+    pub fn push(&mut self, event: Event, is_minor: impl Fn(&Event) -> bool) {
+        if self.latest.len() >= self.most {
+            let oldest = self.latest.iter().position(|kept| is_minor(&kept.event));
+            self.latest.remove(oldest.unwrap_or_default());
+        }
         self.latest.push_back(Numbered { number: self.total, event });
         self.total += 1;
+    }
+
+    /// Number of events that were dropped.
+    pub fn dropped(&self) -> u64 {
+        self.total - self.latest.len() as u64
     }
 
     /// The kept events, oldest first.
@@ -75,16 +86,17 @@ impl<Event> EventLog<Event> {
     }
 }
 
+impl Default for AlertLog {
+    fn default() -> Self {
+        Self { log: EventLog::keeping(KEPT_ALERTS), counts: Default::default() }
+    }
+}
+
 impl AlertLog {
     /// Records the next alert. At 200 kept alerts, it drops the oldest alert of a near pair, so that these do not displace
     /// other kinds. Without one, it drops the oldest alert.
     pub fn push(&mut self, alert: Alert) {
-        let latest = &mut self.log.latest;
-        if latest.len() == KEPT_ALERTS {
-            let oldest = latest.iter().position(|kept| kept.event.alert_kind() == Some(AlertKind::Near));
-            latest.remove(oldest.unwrap_or_default());
-        }
-        self.log.push(alert);
+        self.log.push(alert, |kept| kept.alert_kind() == Some(AlertKind::Near));
         if let Some(count) = self.counts.get_mut(alert.kind as usize) {
             *count += 1;
         }
@@ -96,8 +108,19 @@ impl AlertLog {
     }
 }
 
+impl Default for CommandHistory {
+    fn default() -> Self {
+        Self::keeping(KEPT_COMMANDS)
+    }
+}
+
 impl CommandHistory {
-    /// Records the next command. At 100 kept commands, it drops the oldest. It ignores an event that it has already received,
+    /// An empty history that keeps the newest `most` commands, at least 1.
+    pub fn keeping(most: usize) -> Self {
+        Self { log: EventLog::keeping(most), newest: None }
+    }
+
+    /// Records the next command. A full history drops the oldest. It ignores an event that it has already received,
     /// as after the reader has opened the bus again.
     pub fn push(&mut self, event: CommandEvent) {
         let newest = (event.run_id, event.number);
@@ -109,10 +132,7 @@ impl CommandHistory {
         if is_plain_grant || self.log.latest.back().is_some_and(|last| is_repeated(&last.event, &event)) {
             return;
         }
-        if self.log.latest.len() == KEPT_COMMANDS {
-            self.log.latest.pop_front();
-        }
-        self.log.push(event);
+        self.log.push(event, |_| false);
     }
 }
 

@@ -16,8 +16,8 @@ pub struct Arrival {
 
 /// The motion of the head from a frame on.
 ///
-/// The braking distance is v²/(2a). The server plans a rest with the configured acceleration. Without one, the head stops at
-/// once.
+/// The server changes speed with the configured acceleration a: from v to w in |w − v|/a and |w² − v²|/(2a). Without one, the
+/// head changes its speed at once. A standing head is taken to walk on now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct HeadMotion {
     pub(super) clock: TravelClock,
@@ -28,26 +28,47 @@ pub(super) struct HeadMotion {
 }
 
 impl HeadMotion {
-    /// Returns the motion from this frame on, at the speed of the clock.
+    /// Returns the motion from this frame on, up or down to the speed of the clock.
     pub(super) fn new(header: &FrameHeader, clock: TravelClock, accel_mps2: Option<f64>) -> Self {
         Self { clock, speed_mps: header.head_speed_mps, accel_mps2, time_scale: header.time_scale }
     }
 
-    /// Returns the arrival at a travel that the head passes at its walking speed.
+    /// Returns the arrival at a travel that the head passes.
     pub(super) fn passing(&self, travel_m: f64) -> Arrival {
-        self.after(travel_m, self.clock.time_s(travel_m) - self.clock.time_s)
+        let ahead_m = travel_m - self.clock.travel_m;
+        let (from_mps, to_mps) = (self.speed_mps, self.clock.speed_mps);
+        let show_s = match self.accel_mps2.filter(|_| ahead_m > 0.0) {
+            None => ahead_m / to_mps,
+            Some(accel_mps2) => {
+                let ramp = Ramp::between(from_mps, to_mps, accel_mps2);
+                if ahead_m >= ramp.distance_m {
+                    ramp.time_s + (ahead_m - ramp.distance_m) / to_mps
+                } else {
+                    let change = 2.0 * accel_mps2.copysign(to_mps - from_mps) * ahead_m;
+                    let there_mps = (from_mps * from_mps + change).max(0.0).sqrt();
+                    (there_mps - from_mps).abs() / accel_mps2
+                }
+            }
+        };
+        self.after(travel_m, show_s)
     }
 
     /// Returns the arrival at a travel at which the head comes to rest.
     pub(super) fn resting_at(&self, travel_m: f64) -> Arrival {
-        let (distance_m, speed_mps) = ((travel_m - self.clock.travel_m).max(0.0), self.clock.speed_mps);
-        let show_s = match self.accel_mps2 {
-            Some(accel_mps2) if distance_m > speed_mps * speed_mps / (2.0 * accel_mps2) => {
-                distance_m / speed_mps + speed_mps / (2.0 * accel_mps2)
-            }
+        let ahead_m = (travel_m - self.clock.travel_m).max(0.0);
+        let (from_mps, to_mps) = (self.speed_mps, self.clock.speed_mps);
+        let Some(accel_mps2) = self.accel_mps2 else { return self.after(travel_m, ahead_m / to_mps) };
+        let (ramp, braking) = (Ramp::between(from_mps, to_mps, accel_mps2), Ramp::between(to_mps, 0.0, accel_mps2));
+        let steady_m = ahead_m - ramp.distance_m - braking.distance_m;
+        let show_s = if steady_m >= 0.0 {
+            ramp.time_s + steady_m / to_mps + braking.time_s
+        } else if Ramp::between(from_mps, 0.0, accel_mps2).distance_m >= ahead_m {
             // The head already brakes.
-            Some(accel_mps2) => (2.0 * distance_m / accel_mps2).sqrt(),
-            None => distance_m / speed_mps,
+            if from_mps > 0.0 { 2.0 * ahead_m / from_mps } else { 0.0 }
+        } else {
+            // The head brakes before it has reached its speed: at the square v²/2 + a·s of the highest one.
+            let top_mps = (0.5 * from_mps * from_mps + accel_mps2 * ahead_m).sqrt();
+            (2.0 * top_mps - from_mps) / accel_mps2
         };
         self.after(travel_m, show_s)
     }
@@ -75,6 +96,19 @@ impl HeadMotion {
 
     fn after(&self, travel_m: f64, show_s: f64) -> Arrival {
         Arrival { travel_m, time_s: self.clock.time_s + show_s, wall_s: show_s / self.time_scale }
+    }
+}
+
+/// A change of speed with constant acceleration.
+struct Ramp {
+    time_s: f64,
+    distance_m: f64,
+}
+
+impl Ramp {
+    fn between(from_mps: f64, to_mps: f64, accel_mps2: f64) -> Self {
+        let time_s = (to_mps - from_mps).abs() / accel_mps2;
+        Self { time_s, distance_m: 0.5 * (from_mps + to_mps) * time_s }
     }
 }
 
@@ -128,6 +162,27 @@ mod tests {
         assert_eq!(motion.resting_at(12.0).time_s, 24.0);
         assert_eq!(motion.resting_at(15.0).time_s, 27.0);
         assert_eq!(motion.resting_at(10.0).time_s, 20.0);
+    }
+
+    #[test]
+    fn the_arrival_at_the_end_is_the_same_before_during_and_after_a_ramp() {
+        let (accel_mps2, to_mps) = (0.25, 1.0);
+        let motion = |travel_m, time_s, speed_mps| {
+            let header = FrameHeader { head_speed_mps: speed_mps, time_scale: 1.0, ..FrameHeader::default() };
+            HeadMotion::new(&header, TravelClock { travel_m, time_s, speed_mps: to_mps }, Some(accel_mps2))
+        };
+        // Two metres and four seconds up to speed, 96 m, and as long to rest.
+        for (travel_m, time_s, speed_mps) in [(0.0, 0.0, 0.0), (0.125, 1.0, 0.25), (2.0, 4.0, 1.0), (50.0, 52.0, 1.0)] {
+            let motion = motion(travel_m, time_s, speed_mps);
+            assert_eq!(motion.resting_at(100.0).time_s, 104.0, "from {travel_m} m");
+            assert_eq!(motion.passing(98.0).time_s, 100.0, "from {travel_m} m");
+        }
+        // From 2 m/s down to 1 m/s in four seconds and six metres.
+        assert_eq!(motion(0.0, 0.0, 2.0).resting_at(100.0).time_s, 4.0 + 92.0 + 4.0);
+        assert_eq!(motion(0.0, 0.0, 2.0).passing(3.5).time_s, 2.0);
+        // One metre is too short to reach the speed: half of it up, half of it down.
+        assert_eq!(motion(0.0, 0.0, 0.0).resting_at(1.0).time_s, 4.0);
+        assert_eq!(motion(0.0, 0.0, 0.0).resting_at(0.0).time_s, 0.0);
     }
 
     #[test]

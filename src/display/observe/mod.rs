@@ -4,6 +4,8 @@
 //! frame, some sixty times a second. It computes the frame's nearest pair and the forecast itself, so both exist without a
 //! monitor. `view`, `watch` and `metrics` get the same snapshots.
 
+mod clearance_memory;
+mod contact;
 mod controls;
 mod current_run;
 mod described_run;
@@ -12,13 +14,18 @@ mod frame_statistics;
 mod guard_situation;
 mod head_motion;
 mod lamps;
+mod lost_server;
 mod observer;
 mod observer_state;
 mod planned_clearance;
+mod reader_lamps;
 mod reader_log;
+mod recent_overruns;
 mod show_forecast;
 mod snapshot;
+mod standing;
 
+pub use contact::{Contact, PastContact};
 pub use controls::Controls;
 pub use described_run::{ClearanceChart, DescribedRun};
 pub use event_logs::{AlertLog, CommandHistory, EventLog, Numbered};
@@ -29,5 +36,7 @@ pub use lamps::{Lamp, LampLevel, lamps};
 pub use observer::Observer;
 pub use planned_clearance::PlannedClearance;
 pub use reader_log::{ReaderCount, ReaderLog};
+pub use recent_overruns::RecentOverruns;
 pub use show_forecast::ShowForecast;
 pub use snapshot::{FrameCopy, LeastClearance, Snapshot, SourcePresence};
+pub use standing::{Level, Standing};

@@ -9,6 +9,7 @@ use bench_dragon_ipc::{
     ReplayStatusReader, StatusReader,
 };
 
+use super::clearance_memory::ClearanceMemory;
 use super::observer_state::ObserverState;
 use super::snapshot::Snapshot;
 use crate::system::clock::monotonic_ns;
@@ -25,12 +26,13 @@ pub struct Observer {
     name: &'static str,
     period_ns: u64,
     plans: bool,
+    remembers: bool,
 }
 
 impl Observer {
     /// Returns an observer that joins the bus under this name and makes `snapshots_hz` snapshots per second.
     pub fn new(domain: Domain, name: &'static str, snapshots_hz: u32) -> Self {
-        Self { domain, name, period_ns: 1_000_000_000 / u64::from(snapshots_hz.max(1)), plans: false }
+        Self { domain, name, period_ns: 1_000_000_000 / u64::from(snapshots_hz.max(1)), plans: false, remembers: false }
     }
 
     /// Adds the planned clearance of each run. A separate thread computes it, in some seconds of one core.
@@ -39,11 +41,18 @@ impl Observer {
         Self { plans: true, ..self }
     }
 
+    /// Keeps the measured clearance in a file of the instance, so that a later observer of the same run has it too.
+    #[must_use]
+    pub fn with_memory(self) -> Self {
+        Self { remembers: true, ..self }
+    }
+
     /// Observes on the caller's thread until the flag is set. It passes each snapshot to `show`, also if no frames arrive.
     ///
     /// Errors of the bus do not end the loop. They are reported in a snapshot, and the bus is opened again.
     pub fn run(&self, stop: &AtomicBool, mut show: impl FnMut(Snapshot)) {
-        let mut state = ObserverState::new(monotonic_ns(), self.plans);
+        let memory = self.remembers.then(|| ClearanceMemory::of(&self.domain));
+        let mut state = ObserverState::new(self.domain.instance().as_str(), monotonic_ns(), self.plans, memory);
         let mut ports = None;
         let mut due_ns = 0_u64;
         while !stop.load(Ordering::Relaxed) {

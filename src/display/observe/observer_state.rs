@@ -3,15 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
-    BusError, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus, ShowState, SourceLock, Status,
+    Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus,
+    Request, ShowState, Status,
 };
 
+use super::clearance_memory::ClearanceMemory;
+use super::contact::PastContact;
 use super::current_run::CurrentRun;
 use super::frame_statistics::FrameCounter;
 use super::guard_situation::GuardSituation;
 use super::observer::Ports;
 use super::planned_clearance::ClearancePlanner;
+use super::recent_overruns::OverrunLog;
 use super::snapshot::{FrameCopy, Snapshot, SourcePresence};
 use crate::config::Config;
 use crate::system::clock::monotonic_ns;
@@ -34,17 +39,23 @@ pub(super) struct ObserverState {
     unreadable_run: Option<u64>,
     /// The newest status. It may belong to another run than the newest frame.
     status: Option<Arc<Status>>,
+    /// The run and the speed of the last order, in metres per show second.
+    ordered: Option<(u64, f64)>,
     /// The newest status of a replay. It may belong to another run than the newest frame.
     replay: Option<ReplayStatus>,
     counter: FrameCounter,
+    overruns: OverrunLog,
     source_asked_ns: u64,
     /// Whether to compute the planned clearance of each run.
     plans: bool,
+    /// Keeps the measured clearance beyond the end of this observer.
+    memory: Option<ClearanceMemory>,
 }
 
 impl ObserverState {
-    pub(super) fn new(now_ns: u64, plans: bool) -> Self {
-        Self { counter: FrameCounter::new(now_ns), plans, ..Self::default() }
+    pub(super) fn new(instance: &str, now_ns: u64, plans: bool, memory: Option<ClearanceMemory>) -> Self {
+        let seen = Snapshot { instance: instance.to_owned(), ..Snapshot::default() };
+        Self { seen, counter: FrameCounter::new(now_ns), plans, memory, ..Self::default() }
     }
 
     /// Waits for a frame, then reads and counts all available frames.
@@ -62,6 +73,7 @@ impl ObserverState {
     /// Reads all other services, and derives the values of the newest frame.
     pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
         while let Some(alert) = ports.alerts.receive()? {
+            self.note_contact(&alert);
             Arc::make_mut(&mut self.seen.alerts).push(alert);
         }
         if let Some(reports) = &ports.reports {
@@ -71,10 +83,12 @@ impl ObserverState {
         }
         if let Some(commands) = &ports.commands {
             while let Some(event) = commands.receive()? {
+                self.ordered = ordered_mps(&event).map(|speed_mps| (event.run_id, speed_mps)).or(self.ordered);
                 Arc::make_mut(&mut self.seen.commands).push(event);
             }
         }
         if let Some(status) = ports.statuses.poll()? {
+            self.overruns.note(&status, monotonic_ns());
             self.status = Some(Arc::new(status));
         }
         if let Some(replay) = &ports.replay
@@ -91,6 +105,9 @@ impl ObserverState {
             self.see(copy);
         }
         self.look_ahead();
+        if let (Some(memory), Some(run)) = (&mut self.memory, &self.run) {
+            memory.keep(run.run.run_id, &run.chart, run.least, monotonic_ns());
+        }
         Ok(())
     }
 
@@ -98,12 +115,28 @@ impl ObserverState {
         self.seen.frame = Some(Arc::new(frame));
         self.follow_run();
         self.seen.nearest = self.current_run().and_then(|(run, frame)| run.measure(&frame.header, &frame.handles));
+        let touching = self.seen.nearest.filter(|pair| pair.clearance_m <= 0.0);
+        if let (Some(pair), Some(header)) = (touching, self.seen.header()) {
+            let (benches, time_s) = (pair.benches.map(|bench| bench as u64), header.sim_time_s());
+            self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: monotonic_ns() });
+        }
+    }
+
+    /// Keeps a contact that a monitor reports. It finds contacts between two snapshots.
+    fn note_contact(&mut self, alert: &Alert) {
+        if let (Some(AlertKind::Contact), Some(pair)) = (alert.alert_kind(), alert.pair()) {
+            let (benches, time_s) = (pair.map(u64::from), alert.sim_time_ns as f64 / 1e9);
+            self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: monotonic_ns() });
+        }
     }
 
     /// Updates the forecast. It changes while the head stands too, since the search continues.
     fn look_ahead(&mut self) {
-        let (nearest, status) = (self.seen.nearest, self.current_status());
-        let forecast = self.current_run().map(|(run, frame)| run.look_ahead(&frame.header, nearest, status.as_deref()));
+        let (nearest, status, ordered) = (self.seen.nearest, self.current_status(), self.ordered);
+        let forecast = self.current_run().map(|(run, frame)| {
+            run.order(ordered.filter(|(run_id, _)| *run_id == frame.header.run_id).map(|(_, speed_mps)| speed_mps));
+            run.look_ahead(&frame.header, nearest, status.as_deref())
+        });
         (self.seen.forecast, self.seen.possible_contact) = forecast.unwrap_or_default();
     }
 
@@ -154,7 +187,8 @@ impl ObserverState {
     pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {
         let (status, replay) = (self.current_status(), self.replay);
         let statistics = self.counter.statistics(now_ns).clone();
-        let mut snapshot = Snapshot { seen_ns: now_ns, statistics, ..self.seen.clone() };
+        let recent_overruns = status.as_deref().map(|status| self.overruns.recent(status)).unwrap_or_default();
+        let mut snapshot = Snapshot { seen_ns: now_ns, statistics, recent_overruns, ..self.seen.clone() };
         if let Some((run, frame)) = self.current_run() {
             snapshot.run = Some(Arc::clone(&run.run));
             snapshot.least = run.least;
@@ -180,13 +214,15 @@ impl ObserverState {
         }
         let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
         match description.map(|description| Config::from_toml(&description.toml)) {
-            Some(Ok(config)) => match CurrentRun::begin(config, &header, self.run.take(), self.plans) {
-                Ok(run) => self.run = Some(run),
-                Err(error) => {
-                    tracing::warn!("the run is shown without a forecast: cannot start a thread: {error}");
-                    self.unreadable_run = Some(header.run_id);
+            Some(Ok(config)) => {
+                match CurrentRun::begin(config, &header, self.run.take(), self.plans, self.memory.as_ref()) {
+                    Ok(run) => self.run = Some(run),
+                    Err(error) => {
+                        tracing::warn!("the run is shown without a forecast: cannot start a thread: {error}");
+                        self.unreadable_run = Some(header.run_id);
+                    }
                 }
-            },
+            }
             // A source of another version may send a description that this version cannot read. Then only its frames are shown.
             Some(Err(_)) => self.unreadable_run = Some(header.run_id),
             None => {}
@@ -198,6 +234,15 @@ impl ObserverState {
         let (run, frame) = (self.run.as_mut()?, self.seen.frame.as_ref()?);
         (run.run.run_id == frame.header.run_id).then_some((run, frame))
     }
+}
+
+/// The speed that an event orders, in metres per show second; `None` for an event that orders none.
+fn ordered_mps(event: &CommandEvent) -> Option<f64> {
+    let by_command = match (event.request(), event.outcome()) {
+        (Some(Request::Speed { speed_mps }), Ok(())) => Some(speed_mps),
+        _ => None,
+    };
+    by_command.or_else(|| event.run_start().map(|start| start.speed_mps))
 }
 
 #[cfg(test)]
@@ -214,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_run_with_an_unreadable_description_has_only_its_frames() {
-        let mut state = ObserverState::new(0, false);
+        let mut state = ObserverState::new("dragon", 0, false, None);
         let toml = Config::load(None, |_| ()).expect("the paper's").to_toml();
         let known = see(&mut state, 1, &toml);
         assert!(known.run.is_some() && known.chart.is_some(), "{known:?}");

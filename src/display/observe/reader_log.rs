@@ -77,6 +77,11 @@ impl ReaderLog {
         awaited.map(|heard| &heard.report)
     }
 
+    /// The newest report of a reader of this name, also of one that has ended.
+    pub fn newest(&self, name: &str) -> Option<&ReaderReport> {
+        self.readers.iter().rev().map(|heard| &heard.report).find(|report| report.name() == name)
+    }
+
     /// The names of readers that have not ended, in order. The instant is that of the oldest last report among the readers of a
     /// name, in nanoseconds of `CLOCK_MONOTONIC`: so a living reader does not hide a killed one of the same name.
     pub fn silent_since(&self) -> impl Iterator<Item = (&str, u64)> {

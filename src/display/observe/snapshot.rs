@@ -5,8 +5,9 @@ use std::time::Duration;
 
 use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_ipc::{FrameHeader, HandleState, ReplayStatus, ShowState, Status};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::contact::PastContact;
 use super::described_run::{ClearanceChart, DescribedRun};
 use super::event_logs::{AlertLog, CommandHistory};
 use super::frame_statistics::FrameStatistics;
@@ -14,6 +15,7 @@ use super::guard_situation::GuardSituation;
 use super::head_motion::{Arrival, TravelClock};
 use super::planned_clearance::PlannedClearance;
 use super::reader_log::ReaderLog;
+use super::recent_overruns::RecentOverruns;
 use super::show_forecast::ShowForecast;
 
 /// A copy of a frame. A display can keep it without holding a sample of the server's shared memory.
@@ -26,7 +28,7 @@ pub struct FrameCopy {
 }
 
 /// A least clearance and its show time.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LeastClearance {
     /// Clearance in metres, negative if the benches overlap.
     pub clearance_m: f64,
@@ -45,6 +47,8 @@ pub struct Snapshot {
     pub seen_ns: u64,
     /// The source's presence at that instant; [`Snapshot::presence_at`] judges a later one.
     pub presence: SourcePresence,
+    /// Name of the bus's instance.
+    pub instance: String,
     /// Whether the process of a source exists.
     pub has_source: bool,
     /// Instant since which the bus is read, in nanoseconds of `CLOCK_MONOTONIC`; `None` while it cannot be read.
@@ -72,6 +76,10 @@ pub struct Snapshot {
     /// The position of a replay, of the same run as the frame. `None` for any other source.
     pub replay: Option<ReplayStatus>,
     pub statistics: FrameStatistics,
+    /// Overruns of the last minute.
+    pub recent_overruns: RecentOverruns,
+    /// The last contact, also one of a minute ago and longer; [`Contact::of`](super::Contact::of) judges it.
+    pub past_contact: Option<PastContact>,
     pub alerts: Arc<AlertLog>,
     pub readers: Arc<ReaderLog>,
     /// The newest commands: of operators, of the timecode, and refused commands of the guard.

@@ -22,9 +22,21 @@ pub(super) struct Access {
     pub(super) is_exposed: bool,
 }
 
+/// The token of a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shown<'a> {
+    /// The request shows none.
+    Nothing,
+    /// The request shows the right one.
+    Right,
+    /// The request shows this one, which is wrong.
+    Wrong(&'a str),
+}
+
 /// The rights of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rights {
+    pub(super) has_token: bool,
     pub(super) may_view: bool,
     pub(super) may_control: bool,
 }
@@ -32,9 +44,26 @@ pub(super) struct Rights {
 impl Access {
     /// Derives a request's rights from its headers.
     pub(super) fn rights(&self, headers: &HeaderMap) -> Rights {
-        let has_token = shown(headers).any(|shown| self.token.is(shown));
-        Rights { may_view: has_token || !self.is_exposed, may_control: has_token && !self.is_read_only }
+        let has_token = self.token_of(headers) == Shown::Right;
+        Rights { has_token, may_view: has_token || !self.is_exposed, may_control: has_token && !self.is_read_only }
     }
+
+    /// Compares the tokens that a request shows.
+    pub(super) fn token_of<'a>(&self, headers: &'a HeaderMap) -> Shown<'a> {
+        let mut wrong = Shown::Nothing;
+        for shown in shown(headers) {
+            if self.token.is(shown) {
+                return Shown::Right;
+            }
+            wrong = Shown::Wrong(shown);
+        }
+        wrong
+    }
+}
+
+/// Whether a request shows a token, right or wrong.
+pub(super) fn shows_token(headers: &HeaderMap) -> bool {
+    shown(headers).next().is_some()
 }
 
 /// The tokens that a request contains.
@@ -125,16 +154,16 @@ mod tests {
         let local = Access { token, is_read_only: false, is_exposed: false };
         let exposed = Access { is_exposed: true, ..local.clone() };
         let read_only = Access { is_read_only: true, ..local.clone() };
-        let rights = |may_view, may_control| Rights { may_view, may_control };
+        let rights = |has_token, may_view, may_control| Rights { has_token, may_view, may_control };
         for known in [
             headers("authorization", "Bearer 0123456789abcdef"),
             headers("authorization", "bearer 0123456789abcdef"),
             headers("x-bench-dragon-token", "0123456789abcdef"),
             headers("sec-websocket-protocol", "bench-dragon.view.v1, bench-dragon.token.0123456789abcdef"),
         ] {
-            assert_eq!(local.rights(&known), rights(true, true));
-            assert_eq!(exposed.rights(&known), rights(true, true));
-            assert_eq!(read_only.rights(&known), rights(true, false));
+            assert_eq!(local.rights(&known), rights(true, true, true));
+            assert_eq!(exposed.rights(&known), rights(true, true, true));
+            assert_eq!(read_only.rights(&known), rights(true, true, false));
         }
         for unknown in [
             HeaderMap::new(),
@@ -144,8 +173,8 @@ mod tests {
             headers("x-bench-dragon-token", "0123456789abcdeF"),
             headers("sec-websocket-protocol", "0123456789abcdef"),
         ] {
-            assert_eq!(local.rights(&unknown), rights(true, false));
-            assert_eq!(exposed.rights(&unknown), rights(false, false));
+            assert_eq!(local.rights(&unknown), rights(false, true, false));
+            assert_eq!(exposed.rights(&unknown), rights(false, false, false));
         }
     }
 

@@ -5,7 +5,7 @@ use bench_dragon_geometry::clearance::PairClearance;
 use crate::display::observe::FrameCopy;
 
 /// Bytes before the handles.
-const HEADER_LEN: usize = 96;
+const HEADER_LEN: usize = 104;
 /// Bytes of one handle.
 const HANDLE_LEN: usize = 12;
 /// Kinds of the message: a frame, and one with heights.
@@ -31,8 +31,9 @@ const NO_BENCH: u32 = u32::MAX;
 /// | 64 | f64 | least clearance in metres; NaN without a pair |
 /// | 72 | u32, u32 | the two benches of the nearest pair; 2³² − 1 without a pair |
 /// | 80 | f64, f64 | x and y of the point midway between the two, in metres |
-/// | 96 | 3 × f32 for each of the N + 1 handles | x and y in metres, speed in metres per show second |
-/// | 96 + 12·(N + 1) | f32 for each handle, in a message of kind 2 | z in metres |
+/// | 96 | f64 | instant for which the frame is, in milliseconds of `CLOCK_MONOTONIC` |
+/// | 104 | 3 × f32 for each of the N + 1 handles | x and y in metres, speed in metres per show second |
+/// | 104 + 12·(N + 1) | f32 for each handle, in a message of kind 2 | z in metres |
 pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<PairClearance>) -> Vec<u8> {
     let header = &frame.header;
     let mut bytes = Vec::with_capacity(HEADER_LEN + frame.handles.len() * HANDLE_LEN);
@@ -52,7 +53,9 @@ pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<Pai
     ];
     bytes.extend_from_slice(doubles.map(f64::to_le_bytes).as_flattened());
     bytes.extend_from_slice(benches.map(u32::to_le_bytes).as_flattened());
-    bytes.extend_from_slice(point_m.map(f64::to_le_bytes).as_flattened());
+    let [x_m, y_m] = point_m;
+    let due_ms = header.scheduled_ns as f64 * 1e-6;
+    bytes.extend_from_slice([x_m, y_m, due_ms].map(f64::to_le_bytes).as_flattened());
     for handle in &frame.handles {
         let [x_m, y_m, _] = handle.position_m;
         let floats = [x_m, y_m, handle.speed_mps()].map(|value| (value as f32).to_le_bytes());
@@ -80,6 +83,7 @@ mod tests {
             head_travel_m: -1.5,
             head_speed_mps: 1.0,
             time_scale: 20.0,
+            scheduled_ns: 5_250_000_000,
             bench_count: 1,
             state: ShowState::Held.to_wire(),
             ..FrameHeader::default()
@@ -92,9 +96,9 @@ mod tests {
         let word = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four"));
         let double = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight"));
         assert_eq!([0, 4, 8, 12, 72, 76].map(word), [1, u32::MAX, 1, 2, 3, 9]);
-        let doubles = [16, 24, 32, 40, 48, 56, 64, 80, 88].map(double);
-        assert_eq!(doubles, [9_007_199_254_740_991.0, 77.0, -1.5, -1.5, 1.0, 20.0, 0.125, 6.0, 7.0]);
-        assert_eq!([96, 100, 104, 108].map(|at| f32::from_bits(word(at))), [1.25, -2.5, 5.0, 1.25]);
+        let doubles = [16, 24, 32, 40, 48, 56, 64, 80, 88, 96].map(double);
+        assert_eq!(doubles, [9_007_199_254_740_991.0, 77.0, -1.5, -1.5, 1.0, 20.0, 0.125, 6.0, 7.0, 5250.0]);
+        assert_eq!([104, 108, 112, 116].map(|at| f32::from_bits(word(at))), [1.25, -2.5, 5.0, 1.25]);
     }
 
     #[test]

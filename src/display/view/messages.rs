@@ -1,13 +1,18 @@
 //! The text messages between the view and its page: JSON with a `type` to the page, acknowledgements and commands from it.
 
+use std::net::IpAddr;
+
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
 use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stops};
 use glam::DVec2;
+use jiff::Zoned;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::display::observe::{Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{
+    Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
+};
 use crate::output::command_words::CommandWords;
 use crate::output::histogram::Percentiles;
 
@@ -81,9 +86,12 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
     })
 }
 
-/// Encodes a command with its sender, time and outcome.
-pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent>) -> Value {
+/// Encodes a command with its sender, time and outcome. `host`: the machine of the page that sent it, if it was one of this view.
+pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent>, host: Option<IpAddr>) -> Value {
     let mut message = json!(CommandWords::from(event));
+    if let Some(host) = host {
+        message["sender"] = sender_name(host).into();
+    }
     for (key, value) in [
         ("type", json!("command")),
         ("number", json!(number)),
@@ -99,9 +107,22 @@ pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent
     message
 }
 
+/// The name of a page's sender: `page@192.168.1.5`.
+fn sender_name(host: IpAddr) -> String {
+    let host = host.to_canonical();
+    if host.is_loopback() { "page@localhost".to_owned() } else { format!("page@{host}") }
+}
+
+/// An acknowledgement: the number of the frame, and when it arrived, in nanoseconds of `CLOCK_MONOTONIC`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct HeardAck {
+    pub(super) sequence: u32,
+    pub(super) at_ns: u64,
+}
+
 /// Encodes a snapshot without its dragon, at an instant in nanoseconds of `CLOCK_MONOTONIC`. Of the chart, it contains the
-/// changes since a revision.
-pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u64) -> Value {
+/// changes since a revision. `heard`: the page's newest acknowledgement, from which the page derives the age of its picture.
+pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Option<HeardAck>, now_ns: u64) -> Value {
     let (presence, statistics) = (snapshot.presence_at(now_ns), &snapshot.statistics);
     let reason = if let SourcePresence::Failed { reason } = &presence { Some(reason) } else { None };
     let chart = snapshot.chart.as_ref().map(|chart| {
@@ -126,6 +147,8 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
         "replay": snapshot.replay.as_ref().map(replay_status),
         "outlook": snapshot.forecast,
         "possible_contact": snapshot.possible_contact,
+        // How the show stands: level, word, cause and remedy.
+        "standing": Standing::of(snapshot, now_ns),
         "guard": snapshot.guard,
         "lamps": lamps(snapshot, now_ns),
         // The reason for which each command would be refused.
@@ -133,7 +156,15 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, now_ns: u
         "clock": snapshot.clock,
         "least": snapshot.least,
         "chart": chart,
+        "day_ms": wall_time_ms(),
+        "heard": heard.map(|ack| json!({ "sequence": ack.sequence, "at_ms": ack.at_ns as f64 * 1e-6 })),
     })
+}
+
+/// Time since midnight in the time zone of this machine, in milliseconds.
+fn wall_time_ms() -> f64 {
+    let midnight = jiff::civil::Time::midnight();
+    Zoned::now().time().duration_since(midnight).as_millis_f64()
 }
 
 fn replay_status(replay: &ReplayStatus) -> Value {
@@ -234,12 +265,16 @@ mod tests {
         let command = Command { sender: Sender::Ctl.to_wire(), pid: 12, ..seek };
         let refused = CommandReply::refused(3, 41, Refusal::OutOfRange { lowest: 0.0, highest: 442.5 });
         let event = CommandEvent { run_id: 3, ..CommandEvent::answered(&command, &refused) };
-        let json = command_message(&Numbered { number: 9, event });
+        let json = command_message(&Numbered { number: 9, event }, None);
         assert_eq!([&json["type"], &json["sender"], &json["action"]], ["command", "ctl", "seek 500 s"]);
         assert_eq!([&json["number"], &json["tick"], &json["pid"]], [9, 41, 12]);
         assert!(json["accepted"] == false && json["reason"].as_str().is_some_and(|reason| reason.contains("442.5")));
         let hold = CommandEvent::answered(&Request::Hold.to_wire(), &CommandReply::accepted(3, 42));
-        let json = command_message(&Numbered { number: 10, event: hold });
+        let json = command_message(
+            &Numbered { number: 10, event: hold },
+            Some("::ffff:10.0.0.7".parse().expect("an address")),
+        );
+        assert_eq!(json["sender"], "page@10.0.0.7");
         assert!(json["action"] == "hold" && json["accepted"] == true && json["reason"].is_null(), "{json}");
     }
 
@@ -285,7 +320,7 @@ mod tests {
 
     #[test]
     fn an_empty_snapshot_has_no_values() {
-        let text = status_message(&Snapshot::default(), 0, 0);
+        let text = status_message(&Snapshot::default(), 0, None, 0);
         assert_eq!(text["type"], "status");
         assert_eq!(text["link"]["state"], "waiting");
         assert_eq!(text["outlook"]["kind"], "unknown");
@@ -295,7 +330,7 @@ mod tests {
     #[test]
     fn a_status_reports_an_observer_that_no_longer_reads() {
         let snapshot = Snapshot { presence: SourcePresence::Live, seen_ns: 5_000_000_000, ..Snapshot::default() };
-        let presence_at = |now_ns| status_message(&snapshot, 0, now_ns)["link"].clone();
+        let presence_at = |now_ns| status_message(&snapshot, 0, None, now_ns)["link"].clone();
         assert_eq!(presence_at(5_900_000_000)["state"], "live");
         let stale = presence_at(6_100_000_000);
         assert_eq!(

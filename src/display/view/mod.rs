@@ -4,20 +4,25 @@
 //!   is always the newest. So a slow browser or a slow network gets fewer frames, and never older ones.
 //! - *Commands* are requests that contain the token. A queue ([`CommandQueue`]) sends them to the server in their order; a hold
 //!   overtakes all others.
-//! - *Access:* commands need the token. Off loopback, viewing needs the token too.
+//! - *Access:* commands need the token. Off loopback, viewing needs the token too. A page with the token takes the place of one
+//!   without (`viewers`). Wrong tokens are slowed and reported (`guesses`).
 //!
 //! The page's files are in `page/` and are embedded in the program; the page loads nothing from elsewhere. The page sends
 //! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`.
 
 mod access;
 mod frame_message;
+mod guesses;
 mod messages;
+mod outcome;
+mod page_senders;
 mod page_stream;
+mod viewers;
 
 use std::io;
 use std::net::IpAddr;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::to_bytes;
@@ -31,24 +36,29 @@ use axum::routing::{any, get, post};
 use bench_dragon_ipc::{BusError, Domain, Request, Sender};
 use include_dir::{Dir, File, include_dir};
 use serde_json::json;
-use tokio::sync::{Semaphore, oneshot, watch};
-use tokio::time::timeout;
+use tokio::sync::{oneshot, watch};
+use tokio::time::{sleep, timeout};
 
-use self::access::{Access, Rights};
+use self::access::{Access, Rights, Shown, shows_token};
+use self::guesses::{ANSWER_DELAY, Guesses, Wrong};
 use self::messages::read_command;
+use self::outcome::KnownOutcome;
+use self::page_senders::PageSenders;
 use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
+use self::viewers::Viewers;
 use super::metrics;
 use super::observe::Snapshot;
 use super::web::{Connection, json_reply, refuse, text};
 use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
+use crate::output::Counted;
 
 pub use self::access::{Token, TokenError};
+pub use self::outcome::ShowOutcome;
+pub use self::viewers::MAX_VIEWERS;
 
 /// The page's files, embedded in the program.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
 
-/// Greatest number of simultaneous streams.
-pub const MAX_VIEWERS: usize = 32;
 /// The WebSocket protocol of a page's stream.
 const PROTOCOL: &str = "bench-dragon.view.v1";
 /// Greatest length of a command's body, in bytes.
@@ -65,10 +75,12 @@ struct Inner {
     instance: String,
     access: Access,
     commands: CommandQueue,
+    senders: PageSenders,
     snapshots: watch::Sender<Arc<NumberedSnapshot>>,
     closing: watch::Sender<bool>,
-    /// A permit for each stream that may be open.
-    viewers: Arc<Semaphore>,
+    outcome: watch::Sender<KnownOutcome>,
+    viewers: Viewers,
+    guesses: Mutex<Guesses>,
 }
 
 impl View {
@@ -82,9 +94,12 @@ impl View {
             instance: domain.instance().to_string(),
             access: Access { token, is_read_only, is_exposed: !address.is_loopback() },
             commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
+            senders: PageSenders::default(),
             snapshots: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
-            viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
+            outcome: watch::Sender::default(),
+            viewers: Viewers::default(),
+            guesses: Mutex::default(),
         })))
     }
 
@@ -96,7 +111,18 @@ impl View {
     /// Sends a snapshot to all pages, without waiting for any of them.
     pub fn show(&self, snapshot: Snapshot) {
         let sequence = self.0.snapshots.borrow().sequence.wrapping_add(1);
-        self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot));
+        let senders = self.0.senders.name(&snapshot.commands);
+        self.0.snapshots.send_replace(NumberedSnapshot::new(sequence, snapshot, senders));
+    }
+
+    /// Announces that [`View::end_show`] will be called before the view ends. So a closing view waits for it a moment.
+    pub fn await_outcome(&self) {
+        self.0.outcome.send_replace(KnownOutcome::Awaited);
+    }
+
+    /// Sends the outcome of the show to all pages, also to those that open later.
+    pub fn end_show(&self, outcome: ShowOutcome) {
+        self.0.outcome.send_replace(KnownOutcome::Known(outcome));
     }
 
     /// A flag that becomes true when the view ends.
@@ -117,7 +143,7 @@ impl View {
                 refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
             })
             .with_state(self.clone())
-            .layer(middleware::from_fn_with_state(self.clone(), keep_operator))
+            .layer(middleware::from_fn_with_state(self.clone(), judge_token))
     }
 
     fn rights(&self, headers: &HeaderMap) -> Rights {
@@ -176,26 +202,72 @@ fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
     router.route(&path, get(page))
 }
 
-/// Protects the connections of operators from being replaced by others.
-async fn keep_operator(State(view): State<View>, request: HttpRequest, next: Next) -> Response {
-    if let Some(connection) = request.extensions().get::<Connection>()
-        && view.rights(request.headers()).may_control
-    {
-        connection.keep();
+/// Protects the connections of operators from being replaced by others. Slows and reports wrong tokens.
+async fn judge_token(State(View(view)): State<View>, request: HttpRequest, next: Next) -> Response {
+    let Some(connection) = request.extensions().get::<Connection>().filter(|_| shows_token(request.headers())) else {
+        return next.run(request).await;
+    };
+    if !connection.is_kept() {
+        match view.judge(connection, request.headers(), Instant::now()) {
+            Judgement::Operator => connection.keep(),
+            Judgement::Known => {}
+            Judgement::Guess => sleep(ANSWER_DELAY).await,
+            Judgement::NotCompared => {
+                return refuse(
+                    StatusCode::TOO_MANY_REQUESTS,
+                    "too many wrong tokens have come from this address: wait a minute",
+                );
+            }
+        }
     }
     next.run(request).await
 }
 
+/// The judgement of a request with a token.
+enum Judgement {
+    Operator,
+    /// The address has shown this wrong token before.
+    Known,
+    Guess,
+    /// The address has shown too many wrong tokens.
+    NotCompared,
+}
+
+impl Inner {
+    fn judge(&self, connection: &Connection, headers: &HeaderMap, now: Instant) -> Judgement {
+        let address = connection.address();
+        // The counts are consistent even after a panic.
+        let mut guesses = self.guesses.lock().unwrap_or_else(PoisonError::into_inner);
+        if !guesses.allow(address, now) {
+            return Judgement::NotCompared;
+        }
+        let Shown::Wrong(token) = self.access.token_of(headers) else { return Judgement::Operator };
+        match guesses.note(address, token, now) {
+            Wrong::Known => Judgement::Known,
+            Wrong::Guess(unreported) => {
+                if let Some(count) = unreported {
+                    tracing::warn!(
+                        "{} from {address}: a guess, or a page of an earlier view",
+                        Counted(count, "wrong token")
+                    );
+                }
+                Judgement::Guess
+            }
+        }
+    }
+}
+
 async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {
-    let Rights { may_view, may_control } = view.access.rights(&headers);
+    let Rights { has_token, may_view, may_control } = view.access.rights(&headers);
     let report = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "instance": if may_view { &view.instance } else { "" },
         "read_only": view.access.is_read_only,
         "may_view": may_view,
         "may_control": may_control,
-        "viewers": MAX_VIEWERS - view.viewers.available_permits(),
+        "viewers": view.viewers.count(),
         "max_viewers": MAX_VIEWERS,
+        "is_full": view.viewers.is_full(has_token),
     });
     let mut response = json_reply(StatusCode::OK, &report);
     response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
@@ -211,23 +283,26 @@ async fn report_metrics(State(view): State<View>, headers: HeaderMap) -> Respons
 }
 
 async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response {
-    if !view.rights(request.headers()).may_view {
+    let Rights { has_token, may_view, .. } = view.rights(request.headers());
+    if !may_view {
         return refuse_look();
     }
     let (mut parts, _) = request.into_parts();
     let Ok(upgrade) = WebSocketUpgrade::from_request_parts(&mut parts, &view).await else {
         return refuse(StatusCode::UPGRADE_REQUIRED, "the stream is a WebSocket: the request must be an upgrade");
     };
-    let Ok(permit) = Arc::clone(&view.0.viewers).try_acquire_owned() else {
+    let Some(place) = view.0.viewers.take(has_token) else {
         return refuse(StatusCode::SERVICE_UNAVAILABLE, "32 pages are open already, which is the limit");
     };
-    let (mut snapshots, closing) = (view.0.snapshots.subscribe(), view.0.closing.subscribe());
+    let mut snapshots = view.0.snapshots.subscribe();
+    let (closing, mut outcome) = (view.0.closing.subscribe(), view.0.outcome.subscribe());
     snapshots.mark_changed();
+    outcome.mark_changed();
     upgrade
         .protocols([PROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
         .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, permit).run())
+        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, outcome, place).run())
 }
 
 async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {
@@ -247,8 +322,17 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
     let (answer, answered) = oneshot::channel();
+    // The site adds the connection to each request.
+    let host = parts.extensions.get::<Connection>().map(Connection::address);
+    let sent = host.map(|host| view.0.senders.submit(request, host));
     // The command is sent even if the page has gone by then.
-    view.0.commands.submit(request, move |outcome| drop(answer.send(outcome)));
+    let inner = Arc::clone(&view.0);
+    view.0.commands.submit(request, move |outcome| {
+        if let (Err(error), Some(sent)) = (&outcome, sent) {
+            inner.senders.fail(sent, error);
+        }
+        drop(answer.send(outcome));
+    });
     match answered.await.expect("the queue answers each command") {
         Ok(reply) => {
             let mut report = json!({ "accepted": reply.outcome().is_ok(), "tick": reply.tick });

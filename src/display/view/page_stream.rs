@@ -8,11 +8,14 @@ use std::time::Duration;
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::Value;
-use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
 use super::frame_message::encode_frame;
-use super::messages::{alert_message, command_message, plan_message, read_ack, run_message, status_message};
+use super::messages::{HeardAck, alert_message, command_message, plan_message, read_ack, run_message, status_message};
+use super::outcome::{KnownOutcome, last};
+use super::page_senders::SenderHosts;
+use super::viewers::Place;
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -34,13 +37,16 @@ pub(super) struct PageStream {
     socket: WebSocket,
     snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
     closing: watch::Receiver<bool>,
+    outcome: watch::Receiver<KnownOutcome>,
     sent: SentState,
     /// Sequence numbers of the unacknowledged frames, oldest first.
     unacknowledged: VecDeque<u32>,
     /// Instant of the last acknowledgement, or of the first frame sent after all had been acknowledged.
     heard: Instant,
+    /// The newest acknowledgement.
+    heard_ack: Option<HeardAck>,
     /// Counts this stream among the viewers.
-    _permit: OwnedSemaphorePermit,
+    place: Place,
 }
 
 /// The data that the page already has.
@@ -68,16 +74,19 @@ impl PageStream {
         socket: WebSocket,
         snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
         closing: watch::Receiver<bool>,
-        permit: OwnedSemaphorePermit,
+        outcome: watch::Receiver<KnownOutcome>,
+        place: Place,
     ) -> Self {
         Self {
             socket,
             snapshots,
             closing,
+            outcome,
             sent: SentState::default(),
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
             heard: Instant::now(),
-            _permit: permit,
+            heard_ack: None,
+            place,
         }
     }
 
@@ -101,6 +110,7 @@ impl PageStream {
 
     async fn stream(&mut self) -> Result<Infallible, StreamEnd> {
         const ENDED: StreamEnd = StreamEnd::Closed(close_code::AWAY, "the view has ended");
+        const REPLACED: StreamEnd = StreamEnd::Closed(close_code::AGAIN, "a page with the token has taken this place");
         let mut status_due = interval(STATUS_PERIOD);
         status_due.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -109,9 +119,14 @@ impl PageStream {
                 message = self.socket.recv() => self.take(message)?,
                 _ = status_due.tick() => self.send_status().await?,
                 Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
+                Ok(()) = self.outcome.changed() => self.send_outcome().await?,
+                () = self.place.lost() => return Err(REPLACED),
                 () = closed(&mut self.closing) => {
-                    // The page also gets the last status of the show.
+                    // The page also gets the last status of the show, and its outcome.
                     self.send_status().await?;
+                    if let Some(outcome) = last(&mut self.outcome).await {
+                        self.send_json(&outcome.message()).await?;
+                    }
                     return Err(ENDED);
                 }
             }
@@ -135,6 +150,7 @@ impl PageStream {
         let known = self.unacknowledged.iter().position(|&sent| sent == sequence).ok_or(MALFORMED)?;
         self.unacknowledged.drain(..=known);
         self.heard = Instant::now();
+        self.heard_ack = Some(HeardAck { sequence, at_ns: monotonic_ns() });
         Ok(())
     }
 
@@ -161,7 +177,8 @@ impl PageStream {
         self.send_alerts(&newest).await?;
         let commands = &newest.snapshot.commands.log;
         for command in commands.since(std::mem::replace(&mut self.sent.next_command, commands.total)) {
-            self.send_json(&command_message(command)).await?;
+            let host = newest.senders.host(command.number);
+            self.send_json(&command_message(command, host)).await?;
         }
         Ok(())
     }
@@ -183,7 +200,8 @@ impl PageStream {
         }
         let newest = Arc::clone(&self.snapshots.borrow());
         self.send_run(&newest).await?;
-        self.send_json(&status_message(&newest.snapshot, self.sent.chart_revision, monotonic_ns())).await?;
+        self.send_json(&status_message(&newest.snapshot, self.sent.chart_revision, self.heard_ack, monotonic_ns()))
+            .await?;
         self.sent.chart_revision = newest.snapshot.chart.as_ref().map_or(0, |chart| chart.revisions);
         self.send_alerts(&newest).await
     }
@@ -195,6 +213,15 @@ impl PageStream {
             self.send_json(&alert_message(alert)).await?;
         }
         Ok(())
+    }
+
+    /// Sends the outcome of the show, if it is known.
+    async fn send_outcome(&mut self) -> Result<(), StreamEnd> {
+        let known = self.outcome.borrow_and_update().clone();
+        match known {
+            KnownOutcome::Known(outcome) => self.send_json(&outcome.message()).await,
+            KnownOutcome::Unreported | KnownOutcome::Awaited => Ok(()),
+        }
     }
 
     /// Sends the run, unless the page already has it.
@@ -227,12 +254,14 @@ pub(super) struct NumberedSnapshot {
     /// Number of the snapshot. It increases by one, and wraps around to 0.
     pub(super) sequence: u32,
     pub(super) snapshot: Snapshot,
+    /// The machines of the pages that sent the commands.
+    senders: SenderHosts,
     message: OnceLock<Bytes>,
 }
 
 impl NumberedSnapshot {
-    pub(super) fn new(sequence: u32, snapshot: Snapshot) -> Arc<Self> {
-        Arc::new(Self { sequence, snapshot, message: OnceLock::new() })
+    pub(super) fn new(sequence: u32, snapshot: Snapshot, senders: SenderHosts) -> Arc<Self> {
+        Arc::new(Self { sequence, snapshot, senders, message: OnceLock::new() })
     }
 
     /// Returns the snapshot's frame as a message, if any.

@@ -23,7 +23,7 @@ pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, screen: &Screen) {
     plan::draw(frame, areas.plan, snapshot, screen);
     draw_panel(frame, areas.panel, snapshot, screen);
     draw_strip(frame, areas.strip, snapshot, screen);
-    overlays::draw_banner(frame, areas.plan, snapshot, screen);
+    overlays::draw_cause(frame, areas.plan, snapshot, screen);
     match screen.overlay {
         Some(Overlay::Help) => overlays::draw_help(frame, areas.plan, screen),
         Some(Overlay::Lamps) => overlays::draw_all_lamps(frame, areas.plan.union(areas.panel), snapshot, screen),
@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_source_that_is_not_live_is_reported_on_the_plan_and_in_the_first_line() {
-        let words = ["WAITING", "SILENT", "LOST", "FAILED"];
+        let words = ["WAITING", "SILENT", "SERVER LOST", "NO BUS"];
         for ((width, height), (presence, word)) in [(40, 12), (80, 24), (200, 60)]
             .into_iter()
             .flat_map(|size| presences().into_iter().skip(1).zip(words).map(move |it| (size, it)))

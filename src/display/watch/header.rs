@@ -1,6 +1,6 @@
 //! The first two lines: the state of the show, and the lamps.
 
-use bench_dragon_ipc::{ShowState, SourceKind};
+use bench_dragon_ipc::SourceKind;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -9,13 +9,13 @@ use ratatui::text::{Line, Span};
 use super::look::{Glyphs, Look, Tone, strong};
 use super::panel::short;
 use super::screen::Screen;
-use crate::display::observe::{GuardSituation, Lamp, LampLevel, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{Lamp, LampLevel, Level, Snapshot, SourcePresence, Standing, lamps};
 
 pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look;
-    let condition = Condition::of(snapshot);
-    let sign = condition.sign(look.glyphs);
-    let mut spans = vec![Span::styled(format!(" {sign} {:<8} ", condition.word), look.theme.block(condition.tone))];
+    let standing = Standing::of(snapshot, snapshot.seen_ns);
+    let (tone, sign) = (tone(standing.level), sign(&standing, look.glyphs));
+    let mut spans = vec![Span::styled(format!(" {sign} {:<8} ", standing.word), look.theme.block(tone))];
     let is_live = snapshot.presence == SourcePresence::Live;
     let style = if is_live { strong() } else { look.theme.faint() };
     if let Some(header) = snapshot.header() {
@@ -31,8 +31,8 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     spans.push(Span::raw(format!("   {}", screen.instance)));
     let (name, tone) = match snapshot.status.as_ref().and_then(|status| status.source_kind()) {
         Some(SourceKind::Replay) if is_live => ("REPLAY", Tone::Caution),
-        Some(SourceKind::Remote) if is_live => ("another host", condition.tone),
-        _ => (snapshot.presence.name(), condition.tone),
+        Some(SourceKind::Remote) if is_live => ("another host", tone),
+        _ => (snapshot.presence.name(), tone),
     };
     spans.push(Span::styled(format!("   {name}"), look.theme.text(tone)));
     if screen.read_only {
@@ -41,50 +41,25 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     frame.render_widget(Line::from(spans), area);
 }
 
-/// The state of the show as a word, and its urgency.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Condition {
-    pub(super) word: &'static str,
-    pub(super) tone: Tone,
-    sign: usize,
-}
-
-impl Condition {
-    /// Returns the condition of a snapshot. If the source is not live, its presence takes precedence over its last state.
-    pub(super) fn of(snapshot: &Snapshot) -> Self {
-        use SourcePresence::{Ended, Failed, Gone, Live, Silent, Waiting};
-        let new = |word, tone, sign| Self { word, tone, sign };
-        match (&snapshot.presence, snapshot.state()) {
-            (Waiting, _) => new("WAITING", Tone::Caution, 1),
-            (Failed { .. }, _) => new("FAILED", Tone::Danger, 2),
-            (Ended { .. }, _) | (Live, Some(ShowState::Ended)) => new("ENDED", Tone::Calm, 3),
-            (Gone { .. }, _) => new("LOST", Tone::Danger, 2),
-            (Silent { .. }, _) => new("SILENT", Tone::Danger, 2),
-            (Live, Some(ShowState::Running)) => new("RUNNING", Tone::Good, 0),
-            (Live, Some(ShowState::Stopping)) => new("STOPPING", Tone::Caution, 1),
-            (Live, Some(ShowState::Paused)) => new("PAUSED", Tone::Caution, 1),
-            (Live, Some(ShowState::Held)) => match by_guard(snapshot) {
-                GuardSituation::Missing => new("NO GUARD", Tone::Danger, 2),
-                GuardSituation::Waiting => new("WAITS FOR GUARD", Tone::Caution, 1),
-                GuardSituation::AtEnd { .. } => new("GUARD STOP", Tone::Caution, 2),
-                GuardSituation::None | GuardSituation::Working => new("HELD", Tone::Danger, 2),
-            },
-            (Live, Some(ShowState::Ready)) => new("READY", Tone::Calm, 1),
-            (Live, Some(ShowState::Finished)) => new("FINISHED", Tone::Calm, 3),
-            (Live, None) => new("UNKNOWN", Tone::Caution, 1),
-        }
-    }
-
-    /// The sign with the meaning of the word.
-    pub(super) fn sign(&self, glyphs: Glyphs) -> &'static str {
-        glyphs.signs().states[self.sign]
+/// The tone of a level.
+pub(super) fn tone(level: Level) -> Tone {
+    match level {
+        Level::Calm => Tone::Calm,
+        Level::Good => Tone::Good,
+        Level::Caution => Tone::Caution,
+        Level::Danger => Tone::Danger,
     }
 }
 
-/// The situation of the guard; `None` if an operator holds the show.
-fn by_guard(snapshot: &Snapshot) -> GuardSituation {
-    let is_held = snapshot.status.as_ref().is_some_and(|status| status.stops().held);
-    if is_held { GuardSituation::None } else { snapshot.guard }
+/// The sign beside the word: it distinguishes the levels without colours.
+fn sign(standing: &Standing, glyphs: Glyphs) -> &'static str {
+    let [walks, stands, held, over] = glyphs.signs().states;
+    match (standing.level, standing.word) {
+        (Level::Danger, _) => held,
+        (Level::Good, _) => walks,
+        (_, "FINISHED" | "ENDED") => over,
+        (Level::Calm | Level::Caution, _) => stands,
+    }
 }
 
 /// Draws an unacknowledged contact, then the lamps, the most urgent ones first. A lamp without enough room is left out.
@@ -109,9 +84,10 @@ pub(super) fn draw_lamps(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot,
     frame.render_widget(Line::from(spans), area);
 }
 
-/// Whether a lamp belongs in the line: it is not off, and shows more than a good source or good readers.
+/// Whether a lamp belongs in the line: it is not off, and shows more than a good source, clearance or readers.
 fn is_in_row(lamp: &Lamp) -> bool {
-    lamp.level > LampLevel::Good || lamp.level == LampLevel::Good && !["source", "readers"].contains(&lamp.name)
+    lamp.level > LampLevel::Good
+        || lamp.level == LampLevel::Good && !["source", "clearance", "readers"].contains(&lamp.name)
 }
 
 fn short_lamp(lamp: &Lamp, look: Look) -> Vec<Span<'static>> {
@@ -135,7 +111,12 @@ pub(super) fn lamp_sign(level: LampLevel, look: Look) -> (&'static str, Style) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_ipc::{GuardState, ShowState, Status, Stops};
+
     use super::*;
+    use crate::display::observe::GuardSituation;
     use crate::display::watch::sample::{snapshot, text_after};
 
     #[test]
@@ -147,20 +128,26 @@ mod tests {
     }
 
     #[test]
-    fn each_situation_of_the_guard_has_its_words_and_under_timecode_no_stop_is_permanent() {
-        let of = |guard| Snapshot { guard, ..snapshot(ShowState::Held, 300.0) };
-        let text = |guard| text_after("", &of(guard));
-        for (guard, words) in [
-            (GuardSituation::None, ["HELD", "in "]),
-            (GuardSituation::Waiting, ["WAITS FOR GUARD", "waits for a grant"]),
-            (GuardSituation::Missing, ["NO GUARD", "guard missing"]),
-            (GuardSituation::AtEnd { for_good: true }, ["GUARD STOP", "only a seek moves it"]),
-            (GuardSituation::AtEnd { for_good: false }, ["GUARD STOP", "until timecode moves"]),
+    fn each_cause_of_a_hold_has_its_sentence_and_under_timecode_no_stop_is_permanent() {
+        let at_limit = Stops { guard_limit: true, ..Stops::default() };
+        let by_operator = Stops { held: true, ..Stops::default() };
+        let restarted = Stops { restarted: true, ..by_operator };
+        let text = |stops: Stops, guard| {
+            let state = GuardState::Running.to_wire();
+            let status =
+                Status { state: ShowState::Held.to_wire(), stops: stops.to_wire(), guard: state, ..Status::default() };
+            text_after("", &Snapshot { guard, status: Some(Arc::new(status)), ..snapshot(ShowState::Held, 300.0) })
+        };
+        for (stops, guard, words) in [
+            (by_operator, GuardSituation::Working, "A release lifts the hold."),
+            (restarted, GuardSituation::Working, "The server was restarted"),
+            (at_limit, GuardSituation::Waiting, "proving the travel ahead"),
+            (at_limit, GuardSituation::Missing, "No guard runs"),
+            (at_limit, GuardSituation::AtEnd { for_good: true }, "only a seek moves it"),
+            (at_limit, GuardSituation::AtEnd { for_good: false }, "until timecode moves"),
         ] {
-            let text = text(guard);
-            let words = if guard == GuardSituation::None { &words[..1] } else { &words[..] };
-            assert!(words.iter().all(|word| text.contains(word)), "{words:?} in\n{text}");
-            assert_eq!(text.contains("permanently"), guard == GuardSituation::AtEnd { for_good: true }, "{text}");
+            let text = text(stops, guard);
+            assert!(text.contains("HELD") && text.contains(words), "{words:?} in\n{text}");
         }
     }
 }

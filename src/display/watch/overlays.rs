@@ -1,39 +1,58 @@
-//! Boxes over the plan: the reason for which it is not live, all keys, all lamps.
+//! Texts over the plan: the cause of the show's standing, all keys, all lamps.
 
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Paragraph};
 
-use super::header::{Condition, lamp_sign};
+use super::header::{lamp_sign, tone};
 use super::look::strong;
 use super::screen::Screen;
-use crate::display::observe::{Lamp, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{Lamp, Level, Snapshot, SourcePresence, Standing, lamps};
 
 /// Greatest widths of the boxes of keys and of lamps.
 const HELP_WIDTH: u16 = 46;
 const LAMPS_WIDTH: u16 = 74;
 
-/// Draws the reason for which the plan is not live. Draws nothing while frames arrive.
-pub(super) fn draw_banner(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
-    let Some(reason) = reason(snapshot, &screen.instance) else { return };
-    let condition = Condition::of(snapshot);
-    let lines = vec![Line::from(condition.word), Line::from(reason)];
-    let widest = lines.iter().map(Line::width).max().unwrap_or_default();
-    let block = Block::bordered().style(screen.look.theme.block(condition.tone));
-    draw_box(frame, area, (widest + 4) as u16, lines, Alignment::Center, block, screen);
+/// Draws the cause of the show's standing and its remedy over the plan: in a box in the middle while no frames arrive, in lines
+/// at the top while they do. Draws nothing for a show that runs well.
+pub(super) fn draw_cause(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &Screen) {
+    let Standing { level, word, cause, remedy } = Standing::of(snapshot, snapshot.seen_ns);
+    let is_live = snapshot.presence == SourcePresence::Live;
+    if is_live && level == Level::Good || area.is_empty() {
+        return;
+    }
+    let style = screen.look.theme.block(tone(level));
+    let width = usize::from(area.width);
+    let mut lines = wrapped(&cause, width.saturating_sub(4));
+    lines.extend(remedy.iter().flat_map(|remedy| wrapped(remedy, width.saturating_sub(4))));
+    if !is_live {
+        lines.insert(0, word.to_owned());
+        let widest = lines.iter().map(|line| line.chars().count()).max().unwrap_or_default();
+        let lines = lines.into_iter().map(Line::from).collect();
+        draw_box(frame, area, (widest + 4) as u16, lines, Alignment::Center, Block::bordered().style(style), screen);
+        return;
+    }
+    let height = (lines.len() as u16).min(area.height.div_ceil(2));
+    let strip = Rect { height, ..area };
+    let text: Vec<Line<'_>> = lines.into_iter().map(|line| Line::from(format!(" {line:<width$}"))).collect();
+    frame.render_widget(Clear, strip);
+    frame.render_widget(Paragraph::new(text).style(screen.look.theme.text(tone(level))), strip);
 }
 
-fn reason(snapshot: &Snapshot, instance: &str) -> Option<String> {
-    let age_s = snapshot.presence.age_s().unwrap_or_default();
-    match &snapshot.presence {
-        SourcePresence::Live => None,
-        SourcePresence::Waiting => Some(format!("no frame yet on instance {instance}")),
-        SourcePresence::Failed { reason } => Some(reason.clone()),
-        SourcePresence::Silent { .. } => Some(format!("the last frame is {age_s:.1} s old")),
-        SourcePresence::Gone { .. } => Some(format!("the server is gone, the last frame is {age_s:.1} s old")),
-        SourcePresence::Ended { .. } => Some("the show has ended in order".to_owned()),
+/// Breaks a text between words into lines of at most this many characters.
+fn wrapped(text: &str, columns: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= columns => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
     }
+    lines
 }
 
 pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {

@@ -9,7 +9,9 @@ use super::footer::CommandOutcome;
 use super::look::{Look, Tone};
 use super::prompt::{Confirmation, NumberEntry};
 use super::speed_steps::SpeedSteps;
-use crate::display::observe::{GuardSituation, Lamp, LeastClearance, ShowForecast, Snapshot, SourcePresence, lamps};
+use crate::display::observe::{
+    GuardSituation, Lamp, LeastClearance, ShowForecast, Snapshot, SourcePresence, Standing, lamps,
+};
 use crate::output::command_words::CommandWords;
 
 /// All that is drawn beside the snapshot, and its appearance.
@@ -118,6 +120,7 @@ pub struct Appearance {
     forecast: ShowForecast,
     least: Option<LeastClearance>,
     guard: GuardSituation,
+    standing: Standing,
     lamps: Vec<Lamp>,
     /// All other values, as numbers.
     figures: [u64; 15],
@@ -135,6 +138,7 @@ impl Appearance {
             forecast: snapshot.forecast,
             least: snapshot.least,
             guard: snapshot.guard,
+            standing: Standing::of(snapshot, snapshot.seen_ns),
             lamps: lamps(snapshot, snapshot.seen_ns),
             figures: [
                 (snapshot.presence.age_s().unwrap_or_default() * 10.0) as u64,

@@ -49,6 +49,7 @@ pub(super) struct Permit {
 pub struct Connection {
     limit: ConnectionLimit,
     id: u64,
+    address: IpAddr,
 }
 
 /// A request in progress, until this is dropped.
@@ -70,7 +71,7 @@ impl ConnectionLimit {
         let id = open.next_id;
         open.next_id += 1;
         open.connections.push(OpenConnection { id, address, requests: 0, is_kept: false, _held: held });
-        Some(Permit { connection: Connection { limit: self.clone(), id }, closed })
+        Some(Permit { connection: Connection { limit: self.clone(), id, address }, closed })
     }
 
     /// Ignores a poisoned lock: the values are consistent even after a panic.
@@ -105,9 +106,19 @@ impl Drop for Permit {
 }
 
 impl Connection {
+    /// Address of the other end. Behind a proxy, it is that of the proxy.
+    pub fn address(&self) -> IpAddr {
+        self.address
+    }
+
     /// Protects this connection from being replaced by others.
     pub fn keep(&self) {
         self.change(|connection| connection.is_kept = true);
+    }
+
+    /// Whether this connection is protected from being replaced.
+    pub fn is_kept(&self) -> bool {
+        self.limit.open().connections.iter().any(|connection| connection.id == self.id && connection.is_kept)
     }
 
     /// Counts a request of this connection as in progress until the result is dropped.

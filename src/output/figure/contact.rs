@@ -1,4 +1,4 @@
-//! Plan of the boards at a contact, and a larger plan of the contact.
+//! Plan of the boards at a contact or a near miss, and a larger plan of the two benches.
 
 use glam::DVec2;
 use kurbo::{Point, Rect, Shape as _};
@@ -6,25 +6,24 @@ use kurbo::{Point, Rect, Shape as _};
 use super::boards::{DragonInPlan, bounds, width_m, write_names};
 use super::drawing::{Drawing, Mark, circle, polyline};
 use super::page::{Caption, page};
+use super::plan_view::NearestPair;
 use super::plot::Plot;
 use super::style::{AXIS_WIDTH, BLACK, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PAGE_WIDTH};
 
-/// The boards at a contact: the whole dragon on the left, the surroundings of the contact on the right.
+/// The boards at a contact or a near miss: the whole dragon on the left, the surroundings of the two benches on the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactView {
     /// Caption above the plans.
     pub caption: Caption,
     /// The dragon.
     pub dragon: DragonInPlan,
-    /// The two benches that touch.
-    pub benches: [usize; 2],
-    /// Point of contact in metres.
-    pub point: DVec2,
+    /// The two benches, and their nearest points.
+    pub pair: NearestPair,
 }
 
 /// Distance between the two plans.
 const GAP: f64 = 10.0;
-/// Side of the larger plan ÷ width of a board.
+/// Side of the larger plan, without the clearance at both sides, ÷ width of a board.
 const SIDE_PER_WIDTH: f64 = 4.5;
 const HINGE_RADIUS: f64 = 0.15;
 const NEAR_HINGE_RADIUS: f64 = 1.0;
@@ -37,19 +36,21 @@ impl ContactView {
     /// If one of the two benches has no board.
     pub fn draw(&self) -> Drawing {
         let width = 0.5 * (PAGE_WIDTH - 2.0 * LEFT_MARGIN - GAP);
-        let entries = self.dragon.legend(&self.benches, "in touch", HINGE_RADIUS);
+        let benches = self.pair.benches;
+        let entries = self.dragon.legend(&benches, self.pair.kind(), HINGE_RADIUS);
         let (mut drawing, top) = page(&self.caption, &entries, width + BOTTOM_MARGIN);
         let area = |left: f64| Rect::from_origin_size((left, top), (width, width));
         let [low, high] = bounds(self.dragon.boards.iter().flatten().copied(), self.board_width_m());
         let left = Plot::plan(area(LEFT_MARGIN), low, high);
-        let half = DVec2::splat(0.5 * SIDE_PER_WIDTH * self.board_width_m());
-        let [near_low, near_high] = [self.point - half, self.point + half];
+        let side_m = SIDE_PER_WIDTH * self.board_width_m() + 2.0 * self.pair.clearance_m.max(0.0);
+        let (point, half) = (self.pair.middle(), DVec2::splat(0.5 * side_m));
+        let [near_low, near_high] = [point - half, point + half];
         let right = Plot::plan(area(PAGE_WIDTH - LEFT_MARGIN - width), near_low, near_high).with_y_at_the_right();
 
-        self.dragon.draw(&mut drawing, &left, &self.benches, HINGE_RADIUS);
+        self.dragon.draw(&mut drawing, &left, &benches, HINGE_RADIUS);
         let region = Rect::from_points(left.at(near_low), left.at(near_high));
-        self.dragon.draw(&mut drawing, &right, &self.benches, NEAR_HINGE_RADIUS);
-        self.draw_touch(&mut drawing, &right);
+        self.dragon.draw(&mut drawing, &right, &benches, NEAR_HINGE_RADIUS);
+        self.draw_pair(&mut drawing, &right);
         left.draw_frame(&mut drawing);
         right.draw_frame(&mut drawing);
         draw_magnification(&mut drawing, region, right.area);
@@ -59,15 +60,19 @@ impl ContactView {
     }
 
     fn board_width_m(&self) -> f64 {
-        width_m(&self.dragon.boards[self.benches[0]])
+        width_m(&self.dragon.boards[self.pair.benches[0]])
     }
 
-    /// Marks the contact, and writes the names of the two benches on their boards.
-    fn draw_touch(&self, drawing: &mut Drawing, plot: &Plot) {
-        let at = plot.at(self.point);
-        drawing.push(Mark::stroked(circle(at, POINT_RADIUS), BLACK, LINE_WIDTH).labelled("contact"));
-        let obstacles: Vec<DVec2> = self.dragon.hinges.iter().chain([&self.point]).copied().collect();
-        write_names(drawing, plot, &self.dragon.boards, &self.benches, &obstacles);
+    /// Marks the contact or the clearance, and writes the names of the two benches on their boards.
+    fn draw_pair(&self, drawing: &mut Drawing, plot: &Plot) {
+        if self.pair.touches() {
+            let at = plot.at(self.pair.middle());
+            drawing.push(Mark::stroked(circle(at, POINT_RADIUS), BLACK, LINE_WIDTH).labelled("contact"));
+        } else {
+            self.pair.draw_measure(drawing, plot);
+        }
+        let obstacles: Vec<DVec2> = self.dragon.hinges.iter().chain(&self.pair.points).copied().collect();
+        write_names(drawing, plot, &self.dragon.boards, &self.pair.benches, &obstacles);
     }
 }
 

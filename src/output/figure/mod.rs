@@ -10,7 +10,7 @@
 //!
 //! | files | contents |
 //! |---|---|
-//! | `plan_view`, `route`, `contact`, `clearance`, `speeds`, `sensitivity` | the figures |
+//! | `plan_view`, `route`, `contact`, `clearance`, `speeds`, `sensitivity`, `timeline` | the figures |
 //! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
 //! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
@@ -29,6 +29,7 @@ mod speeds;
 mod style;
 mod svg;
 mod text;
+mod timeline;
 
 use std::path::Path;
 
@@ -41,6 +42,7 @@ pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
 pub use route::RouteView;
 pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
+pub use timeline::{ShowTimeline, StateLook, StateSpan};
 
 /// File formats of a drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

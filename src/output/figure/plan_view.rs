@@ -178,7 +178,7 @@ impl TurnMarks {
 
 impl NearestPair {
     /// Name of the two benches in the legend.
-    fn kind(&self) -> &'static str {
+    pub(super) fn kind(&self) -> &'static str {
         if self.touches() { "in touch" } else { "nearest pair" }
     }
 
@@ -192,13 +192,18 @@ impl NearestPair {
         }
     }
 
-    fn touches(&self) -> bool {
+    pub(super) fn touches(&self) -> bool {
         self.clearance_m < TOUCHING_M
+    }
+
+    /// The point midway between the nearest points.
+    pub(super) fn middle(&self) -> DVec2 {
+        0.5 * (self.points[0] + self.points[1])
     }
 
     /// Draws the surroundings of the pair into an area below the plan, and their frame in the plan.
     fn draw(&self, drawing: &mut Drawing, dragon: &DragonInPlan, plan: &Plot, area: Rect) {
-        let centre = 0.5 * (self.points[0] + self.points[1]);
+        let centre = self.middle();
         let height_m = HEIGHT_PER_WIDTH * width_m(&dragon.boards[self.benches[0]]) + 2.0 * self.clearance_m.max(0.0);
         let half = 0.5 * height_m * DVec2::new(area.width() / area.height(), 1.0);
         let plot = Plot::plan(area, centre - half, centre + half);
@@ -216,7 +221,7 @@ impl NearestPair {
     }
 
     /// Draws the clearance as a measure from point to point, or as a ring if the points are too near.
-    fn draw_measure(&self, drawing: &mut Drawing, plot: &Plot) {
+    pub(super) fn draw_measure(&self, drawing: &mut Drawing, plot: &Plot) {
         let [from, to] = self.points.map(|point| plot.at(point));
         if from.distance(to) < LEAST_MEASURE {
             let ring = circle(from.midpoint(to), POINT_RADIUS);

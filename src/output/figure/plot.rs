@@ -8,8 +8,8 @@ use kurbo::{BezPath, Point, Rect, Shape as _, Vec2};
 
 use super::drawing::{Drawing, Mark, circle, polygon, polyline};
 use super::style::{
-    AXIS_WIDTH, BLACK, Colour, FINE_WIDTH, GRID_WIDTH, LABEL_SIZE, LIGHT_GREY, LineStyle, TICK_LENGTH, TICK_SIZE,
-    X_LABEL_DROP, X_TICK_DROP, X_TICK_SPACING, Y_LABEL_GAP, Y_TICK_GAP, Y_TICK_SPACING,
+    AXIS_WIDTH, BLACK, CLOCK_TICK_SPACING, Colour, FINE_WIDTH, GRID_WIDTH, LABEL_SIZE, LIGHT_GREY, LineStyle,
+    TICK_LENGTH, TICK_SIZE, X_LABEL_DROP, X_TICK_DROP, X_TICK_SPACING, Y_LABEL_GAP, Y_TICK_GAP, Y_TICK_SPACING,
 };
 use super::text::{Anchor, Text};
 
@@ -22,6 +22,8 @@ pub(super) struct Plot {
     /// Whether the y axis is labelled at the right side.
     is_y_at_right: bool,
     y_tick_spacing: f64,
+    /// Time of day at the x of 0, in seconds after midnight, where x is a time in seconds and its ticks are times of day.
+    clock_s: Option<f64>,
 }
 
 /// A linear scale from a range of values to an interval of the page in millimetres. The range is never empty.
@@ -42,7 +44,7 @@ impl Plot {
     /// A plot whose axes span these ranges.
     pub(super) fn new(area: Rect, x: &RangeInclusive<f64>, y: &RangeInclusive<f64>) -> Self {
         let (x, y) = (Scale::new(x, [area.x0, area.x1]), Scale::new(y, [area.y1, area.y0]));
-        Self { area, x, y, is_y_at_right: false, y_tick_spacing: Y_TICK_SPACING }
+        Self { area, x, y, is_y_at_right: false, y_tick_spacing: Y_TICK_SPACING, clock_s: None }
     }
 
     /// A plan: a plot with equal scales on both axes, which shows everything between two corners.
@@ -56,6 +58,11 @@ impl Plot {
 
     pub(super) fn with_y_at_the_right(self) -> Self {
         Self { is_y_at_right: true, ..self }
+    }
+
+    /// Labels the x axis, which has seconds, with times of day. `clock_s` is that of second 0, in seconds after midnight.
+    pub(super) fn with_clock(self, clock_s: f64) -> Self {
+        Self { clock_s: Some(clock_s), ..self }
     }
 
     /// Position on the page of a point of the plot.
@@ -104,7 +111,7 @@ impl Plot {
     /// Draws the frame with its ticks, over the data.
     pub(super) fn draw_frame(&self, drawing: &mut Drawing) {
         drawing.push(Mark::stroked(self.area.to_path(0.0), BLACK, AXIS_WIDTH));
-        for tick in self.x.ticks(X_TICK_SPACING) {
+        for tick in self.x_ticks() {
             let at = Point::new(self.x.at(tick.value), self.area.y1);
             drawing.push(Mark::stroked(polyline([at, at + (0.0, TICK_LENGTH)]), BLACK, AXIS_WIDTH));
             drawing.write(&Text::new(tick.label, TICK_SIZE), at + (0.0, X_TICK_DROP));
@@ -126,6 +133,13 @@ impl Plot {
         let (edge, outward, _) = self.y_edge();
         let beside = Point::new(edge, self.area.center().y) + distance * outward;
         drawing.write(&Text::new(y, LABEL_SIZE).turned(-FRAC_PI_2), beside);
+    }
+
+    fn x_ticks(&self) -> Vec<Tick> {
+        match self.clock_s {
+            Some(clock_s) => self.x.clock_ticks(CLOCK_TICK_SPACING, clock_s),
+            None => self.x.ticks(X_TICK_SPACING),
+        }
     }
 
     fn y_ticks(&self) -> Vec<Tick> {
@@ -180,6 +194,37 @@ impl Scale {
     }
 }
 
+/// Seconds from tick to tick of a clock.
+const CLOCK_STEPS: [f64; 18] = [
+    1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0, 10_800.0, 21_600.0,
+    43_200.0, DAY_S,
+];
+const DAY_S: f64 = 86_400.0;
+
+impl Scale {
+    /// Ticks at round times of day, for values in seconds: the smallest step of at least `gap` millimetres, from a second to a
+    /// number of days.
+    fn clock_ticks(&self, gap: f64, clock_s: f64) -> Vec<Tick> {
+        let least = gap / self.mm_per_unit().abs();
+        let days = DAY_S * (least / DAY_S).ceil();
+        let step = CLOCK_STEPS.into_iter().find(|step| *step >= least).unwrap_or(days);
+        let [first, last] = self.values.map(|value| (value + clock_s) / step);
+        let times_s = (first.ceil() as i64..=last.floor() as i64).map(|index| index as f64 * step);
+        times_s.map(|time_s| Tick { value: time_s - clock_s, label: time_of_day(time_s, step < 60.0) }).collect()
+    }
+}
+
+/// A time of day, after midnight counted from 0 again.
+fn time_of_day(time_s: f64, has_seconds: bool) -> String {
+    let seconds = time_s.rem_euclid(DAY_S).round() as u64;
+    let (hours, minutes) = (seconds / 3600 % 24, seconds / 60 % 60);
+    if has_seconds {
+        format!("{hours:02}:{minutes:02}:{:02}", seconds % 60)
+    } else {
+        format!("{hours:02}:{minutes:02}")
+    }
+}
+
 /// Prints a number. The minus sign is as wide as a plus sign; a zero has no sign.
 fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -219,6 +264,18 @@ mod tests {
         assert_eq!(labels(0.0..=0.18, 20.0), ["0.00", "0.05", "0.10", "0.15"]);
         assert_eq!(labels(0.0..=412.5, 15.0), ["0", "100", "200", "300", "400"]);
         assert_eq!(labels(0.3..=0.6, 30.0), ["0.3", "0.4", "0.5", "0.6"]);
+    }
+
+    #[test]
+    fn ticks_of_a_clock_are_round_times_of_day() {
+        let labels = |seconds: f64, clock_s: f64| -> Vec<String> {
+            let ticks = Scale::new(&(0.0..=seconds), [0.0, 100.0]).clock_ticks(20.0, clock_s);
+            ticks.into_iter().map(|tick| tick.label).collect()
+        };
+        assert_eq!(labels(30.0, 21.0 * 3600.0 + 4.0), ["21:00:10", "21:00:20", "21:00:30"]);
+        assert_eq!(labels(3600.0, 23.0 * 3600.0 + 1.0), ["23:15", "23:30", "23:45", "00:00"]);
+        assert_eq!(labels(4.0 * 86_400.0, 0.0), ["00:00"; 5]);
+        assert!(labels(1e9, 0.0).len() <= 6);
     }
 
     #[test]

@@ -81,6 +81,8 @@ pub(super) const GRID_WIDTH: f64 = 0.12;
 
 /// Least distance between two ticks of an x axis.
 pub(super) const X_TICK_SPACING: f64 = 11.0;
+/// Least distance between two times of day at an x axis.
+pub(super) const CLOCK_TICK_SPACING: f64 = 18.0;
 /// Least distance between two ticks of a y axis.
 pub(super) const Y_TICK_SPACING: f64 = 8.0;
 pub(super) const TICK_LENGTH: f64 = 1.0;

@@ -49,7 +49,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Domain, SourceKind, SourceLock};
+use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::{BusError, Domain, SourceKind};
 use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;

@@ -19,8 +19,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use bench_dragon_ipc::source::SourceLock;
 use bench_dragon_ipc::{
-    BusError, CommandEvent, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind, SourceLock,
+    BusError, CommandEvent, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind,
 };
 
 use crate::config::Config;
@@ -56,7 +57,7 @@ pub struct ServerSettings {
 }
 
 /// Results of a run.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ServerSummary {
     /// Number of the run.
     pub run_id: u64,
@@ -74,6 +75,17 @@ pub struct ServerSummary {
     pub lateness_us: Percentiles,
     /// From the start of each tick until the loop was ready for the next one, in microseconds.
     pub tick_us: Percentiles,
+    /// The sender of the stop that ended the run; null if the run reached its end.
+    pub stopped_by: Option<StoppedBy>,
+}
+
+/// The sender of a stop.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct StoppedBy {
+    /// Kind of the sender, in lower case.
+    pub sender: String,
+    /// Process id of the sender; null if it is unknown.
+    pub pid: Option<u32>,
 }
 
 /// A server that is ready to run.
@@ -248,8 +260,33 @@ impl Server {
         let [behind_s, most_behind_s] =
             [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
         let (run_id, overruns) = (self.run_id(), schedule.overruns());
+        let stopped_by = self.ports.report.commands.stop().map(StoppedBy::from);
         let TimesOfAll { lateness_us, tick_us } = self.ports.finish();
-        ServerSummary { run_id, frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us }
+        ServerSummary {
+            run_id,
+            frames,
+            sim_time_s,
+            overruns,
+            behind_s,
+            most_behind_s,
+            lateness_us,
+            tick_us,
+            stopped_by,
+        }
+    }
+}
+
+impl StoppedBy {
+    /// Whether a signal to the server's process has stopped it, and no command.
+    pub fn is_signal(&self) -> bool {
+        self.sender == Sender::Signal.name()
+    }
+}
+
+impl From<&CommandEvent> for StoppedBy {
+    fn from(stop: &CommandEvent) -> Self {
+        let sender = stop.sent_by().map_or_else(|| format!("sender {}", stop.sender), |sender| sender.to_string());
+        Self { sender, pid: (stop.pid != 0).then_some(stop.pid) }
     }
 }
 
@@ -268,6 +305,7 @@ impl ServerSettings {
             follows_timecode: false,
             is_ready: false,
             is_restarted: false,
+            stays: false,
         };
         Self { config, start, readers: 0 }
     }

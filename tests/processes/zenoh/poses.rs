@@ -35,7 +35,8 @@ fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
         assert_eq!(original.header.tick, shot.header.tick, "no frame is missing");
         assert_eq!(content(shot), content(original), "tick {}", shot.header.tick);
         assert_eq!(receiving["run_id"], shot.header.run_id);
-        assert!(shot.header.scheduled_ns > original.header.published_ns, "the frame is due at its arrival");
+        // Both machines are this one, so the least delay on the way is above 0.
+        assert!(shot.header.scheduled_ns > original.header.scheduled_ns, "no frame is due before it was due there");
         assert!(shot.header.published_ns >= shot.header.scheduled_ns);
     }
     let served = server.summary();

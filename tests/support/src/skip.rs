@@ -2,11 +2,10 @@
 //! set, such a test fails.
 
 use std::env;
-use std::fs::File;
 use std::io::Write as _;
-use std::panic::Location;
 use std::process::{Command, Stdio};
-use std::thread;
+
+use crate::list;
 
 /// Environment variable with the path of the list of skipped tests, one per line, for `tests/run`.
 const LIST: &str = "BENCH_DRAGON_SKIPPED";
@@ -17,15 +16,10 @@ const LIST: &str = "BENCH_DRAGON_SKIPPED";
 /// If `CI` is set: there, no requirement may be missing.
 #[track_caller]
 pub fn skip(why: &str) {
-    let line = format!("{}: {why}\n", test());
+    let line = format!("{}: {why}\n", list::test());
     // The test runner hides the output of passing tests, and stderr may be closed.
     let _ = write!(std::io::stderr(), "\nskipped: {line}");
-    if let Some(path) = env::var_os(LIST) {
-        let list = File::options().append(true).create(true).open(&path);
-        // One write per line keeps the lines of parallel tests whole.
-        let noted = list.and_then(|mut list| list.write_all(line.as_bytes()));
-        noted.unwrap_or_else(|error| panic!("{LIST} is {}: {error}", path.display()));
-    }
+    list::note(LIST, &line);
     assert!(env::var_os("CI").is_none_or(|ci| ci.is_empty()), "skipped, and CI is set: {why}");
 }
 
@@ -55,22 +49,4 @@ pub fn can_start(launcher: &[&str]) -> bool {
     let [program, args @ ..] = launcher else { panic!("a launcher has a name") };
     let tried = Command::new(program).args(args).arg("true").stdout(Stdio::null()).stderr(Stdio::null()).status();
     tried.is_ok_and(|status| status.success())
-}
-
-/// Returns the name of the running test: its program without cargo's hash, and its thread. With `--test-threads=1` the thread
-/// has no name; then file and line are used.
-#[track_caller]
-fn test() -> String {
-    let place = Location::caller();
-    match thread::current().name() {
-        Some(name) if name != "main" => format!("{}::{name}", target()),
-        _ => format!("{}:{}", place.file(), place.line()),
-    }
-}
-
-/// Returns the name of the running test program, as `tests/run --test` accepts it.
-fn target() -> String {
-    let program = env::current_exe().expect("a test knows its program");
-    let name = program.file_stem().expect("a program has a name").to_string_lossy();
-    name.rsplit_once('-').map_or_else(|| name.to_string(), |(target, _)| target.to_owned())
 }

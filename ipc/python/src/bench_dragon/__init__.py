@@ -12,9 +12,11 @@ in place, without a copy.
   `CLOCK_MONOTONIC`. Speeds are metres per show second; multiply them by `FrameHeader.time_scale` for wall time.
 """
 
+from bench_dragon._bus import __version__
 from bench_dragon.alert import Alert, AlertKind
 from bench_dragon.bench import Benches
 from bench_dragon.command import Refusal
+from bench_dragon.command_event import CommandEvent, EventKind, Sender
 from bench_dragon.continuity import Continuity
 from bench_dragon.description import Description
 from bench_dragon.domain import Domain
@@ -34,18 +36,28 @@ from bench_dragon.errors import (
 )
 from bench_dragon.frame import Frame, FrameHeader, HandleState, ShowState
 from bench_dragon.source import SourceState
-from bench_dragon.status import GuardState, SourceKind, Status, Stops, TimecodeState, TimeHistogram
+from bench_dragon.status import (
+    GuardState,
+    SourceKind,
+    Status,
+    Stops,
+    TimecodeKind,
+    TimecodeState,
+    TimeHistogram,
+)
 
 __all__ = [
     "Alert",
     "AlertKind",
     "Benches",
     "BusError",
+    "CommandEvent",
     "Continuity",
     "Description",
     "Domain",
     "DomainError",
     "Dragon",
+    "EventKind",
     "Frame",
     "FrameHeader",
     "GuardState",
@@ -57,14 +69,17 @@ __all__ = [
     "PermissionDenied",
     "Refusal",
     "Refused",
+    "Sender",
     "ShowState",
     "SourceKind",
     "SourceState",
     "Status",
     "Stops",
+    "TimecodeKind",
     "TimecodeState",
     "TimeHistogram",
     "TooManyClients",
     "TooManyFramesHeld",
     "VersionMismatch",
+    "__version__",
 ]

@@ -100,7 +100,7 @@ class Refusal(WireCode):
     OTHER_RUN = 8
     """The grant is for another run."""
     HELD_BY_GUARD = 9
-    """The guard holds the dragon. It walks on with the guard's next grant."""
+    """The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it."""
     REPLAYED = 10
     """The source replays a recording, which commands cannot change."""
     UNREACHABLE = 11
@@ -111,3 +111,5 @@ class Refusal(WireCode):
     """More commands at a time than a bridge forwards to another host."""
     FOLLOWED = 14
     """The show follows timecode, which determines the show time. The timecode would undo a seek immediately."""
+    READY = 15
+    """The show waits at its start. Only `release` starts it."""

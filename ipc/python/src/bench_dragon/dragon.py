@@ -14,6 +14,7 @@ from typing import Self
 from bench_dragon import _bus
 from bench_dragon.alert import Alert
 from bench_dragon.command import CommandKind, Refusal
+from bench_dragon.command_event import CommandEvent
 from bench_dragon.description import Description
 from bench_dragon.errors import NoServer, Refused
 from bench_dragon.frame import Frame
@@ -172,6 +173,20 @@ class Dragon:
             alerts.append(Alert.from_buffer_copy(alert))
             alert = self._bus.alert(0)
         return alerts
+
+    def command_events(self, timeout_s: float | None = 0.0) -> list[CommandEvent]:
+        """Returns the events of commands to the server since the last call, oldest first: who sent which command when, and
+        whether the server accepted it. The first call also returns up to 128 earlier events of the run.
+
+        If there are none, waits for one at most `timeout_s` seconds, as `alerts` does, and raises as it. A server
+        publishes events ten times a second.
+        """
+        events = []
+        event = self._bus.command_event(_ns(timeout_s))
+        while event is not None:
+            events.append(CommandEvent.from_buffer_copy(event))
+            event = self._bus.command_event(0)
+        return events
 
     def pause(self, timeout_s: float | None = _TIMEOUT_S) -> int:
         """Stops the walk until `resume`.

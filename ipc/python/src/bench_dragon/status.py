@@ -57,6 +57,17 @@ class TimecodeState(WireCode):
     """The timecode is lost. The show runs on at its own speed, unless it was standing."""
 
 
+class TimecodeKind(WireCode):
+    """The protocol of the timecode."""
+
+    NONE = 0
+    """The server follows no timecode."""
+    ART_NET = 1
+    """Art-Net."""
+    OSC = 2
+    """Open Sound Control."""
+
+
 class Stops(enum.IntFlag):
     """Reasons for which the head stands or brakes. Several may hold at once."""
 
@@ -137,7 +148,7 @@ class Status(WireType):
     timecode: int
     """A `TimecodeState` as its number."""
     timecode_kind: int
-    """The protocol of the timecode: 0 none, 1 Art-Net, 2 OSC."""
+    """A `TimecodeKind` as its number."""
     stops: int
     """Reasons for which the head stands or brakes, as bits: see `Stops`."""
     lateness: TimeHistogram
@@ -199,3 +210,8 @@ class Status(WireType):
     def timecode_state(self) -> TimecodeState | None:
         """The state of the timecode; `None` for a number that this version does not support."""
         return decoded(TimecodeState, self.timecode)
+
+    @property
+    def timecode_protocol(self) -> TimecodeKind | None:
+        """The protocol of the timecode; `None` for a number that this version does not support."""
+        return decoded(TimecodeKind, self.timecode_kind)

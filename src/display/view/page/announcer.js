@@ -16,10 +16,10 @@ export class Announcer {
   /** @type {Alert[]} */ #alerts = [];
 
   /** @param {import('./standing.js').Standing} standing */
-  standing({ status, word, explanation }) {
+  standing({ status, word, explanation, remedy }) {
     if (status === this.#status) return;
     this.#status = status;
-    (status === 'held' ? this.#assertive : this.#polite).textContent = `${word}. ${explanation}`;
+    (status === 'held' ? this.#assertive : this.#polite).textContent = [`${word}.`, explanation, remedy ?? ''].join(' ').trim();
   }
 
   /** Announces an alert. Alerts within a quarter of a second share one announcement. @param {Alert} alert */

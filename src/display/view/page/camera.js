@@ -8,6 +8,8 @@ const LARGEST_SCALE = 4000;
 const FOLLOW_SCALE = 56;
 /** Free margin at each side, as a share of the screen. */
 const MARGIN = 0.02;
+/** Height of the scale bar, in pixels. What is fitted lies above it. */
+const FOOT_PX = 40;
 
 /** @typedef {{x0: number, y0: number, x1: number, y1: number}} Box */
 /** @typedef {'fit' | 'follow' | 'free'} Mode */
@@ -32,9 +34,9 @@ export class Camera {
     const { x0, y0, x1, y1 } = rounded(box);
     const [wide, high] = [Math.max(x1 - x0, 0.1), Math.max(y1 - y0, 0.1)];
     const part = 1 - 2 * MARGIN;
-    this.scale = clamp(Math.min((this.width * part) / wide, (this.height * part) / high));
+    this.scale = clamp(Math.min((this.width * part) / wide, ((this.height - FOOT_PX) * part) / high));
     this.x = (x0 + x1) / 2;
-    this.y = (y0 + y1) / 2;
+    this.y = (y0 + y1) / 2 - FOOT_PX / 2 / this.scale;
   }
 
   /** @param {number} x @param {number} y */

@@ -5,12 +5,13 @@ import { readFrame } from './frame.js';
 import { tokenHeaders } from './token.js';
 
 /** @typedef {import('./standing.js').Line} Line */
+/** @typedef {import('./standing.js').Outcome} Outcome */
 /** @typedef {{version: string, instance: string, read_only: boolean, may_view: boolean, may_control: boolean,
- *   viewers: number, max_viewers: number}} Access */
+ *   viewers: number, max_viewers: number, is_full: boolean}} Access */
 /**
  * @typedef {object} Listener
  * @property {(access: Access) => void} access
- * @property {(frame: import('./frame.js').Frame) => void} frame
+ * @property {(frame: import('./frame.js').Frame) => void} frame called right after the acknowledgement was sent
  * @property {(message: {type: string}) => void} message
  * @property {() => void} line called when the state of the connection has changed
  */
@@ -26,7 +27,7 @@ const FIRST_DELAY_MS = 200;
 const LONGEST_DELAY_MS = 2000;
 
 export class Connection {
-  /** @type {Line} */ line = { state: 'connecting', heard_ms: performance.now(), reason: null };
+  /** @type {Line} */ line = { state: 'connecting', heard_ms: performance.now(), reason: null, outcome: null };
   /** @type {string | null} */ #token;
   #listener;
   /** @type {WebSocket | null} */ #socket = null;
@@ -58,7 +59,7 @@ export class Connection {
     if (typeof access === 'string') return this.#refuse(access);
     this.#listener.access(access);
     if (!access.may_view) return this.#refuse('This view needs the address with the token.');
-    if (access.viewers >= access.max_viewers)
+    if (access.is_full)
       return this.#refuse(`${access.viewers} pages are open already, which is the limit.`);
     this.#openSocket(attempt);
   }
@@ -96,6 +97,8 @@ export class Connection {
       clearTimeout(limit);
       if (attempt !== this.#attempt) return;
       this.line.heard_ms = performance.now();
+      // A new view has a new show.
+      this.line.outcome = null;
       this.#set('open');
     });
     socket.addEventListener('message', ({ data }) => {
@@ -123,6 +126,8 @@ export class Connection {
     }
     const message = parsed(String(data));
     if (message === null) this.#warn('a message');
+    // It stays on the page until another view appears.
+    else if (message.type === 'outcome') this.line.outcome = /** @type {Outcome & {type: string}} */ (message);
     else this.#listener.message(message);
   }
 

@@ -11,11 +11,17 @@ import { ofTab } from './storage.js';
 const kept = ofTab('bench-dragon.acknowledged');
 const contacts = new Contacts(kept.read() ?? '');
 const notice = element('contacts', HTMLElement);
+const text = element('contacts-text', HTMLElement);
 
 element('acknowledge', HTMLButtonElement).addEventListener('click', () => {
   kept.write(contacts.acknowledge());
   writeNotice();
 });
+
+/** Whether a contact is unacknowledged. */
+export function hasContact() {
+  return !notice.hidden;
+}
 
 /** @param {Contact} contact */
 export function noticeContact(contact) {
@@ -31,7 +37,7 @@ function writeNotice() {
   const who = first.benches === null ? 'boards' : format.pair(first.benches);
   const more = waiting.length + left_out - 1;
   write(
-    element('contacts-text', HTMLElement),
+    text,
     `Contact: ${who} at ${format.showTime(first.time_s)} s${more === 0 ? '' : `, and ${more} more`}`,
   );
 }

@@ -5,6 +5,7 @@
 import { sendCommand } from './command.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
+import { askForToken } from './token_notice.js';
 
 /** @typedef {import('./command.js').Command} Command */
 /** @typedef {import('./connection.js').Access} Access */
@@ -14,7 +15,8 @@ const ASKS_FOR_MS = 5000;
 
 const button = (/** @type {string} */ id) => element(id, HTMLButtonElement);
 const input = (/** @type {string} */ id) => element(id, HTMLInputElement);
-const section = element('controls', HTMLElement);
+/** A read-only view has no controls: these parts are removed. */
+const parts = [element('controls', HTMLElement), element('setters', HTMLElement)];
 const reply = element('reply', HTMLElement);
 const released = button('release');
 const releaseWord = element('release-word', HTMLElement);
@@ -23,13 +25,17 @@ const [pauseButton, holdButton, speedButton, seekButton] = ['pause', 'hold', 'sp
 const pauseWord = element('pause-word', HTMLElement);
 const pauseShape = element('pause-shape', SVGUseElement);
 const WITHOUT_TOKEN = 'To steer the show, open the address that bench-dragon view printed.';
+const NOTHING_TO_RELEASE = 'There is no hold to release.';
+const seekRange = element('seek-range', HTMLElement);
 const fields = { speed: input('speed-field'), seek: input('seek-field') };
 
 export class Controls {
   /** @type {string | null} */ #token;
   /** Whether the operator has paused the show, also while the head still brakes. */
   #isPaused = false;
-  #isHeld = false;
+  /** Whether a hold, or the wait at the start, ends with a release. */
+  #mayRelease = false;
+  #releaseWord = 'Release';
   /** @type {Refusals | null} */ #refusals = null;
   /** The reason for which no command can reach the server. @type {string | null} */ #obstacle = 'There is no server.';
   #mayControl = false;
@@ -45,7 +51,7 @@ export class Controls {
     this.#token = token;
     pauseButton.addEventListener('click', () => this.pauseOrResume());
     holdButton.addEventListener('click', () => this.hold());
-    released.addEventListener('click', () => this.#askToRelease());
+    released.addEventListener('click', () => this.release());
     this.#offer('speed');
     this.#offer('seek');
     this.#enable();
@@ -61,8 +67,9 @@ export class Controls {
     this.#isReadOnly = access.read_only;
     this.#mayControl = access.may_control && !access.read_only && this.#token !== null;
     document.body.classList.toggle('is-read-only', access.read_only);
-    if (access.read_only) section.remove();
+    if (access.read_only) parts.forEach((part) => part.remove());
     this.#enable();
+    askForToken(access, this.#token !== null);
     if (!this.#mayControl) say(WITHOUT_TOKEN, 'quiet');
     else if (reply.dataset.tone === 'quiet') say('', '');
   }
@@ -71,26 +78,29 @@ export class Controls {
   takeRun(run) {
     fields.seek.min = String(run.start_s);
     fields.seek.max = String(run.end_s);
-    fields.seek.placeholder = `${format.fixed(run.start_s, 0)} to ${format.fixed(Math.floor(run.end_s), 0)}`;
+    write(seekRange, `${format.fixed(run.start_s, 0)} to ${format.fixed(Math.floor(run.end_s), 0)}`);
     fields.speed.placeholder = String(run.planned_speed_mps);
   }
 
   /**
    * Takes over the expected outcome of each command.
    * @param {Refusals | null} refusals
-   * @param {{isPaused: boolean, isHeld: boolean}} stops the operator's stops
+   * @param {{isPaused: boolean, isHeld: boolean, isReady: boolean}} stops the operator's stops
    * @param {string | null} obstacle the reason for which no command can reach the server; `null` if one can
    */
-  takeSituation(refusals, { isPaused, isHeld }, obstacle) {
+  takeSituation(refusals, { isPaused, isHeld, isReady }, obstacle) {
     if (isPaused !== this.#isPaused) {
       write(pauseWord, isPaused ? 'Resume' : 'Pause');
       pauseShape.setAttribute('href', isPaused ? '#shape-running' : '#shape-paused');
     }
-    if (isHeld !== this.#isHeld) {
+    const word = isReady ? 'Start' : 'Release';
+    const mayRelease = isHeld || isReady;
+    if (word !== this.#releaseWord || mayRelease !== this.#mayRelease) {
       if (this.#asking?.button === released) this.#stopAsking();
-      released.hidden = !isHeld;
+      write(releaseWord, word);
     }
-    [this.#isPaused, this.#isHeld, this.#refusals, this.#obstacle] = [isPaused, isHeld, refusals, obstacle];
+    [this.#releaseWord, this.#mayRelease] = [word, mayRelease];
+    [this.#isPaused, this.#refusals, this.#obstacle] = [isPaused, refusals, obstacle];
     this.#enable();
   }
 
@@ -102,8 +112,9 @@ export class Controls {
     void this.#send({ command: 'hold' });
   }
 
+  /** Releases the show with the second press of the button or the key. The first one asks. */
   release() {
-    if (this.#isHeld) void this.#send({ command: 'release' });
+    if (this.#mayRelease && this.#isMeant(released, 'Press again', this.#releaseWord)) void this.#send({ command: 'release' });
   }
 
   /** Writes a show time into the field. Only the button or the enter key seeks it. @param {number} time_s */
@@ -121,6 +132,7 @@ export class Controls {
    */
   #refusal(command) {
     if (!this.#mayControl) return WITHOUT_TOKEN;
+    if (command === 'release' && !this.#mayRelease) return this.#obstacle ?? NOTHING_TO_RELEASE;
     return this.#obstacle ?? this.#refusals?.[command] ?? null;
   }
 
@@ -156,10 +168,6 @@ export class Controls {
     fields[command].addEventListener('input', () => {
       if (this.#asking?.button === seekButton) this.#stopAsking();
     });
-  }
-
-  #askToRelease() {
-    if (this.#isMeant(released, 'Press again to release', 'Release the hold')) this.release();
   }
 
   /**

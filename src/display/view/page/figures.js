@@ -65,7 +65,6 @@ function writeClock(show) {
   const run = show.runOfFrame();
   const time = format.showTime(frame?.time_s);
   write(html('show-time'), time);
-  write(html('clock'), time);
   const isEndless = run === null || run.end_s - run.start_s > 1e6;
   write(
     html('time-more'),

@@ -47,6 +47,13 @@ export function age(seconds) {
   return seconds < 6000 ? `${fixed(seconds / 60, 0)} min` : `${fixed(seconds / 3600, 1)} h`;
 }
 
+/** @param {number} seconds time until something, rounded up: `0:05`, `12:41`, `1:12:41` */
+export function countdown(seconds) {
+  const whole = Math.ceil(Math.max(seconds, 0));
+  if (whole < 3600) return minutes(whole);
+  return `${Math.floor(whole / 3600)}:${minutes(whole % 3600).padStart(5, '0')}`;
+}
+
 /** @param {number} seconds time in seconds, written in minutes and seconds */
 export function minutes(seconds) {
   const whole = Math.floor(Math.abs(seconds));

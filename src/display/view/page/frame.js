@@ -4,7 +4,7 @@
 
 const LEVEL = 1;
 const WITH_HEIGHTS = 2;
-const HEADER_LENGTH = 96;
+const HEADER_LENGTH = 104;
 const VALUES_PER_HANDLE = 3;
 const NO_BENCH = 0xffffffff;
 const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended', 'ready']);
@@ -28,6 +28,7 @@ const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', '
  * @property {number} speed_mps
  * @property {number} time_scale
  * @property {Nearest | null} nearest
+ * @property {number} due_ms instant for which the frame is, on the clock of the view's machine
  * @property {Float32Array} handles x, y and speed of each of the N + 1 handles, one after another
  * @property {Float32Array | null} heights z of each handle; `null` on level ground
  */
@@ -63,6 +64,7 @@ export function readFrame(message) {
       word(72) === NO_BENCH
         ? null
         : { clearance_m: value(64), benches: [word(72), word(76)], point_m: [value(80), value(88)] },
+    due_ms: value(96),
     handles: new Float32Array(message, HEADER_LENGTH, values),
     heights: hasHeights ? new Float32Array(message, HEADER_LENGTH + values * 4, benches + 1) : null,
   };

@@ -10,11 +10,14 @@ const OPTIONAL = new Set(['source', 'psn', 'osc', 'zenoh', 'readers']);
 /** Lamps that are hidden while good. */
 const QUIET = new Set(['source', 'readers']);
 
+/** The levels, the worst one first. */
+const RANKS = ['danger', 'warning', 'good', 'off'];
+
 const row = element('lamps', HTMLUListElement);
 let written = '';
 
 /**
- * Draws the lamps. If their state is no longer known, all are off.
+ * Draws the lamps, the worst ones first. If their state is no longer known, all are off.
  * @param {readonly Lamp[]} lamps
  * @param {boolean} isKnown
  */
@@ -22,7 +25,8 @@ export function lightLamps(lamps, isKnown) {
   const there = lamps.filter(
     ({ name, level }) => !(OPTIONAL.has(name) && level === 'off') && !(QUIET.has(name) && level === 'good'),
   );
-  const shown = isKnown ? there : there.map(({ name }) => ({ name, level: 'off', text: 'unknown' }));
+  const known = [...there].sort((a, b) => RANKS.indexOf(a.level) - RANKS.indexOf(b.level));
+  const shown = isKnown ? known : there.map(({ name }) => ({ name, level: 'off', text: 'unknown' }));
   const text = JSON.stringify(shown);
   if (text === written) return;
   written = text;

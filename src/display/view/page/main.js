@@ -2,13 +2,14 @@
 // The page of `bench-dragon view`. It stores the view's messages in a Show and draws it: the plan at the screen's rate, only
 // after changes; the numbers and the timeline ten times a second.
 
+import { endOf, eventsAhead, leftInWords, nextInWords } from './ahead.js';
 import { alertKey, listAlerts } from './alerts.js';
 import { Announcer } from './announcer.js';
 import { benchAt } from './boards.js';
 import { Camera } from './camera.js';
 import { Connection } from './connection.js';
 import { listCommands } from './commands.js';
-import { noticeContact } from './contact_notice.js';
+import { hasContact, noticeContact } from './contact_notice.js';
 import { Controls } from './controls.js';
 import { Details } from './details.js';
 import { element, write } from './element.js';
@@ -17,17 +18,20 @@ import * as format from './format.js';
 import { listenToKeys } from './keys.js';
 import { lightLamps } from './lamps.js';
 import { Pace } from './pace.js';
+import { PictureAge } from './picture_age.js';
 import { readPalette } from './palette.js';
 import { Plan } from './plan.js';
 import { listenToPointers } from './pointer.js';
 import { ReplayBar } from './replay_bar.js';
 import { Show } from './show.js';
 import { obstacle, operatorsStops, standing } from './standing.js';
-import { writeStrip } from './strip.js';
+import { isWall, writeStrip } from './strip.js';
 import { offerTabs } from './tabs.js';
 import { offerThemes } from './theme.js';
 import { Timeline } from './timeline.js';
-import { keepToken, listenToAddress, takeToken, tokenIn } from './token.js';
+import { listenToAddress, takeToken } from './token.js';
+import { listenToField } from './token_notice.js';
+import { WallClock } from './wall_clock.js';
 
 const NUMBERS_PERIOD_MS = 100;
 const TEXT_PERIOD_MS = 2000;
@@ -41,6 +45,8 @@ const show = new Show();
 const camera = new Camera();
 const pace = new Pace();
 const announcer = new Announcer();
+const pictureAge = new PictureAge();
+const wallClock = new WallClock();
 const area = element('plan-area', HTMLElement);
 const canvas = element('plan', HTMLCanvasElement);
 /** Keys of the handled alerts, including those of an earlier view. @type {Set<string>} */
@@ -61,17 +67,20 @@ const connection = new Connection(token, {
   access(access) {
     instance = access.instance;
     write(element('instance', HTMLElement), instance);
-    element('token-form', HTMLFormElement).hidden = access.may_view;
     controls.allow(access);
     replayBar.allow(access);
   },
   frame(frame) {
+    pictureAge.sent(frame.sequence, performance.now());
     show.takeFrame(frame);
     drawSoon();
   },
   message,
   line() {
-    if (connection.line.state === 'open') show.forgetEvents();
+    if (connection.line.state === 'open') {
+      show.forgetEvents();
+      pictureAge.restart();
+    }
     renew();
   },
 });
@@ -86,6 +95,8 @@ function message(news) {
     show.takePlan(value);
   } else if (news.type === 'status') {
     show.takeStatus(value);
+    pictureAge.heard(value.heard, performance.now());
+    wallClock.set(value.day_ms, performance.now());
   } else if (news.type === 'command') {
     show.takeCommand(value);
   } else if (news.type === 'alert' && show.takeAlert(value) && !heard.has(alertKey(value))) {
@@ -129,10 +140,15 @@ function renewSoon() {
 function renew() {
   isRenewalDue = false;
   const now_ms = performance.now();
-  const stands = standing(connection.line, show, now_ms);
-  writeStrip(stands, instance, show);
+  timeline.draw(show);
+  const { frame } = show;
+  const age_s = frame === null ? null : pictureAge.of(frame.due_ms, now_ms);
+  const stands = standing(connection.line, show, now_ms, age_s);
+  writeStrip(stands, signs(stands, now_ms), instance, show);
   announcer.standing(stands);
   writeFigures(show);
+  write(element('next', HTMLElement), next());
+  write(element('picture-age', HTMLElement), age_s === null ? '–' : format.shortTime(age_s * 1e6));
   if (plan.read(show)) drawSoon();
   const { status } = show;
   const lacks = obstacle(connection.line, show);
@@ -144,10 +160,33 @@ function renew() {
   if (unwatched !== null) noticeOverlap();
   listCommands(show.commands);
   details.write(show);
-  timeline.draw(show);
   const perSecond = pace.perSecond(now_ms);
   write(element('pace', HTMLElement), String(perSecond));
   canvas.dataset.fps = String(perSecond);
+}
+
+/** What the strip and the wall show beside the state. @param {import('./standing.js').Standing} stands @param {number} now_ms @returns {import('./strip.js').Signs} */
+function signs(stands, now_ms) {
+  return {
+    contact: contact(),
+    clock: wallClock.text(now_ms),
+    left: stands.isLive ? leftInWords(endOf(show.runOfFrame(), timeline.times), show.frame) : '',
+    next: next(),
+    clearance: format.millimetres(show.frame?.nearest?.clearance_m),
+  };
+}
+
+/** The next event in words. */
+function next() {
+  const [event] = eventsAhead(show, timeline.times, endOf(show.runOfFrame(), timeline.times));
+  return nextInWords(event, show.frame);
+}
+
+/** An overlap now, or a contact that nobody has acknowledged. */
+function contact() {
+  const nearest = show.frame?.nearest ?? null;
+  if (nearest !== null && nearest.clearance_m <= 0) return 'OVERLAP';
+  return hasContact() ? 'CONTACT' : '';
 }
 
 /** The reason for which no monitor searches for contacts; `null` if one does. */
@@ -222,7 +261,7 @@ listenToPointers(area, {
     }
   },
 });
-listenToKeys(() => controls.hold(), {
+const keys = {
   ' ': () => controls.pauseOrResume(),
   'Shift+R': () => controls.release(),
   F: follow,
@@ -236,8 +275,10 @@ listenToKeys(() => controls.hold(), {
   ArrowDown: pan(0, -1),
   B: () => details.focus(),
   T: () => timeline.focus(),
-});
-offerTabs(['alerts', 'commands']);
+};
+// A wall has no controls that somebody could see. H always holds.
+listenToKeys(() => controls.hold(), isWall ? {} : keys);
+offerTabs(['alerts', 'commands', 'health']);
 offerThemes(() => {
   const colours = readPalette();
   plan.recolour(colours);
@@ -245,13 +286,7 @@ offerThemes(() => {
   drawSoon();
   timeline.draw(show);
 });
-element('token-form', HTMLFormElement).addEventListener('submit', (event) => {
-  event.preventDefault();
-  const pasted = tokenIn(element('token-field', HTMLInputElement).value);
-  if (pasted === null) return;
-  keepToken(pasted);
-  useToken(pasted);
-});
+listenToField(useToken);
 listenToAddress(useToken);
 
 setInterval(renew, NUMBERS_PERIOD_MS);

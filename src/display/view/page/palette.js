@@ -14,7 +14,9 @@ const NAMES = /** @type {const} */ ([
   'head-edge',
   'pair',
   'near',
+  'near-fill',
   'contact',
+  'contact-fill',
   'halo',
   'panel',
 ]);

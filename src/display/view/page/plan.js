@@ -25,6 +25,8 @@ const WIDE_LINE_PX = 1.5;
 const HAIRLINE = 0.99;
 /** Width of a board, in pixels, from which on its hinges are drawn. */
 const HINGES_FROM_PX = 11;
+/** Half the size of the head's mark. */
+const HEAD_PX = 13;
 
 export class Plan {
   #canvas;
@@ -81,13 +83,14 @@ export class Plan {
     if (frame !== null) {
       this.#inPlane(() => this.#drawDragon(frame, run, bench));
       const { nearest } = frame;
+      const taken = [this.#drawHeadMark(frame, run), drawScaleBar(this.#screen.context, this.#camera, this.#palette.quiet)];
       if (nearest !== null) {
         const { panel, halo } = this.#palette;
         const look = { text: this.#label, ink: this.#levelColour(nearest, run), ground: panel, halo };
-        drawNearestMark(this.#screen.context, this.#camera, frame, run, nearest, look);
+        const label = drawNearestMark(this.#screen.context, this.#camera, frame, run, nearest, look, taken);
+        if (label !== null) taken.push(label);
       }
-      this.#drawHeadMark(frame, run);
-      drawScaleBar(this.#screen.context, this.#camera, this.#palette.quiet);
+      this.#canvas.dataset.labels = JSON.stringify(taken);
     }
     const { x, y, scale } = this.#camera;
     this.#canvas.dataset.camera = `${x} ${y} ${scale}`;
@@ -152,7 +155,7 @@ export class Plan {
       for (const one of new Set([...touch, ...nearest.benches])) {
         if (one >= frame.benches) continue;
         const isHead = one === 0 && !touch.has(one);
-        const colour = touch.has(one) ? colours.contact : this.#levelColour(nearest, run);
+        const colour = touch.has(one) ? colours['contact-fill'] : this.#levelFill(nearest, run);
         this.#drawBench(
           frame,
           run,
@@ -189,11 +192,15 @@ export class Plan {
 
   /** @param {Nearest} nearest @param {Run | null} run */
   #levelColour(nearest, run) {
-    if (nearest.clearance_m <= 0) return this.#palette.contact;
-    return run !== null && nearest.clearance_m <= run.near_m ? this.#palette.near : this.#palette.pair;
+    return this.#palette[/** @type {const} */ ({ contact: 'contact', near: 'near', free: 'pair' })[levelOf(nearest, run)]];
   }
 
-  /** Draws the head's position and heading. @param {Frame} frame @param {Run | null} run */
+  /** @param {Nearest} nearest @param {Run | null} run */
+  #levelFill(nearest, run) {
+    return this.#palette[/** @type {const} */ ({ contact: 'contact-fill', near: 'near-fill', free: 'pair' })[levelOf(nearest, run)]];
+  }
+
+  /** Draws the head's position and heading. Returns its place. @param {Frame} frame @param {Run | null} run */
   #drawHeadMark(frame, run) {
     const { ux, uy } = board(frame, run, 0);
     const { context } = this.#screen;
@@ -210,5 +217,12 @@ export class Plan {
     context.stroke();
     context.fillStyle = this.#palette.head;
     context.fill();
+    return { left: x - HEAD_PX, top: y - HEAD_PX, wide: 2 * HEAD_PX, high: 2 * HEAD_PX };
   }
+}
+
+/** @param {Nearest} nearest @param {Run | null} run */
+function levelOf({ clearance_m }, run) {
+  if (clearance_m <= 0) return 'contact';
+  return run !== null && clearance_m <= run.near_m ? 'near' : 'free';
 }

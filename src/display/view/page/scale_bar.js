@@ -2,9 +2,11 @@
 import { font } from './canvas.js';
 
 const WISHED_PX = 130;
+/** Height of the bar with its text. */
+const HIGH_PX = 24;
 
 /**
- * Draws a round length at the plan's lower left.
+ * Draws a round length at the plan's lower left. Returns its place.
  * @param {CanvasRenderingContext2D} context
  * @param {import('./camera.js').Camera} camera
  * @param {string} ink
@@ -22,10 +24,11 @@ export function drawScaleBar(context, camera, ink) {
   context.lineTo(x + length_px, y - 5);
   context.stroke();
   context.fillStyle = ink;
-  context.font = font(500, 12);
+  context.font = font(500, 13);
   context.textBaseline = 'alphabetic';
   context.textAlign = 'left';
   context.fillText(length_m < 1 ? `${Math.round(length_m * 1000)} mm` : `${length_m} m`, x + 6, y - 5);
+  return { left: x, top: y - HIGH_PX, wide: length_px, high: HIGH_PX };
 }
 
 /** The next smaller length of 1, 2 or 5 times a power of ten. @param {number} most_m */

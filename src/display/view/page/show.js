@@ -63,6 +63,8 @@
  * @property {Server | null} server
  * @property {Replay | null} replay position of a replay; null for any other source
  * @property {Guard} guard situation of the guard
+ * @property {{level: 'calm' | 'good' | 'caution' | 'danger', word: string, cause: string, remedy: string | null}} standing how
+ *   the show stands
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
  * @property {Outlook} outlook
@@ -70,6 +72,8 @@
  * @property {Clock | null} clock
  * @property {{clearance_m: number, time_s: number} | null} least
  * @property {{start_s: number, step_s: number, bins: number, changed: [number, number][]} | null} chart
+ * @property {number} day_ms wall time of the view's machine since midnight
+ * @property {{sequence: number, at_ms: number} | null} heard this page's newest acknowledgement, and when the view received it
  */
 /**
  * @typedef {object} Clock the head is at this travel at this show time, and walks on at this speed

@@ -17,8 +17,8 @@ import { drawMeasured, drawPlan } from './timeline_curves.js';
 /** @typedef {import('./plan_times.js').PlanTimes} PlanTimes */
 
 const FLAG_ROWS = 2;
-const FLAG_ROW_PX = 18;
-const FLAG_HIGH_PX = 16;
+const FLAG_ROW_PX = 20;
+const FLAG_HIGH_PX = 18;
 /** Distance in pixels up to which a time counts as that of a mark. */
 const MARK_REACH_PX = 5;
 /** @type {PlanTimes} */
@@ -33,7 +33,8 @@ export class Timeline {
   #height = 1;
   /** @type {Run | null} */ #run = null;
   #axis = new Axis(0, 1, 1, 1);
-  #times = NO_PLAN;
+  /** The plan over show time. */
+  times = NO_PLAN;
   /** @type {number | null} */ #chosen_s = null;
   /** @type {number | null} */ #pointed_s = null;
 
@@ -90,22 +91,24 @@ export class Timeline {
     if (run === null) return;
     const { plan, chart, status } = show;
     const clock = status?.clock ?? null;
-    this.#times = plan === null || clock === null ? NO_PLAN : planOverTime(plan, clock, run);
+    this.times = plan === null || clock === null ? NO_PLAN : planOverTime(plan, clock, run);
     // A head that walks slower than planned still walks after the planned end.
-    const end_s = Math.max(run.end_s, this.#times.curve.at(-1)?.time_s ?? run.end_s);
+    const end_s = Math.max(run.end_s, this.times.curve.at(-1)?.time_s ?? run.end_s);
     this.#axis = new Axis(run.start_s, end_s, this.#width, this.#height);
     const { context } = this.#screen;
-    const levels = new Levels(chart, this.#times.curve, this.#axis.top, this.#axis.bottom);
+    const levels = new Levels(chart, this.times.curve, this.#axis.top, this.#axis.bottom);
     this.#axis.drawLevels(context, levels, run.near_m, this.#palette);
     this.#axis.drawTimes(context, this.#palette);
-    drawPlan(context, this.#axis, levels, this.#times, this.#palette);
+    drawPlan(context, this.#axis, levels, this.times, this.#palette);
     if (chart !== null) drawMeasured(context, this.#axis, levels, chart, run.near_m, this.#palette);
     this.#drawAlerts(show);
     this.#drawFlags(show);
     this.#drawChosen();
     this.#writeReading(show, run);
     this.#area.dataset.nowS = String(show.frame?.time_s ?? run.start_s);
-    this.#area.dataset.plannedPoints = String(this.#times.curve.length);
+    this.#area.dataset.levels = JSON.stringify(this.#axis.levels_px);
+    this.#area.dataset.measured = String(chart === null ? 0 : chart.least_m.filter(Number.isFinite).length);
+    this.#area.dataset.plannedPoints = String(this.times.curve.length);
   }
 
   /** The chosen time after a key; `null` for other keys. @param {string} key */
@@ -160,16 +163,16 @@ export class Timeline {
       const text = `${outlook.kind === 'rest' ? 'stop' : 'guard stop'} ${format.fixed(outlook.time_s, 1)}`;
       flags.push({ time_s: outlook.time_s, text, ground: this.#palette.pair, dash: [6, 2], isNeeded: true });
     }
-    const contact_s = this.#times.contact?.time_s ?? (outlook.kind === 'contact' ? outlook.time_s : null);
+    const contact_s = this.times.contact?.time_s ?? (outlook.kind === 'contact' ? outlook.time_s : null);
     if (contact_s !== null) {
       const text = `contact ${format.fixed(contact_s, 1)}`;
       flags.push({ time_s: contact_s, text, ground: ink, dash: [4, 3], isNeeded: !willStand });
     }
-    for (const { time_s, clearance_m } of this.#times.nearMisses.toSorted((a, b) => a.clearance_m - b.clearance_m)) {
+    for (const { time_s, clearance_m } of this.times.nearMisses.toSorted((a, b) => a.clearance_m - b.clearance_m)) {
       flags.push({ time_s, text: `${format.millimetres(clearance_m)} mm`, ground: near, dash: [1, 3], isNeeded: false });
     }
     const { context } = this.#screen;
-    context.font = font(650, 11);
+    context.font = font(650, 13);
     const placed = flags
       .filter(({ time_s }) => time_s <= this.#axis.end_s)
       .map((flag) => ({ ...flag, x: this.#axis.x(flag.time_s), wide: context.measureText(flag.text).width + 12 }));
@@ -233,7 +236,7 @@ export class Timeline {
   /** @param {Show} show @param {Run} run */
   #writeReading({ chart, plan }, run) {
     const time_s = this.#pointed_s ?? this.#chosen_s;
-    const summary = plan === null ? '' : planInWords(this.#times, plan.is_complete, format);
+    const summary = plan === null ? '' : planInWords(this.times, plan.is_complete, format);
     const reading = time_s === null ? summary : this.#readingAt(time_s, chart);
     write(this.#reading, reading);
     // A screen reader would announce a slider that moves with the show without end. So its value is the chosen time, or the
@@ -250,7 +253,7 @@ export class Timeline {
   #readingAt(time_s, chart) {
     const isAt = (/** @type {{time_s: number}} */ mark) =>
       Math.abs(this.#axis.x(mark.time_s) - this.#axis.x(time_s)) <= MARK_REACH_PX;
-    const { contact, nearMisses, curve } = this.#times;
+    const { contact, nearMisses, curve } = this.times;
     const at = (/** @type {number} */ mark_s, /** @type {number} */ digits) =>
       `at ${format.fixed(mark_s, digits)} s (${format.minutes(mark_s)})`;
     if (contact !== null && isAt(contact))

@@ -7,10 +7,12 @@ import * as format from './format.js';
 /** @typedef {import('./levels.js').Levels} Levels */
 /** @typedef {import('./palette.js').Palette} Palette */
 
-export const LEFT_PX = 40;
+export const LEFT_PX = 46;
 export const RIGHT_PX = 14;
-export const TOP_PX = 40;
-export const BOTTOM_PX = 22;
+export const TOP_PX = 44;
+export const BOTTOM_PX = 24;
+/** Least distance between the texts of two levels. */
+const LEVEL_PX = 15;
 const TICKS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400];
 const TICK_PX = 64;
 /** Length of the show, in seconds, from which on times are in minutes and seconds. */
@@ -32,6 +34,8 @@ export class Axis {
     this.bottom = height - BOTTOM_PX;
     this.left = LEFT_PX;
     this.right = width - RIGHT_PX;
+    /** Heights of the texts at the left. @type {number[]} */
+    this.levels_px = [];
   }
 
   /** @param {number} time_s */
@@ -53,19 +57,25 @@ export class Axis {
    * @param {Palette} palette
    */
   drawLevels(context, levels, near_m, palette) {
-    context.font = font(500, 11);
+    context.font = font(500, 13);
     context.textAlign = 'right';
     context.textBaseline = 'middle';
     context.lineWidth = 1;
-    for (const level_m of levels.lines_m()) {
+    const caption_px = this.top - 15;
+    context.fillStyle = palette.quiet;
+    context.fillText('mm', this.left - 7, caption_px);
+    const taken = [caption_px];
+    // The lowest level is the most important one. A level without room for its text has no line.
+    for (const level_m of levels.lines_m().toReversed()) {
       const y = Math.round(levels.y(level_m)) + 0.5;
+      if (taken.some((other) => Math.abs(other - y) < LEVEL_PX)) continue;
+      taken.push(y);
       context.strokeStyle = level_m === 0 ? palette.contact : palette.rule;
       line(context, this.left, y, this.right, y);
       context.fillStyle = level_m === 0 ? palette.contact : palette.quiet;
       context.fillText(String(level_m * 1e3), this.left - 7, y);
     }
-    context.fillStyle = palette.quiet;
-    context.fillText('mm', this.left - 7, this.top - 13);
+    this.levels_px = taken;
     context.setLineDash([5, 4]);
     context.strokeStyle = palette.near;
     const near = Math.round(levels.y(near_m)) + 0.5;
@@ -80,7 +90,7 @@ export class Axis {
     const step_s = TICKS.find((tick_s) => tick_s >= least_s) ?? least_s;
     const isLong = length_s >= LONG_S;
     const y = this.height - 5;
-    context.font = font(500, 11);
+    context.font = font(500, 13);
     context.fillStyle = palette.quiet;
     context.textBaseline = 'alphabetic';
     context.textAlign = 'right';

@@ -78,7 +78,7 @@ export function drawMeasured(context, axis, levels, chart, near_m, palette) {
   chart.least_m.forEach((least_m, bin) => {
     if (!Number.isNaN(least_m)) {
       const [x, y] = [axis.x(chart.start_s + bin * chart.step_s), levels.y(least_m)];
-      const colour = least_m <= 0 ? palette.contact : least_m <= near_m ? palette.near : palette.accent;
+      const colour = least_m <= 0 ? palette['contact-fill'] : least_m <= near_m ? palette['near-fill'] : palette.accent;
       context.fillStyle = colour;
       context.globalAlpha = least_m <= near_m ? 0.45 : 0.16;
       const left = Math.round(x);

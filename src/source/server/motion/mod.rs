@@ -238,11 +238,11 @@ impl Motion {
         }
     }
 
-    /// State at the end of the run. A run with an end time ends there; any other continues to publish the finished
-    /// show. A timecode that jumps past the end may jump back, so with timecode the run ends only when the head walks
+    /// State at the end of the run. A run with an end time ends there, unless it stays; any other continues to publish the
+    /// finished show. A timecode that jumps past the end may jump back, so with timecode the run ends only when the head walks
     /// to its end.
     fn state_at_end(&self) -> ShowState {
-        let ends = self.plan.until_s.is_some() && !(self.follows && self.repositioned);
+        let ends = self.plan.until_s.is_some() && !self.plan.stays && !(self.follows && self.repositioned);
         if ends { ShowState::Ended } else { ShowState::Finished }
     }
 
@@ -311,7 +311,7 @@ impl Motion {
     fn resume(&mut self) -> Result<(), Refusal> {
         match self.state() {
             _ if self.held => return Err(Refusal::Held),
-            ShowState::Ready => return Err(Refusal::Held),
+            ShowState::Ready => return Err(Refusal::Ready),
             ShowState::Held => return Err(Refusal::HeldByGuard),
             ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
             ShowState::Running | ShowState::Stopping | ShowState::Paused => self.paused = false,

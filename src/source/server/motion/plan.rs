@@ -30,6 +30,8 @@ pub struct MotionSettings {
     pub end_travel_m: f64,
     /// Show time at which the show ends, if it has not ended before.
     pub until_s: Option<f64>,
+    /// Whether the show stands finished at that time, instead of ending.
+    pub stays: bool,
     /// Whether tick 0 is held.
     pub held: bool,
     /// Whether the show waits at its start for its first release.
@@ -58,6 +60,7 @@ impl MotionSettings {
             last_s: end_travel_m,
             end_travel_m,
             until_s: None,
+            stays: false,
             held: false,
             ready: false,
             restarted: false,
@@ -129,6 +132,7 @@ impl MotionPlan {
             last_s: config.last_seek_s(),
             end_travel_m: config.dragon().end_travel_m(),
             until_s: start.until_s,
+            stays: start.stays,
             held: start.is_held,
             ready: start.is_ready,
             restarted: start.is_restarted,

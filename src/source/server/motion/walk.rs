@@ -185,6 +185,7 @@ fn braking_distance_m(speed_mps: f64, accel_mps2: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
 
@@ -258,6 +259,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         /// At any instants, with any orders in between, a walk passes no limit and never goes back. Its speed changes
         /// no faster than the greatest acceleration.
         #[test]

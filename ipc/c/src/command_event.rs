@@ -1,0 +1,187 @@
+//! Events of commands: what the server was asked for, by whom, and whether it did it.
+
+use core::mem::MaybeUninit;
+use std::time::Duration;
+
+use bench_dragon_ipc::CommandEvent;
+
+use crate::dragon::{bd_dragon_t, opened};
+use crate::layout::same_layout;
+use crate::result::{Failure, answer, bd_result_t};
+
+/// `kind` of an event for a command that the source does not support.
+pub const BD_EVENT_UNKNOWN: u32 = 0xFFFF_FFFF;
+
+/// One event: a command and its outcome, or the start or the end of the run. 120 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_command_event_t {
+    /// Run of the source.
+    pub run_id: u64,
+    /// Number of the event in its run, from 0, without a gap. A jump means that this reader lost events.
+    pub number: u64,
+    /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
+    pub tick: u64,
+    /// Show time of the event, at the start of its tick, in nanoseconds.
+    pub sim_time_ns: i64,
+    /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
+    pub wall_ns: i64,
+    /// Number of releases that the run missed before this tick.
+    pub overruns: u64,
+    /// Values of the command in their order; 0 for unused ones. For a start: show time in seconds, travel in metres, speed in
+    /// metres per show second, and the show time at which the run ends, or NaN.
+    pub values: [f64; 4],
+    /// Least allowed value, after `BD_REFUSED_OUT_OF_RANGE`; else 0.
+    pub lowest: f64,
+    /// Greatest allowed value, after `BD_REFUSED_OUT_OF_RANGE`; else 0.
+    pub highest: f64,
+    /// A `bd_event_kind_t`, or `BD_EVENT_UNKNOWN`.
+    pub kind: u32,
+    /// A `bd_sender_t`.
+    pub sender: u32,
+    /// Process id of the sender; 0 if unknown.
+    pub pid: u32,
+    /// A `bd_refusal_t`.
+    pub refusal: u32,
+    /// Bits. For a grant, 1: it is final. For a start, 1: held, 2: paused, 4: guarded, 8: follows timecode, 16: ready, 32:
+    /// restarted. Else 0.
+    pub flags: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+same_layout!(
+    bd_command_event_t,
+    CommandEvent {
+        run_id,
+        number,
+        tick,
+        sim_time_ns,
+        wall_ns,
+        overruns,
+        values,
+        lowest,
+        highest,
+        kind,
+        sender,
+        pid,
+        refusal,
+        flags,
+        reserved
+    }
+);
+
+/// Kind of an event. The kinds up to `BD_EVENT_STOP` have the numbers of `bd_command_t`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum bd_event_kind_t {
+    /// `BD_COMMAND_PAUSE`.
+    BD_EVENT_PAUSE = 0,
+    /// `BD_COMMAND_RESUME`.
+    BD_EVENT_RESUME = 1,
+    /// `BD_COMMAND_SPEED`.
+    BD_EVENT_SPEED = 2,
+    /// `BD_COMMAND_SEEK`.
+    BD_EVENT_SEEK = 3,
+    /// `BD_COMMAND_HOLD`.
+    BD_EVENT_HOLD = 4,
+    /// `BD_COMMAND_RELEASE`.
+    BD_EVENT_RELEASE = 5,
+    /// `BD_COMMAND_STOP`.
+    BD_EVENT_STOP = 6,
+    /// The guard has proved a travel, from the first to the second value in metres.
+    BD_EVENT_GRANT = 7,
+    /// The timecode that the server follows makes the show stand still. First value: 1 if the timecode determines the show
+    /// time, else 0. Second value: the time scale.
+    BD_EVENT_STAND = 8,
+    /// The timecode makes the show run on. Values as for `BD_EVENT_STAND`.
+    BD_EVENT_FOLLOW = 9,
+    /// The run begins. This is always the first event.
+    BD_EVENT_START = 10,
+    /// The run has ended in order. This is the last event, at the last tick of the run.
+    BD_EVENT_END = 11,
+}
+
+/// The kind of program that sent a command.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum bd_sender_t {
+    /// A client of the library, in Rust, C or Python.
+    BD_SENDER_CLIENT = 0,
+    /// `bench-dragon ctl`.
+    BD_SENDER_CTL = 1,
+    /// A browser page of `bench-dragon view`.
+    BD_SENDER_PAGE = 2,
+    /// `bench-dragon watch`.
+    BD_SENDER_WATCH = 3,
+    /// A program on another host, through `bench-dragon bridge zenoh`.
+    BD_SENDER_ZENOH = 4,
+    /// The timecode that the server follows.
+    BD_SENDER_TIMECODE = 5,
+    /// The guard, `bench-dragon monitor --guard`.
+    BD_SENDER_GUARD = 6,
+    /// A signal to the server's process, such as Ctrl-C.
+    BD_SENDER_SIGNAL = 7,
+    /// The server itself.
+    BD_SENDER_SERVER = 8,
+}
+
+/// Returns the oldest unread event of a command in `event`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A
+/// server publishes events ten times a second.
+///
+/// The first call also receives up to 128 earlier events of the run.
+///
+/// `BD_NOTHING` if no event arrived in time. `BD_NO_SERVER` if the first call found no server. On error `event` is unchanged.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_dragon_command_event(
+    dragon: *const bd_dragon_t,
+    timeout_ns: u64,
+    event: Option<&mut MaybeUninit<bd_command_event_t>>,
+) -> bd_result_t {
+    answer(|| {
+        let event = event.ok_or_else(|| Failure::missing("event"))?;
+        let received = opened(dragon)?.command_event(Duration::from_nanos(timeout_ns))?;
+        Ok(received.map(|received| {
+            event.write((&received).into());
+        }))
+    })
+}
+
+impl From<&CommandEvent> for bd_command_event_t {
+    fn from(event: &CommandEvent) -> Self {
+        Self {
+            run_id: event.run_id,
+            number: event.number,
+            tick: event.tick,
+            sim_time_ns: event.sim_time_ns,
+            wall_ns: event.wall_ns,
+            overruns: event.overruns,
+            values: event.values,
+            lowest: event.lowest,
+            highest: event.highest,
+            kind: event.kind,
+            sender: event.sender,
+            pid: event.pid,
+            refusal: event.refusal,
+            flags: event.flags,
+            reserved: event.reserved,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::{EventKind, Sender};
+
+    use super::*;
+
+    #[test]
+    fn every_kind_and_sender_of_the_bus_has_a_number_in_c() {
+        let (last_kind, last_sender) = (bd_event_kind_t::BD_EVENT_END as u32, bd_sender_t::BD_SENDER_SERVER as u32);
+        assert_eq!(EventKind::from_wire(last_kind), Some(EventKind::End));
+        assert_eq!(EventKind::from_wire(last_kind + 1), None, "bd_event_kind_t lacks this kind");
+        assert_eq!(Sender::from_wire(last_sender), Some(Sender::Server));
+        assert_eq!(Sender::from_wire(last_sender + 1), None, "bd_sender_t lacks this sender");
+        assert_eq!(BD_EVENT_UNKNOWN, CommandEvent::UNKNOWN_KIND);
+    }
+}

@@ -1,0 +1,191 @@
+//! The outcome of a show: why it ended, for programs and in one sentence for people.
+
+use bench_dragon_ipc::ShowState;
+use serde::Serialize;
+
+use super::Show;
+use super::children::ChildRole;
+use crate::source::server::StoppedBy;
+
+/// Why a show ended. `summary.json` and the page have it, with its sentence.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Outcome {
+    #[serde(flatten)]
+    pub(super) ending: Ending,
+    /// The ending in one sentence.
+    pub(super) text: String,
+}
+
+/// The ending of a show. Times are show times in seconds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub(super) enum Ending {
+    /// Benches touched, which ends a rehearsal.
+    Contact { time_s: f64, benches: [u32; 2] },
+    /// The guard held the dragon permanently, which ends a rehearsal.
+    Guard { held_at_s: f64, is_margin_kept: bool },
+    /// The dragon reached the end of its run, which ends a rehearsal.
+    EndOfRun { time_s: f64 },
+    /// The show reached the time of `--until`, which ends a rehearsal.
+    Until { time_s: f64 },
+    /// A command, or a signal to the server's process, stopped the server. The process id is null if it is unknown.
+    Stopped { sender: String, pid: Option<u32> },
+    /// A signal to the show itself.
+    Signal { signal: &'static str },
+    /// The server ended in order, without a known reason.
+    ServerEnded,
+    /// A process without which the show cannot go on was given up, or the show itself failed.
+    Failed { process: String, reason: String, restarts: u32 },
+}
+
+impl From<Ending> for Outcome {
+    fn from(ending: Ending) -> Self {
+        let text = match &ending {
+            Ending::Contact { time_s, benches: [a, b] } => format!("Benches {a} and {b} touched at {time_s:.6} s."),
+            Ending::Guard { held_at_s, is_margin_kept: true } => {
+                format!(
+                    "The guard held the dragon permanently at {held_at_s:.6} s: beyond, margin_m is not proved to be kept."
+                )
+            }
+            Ending::Guard { held_at_s, is_margin_kept: false } => {
+                format!(
+                    "The guard does not let the dragon walk from {held_at_s:.6} s: margin_m is not proved to be kept there. \
+                     Start or seek elsewhere."
+                )
+            }
+            Ending::EndOfRun { time_s } => format!("The dragon reached the end of its run at {time_s:.3} s."),
+            Ending::Until { time_s } => format!("The show reached its end time, {time_s:.3} s."),
+            Ending::Stopped { sender, .. } if sender == "signal" => {
+                "A signal to the server's process stopped the show.".to_owned()
+            }
+            Ending::Stopped { sender, pid: Some(pid) } => {
+                format!("A command of {sender} (process {pid}) stopped the show.")
+            }
+            Ending::Stopped { sender, pid: None } => format!("A command of {sender} stopped the show."),
+            Ending::Signal { signal } => format!("{signal} ended the show."),
+            Ending::ServerEnded => "The server ended by itself.".to_owned(),
+            Ending::Failed { process, reason, restarts: 0 } if process == "show" => {
+                format!("The show failed: {reason}.")
+            }
+            Ending::Failed { process, reason, restarts: 0 } => format!("The show failed: {process} {reason}."),
+            Ending::Failed { process, reason, restarts } => {
+                format!("The show failed: {process} {reason}, after {restarts} restarts.")
+            }
+        };
+        Self { ending, text }
+    }
+}
+
+/// The first sign that a show is over. The server may report more of it at its own end.
+pub(super) enum Over {
+    /// The server has ended, or is ending by itself.
+    Server,
+    /// The show itself ends it.
+    Show(Ending),
+}
+
+impl Show<'_> {
+    /// The first sign that the show is over; `None` while it goes on.
+    pub(super) fn over(&self) -> Option<Over> {
+        if self.is_stopped {
+            return Some(Over::Server);
+        }
+        // A timecode may move back from the end.
+        if self.is_performance || self.args.run.timecode.source.is_some() {
+            return None;
+        }
+        let known = &self.reports.totals.summary;
+        let contact = known.contact.as_ref().map(|at| Ending::Contact { time_s: at.time_s, benches: at.benches });
+        let guard =
+            known.guard.as_ref().map(|at| Ending::Guard { held_at_s: at.held_at_s, is_margin_kept: at.is_margin_kept });
+        let end = self.seen.header.and_then(|header| match header.show_state() {
+            Some(ShowState::Ended) => Some(Over::Server),
+            Some(ShowState::Finished) => Some(Over::Show(Ending::EndOfRun { time_s: header.sim_time_s() })),
+            _ => None,
+        });
+        contact.or(guard).map(Over::Show).or(end)
+    }
+
+    /// The outcome of a show whose server has ended. `over` is the first sign that it was over; without one, a signal ended it.
+    pub(super) fn outcome(&self, played: &anyhow::Result<()>, over: Option<Over>) -> Outcome {
+        let failed = |error: &anyhow::Error| {
+            let (process, reason) = ("show".to_owned(), format!("{error:#}"));
+            self.failure.clone().unwrap_or(Ending::Failed { process, reason, restarts: 0 })
+        };
+        let ending = match (played, over) {
+            (Err(error), _) => failed(error),
+            (Ok(()), Some(Over::Show(ending))) => ending,
+            (Ok(()), Some(Over::Server)) => self.server_ending(),
+            (Ok(()), None) => self.stop.signal().map_or(Ending::ServerEnded, |signal| Ending::Signal { signal }),
+        };
+        ending.into()
+    }
+
+    /// Whether a server that has ended in order may not end the show: a performance ends by a command or a signal to the show.
+    pub(super) fn needs_server(&self) -> bool {
+        let by_command = self.reports.stopped_by.as_ref().is_some_and(|by| !by.is_signal());
+        self.is_performance && !by_command && !self.stop.is_set()
+    }
+
+    /// Sends the outcome to the page, which shows it as long as it is open.
+    pub(super) fn tell_pages(&mut self, outcome: &Outcome) {
+        let line = serde_json::to_string(outcome).expect("numbers and strings are JSON");
+        self.children.write_last_line(ChildRole::View, &line);
+    }
+
+    /// The ending of a show whose server has ended in order.
+    fn server_ending(&self) -> Ending {
+        match (self.reports.stopped_by.clone(), self.stop.signal()) {
+            // A service manager signals the show and its server at once.
+            (Some(by), Some(signal)) if by.is_signal() => return Ending::Signal { signal },
+            (Some(StoppedBy { sender, pid }), _) => return Ending::Stopped { sender, pid },
+            (None, _) => {}
+        }
+        let Some(header) = self.seen.header else { return Ending::ServerEnded };
+        let time_s = header.sim_time_s();
+        let until_s = self.args.run.pace.until.filter(|until_s| time_s + NANOSECOND_S >= *until_s);
+        match (until_s, header.show_state()) {
+            (Some(_), _) => Ending::Until { time_s },
+            (None, Some(ShowState::Ended)) => Ending::EndOfRun { time_s },
+            (None, _) => Ending::ServerEnded,
+        }
+    }
+}
+
+/// Resolution of a frame's show time, in seconds.
+const NANOSECOND_S: f64 = 1e-9;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_outcome_has_its_kind_and_one_sentence() {
+        let process = || "serve".to_owned();
+        for (ending, kind, text) in [
+            (
+                Ending::Contact { time_s: 412.473_838, benches: [0, 8] },
+                "contact",
+                "Benches 0 and 8 touched at 412.473838 s.",
+            ),
+            (
+                Ending::Stopped { sender: "ctl".to_owned(), pid: Some(7) },
+                "stopped",
+                "A command of ctl (process 7) stopped the show.",
+            ),
+            (
+                Ending::Failed {
+                    process: process(),
+                    reason: "ended with signal: 9 (SIGKILL)".to_owned(),
+                    restarts: 12,
+                },
+                "failed",
+                "The show failed: serve ended with signal: 9 (SIGKILL), after 12 restarts.",
+            ),
+            (Ending::EndOfRun { time_s: 60.0 }, "end_of_run", "The dragon reached the end of its run at 60.000 s."),
+        ] {
+            let outcome = serde_json::to_value(Outcome::from(ending)).expect("an outcome is JSON");
+            assert_eq!((&outcome["kind"], &outcome["text"]), (&kind.into(), &text.into()), "{outcome}");
+        }
+    }
+}

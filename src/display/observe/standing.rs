@@ -1,0 +1,332 @@
+//! How the show stands: one word, how urgent it is, its cause, and what to do. Every display and `ctl status` show the same.
+
+use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, Status, TimecodeState};
+use serde::Serialize;
+
+use super::contact::Contact;
+use super::guard_situation::GuardSituation;
+use super::lost_server::{remedy_of_hanging_server, remedy_of_lost_server};
+use super::reader_lamps::has_full_disk;
+use super::show_forecast::ShowForecast;
+use super::snapshot::{Snapshot, SourcePresence};
+
+/// How urgent the standing of a show is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// The show stands as it should: it waits, or is over.
+    #[default]
+    Calm,
+    /// The show runs.
+    Good,
+    /// An operator should know the cause.
+    Caution,
+    /// A safety stop, or a failure: red.
+    Danger,
+}
+
+impl Level {
+    /// Lower-case name, as in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Calm => "calm",
+            Self::Good => "good",
+            Self::Caution => "caution",
+            Self::Danger => "danger",
+        }
+    }
+}
+
+/// How the show stands.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Standing {
+    /// How urgent it is.
+    pub level: Level,
+    /// The state of the show, or of the connection to it, in capital letters.
+    pub word: &'static str,
+    /// The cause, in whole sentences.
+    pub cause: String,
+    /// What to do, in whole sentences; `None`, null as JSON, if nothing is to be done.
+    pub remedy: Option<String>,
+}
+
+impl Standing {
+    /// The standing of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds.
+    pub fn of(snapshot: &Snapshot, now_ns: u64) -> Self {
+        let standing = match Self::of_link(snapshot, &snapshot.presence_at(now_ns)) {
+            Some(standing) => return standing,
+            None => Self::of_state(snapshot),
+        };
+        standing.with_dangers(snapshot, now_ns)
+    }
+
+    fn new(level: Level, word: &'static str, cause: impl Into<String>) -> Self {
+        Self { level, word, cause: cause.into(), remedy: None }
+    }
+
+    fn remedied(self, remedy: impl Into<String>) -> Self {
+        Self { remedy: Some(remedy.into()), ..self }
+    }
+
+    /// The standing of a show whose frames do not arrive; `None` if they do.
+    fn of_link(snapshot: &Snapshot, presence: &SourcePresence) -> Option<Self> {
+        let age_s = presence.age_s().unwrap_or_default();
+        Some(match presence {
+            SourcePresence::Live => return None,
+            SourcePresence::Waiting if snapshot.has_source => {
+                Self::new(Level::Caution, "WAITING", "The server has published no frame yet.")
+            }
+            SourcePresence::Waiting => {
+                let start = "Start the show, standing still: `bench-dragon show --config FILE --held`.";
+                Self::new(Level::Caution, "WAITING", "There is no server.").remedied(start)
+            }
+            SourcePresence::Silent { .. } => {
+                let cause = format!("The server's process exists, but has sent nothing for {age_s:.1} s.");
+                Self::new(Level::Danger, "SILENT", cause).remedied(remedy_of_hanging_server(snapshot))
+            }
+            SourcePresence::Gone { .. } => {
+                let cause = format!("The server is gone. The last frame is {age_s:.1} s old.");
+                Self::new(Level::Danger, "SERVER LOST", cause).remedied(remedy_of_lost_server(snapshot, age_s))
+            }
+            SourcePresence::Failed { reason } => Self::new(Level::Danger, "NO BUS", format!("{reason}.")),
+            SourcePresence::Ended { .. } => Self::new(Level::Calm, "ENDED", "The server has ended in order."),
+        })
+    }
+
+    /// The standing of a live show by its state.
+    fn of_state(snapshot: &Snapshot) -> Self {
+        match snapshot.state() {
+            Some(ShowState::Running) => Self::new(Level::Good, "RUNNING", "The dragon walks."),
+            Some(ShowState::Stopping) => Self::new(Level::Caution, "STOPPING", stopping(snapshot)),
+            Some(ShowState::Paused) => paused(snapshot.status.as_deref()),
+            Some(ShowState::Ready) if snapshot.guard == GuardSituation::Missing => {
+                Self::new(Level::Danger, "READY", "The dragon waits at its start, and no guard runs.")
+                    .remedied("Start `bench-dragon monitor --guard` before the release.")
+            }
+            Some(ShowState::Ready) => {
+                Self::new(Level::Calm, "READY", "The dragon waits at its start.").remedied("A release starts it.")
+            }
+            Some(ShowState::Held) => held(snapshot),
+            Some(ShowState::Finished) => {
+                Self::new(Level::Calm, "FINISHED", "The show is over.").remedied("A seek starts it again.")
+            }
+            Some(ShowState::Ended) => Self::new(Level::Calm, "ENDED", "The server has ended in order."),
+            None => Self::new(Level::Caution, "UNKNOWN", "This program does not know the state of the show.")
+                .remedied("Run the same version of bench-dragon on both sides."),
+        }
+    }
+
+    /// Adds a contact and a full disk, which are dangers in any state. The word stays the show's state.
+    fn with_dangers(mut self, snapshot: &Snapshot, now_ns: u64) -> Self {
+        let walks = snapshot.state().is_some_and(ShowState::walks);
+        let contact = Contact::of(snapshot, now_ns).map(|contact| {
+            let part = "Look at the benches, and part them before the dragon walks on.";
+            let remedy = if walks { format!("Hold the show. {part}") } else { part.to_owned() };
+            (format!("CONTACT: {}.", contact.words()), remedy)
+        });
+        let full_disk = has_full_disk(snapshot)
+            .then(|| ("The disk is full: the show is not recorded.".to_owned(), "Free some disk space.".to_owned()));
+        let dangers: Vec<(String, String)> = contact.into_iter().chain(full_disk).collect();
+        let Some((_, remedy)) = dangers.first() else { return self };
+        // The remedy of a safety stop comes after that of a contact.
+        self.remedy = match self.remedy.filter(|_| self.level == Level::Danger) {
+            Some(own) => Some(format!("{remedy} {own}")),
+            None => Some(remedy.clone()),
+        };
+        let causes = dangers.into_iter().map(|(cause, _)| cause).chain([self.cause]);
+        self.cause = causes.collect::<Vec<_>>().join(" ");
+        Self { level: Level::Danger, ..self }
+    }
+}
+
+fn stopping(snapshot: &Snapshot) -> String {
+    let stops = snapshot.status.as_deref().map(Status::stops).unwrap_or_default();
+    let why = match stops {
+        _ if stops.ending => "The server was asked to end. ",
+        _ if stops.held => "Hold. ",
+        _ if stops.paused => "Pause. ",
+        _ if stops.timecode => "The timecode stands still. ",
+        _ => "",
+    };
+    match snapshot.forecast {
+        ShowForecast::Rest { at } => {
+            format!("{why}The head stops in {:.1} s, at {:.2} m of travel.", at.wall_s, at.travel_m)
+        }
+        _ => format!("{why}The head brakes."),
+    }
+}
+
+fn paused(status: Option<&Status>) -> Standing {
+    let standing = |cause: &str| Standing::new(Level::Caution, "PAUSED", cause);
+    let by_operator = status.is_none_or(|status| status.stops().paused);
+    match status.and_then(Status::timecode_state) {
+        Some(TimecodeState::Waiting) if !by_operator => standing("The show waits for its first timecode."),
+        Some(timecode) if !by_operator && timecode != TimecodeState::None => {
+            standing("The timecode stands still, so the show stands still.")
+        }
+        _ => standing("An operator has paused the show.").remedied("`resume` continues it."),
+    }
+}
+
+/// The standing of a held show. Waiting for the guard is calm; every other hold is a safety stop.
+fn held(snapshot: &Snapshot) -> Standing {
+    let danger = |cause: String| Standing::new(Level::Danger, "HELD", cause);
+    // The status may be a tenth of a second older than the frame. Then the cause is not known yet.
+    let status_of_hold = snapshot.status.as_deref().filter(|status| status.show_state() == Some(ShowState::Held));
+    let Some(status) = status_of_hold else { return Standing::new(Level::Caution, "HELD", "The dragon stands.") };
+    let stops = status.stops();
+    if stops.held || status.guard_state() == Some(GuardState::None) {
+        let (cause, remedy) = if stops.restarted {
+            ("The server was restarted, so the dragon stands where it was last seen.".to_owned(), LOOK_AND_RELEASE)
+        } else {
+            (format!("{} holds the show for safety.", holder(snapshot)), RELEASE)
+        };
+        return danger(cause).remedied(format!("{remedy}{}", behind_the_hold(snapshot.guard)));
+    }
+    match snapshot.guard {
+        GuardSituation::Missing => {
+            danger("No guard runs, so the dragon stands at the end of its proven travel.".to_owned())
+                .remedied("Start `bench-dragon monitor --guard`: the dragon then walks on by itself.")
+        }
+        GuardSituation::AtEnd { for_good: true } => {
+            danger(GUARD_END.to_owned()).remedied("Only a seek moves the dragon: a release does not.")
+        }
+        GuardSituation::AtEnd { for_good: false } => {
+            danger(GUARD_END.to_owned()).remedied("Timecode can move the dragon: a release does not.")
+        }
+        GuardSituation::Waiting | GuardSituation::Working | GuardSituation::None => {
+            Standing::new(Level::Calm, "HELD", "The guard is proving the travel ahead.")
+                .remedied("Wait: the dragon then walks on by itself.")
+        }
+    }
+}
+
+const RELEASE: &str = "A release lifts the hold.";
+const LOOK_AND_RELEASE: &str = "Look at the dragon, then release it.";
+const GUARD_END: &str =
+    "The guard has stopped the dragon permanently: ahead, benches come nearer than the margin, or nothing is proved.";
+
+/// What stops the dragon after the release of a hold.
+fn behind_the_hold(guard: GuardSituation) -> &'static str {
+    match guard {
+        GuardSituation::AtEnd { for_good: true } => " The guard's stop stays: only a seek moves the dragon.",
+        GuardSituation::AtEnd { for_good: false } => " The guard's stop stays: timecode can move the dragon.",
+        GuardSituation::Missing => " No guard runs: start `bench-dragon monitor --guard` first.",
+        GuardSituation::None | GuardSituation::Waiting | GuardSituation::Working => "",
+    }
+}
+
+/// Who holds the show: the sender of the last accepted hold of this run.
+fn holder(snapshot: &Snapshot) -> String {
+    let run_id = snapshot.header().map(|header| header.run_id);
+    let is_hold = |event: &&CommandEvent| {
+        Some(event.run_id) == run_id && event.event_kind() == Some(EventKind::Hold) && event.outcome().is_ok()
+    };
+    let last = snapshot.commands.log.latest().map(|numbered| &numbered.event).rfind(is_hold);
+    last.and_then(CommandEvent::sent_by).map_or("An operator".to_owned(), |sender| format!("An operator ({sender})"))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use bench_dragon_geometry::clearance::PairClearance;
+    use bench_dragon_ipc::{FrameHeader, ReaderReport, Stops};
+    use glam::DVec2;
+
+    use super::*;
+    use crate::display::observe::ReaderLog;
+
+    fn snapshot(state: ShowState, stops: Stops, guard: GuardState) -> Snapshot {
+        let header = FrameHeader { state: state.to_wire(), ..FrameHeader::default() };
+        let (state, stops, guard) = (state.to_wire(), stops.to_wire(), guard.to_wire());
+        let status = Status { state, stops, guard, ..Status::default() };
+        Snapshot { status: Some(Arc::new(status)), ..Snapshot::live(header) }
+    }
+
+    fn stands(snapshot: &Snapshot) -> (Level, &'static str) {
+        let Standing { level, word, cause, .. } = Standing::of(snapshot, 0);
+        assert!(cause.ends_with('.'), "{cause} is a sentence");
+        (level, word)
+    }
+
+    #[test]
+    fn only_safety_stops_and_failures_are_red() {
+        let none = Stops::default();
+        let [held, limit] = [Stops { held: true, ..none }, Stops { guard_limit: true, ..none }];
+        for (state, stops, guard, expected) in [
+            (ShowState::Running, none, GuardState::None, (Level::Good, "RUNNING")),
+            (ShowState::Stopping, held, GuardState::None, (Level::Caution, "STOPPING")),
+            (ShowState::Paused, Stops { paused: true, ..none }, GuardState::None, (Level::Caution, "PAUSED")),
+            (ShowState::Ready, none, GuardState::None, (Level::Calm, "READY")),
+            (ShowState::Held, held, GuardState::None, (Level::Danger, "HELD")),
+            (ShowState::Held, Stops { restarted: true, ..held }, GuardState::None, (Level::Danger, "HELD")),
+            (ShowState::Held, limit, GuardState::Running, (Level::Calm, "HELD")),
+            (ShowState::Finished, none, GuardState::None, (Level::Calm, "FINISHED")),
+            (ShowState::Ended, none, GuardState::None, (Level::Calm, "ENDED")),
+        ] {
+            assert_eq!(stands(&snapshot(state, stops, guard)), expected, "{stops:?}");
+        }
+        let held_by_guard = snapshot(ShowState::Held, limit, GuardState::Running);
+        for guard in [GuardSituation::AtEnd { for_good: true }, GuardSituation::Missing] {
+            assert_eq!(stands(&Snapshot { guard, ..held_by_guard.clone() }), (Level::Danger, "HELD"), "{guard:?}");
+        }
+        let unguarded =
+            Snapshot { guard: GuardSituation::Missing, ..snapshot(ShowState::Ready, none, GuardState::Missing) };
+        assert_eq!(stands(&unguarded), (Level::Danger, "READY"));
+    }
+
+    #[test]
+    fn a_show_without_frames_stands_as_its_connection() {
+        let running = snapshot(ShowState::Running, Stops::default(), GuardState::None);
+        let age_ns = 2_000_000_000;
+        for (presence, has_source, expected) in [
+            (SourcePresence::Waiting, false, (Level::Caution, "WAITING")),
+            (SourcePresence::Waiting, true, (Level::Caution, "WAITING")),
+            (SourcePresence::Silent { age_ns }, true, (Level::Danger, "SILENT")),
+            (SourcePresence::Gone { age_ns }, false, (Level::Danger, "SERVER LOST")),
+            (SourcePresence::Failed { reason: "no memory".to_owned() }, true, (Level::Danger, "NO BUS")),
+            (SourcePresence::Ended { age_ns }, false, (Level::Calm, "ENDED")),
+        ] {
+            assert_eq!(stands(&Snapshot { presence, has_source, ..running.clone() }), expected);
+        }
+    }
+
+    #[test]
+    fn a_hold_says_what_stops_the_dragon_after_it() {
+        let stops = Stops { held: true, guard_limit: true, ..Stops::default() };
+        let held = snapshot(ShowState::Held, stops, GuardState::Running);
+        for (guard, remedy) in [
+            (GuardSituation::Waiting, "A release lifts the hold."),
+            (
+                GuardSituation::AtEnd { for_good: true },
+                "A release lifts the hold. The guard's stop stays: only a seek moves the dragon.",
+            ),
+        ] {
+            let standing = Standing::of(&Snapshot { guard, ..held.clone() }, 0);
+            assert_eq!(standing.remedy.as_deref(), Some(remedy));
+        }
+    }
+
+    #[test]
+    fn a_contact_and_a_full_disk_are_red_in_any_state_and_come_first() {
+        let mut readers = ReaderLog::default();
+        let mut full = ReaderReport { frames: 1, ended: ReaderReport::DISK_FULL, ..ReaderReport::default() };
+        full.set_name("record");
+        readers.push(full);
+        let pair = PairClearance { benches: [3, 11], clearance_m: -0.084, point: DVec2::ZERO };
+        let bad = |state, stops| Snapshot {
+            nearest: Some(pair),
+            readers: Arc::new(readers.clone()),
+            ..snapshot(state, stops, GuardState::None)
+        };
+        let running = Standing::of(&bad(ShowState::Running, Stops::default()), 0);
+        let dangers = "CONTACT: benches 3 and 11 overlap by 84.0 mm. The disk is full: the show is not recorded.";
+        assert_eq!((running.level, running.word), (Level::Danger, "RUNNING"));
+        assert_eq!(running.cause, format!("{dangers} The dragon walks."));
+        assert!(running.remedy.is_some_and(|remedy| remedy.starts_with("Hold the show. Look at the benches")));
+        let held = Standing::of(&bad(ShowState::Held, Stops { held: true, ..Stops::default() }), 0);
+        assert_eq!(held.cause, format!("{dangers} An operator holds the show for safety."));
+        assert!(held.remedy.is_some_and(|remedy| remedy.ends_with("walks on. A release lifts the hold.")));
+    }
+}

@@ -1,0 +1,73 @@
+// @ts-check
+// What lies ahead: the next event, and the wall time that is left.
+
+import { countdown, millimetres } from './format.js';
+
+/** @typedef {import('./plan_times.js').PlanTimes} PlanTimes */
+/** @typedef {import('./show.js').Show} Show */
+/** @typedef {{what: string, time_s: number}} Event what comes, and its show time */
+
+/** Show time, in seconds, up to which an event counts as now. */
+const NOW_S = 0.005;
+/** Show time of a run from which on it counts as endless. */
+const ENDLESS_S = 1e6;
+
+/**
+ * The events ahead, the next one first: near misses and the contact of the plan, the forecast, and the end.
+ * @param {Pick<Show, 'frame' | 'status'>} show
+ * @param {PlanTimes} times
+ * @param {number | null} end_s show time of the run's end
+ * @returns {Event[]}
+ */
+export function eventsAhead({ frame, status }, times, end_s) {
+  if (frame === null || isOver(frame)) return [];
+  const events = times.nearMisses.map(({ time_s, clearance_m }) => ({ what: `near miss ${millimetres(clearance_m)} mm`, time_s }));
+  if (times.contact !== null) events.push({ what: 'contact', time_s: times.contact.time_s });
+  const outlook = status?.outlook;
+  if (outlook?.kind === 'guard_stop') events.push({ what: 'guard stop', time_s: outlook.time_s });
+  if (outlook?.kind === 'rest') events.push({ what: 'head stops', time_s: outlook.time_s });
+  if (outlook?.kind === 'contact' && times.contact === null) events.push({ what: 'contact', time_s: outlook.time_s });
+  if (end_s !== null) events.push({ what: 'end', time_s: end_s });
+  // The head does not get past the guard's stop.
+  const last_s = outlook?.kind === 'guard_stop' ? outlook.time_s : Infinity;
+  const isAhead = (/** @type {Event} */ { time_s }) => time_s > frame.time_s + NOW_S && time_s <= last_s;
+  return events.filter(isAhead).sort((a, b) => a.time_s - b.time_s);
+}
+
+/**
+ * Show time of the run's end at the head's present speed; `null` if it is unknown or far away.
+ * @param {import('./show.js').Run | null} run
+ * @param {PlanTimes} times
+ */
+export function endOf(run, times) {
+  if (run === null || run.end_s - run.start_s > ENDLESS_S) return null;
+  return times.curve.at(-1)?.time_s ?? run.end_s;
+}
+
+/**
+ * The next event in words, with a countdown in wall time.
+ * @param {Event | undefined} event
+ * @param {import('./frame.js').Frame | null} frame
+ */
+export function nextInWords(event, frame) {
+  if (event === undefined || frame === null) return '–';
+  const left = countdown(wallSeconds(event.time_s, frame));
+  return `${event.what} ${walks(frame) ? 'in' : 'after'} ${left}`;
+}
+
+/** The wall time until the end in words; empty if it is unknown. @param {number | null} end_s @param {import('./frame.js').Frame | null} frame */
+export function leftInWords(end_s, frame) {
+  if (end_s === null || frame === null || isOver(frame)) return '';
+  return `${countdown(Math.max(wallSeconds(end_s, frame), 0))} left`;
+}
+
+/** @param {number} time_s @param {import('./frame.js').Frame} frame */
+function wallSeconds(time_s, frame) {
+  return (time_s - frame.time_s) / frame.time_scale;
+}
+
+/** @param {import('./frame.js').Frame} frame */
+const walks = ({ state }) => state === 'running' || state === 'stopping';
+
+/** @param {import('./frame.js').Frame} frame */
+const isOver = ({ state }) => state === 'finished' || state === 'ended';

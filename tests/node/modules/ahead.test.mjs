@@ -1,0 +1,54 @@
+// Tests of what lies ahead, in words.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { endOf, eventsAhead, leftInWords, nextInWords } from '../../../src/display/view/page/ahead.js';
+
+const frame = (more = {}) => ({ state: 'running', time_s: 100, time_scale: 1, ...more });
+const FREE = { kind: 'free', is_end: true, time_s: 442, wall_s: 342 };
+const show = (outlook = FREE, more = {}) => ({ frame: frame(more), status: { outlook } });
+const TIMES = {
+  curve: [
+    { time_s: 0, clearance_m: 0.2 },
+    { time_s: 500, clearance_m: 0.1 },
+  ],
+  nearMisses: [
+    { time_s: 90, clearance_m: 0.01, benches: [0, 9] },
+    { time_s: 165, clearance_m: 0.029, benches: [0, 10] },
+  ],
+  contact: { time_s: 412.5, benches: [0, 8] },
+};
+
+test('the next event is the nearest one ahead, whoever announces it', () => {
+  const first = (outlook, times = TIMES, more = {}) => eventsAhead(show(outlook, more), times, 442)[0]?.what;
+  assert.equal(first(FREE), 'near miss 29.0 mm');
+  assert.equal(first({ kind: 'guard_stop', time_s: 120, wall_s: 20, benches: [0, 10] }), 'guard stop');
+  assert.equal(first({ kind: 'rest', time_s: 101, wall_s: 1, travel_m: 101 }), 'head stops');
+  assert.equal(first(FREE, TIMES, { time_s: 170 }), 'contact');
+  assert.equal(first(FREE, TIMES, { time_s: 420 }), 'end');
+  assert.equal(first(FREE, TIMES, { state: 'finished' }), undefined);
+  const noPlan = { curve: [], nearMisses: [], contact: null };
+  assert.equal(first({ kind: 'contact', time_s: 412.5, wall_s: 312.5, benches: [0, 8] }, noPlan), 'contact');
+});
+
+test('countdowns are in wall time, and a standing head has to walk first', () => {
+  const event = { what: 'near miss 29.0 mm', time_s: 165 };
+  assert.equal(nextInWords(event, frame()), 'near miss 29.0 mm in 1:05');
+  assert.equal(nextInWords(event, frame({ time_scale: 2 })), 'near miss 29.0 mm in 0:33');
+  assert.equal(nextInWords(event, frame({ state: 'paused' })), 'near miss 29.0 mm after 1:05');
+  assert.equal(nextInWords(undefined, frame()), '–');
+});
+
+test('the time left follows the plan at the present speed, and is wall time', () => {
+  const run = { start_s: 0, end_s: 442 };
+  assert.equal(leftInWords(endOf(run, TIMES), frame()), '6:40 left');
+  assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), frame({ time_scale: 0.1 })), '57:00 left');
+  assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), frame({ time_scale: 0.01 })), '9:30:00 left');
+  assert.equal(leftInWords(endOf({ start_s: 0, end_s: 1e9 }, TIMES), frame()), '');
+  assert.equal(leftInWords(442, frame({ state: 'ended' })), '');
+});
+
+test('nothing comes after the stop of the guard', () => {
+  const here = { kind: 'guard_stop', time_s: 100, wall_s: 0, benches: null };
+  assert.deepEqual(eventsAhead(show(here, { state: 'held' }), TIMES, 442), []);
+});
