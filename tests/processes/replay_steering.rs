@@ -17,9 +17,10 @@ use crate::stage::Stage;
 pub(crate) fn record_contact(stage: &Stage, name: &str) {
     let server = stage.serve(&["--rate", "100", "--start-at", "411", "--until", "413.2", "--held", "--readers", "1"]);
     let recorder = stage.start(&["record", name]);
+    await_frames(&stage.path(name));
+    assert_eq!(stage.run(&["ctl", "hold"]).code(), Some(0));
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     monitor.json_until("the monitor reports that the show is held", |line| line["kind"] == "held");
-    await_frames(&stage.path(name));
     for command in [&["speed", "1.1"][..], &["release"]] {
         assert_eq!(stage.run(&[&["ctl"], command].concat()).code(), Some(0));
     }
@@ -70,7 +71,7 @@ fn a_replay_publishes_the_recorded_alerts_and_commands_in_step_with_its_frames()
     assert_eq!(contact.tick, at.header.tick, "the alert has the tick of this replay");
 
     let kinds: Vec<_> = seen.iter().filter_map(CommandEvent::event_kind).collect();
-    assert_eq!(kinds, [EventKind::Speed, EventKind::Release], "without start and end");
+    assert_eq!(kinds, [EventKind::Hold, EventKind::Speed, EventKind::Release], "without start and end");
     for (number, event) in (0..).zip(&seen) {
         assert_eq!((event.run_id, event.number), (run_id, number));
         let shot = &shots[event.tick as usize];
