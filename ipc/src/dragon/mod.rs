@@ -196,8 +196,8 @@ impl Dragon {
         })
     }
 
-    /// Sends a command and waits until the server has accepted it, at most `timeout`. Returns the server's reply. Commands of several threads do not wait for each other,
-    /// up to [`MAX_ACTIVE_REQUESTS`](crate::service::MAX_ACTIVE_REQUESTS) at a time.
+    /// Sends a command and waits until the server has accepted it, at most `timeout`. Returns the server's reply. Commands of
+    /// several threads do not wait for each other, up to [`MAX_ACTIVE_REQUESTS`](crate::service::MAX_ACTIVE_REQUESTS) at a time.
     ///
     /// # Errors
     /// As [`CommandClient::call`]: [`BusError::Refused`] where the server refuses the command.
