@@ -34,7 +34,7 @@ pub(crate) fn ensure(path: &Path) -> io::Result<()> {
     let number = random_number()?;
     let draft = path.with_extension(format!("{number}.draft"));
     let drafted = write(&draft, &number).and_then(|()| put(&draft, path));
-    // A name that is not the number itself would remain after an error.
+    // After a rename there is no draft any more.
     match fs::remove_file(&draft) {
         Err(error) if error.kind() != ErrorKind::NotFound => drafted.and(Err(error)),
         _ => drafted,

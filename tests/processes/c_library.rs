@@ -119,10 +119,13 @@ fn a_c_client_reads_the_events_of_the_commands_to_a_server() {
     }
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    let printed = run(&stage, "command_events.c", &[]);
     let events = CommandEventReader::open(stage.domain(), "test").expect("a server has created the services");
-    let expected: Vec<String> =
-        std::iter::from_fn(|| events.receive().expect("the bus is readable")).map(line_of_event).collect();
+    let printed = run(&stage, "command_events.c", &[]);
+    let mut expected: Vec<String> = Vec::new();
+    eventually("all events have arrived", || {
+        expected.extend(std::iter::from_fn(|| events.receive().expect("the bus is readable")).map(line_of_event));
+        (expected.len() >= printed.lines().count()).then_some(())
+    });
     assert_eq!(printed.lines().collect::<Vec<_>>(), expected);
     server.stop();
 }

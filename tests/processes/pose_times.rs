@@ -130,7 +130,7 @@ fn bundles_of_a_late_server_have_the_instants_that_their_poses_are_for() {
     server.stop();
     late_shots(&mut reader);
     let ns =
-        |time: &OscTime| u64::from(time.seconds) * 1_000_000_000 + (u64::from(time.fractional) * 1_000_000_000 >> 32);
+        |time: &OscTime| u64::from(time.seconds) * 1_000_000_000 + ((u64::from(time.fractional) * 1_000_000_000) >> 32);
     for time in &times {
         let apart_ns = (ns(time) - ns(&times[0])) % PERIOD_NS;
         assert!(apart_ns.min(PERIOD_NS - apart_ns) < MAX_ERROR_NS, "{time:?}: {apart_ns} ns beside a whole period");

@@ -346,6 +346,103 @@ typedef enum {
 } bd_refusal_t;
 
 /**
+ * Kind of an event. The kinds up to `BD_EVENT_STOP` have the numbers of `bd_command_t`.
+ */
+typedef enum {
+  /**
+   * `BD_COMMAND_PAUSE`.
+   */
+  BD_EVENT_PAUSE = 0,
+  /**
+   * `BD_COMMAND_RESUME`.
+   */
+  BD_EVENT_RESUME = 1,
+  /**
+   * `BD_COMMAND_SPEED`.
+   */
+  BD_EVENT_SPEED = 2,
+  /**
+   * `BD_COMMAND_SEEK`.
+   */
+  BD_EVENT_SEEK = 3,
+  /**
+   * `BD_COMMAND_HOLD`.
+   */
+  BD_EVENT_HOLD = 4,
+  /**
+   * `BD_COMMAND_RELEASE`.
+   */
+  BD_EVENT_RELEASE = 5,
+  /**
+   * `BD_COMMAND_STOP`.
+   */
+  BD_EVENT_STOP = 6,
+  /**
+   * The guard has proved a travel, from the first to the second value in metres.
+   */
+  BD_EVENT_GRANT = 7,
+  /**
+   * The timecode that the server follows makes the show stand still. First value: 1 if the timecode determines the show
+   * time, else 0. Second value: the time scale.
+   */
+  BD_EVENT_STAND = 8,
+  /**
+   * The timecode makes the show run on. Values as for `BD_EVENT_STAND`.
+   */
+  BD_EVENT_FOLLOW = 9,
+  /**
+   * The run begins. This is always the first event.
+   */
+  BD_EVENT_START = 10,
+  /**
+   * The run has ended in order. This is the last event, at the last tick of the run.
+   */
+  BD_EVENT_END = 11,
+} bd_event_kind_t;
+
+/**
+ * The kind of program that sent a command.
+ */
+typedef enum {
+  /**
+   * A client of the library, in Rust, C or Python.
+   */
+  BD_SENDER_CLIENT = 0,
+  /**
+   * `bench-dragon ctl`.
+   */
+  BD_SENDER_CTL = 1,
+  /**
+   * A browser page of `bench-dragon view`.
+   */
+  BD_SENDER_PAGE = 2,
+  /**
+   * `bench-dragon watch`.
+   */
+  BD_SENDER_WATCH = 3,
+  /**
+   * A program on another host, through `bench-dragon bridge zenoh`.
+   */
+  BD_SENDER_ZENOH = 4,
+  /**
+   * The timecode that the server follows.
+   */
+  BD_SENDER_TIMECODE = 5,
+  /**
+   * The guard, `bench-dragon monitor --guard`.
+   */
+  BD_SENDER_GUARD = 6,
+  /**
+   * A signal to the server's process, such as Ctrl-C.
+   */
+  BD_SENDER_SIGNAL = 7,
+  /**
+   * The server itself.
+   */
+  BD_SENDER_SERVER = 8,
+} bd_sender_t;
+
+/**
  * Configuration of a run, as the server published it.
  */
 typedef struct bd_description_t bd_description_t;

@@ -10,7 +10,6 @@ use crate::alert::Alert;
 use crate::client::{AlertSubscriber, CommandClient, CommandEventReader, Description, await_reply};
 use crate::command::{CommandReply, Request};
 use crate::command_event::CommandEvent;
-use crate::continuity::Continuity;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
@@ -139,7 +138,8 @@ impl Dragon {
     }
 
     /// Returns the latest status. Waits for the first one at most `timeout`. The last status of a server that has ended or
-    /// was killed is returned until the next server publishes its own.
+    /// was killed is returned until the next server publishes its own, also if it is read for the first time then. A server
+    /// sends it to new readers within a tenth of a second: one that is killed before leaves none.
     ///
     /// # Errors
     /// As [`Dragon::description`].
@@ -196,8 +196,8 @@ impl Dragon {
         })
     }
 
-    /// Sends a command and waits until the server has accepted it, at most `timeout`. Returns the server's reply. Commands of several threads do not wait for each other,
-    /// up to [`MAX_ACTIVE_REQUESTS`](crate::service::MAX_ACTIVE_REQUESTS) at a time.
+    /// Sends a command and waits until the server has accepted it, at most `timeout`. Returns the server's reply. Commands of
+    /// several threads do not wait for each other, up to [`MAX_ACTIVE_REQUESTS`](crate::service::MAX_ACTIVE_REQUESTS) at a time.
     ///
     /// # Errors
     /// As [`CommandClient::call`]: [`BusError::Refused`] where the server refuses the command.
@@ -314,15 +314,11 @@ impl Dragon {
         let mut readers = self.shared.readers.lock();
         self.shared.drop_returned(&mut readers);
         let Readers { lent, ports } = &mut *readers;
-        let ports = ports.as_mut().ok_or_else(|| self.closed())?;
+        let frames = &mut ports.as_mut().ok_or_else(|| self.closed())?.frames;
         let Some(slot) = lent.iter().position(Option::is_none) else { return Err(BusError::TooManyFrames) };
-        let read = read(&mut ports.frames);
-        self.shared.lost.store(ports.frames.lost(), Relaxed);
-        let read = read?;
-        if read.as_ref().is_some_and(|frame| frame.continuity() == Continuity::Restarted) {
-            ports.connect();
-        }
-        Ok(read.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
+        let read = read(frames);
+        self.shared.lost.store(frames.lost(), Relaxed);
+        Ok(read?.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
     }
 
     /// Waits for a value that no event announces.

@@ -74,21 +74,13 @@ pub(super) struct ReaderPorts {
 impl ReaderPorts {
     pub(super) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let member = Rc::new(Member::join(domain, name, Role::Client)?);
-        let ports = Self {
+        Ok(Self {
             frames: FrameSubscriber::of(&member, domain, name)?,
             descriptions: DescriptionReader::of(&member)?,
             description: None,
             statuses: StatusReader::of(&member)?,
             status: None,
-        };
-        ports.connect();
-        Ok(ports)
-    }
-
-    /// Connects to the latest values of a source, so that they can be read after its end even if nobody has read them before.
-    pub(super) fn connect(&self) {
-        self.descriptions.connect();
-        self.statuses.connect();
+        })
     }
 }
 

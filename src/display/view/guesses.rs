@@ -63,7 +63,9 @@ impl Guesses {
         let (network, hash) = (network(address), self.hasher.hash_one(token));
         if !self.origins.contains_key(&network) && self.origins.len() >= MAX_ORIGINS {
             let silent = self.origins.iter().min_by_key(|(_, origin)| origin.last).map(|(&network, _)| network);
-            silent.map(|network| self.origins.remove(&network));
+            if let Some(silent) = silent {
+                self.origins.remove(&silent);
+            }
         }
         self.origins.entry(network).or_insert_with(|| Origin::new(now)).note(hash, now)
     }
