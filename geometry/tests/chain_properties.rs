@@ -30,6 +30,17 @@ fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
     ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
 }
 
+/// The stop is 1.2 cm before the handle would jump, between the same two samples of the search for faults. The expected travel is
+/// where the head's link is perpendicular to the spiral, by dense samples and bisection in another language.
+#[test]
+fn a_handle_that_stops_shortly_before_it_would_jump_ends_the_run() {
+    let dimensions = Dimensions::new(1, 2.907_092_952_379_163_5, 1.616, 0.05, 0.094_417_098_496_229_63);
+    let spiral = Route::spiral(0.073_070_634_934_938_87, 2.0).expect("a valid spiral");
+    let dragon = Dragon::new(dimensions.expect("valid benches"), Arc::new(spiral)).expect("the dragon stands");
+    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    assert!((dragon.end_travel_m() - 0.123_684_412_310_7).abs() < 1e-9, "{}", dragon.end_travel_m());
+}
+
 proptest! {
     #![proptest_config(random_cases(256))]
 
@@ -63,14 +74,20 @@ proptest! {
         }
     }
 
+    /// The error of a central difference is c·h² and smaller terms, and rounding over h. So that of half the step is a third of
+    /// the change from the whole step to half of it. The bound is three times that, for the smaller terms.
     #[test]
     fn speeds_equal_the_rates_of_the_positions(dragon in dragons(), part in 0.01..0.95_f64) {
-        let (travel_m, half_step_m) = (part * dragon.end_travel_m(), 1e-5);
-        let (before, after) = (solve(&dragon, travel_m - half_step_m), solve(&dragon, travel_m + half_step_m));
+        // Rounding of a difference of two positions of a handle as fast as the head: each link is exact to 10⁻¹² m.
+        const ROUNDING_M: f64 = 1e-11;
+        let (travel_m, half_step_m) = (part * dragon.end_travel_m(), 1e-5_f64.min(0.01 * dragon.end_travel_m()));
+        let poses = [-1.0, -0.5, 0.5, 1.0].map(|share| solve(&dragon, travel_m + share * half_step_m));
         for (index, handle) in solve(&dragon, travel_m).iter().enumerate() {
-            let velocity = (after[index].position - before[index].position) / (2.0 * half_step_m);
+            let moved = |from: usize, to: usize| poses[to][index].position - poses[from][index].position;
+            let [velocity, coarse] = [moved(1, 2) / half_step_m, moved(0, 3) / (2.0 * half_step_m)];
             let error = velocity - handle.speed_ratio * handle.tangent;
-            prop_assert!(error.length() < 1e-6, "handle {index} moves at {velocity}, not at {}", handle.speed_ratio);
+            let bound = velocity.distance(coarse) + (1.0 + handle.speed_ratio) * ROUNDING_M / half_step_m;
+            prop_assert!(error.length() <= bound, "handle {index} moves at {velocity}, not at {}", handle.speed_ratio);
         }
     }
 

@@ -205,18 +205,24 @@ impl Faults<'_> {
         self.route.curvature_bound(rear, to) * self.length_m < 2.0
     }
 
-    /// Finds the fault between two adjacent samples. The samples are so close that at most one fault lies between them.
+    /// Finds the first fault between two adjacent samples. The samples are so close that at most one stop lies between them, or
+    /// one jump, or a stop before a jump: a rear handle that walks backwards may come to where its crossing vanishes.
     fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
         let Some(start) = self.rear(from) else { return Some(Fault { parameter: from, jump: true }) };
         let end = self.rear(to);
-        let is_fault = |rear: Option<RearEnd>| rear.is_none_or(|rear| !rear.walks() || self.jumps(&start, &rear));
+        let leap = end.and_then(|end| self.leap((from, &start), (to, &end)));
+        let Some(leap) = leap else { return self.stop((from, &start), (to, end)) };
+        let stop = self.stop((from, &start), (leap, self.rear(leap))).filter(|stop| stop.parameter < leap - TOLERANCE);
+        Some(stop.unwrap_or(Fault { parameter: leap, jump: true }))
+    }
+
+    /// Finds the fault between two parameters with no jump of [`leap`](Self::leap) between them.
+    fn stop(&self, (from, start): (f64, &RearEnd), (to, end): (f64, Option<RearEnd>)) -> Option<Fault> {
+        let is_fault = |rear: Option<RearEnd>| rear.is_none_or(|rear| !rear.walks() || self.jumps(start, &rear));
         let fails = |parameter| is_fault(self.rear(parameter));
-        if let Some(parameter) = end.and_then(|end| self.leap((from, &start), (to, &end))) {
-            return Some(Fault { parameter, jump: true });
-        }
-        let failing = if is_fault(end) { to } else { self.dip((from, &start), (to, &end?))? };
+        let failing = if is_fault(end) { to } else { self.dip((from, start), (to, &end?))? };
         let (parameter, beyond) = turning_point(from, failing, TOLERANCE, fails);
-        let jump = self.rear(beyond).is_none_or(|rear| self.jumps(&start, &rear));
+        let jump = self.rear(beyond).is_none_or(|rear| self.jumps(start, &rear));
         Some(Fault { parameter, jump })
     }
 

@@ -61,3 +61,33 @@ fn number(variable: &str) -> Option<u32> {
     let number = value.to_str().and_then(|value| value.parse().ok()).filter(|&number| number > 0);
     Some(number.unwrap_or_else(|| panic!("{variable} is {}, must be a whole number from 1", value.display())))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    fn sources(folder: &Path) -> Vec<PathBuf> {
+        let entries = fs::read_dir(folder).expect("a folder of sources").map(|entry| entry.expect("an entry").path());
+        let of = |path: PathBuf| if path.is_dir() { sources(&path) } else { vec![path] };
+        entries.flat_map(of).filter(|path| path.extension().is_some_and(|end| end == "rs")).collect()
+    }
+
+    #[test]
+    fn every_property_of_proptest_takes_its_number_of_cases_from_here() {
+        let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let files =
+            ["geometry/src", "geometry/tests", "ipc/src", "src", "tests"].map(|folder| sources(&project.join(folder)));
+        let mut properties = 0;
+        for file in files.concat() {
+            let text = fs::read_to_string(&file).expect("a source can be read");
+            let lines: Vec<&str> = text.lines().map(str::trim).collect();
+            for pair in lines.windows(2).filter(|pair| pair[0] == "proptest! {") {
+                let is_configured = pair[1].starts_with("#![proptest_config(") && pair[1].contains("random_cases(");
+                assert!(is_configured, "{}: {}", file.display(), pair[1]);
+                properties += 1;
+            }
+        }
+        assert!(properties > 0, "there are properties");
+    }
+}
