@@ -37,6 +37,7 @@ mod monitor;
 mod parent;
 mod parts;
 mod print;
+mod reading;
 mod record;
 mod replay;
 mod serve;
@@ -180,12 +181,15 @@ fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
 
 /// Reads the configuration that the arguments name; `set_flags` overrides its values. An error names the file.
 fn load_config(args: &ConfigArgs, set_flags: impl FnOnce(&mut Document)) -> anyhow::Result<Config> {
-    in_file(args, Config::load(args.config.as_deref(), set_flags))
+    let file = args.config.as_deref();
+    let document = reading::within_limits(file, || ConfigDocument::load(file, set_flags));
+    in_file(args, document.and_then(ConfigDocument::build))
 }
 
 /// Reads a configuration without a dragon on its route.
 fn load_document(args: &ConfigArgs) -> anyhow::Result<ConfigDocument> {
-    in_file(args, ConfigDocument::load(args.config.as_deref(), |_| ()))
+    let file = args.config.as_deref();
+    in_file(args, reading::within_limits(file, || ConfigDocument::load(file, |_| ())))
 }
 
 /// Adds the file's name to the error of a configuration.

@@ -1,7 +1,5 @@
 //! The TOML document of a configuration, not yet checked.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
@@ -9,9 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::ConfigError;
 use super::ground_table::GroundTable;
+use super::origin_table::OriginTable;
 use super::priority::Priority;
 use super::route_table::RouteTable;
 use super::stage_table::StageTable;
+use crate::system::input_file;
 
 /// Greatest length of a document in bytes: the greatest length of a description.
 const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
@@ -22,6 +22,8 @@ const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
 pub struct Document {
     pub(super) dragon: DragonTable,
     pub(super) route: RouteTable,
+    #[serde(skip_serializing_if = "OriginTable::is_empty")]
+    pub(super) origin: OriginTable,
     #[serde(skip_serializing_if = "GroundTable::is_empty")]
     pub(super) ground: GroundTable,
     /// Walk of the head.
@@ -149,12 +151,12 @@ impl Default for MonitorTable {
 }
 
 pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
-    let mut text = String::new();
-    let read = File::open(path).and_then(|file| file.take(MAX_LEN + 1).read_to_string(&mut text));
-    match read.map_err(|error| ConfigError(format!("cannot be read: {error}")))? as u64 {
-        0..=MAX_LEN => Ok(text),
-        _ => Err(ConfigError(format!("is longer than {MAX_LEN} bytes, the most that is allowed"))),
+    let bytes =
+        input_file::read_any(path, MAX_LEN + 1).map_err(|error| ConfigError(format!("cannot be read: {error}")))?;
+    if bytes.len() as u64 > MAX_LEN {
+        return Err(ConfigError(format!("is longer than {MAX_LEN} bytes, the most that is allowed")));
     }
+    String::from_utf8(bytes).map_err(|_| ConfigError("cannot be read: stream did not contain valid UTF-8".to_owned()))
 }
 
 pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
@@ -168,6 +170,7 @@ pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
 
 /// Rewrites a message of the TOML reader in one line, with plain words for Rust types.
 fn in_plain_words(message: &str) -> String {
+    let message = &with_short_numbers(message);
     let names = [
         ("\n", "; "),
         ("` as i128", "`, which has too many digits"),
@@ -176,6 +179,21 @@ fn in_plain_words(message: &str) -> String {
     ];
     let names = names.into_iter().chain([("expected f64", "expected a number"), ("wanted ", "expected a ")]);
     names.fold(message.to_owned(), |message, (name, plain)| message.replace(name, plain))
+}
+
+/// The same text, where numbers of very many digits are shortened.
+fn with_short_numbers(text: &str) -> String {
+    const LONGEST: usize = 24;
+    let mut digits = 0;
+    let kept = text.chars().filter_map(|char| {
+        digits = if char.is_ascii_digit() { digits + 1 } else { 0 };
+        match digits {
+            0..=LONGEST => Some(char),
+            digits if digits == LONGEST + 1 => Some('…'),
+            _ => None,
+        }
+    });
+    kept.collect()
 }
 
 /// Returns the beginning of a line, for a message.

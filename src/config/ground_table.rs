@@ -12,6 +12,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::drawn_route::METRES_PER_UNIT;
+use super::origin_table::OriginTable;
 use super::{ConfigError, require};
 use crate::height_map::{self, Placing};
 
@@ -62,6 +63,11 @@ impl GroundTable {
         *self == Self::default()
     }
 
+    /// Whether the heights are in a file, which is not read yet.
+    pub(super) fn is_file(&self) -> bool {
+        self.heights.is_some()
+    }
+
     /// Number of heights in the document.
     pub(super) fn heights(&self) -> usize {
         self.runs.iter().flatten().map(|run| run.heights_m.len()).sum()
@@ -71,16 +77,19 @@ impl GroundTable {
     ///
     /// # Errors
     /// A key does not apply, or the file has no heights.
-    pub(super) fn read(&self, folder: &Path) -> Result<Option<Ground>, ConfigError> {
+    pub(super) fn read(&self, origin: &OriginTable, folder: &Path) -> Result<Option<Ground>, ConfigError> {
         self.refuse_other_keys()?;
         let Some(file) = &self.heights else { return Ok(None) };
         let Self { metres_per_unit, x_m, y_m, metres_per_pixel, .. } = *self;
         metres_per_unit.map_or(Ok(()), |metres| require("ground", "metres_per_unit", metres, &METRES_PER_UNIT))?;
         let placing = Placing { metres_per_unit, x_m, y_m, metres_per_pixel };
+        // A map that the table places is about the origin already.
+        let own = origin.position();
+        let moved = DVec2::new(if x_m.is_none() { own.x } else { 0.0 }, if y_m.is_none() { own.y } else { 0.0 });
         let in_file = |reason: String| ConfigError(format!("[ground] heights {:?}: {reason}", file.display()));
         let grid = height_map::read(&folder.join(file), &placing).map_err(|error| in_file(error.to_string()))?;
         let heights_m = grid.heights_m.iter().map(|height_m| (height_m * STEPS_PER_M).round() / STEPS_PER_M).collect();
-        let (first, spacing) = (DVec2::new(grid.x_m, grid.y_m), DVec2::new(grid.spacing_x_m, grid.spacing_y_m));
+        let (first, spacing) = (DVec2::new(grid.x_m, grid.y_m) - moved, DVec2::new(grid.spacing_x_m, grid.spacing_y_m));
         let map = HeightMap::new([grid.columns, grid.rows], first, spacing, heights_m);
         let map = map.map_err(|error| in_file(error.to_string()))?;
         self.carried(Ground::map(map)).map(Some)

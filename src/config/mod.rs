@@ -6,6 +6,7 @@
 mod document;
 mod drawn_route;
 mod ground_table;
+mod origin_table;
 mod priority;
 mod route_table;
 mod stage_table;
@@ -14,7 +15,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd};
 use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
@@ -68,6 +69,8 @@ pub struct ConfigDocument {
     route: RouteSpec,
     drawing: Option<DrawingFit>,
     outline: Option<Outline>,
+    /// Limit of steps for finding the end of the dragon's run, if not that of [`Dragon::new`].
+    placing_steps: Option<u64>,
 }
 
 /// A valid configuration: the document's tables, and the dragon on its route.
@@ -87,8 +90,10 @@ impl ConfigDocument {
         let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
         set_flags(&mut tables);
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
-        let drawing = drawn_route::read(&mut tables.route, folder)?;
-        let document = match tables.ground.read(folder)? {
+        let origin = std::mem::take(&mut tables.origin);
+        origin.check(tables.route.is_drawing() || tables.ground.is_file())?;
+        let drawing = drawn_route::read(&mut tables.route, &origin, folder)?;
+        let document = match tables.ground.read(&origin, folder)? {
             None => Self::check(tables)?,
             Some(ground) => Self::with_heights_under_route(tables, ground)?,
         };
@@ -159,17 +164,33 @@ impl ConfigDocument {
         })
     }
 
+    /// The same document with a limit of steps for finding the end of the dragon's run.
+    #[must_use]
+    pub fn with_placing_steps(self, steps: u64) -> Self {
+        Self { placing_steps: Some(steps), ..self }
+    }
+
     /// Places the dragon on its route, and computes how far it can walk.
     ///
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
     pub fn build(self) -> Result<Config, ConfigError> {
         let route = Arc::new(self.curve()?);
-        let dragon = Dragon::new(self.dimensions, route).map_err(|error| match error {
+        let dragon = self.place(route).map_err(|error| match error {
             DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}")),
             error => ConfigError(error.to_string()),
         })?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
+    }
+
+    /// Places the dragon on the curve of its route.
+    ///
+    /// # Errors
+    /// The dragon does not fit on it.
+    pub fn place(&self, route: Arc<Route>) -> Result<Dragon, DragonError> {
+        let Some(steps) = self.placing_steps else { return Dragon::new(self.dimensions, route) };
+        let dragon = Dragon::with_meter(self.dimensions, route, Meter::of(steps))?;
+        Ok(dragon.metered(&Meter::unlimited()))
     }
 
     fn check(mut tables: Document) -> Result<Self, ConfigError> {
@@ -189,12 +210,13 @@ impl ConfigDocument {
         if count > MAX_ALSO {
             return Err(ConfigError(format!("[[show.also]] occurs {count} times, at most {MAX_ALSO} are allowed")));
         }
+        tables.origin.check(false)?;
         tables.route = tables.route.completed();
         let ground = tables.ground.ground()?.map(Arc::new);
         let route = RouteSpec { ground, ..tables.route.plan()? };
         let dimensions = dimensions(&tables.dragon)?;
         let outline = tables.stage.outline()?;
-        Ok(Self { tables, dimensions, route, drawing: None, outline })
+        Ok(Self { tables, dimensions, route, drawing: None, outline, placing_steps: None })
     }
 
     /// The whole document as TOML, with every key that applies.
@@ -344,7 +366,12 @@ impl Config {
     pub fn with_shape(&self, shape: &RouteShape) -> Result<Self, ConfigError> {
         let mut tables = self.tables().clone();
         tables.route = tables.route.with_shape(shape);
-        ConfigDocument::check(tables)?.build()
+        self.rebuilt(ConfigDocument::check(tables)?)
+    }
+
+    /// Places the dragon of another document with the same limit of steps.
+    fn rebuilt(&self, document: ConfigDocument) -> Result<Self, ConfigError> {
+        ConfigDocument { placing_steps: self.document.placing_steps, ..document }.build()
     }
 
     /// Returns the same configuration with another planned speed of the head, in metres per show second. The head walks the same
@@ -357,7 +384,7 @@ impl Config {
         tables.route = tables.route.clone().with_times_scaled(tables.head.speed_mps / speed_mps);
         tables.head.speed_mps = speed_mps;
         let drawing = self.document.drawing.clone();
-        ConfigDocument { drawing, ..ConfigDocument::check(tables)? }.build()
+        self.rebuilt(ConfigDocument { drawing, ..ConfigDocument::check(tables)? })
     }
 }
 

@@ -39,7 +39,16 @@ pub(super) struct RouteTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) id: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) label: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) layer: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) number: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) metres_per_unit: Option<f64>,
+    /// Scale of a drawing's page, `"1:100"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) scale: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) tolerance_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -278,6 +287,11 @@ impl RouteTable {
         Ok(RouteSpec { shape, placement, start_s, end_s: self.end_s, ground: None })
     }
 
+    /// Whether the table says where the route begins.
+    pub(super) fn is_placed(&self) -> bool {
+        self.start_x_m.is_some() && self.start_y_m.is_some()
+    }
+
     /// Whether the route is a drawing, which is not read yet.
     pub(super) fn is_drawing(&self) -> bool {
         self.kind == RouteKind::Drawing
@@ -317,8 +331,9 @@ impl RouteTable {
     pub(super) fn refuse_other_keys(&self) -> Result<(), ConfigError> {
         use RouteKind::{Drawing, Path, Spiral, Turnaround};
         let number = |value: Option<f64>| value.map(|value| Number(value).to_string());
+        let quoted = |value: &Option<String>| value.as_ref().map(|value| format!("{value:?}"));
         let listed = self.segments.as_ref().map(|segments| format!("a list of {}", segments.len()));
-        let keys: [(&str, Option<String>, &[RouteKind]); 13] = [
+        let keys: [(&str, Option<String>, &[RouteKind]); 17] = [
             ("pitch_m", number(self.pitch_m), &[Spiral, Turnaround]),
             ("start_turns", number(self.start_turns), &[Spiral]),
             ("turn_diameter_m", number(self.turn_diameter_m), &[Turnaround]),
@@ -328,8 +343,12 @@ impl RouteTable {
             ("closed", self.closed.map(|closed| closed.to_string()), &[Path, Drawing]),
             ("laps", self.laps.map(|laps| laps.to_string()), &[Path, Drawing]),
             ("file", self.file.as_ref().map(|file| format!("{:?}", file.display())), &[Drawing]),
-            ("id", self.id.as_ref().map(|id| format!("{id:?}")), &[Drawing]),
+            ("id", quoted(&self.id), &[Drawing]),
+            ("label", quoted(&self.label), &[Drawing]),
+            ("layer", quoted(&self.layer), &[Drawing]),
+            ("number", self.number.map(|number| number.to_string()), &[Drawing]),
             ("metres_per_unit", number(self.metres_per_unit), &[Drawing]),
+            ("scale", quoted(&self.scale), &[Drawing]),
             ("tolerance_m", number(self.tolerance_m), &[Drawing]),
             ("corner_radius_m", number(self.corner_radius_m), &[Drawing]),
         ];

@@ -1,9 +1,25 @@
-//! Points of a CSV file: one a row, x and y.
+//! Points of a CSV file: one a row, x and y, or longitude and latitude.
 
-use bench_dragon_geometry::drawing::{Drawing, MAX_COORDINATE_M};
+use bench_dragon_geometry::drawing::Drawing;
 use glam::DVec2;
 
-use super::{DrawingFileError, MAX_PIECES, PathChoice, quoted, utf8};
+use super::geographic::{LonLat, local};
+use super::{DrawingFileError, MAX_PIECES, MAX_POSITION_M, PathChoice, quoted, utf8};
+
+/// Names of columns, in lower case.
+const X: [&str; 4] = ["x_m", "x", "easting_m", "easting"];
+const Y: [&str; 4] = ["y_m", "y", "northing_m", "northing"];
+const LON: [&str; 5] = ["lon", "longitude", "lng", "long", "lon_deg"];
+const LAT: [&str; 3] = ["lat", "latitude", "lat_deg"];
+
+/// Where the two coordinates of a point are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Columns {
+    /// Metres, or units of the drawing.
+    Plane([usize; 2]),
+    /// Degrees: longitude and latitude.
+    Globe([usize; 2]),
+}
 
 /// The separator of the cells of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,11 +32,22 @@ enum Separator {
 
 /// The polyline of the file's points. It is closed if its last point is its first.
 ///
-/// The columns are those named `x_m` and `y_m`, else the first two. Numbers are divided by commas, semicolons, tabs or spaces.
+/// The columns are those named `x_m` and `y_m`, or `lon` and `lat`; without names, the first two. Numbers are divided by commas, semicolons, tabs or spaces.
 /// Lines that begin with `#` are comments.
 pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
-    if let Some(id) = choice.id {
-        return Err(DrawingFileError(format!("id is {}, but a CSV file has one path without a name", quoted(id))));
+    for (key, value) in [("id", choice.id), ("label", choice.label), ("layer", choice.layer)] {
+        if let Some(value) = value {
+            let value = quoted(value);
+            return Err(DrawingFileError(format!("{key} is {value}, but a CSV file has one path without a name")));
+        }
+    }
+    if let Some(number) = choice.number.filter(|&number| number != 1) {
+        return Err(DrawingFileError(format!("number is {number}, but a CSV file has one path")));
+    }
+    if choice.scale.is_some() {
+        return Err(DrawingFileError(
+            "a scale is of a page, which a CSV file does not have: set metres_per_unit".to_owned(),
+        ));
     }
     let text = utf8(bytes)?.trim_start_matches('\u{feff}');
     let mut rows = (1..).zip(text.lines()).filter(|(_, line)| has_cells(line)).peekable();
@@ -31,17 +58,21 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
         let number = cell.parse::<f64>();
         number.ok().or_else(|| cell.replace(',', ".").parse().ok().filter(|_| has_decimal_commas))
     };
-    let mut columns = [0, 1];
+    let mut columns = Columns::Plane([0, 1]);
     if are_names(&separator.cells(first)) {
-        columns = named_columns(&separator.cells(first)).unwrap_or(columns);
+        columns = named_columns(&separator.cells(first))?;
         rows.next();
     }
+    let (Columns::Plane(at) | Columns::Globe(at)) = columns;
     let mut points = vec![];
     for (line, row) in rows {
         let cells = separator.cells(row);
-        let [x, y] = columns.map(|column| cells.get(column).and_then(|cell| number(cell)));
-        let (Some(x), Some(y)) = (x, y) else { return Err(separator.bad_row(line, row)) };
-        points.push(scaled(x, y, choice, line)?);
+        let [x, y] = at.map(|column| cells.get(column).and_then(|cell| number(cell)));
+        let (Some(x), Some(y)) = (x, y) else { return Err(separator.bad_row(line, row, columns)) };
+        points.push(match columns {
+            Columns::Plane(_) => scaled(x, y, choice, line)?,
+            Columns::Globe(_) => DVec2::new(x, y),
+        });
         if points.len() > MAX_PIECES {
             return Err(DrawingFileError(format!("has more than {MAX_PIECES} points, the most that is allowed")));
         }
@@ -49,6 +80,10 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
     if points.len() < 2 {
         let noun = if points.len() == 1 { "point" } else { "points" };
         return Err(DrawingFileError(format!("has {} {noun}, must have at least 2", points.len())));
+    }
+    if let Columns::Globe(_) = columns {
+        let degrees: Vec<LonLat> = points.iter().map(|point| LonLat { lon: point.x, lat: point.y }).collect();
+        points = local(&degrees, choice)?;
     }
     let is_closed = points.len() > 2 && points[0] == points[points.len() - 1];
     Ok(Drawing { is_closed, ..Drawing::polyline(&points, false) })
@@ -83,10 +118,11 @@ impl Separator {
     }
 
     /// The error of a row that has no two numbers.
-    fn bad_row(self, line: usize, row: &str) -> DrawingFileError {
+    fn bad_row(self, line: usize, row: &str, columns: Columns) -> DrawingFileError {
         let divides_decimals = self != Self::Char(',') || self.cells(row).len() > 2;
+        let names = if matches!(columns, Columns::Plane(_)) { "x_m and y_m" } else { "lon and lat" };
         let hint = if divides_decimals && row.contains(',') { "; decimals need a point" } else { "" };
-        DrawingFileError(format!("line {line} is {}, must be two numbers, x_m and y_m{hint}", quoted(row.trim())))
+        DrawingFileError(format!("line {line} is {}, must be two numbers, {names}{hint}", quoted(row.trim())))
     }
 }
 
@@ -99,20 +135,33 @@ fn are_names(cells: &[&str]) -> bool {
     cells.iter().all(is_name) && cells.iter().any(|cell| !cell.is_empty())
 }
 
-/// The columns of x and y among named columns.
-fn named_columns(names: &[&str]) -> Option<[usize; 2]> {
-    let named = |wanted: &str| names.iter().position(|name| name.eq_ignore_ascii_case(wanted));
-    Some([named("x_m").or_else(|| named("x"))?, named("y_m").or_else(|| named("y"))?])
+/// The columns of a point among named columns.
+fn named_columns(names: &[&str]) -> Result<Columns, DrawingFileError> {
+    let plain = |name: &str| {
+        let name = name.to_lowercase();
+        let metres = ["(m)", "[m]"].into_iter().find_map(|unit| name.strip_suffix(unit));
+        metres.map_or(name.clone(), |name| name.trim_end().to_owned())
+    };
+    let names: Vec<String> = names.iter().map(|name| plain(name)).collect();
+    let named = |known: &[&str]| known.iter().find_map(|known| names.iter().position(|name| name == known));
+    match (named(&X).zip(named(&Y)), named(&LON).zip(named(&LAT))) {
+        (Some((x, y)), _) => Ok(Columns::Plane([x, y])),
+        (None, Some((lon, lat))) => Ok(Columns::Globe([lon, lat])),
+        (None, None) => {
+            let found = super::listed(names.iter().map(|name| &**name));
+            Err(DrawingFileError(format!("has the columns {found}, must have x_m and y_m, or lon and lat")))
+        }
+    }
 }
 
 /// A point in metres.
 fn scaled(x: f64, y: f64, choice: &PathChoice<'_>, line: usize) -> Result<DVec2, DrawingFileError> {
     let point = DVec2::new(x, y) * choice.metres_per_unit.unwrap_or(1.0);
-    if point.is_finite() && point.abs().max_element() <= MAX_COORDINATE_M {
+    if point.is_finite() && point.abs().max_element() <= MAX_POSITION_M {
         return Ok(point);
     }
-    let [x, y] = point.to_array();
-    let allowed = format!("numbers from -{MAX_COORDINATE_M} to {MAX_COORDINATE_M}");
+    let [x, y] = point.to_array().map(bench_dragon_geometry::number::Number);
+    let allowed = format!("numbers from -{MAX_POSITION_M} to {MAX_POSITION_M}");
     Err(DrawingFileError(format!("line {line} has the point ({x}, {y}) m, must be {allowed}")))
 }
 
@@ -147,17 +196,21 @@ mod tests {
 
     #[test]
     fn only_a_row_of_names_is_left_out() {
-        assert_eq!(points("Länge (m),y\n1,2\n3,4"), [[1.0, 2.0], [3.0, 4.0]]);
+        assert_eq!(points("Y [m],Länge,X (m)\n2,9,1\n4,9,3"), [[1.0, 2.0], [3.0, 4.0]]);
+        assert_eq!(points("Easting;Northing\n1;2\n3;4"), [[1.0, 2.0], [3.0, 4.0]]);
         for (text, reason) in [
             ("0,O\n10,0\n20,0", "line 1 is \"0,O\", must be two numbers, x_m and y_m"),
             ("0,5 0\n10,5 0", "line 1 is \"0,5 0\", must be two numbers"),
             ("0,5 0,5\n10,5 0", "line 1 is \"0,5 0,5\", must be two numbers, x_m and y_m; decimals need a point"),
             ("0.0.0,5\n10,0\n20,0", "line 1 is \"0.0.0,5\", must be two numbers"),
-            ("nan,0\n10,0\n20,0", "line 1 has the point (NaN, 0) m, must be numbers from -100000 to 100000"),
+            ("nan,0\n10,0\n20,0", "line 1 has the point (NaN, 0) m, must be numbers from -100000000 to 100000000"),
             ("1;2\n\n1.5;2,5\n", "line 3 is \"1.5;2,5\", must be two numbers, x_m and y_m; decimals need a point"),
             ("1,000,5;2\n2;3", "line 1 is \"1,000,5;2\", must be two numbers"),
             ("0  0\n10  -\n", "line 2 is \"10  -\", must be two numbers, x_m and y_m"),
-            ("0,0\n1e6,0\n", "line 2 has the point (1000000, 0) m, must be numbers from -100000 to 100000"),
+            ("0,0\n1e9,0\n", "line 2 has the point (1000000000, 0) m, must be numbers from -100000000 to 100000000"),
+            ("Länge (m),y\n1,2\n3,4", "has the columns \"länge\", \"y\", must have x_m and y_m, or lon and lat"),
+            ("id,lat,x\n1,2,3\n3,4,5", "has the columns \"id\", \"lat\", \"x\", must have x_m and y_m, or lon and lat"),
+            ("lat,lon\n1,2\n3,x", "line 3 is \"3,x\", must be two numbers, lon and lat"),
             ("x_m,y_m\n1,2\n", "has 1 point, must have at least 2"),
         ] {
             let error = path(text.as_bytes(), &PathChoice::default()).expect_err(text).to_string();

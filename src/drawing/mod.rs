@@ -1,7 +1,11 @@
-//! Drawings: files that hold the route as a drawn path, in SVG, DXF or CSV. All of them give a path in metres, with y up.
+//! Drawings: files that hold the route as a drawn path, in SVG, DXF or CSV, or as a line on the earth, in GPX, KML or GeoJSON. All of
+//! them give a path in metres, with y up.
 
+mod content;
 mod csv;
 mod dxf;
+mod geographic;
+mod lines;
 mod svg;
 
 use std::path::Path;
@@ -12,6 +16,10 @@ use crate::system::input_file::{self, InputFileError, quoted, utf8};
 
 /// Most pieces of a path: lines, arcs and curves.
 const MAX_PIECES: usize = 2_000_000;
+/// Largest coordinate of a file, in metres: coordinates of surveys are smaller.
+pub const MAX_POSITION_M: f64 = 1e8;
+/// Extensions of drawings, for messages.
+pub const FORMATS: &str = ".svg, .dxf, .csv, .gpx, .kml or .geojson";
 /// Most names that a message lists.
 const MAX_LISTED: usize = 8;
 
@@ -37,6 +45,56 @@ pub struct PathChoice<'a> {
     pub is_closed: Option<bool>,
     /// Largest gap between two entities of a path, in metres.
     pub gap_m: f64,
+    /// Inkscape's label of the path or of what contains it; the name of a track or a line.
+    pub label: Option<&'a str>,
+    /// Layer of the path.
+    pub layer: Option<&'a str>,
+    /// Number of the path among all of the file, from 1.
+    pub number: Option<u32>,
+    /// Metres of the plan for a metre of the page, in place of `metres_per_unit`.
+    pub scale: Option<f64>,
+    /// Whether the plan has its origin at a point of a survey.
+    pub has_origin: bool,
+}
+
+impl PathChoice<'_> {
+    /// Whether any path of the file may be the route.
+    fn is_open(&self) -> bool {
+        self.id.is_none() && !self.is_narrowed()
+    }
+
+    /// Whether the path is chosen by its id alone.
+    fn is_id(&self) -> bool {
+        self.id.is_some() && !self.is_narrowed()
+    }
+
+    fn is_narrowed(&self) -> bool {
+        self.label.is_some() || self.layer.is_some() || self.number.is_some()
+    }
+
+    /// The error of a choice that does not leave one path.
+    fn not_one(&self, found: usize, of: usize) -> DrawingFileError {
+        let texts = [("id", self.id), ("label", self.label), ("layer", self.layer)];
+        let keys = texts.into_iter().filter_map(|(key, value)| Some(format!("{key} {}", quoted(value?))));
+        let keys: Vec<String> = keys.chain(self.number.map(|number| format!("number {number}"))).collect();
+        DrawingFileError(format!(
+            "has {found} paths with {}, must have 1; solve route --list shows all {of}",
+            keys.join(" and ")
+        ))
+    }
+}
+
+/// A path of a file, for a list.
+#[derive(Debug)]
+pub struct ListedPath {
+    /// Its name in the file: the id of an element, or the handle of an entity.
+    pub id: Option<String>,
+    /// Its label, or the name of a track or a line.
+    pub label: Option<String>,
+    /// Its layer.
+    pub layer: Option<String>,
+    /// The path in metres, or the reason why it cannot be one.
+    pub drawing: Result<Drawing, DrawingFileError>,
 }
 
 /// Format of a drawing.
@@ -48,16 +106,25 @@ pub enum DrawingFormat {
     Dxf,
     /// A table of points.
     Csv,
+    /// Tracks and routes of satellite receivers.
+    Gpx,
+    /// Keyhole Markup Language.
+    Kml,
+    /// Geographic features in JSON.
+    GeoJson,
 }
 
 impl DrawingFormat {
-    /// The format of a file's extension, `.svg`, `.dxf` or `.csv`; `None` for another one.
+    /// The format of a file's extension: `.svg`, `.dxf`, `.csv`, `.gpx`, `.kml`, `.geojson` or `.json`; `None` for another one.
     pub fn of(file: &Path) -> Option<Self> {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
         match extension.as_str() {
             "svg" => Some(Self::Svg),
             "dxf" => Some(Self::Dxf),
             "csv" => Some(Self::Csv),
+            "gpx" => Some(Self::Gpx),
+            "kml" => Some(Self::Kml),
+            "geojson" | "json" => Some(Self::GeoJson),
             _ => None,
         }
     }
@@ -68,8 +135,7 @@ impl DrawingFormat {
 /// # Errors
 /// The file cannot be read, is too long, or does not have the path.
 pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
-    let format = DrawingFormat::of(file)
-        .ok_or_else(|| DrawingFileError("has no known format, must be .svg, .dxf or .csv".to_owned()))?;
+    let format = DrawingFormat::of(file).ok_or_else(unknown_format)?;
     parse(&input_file::read(file)?, format, choice)
 }
 
@@ -78,10 +144,12 @@ pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFile
 /// # Errors
 /// The bytes do not have the path.
 pub fn parse(bytes: &[u8], format: DrawingFormat, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
+    content::require(bytes)?;
     let mut drawing = match format {
-        DrawingFormat::Svg => svg::path(bytes, choice)?,
+        DrawingFormat::Svg => svg::path(text(bytes)?, choice)?,
         DrawingFormat::Dxf => dxf::path(bytes, choice)?,
         DrawingFormat::Csv => csv::path(bytes, choice)?,
+        DrawingFormat::Gpx | DrawingFormat::Kml | DrawingFormat::GeoJson => lines::path(bytes, format, choice)?,
     };
     if drawing.pieces.len() > MAX_PIECES {
         let count = drawing.pieces.len();
@@ -91,9 +159,37 @@ pub fn parse(bytes: &[u8], format: DrawingFormat, choice: &PathChoice<'_>) -> Re
     Ok(drawing)
 }
 
+/// All paths of a file, in its order.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn list(file: &Path, choice: &PathChoice<'_>) -> Result<Vec<ListedPath>, DrawingFileError> {
+    let format = DrawingFormat::of(file).ok_or_else(unknown_format)?;
+    let bytes = input_file::read(file)?;
+    content::require(&bytes)?;
+    match format {
+        DrawingFormat::Svg => svg::list(text(&bytes)?, choice),
+        DrawingFormat::Dxf => dxf::list(&bytes, choice),
+        DrawingFormat::Csv => {
+            Ok(vec![ListedPath { id: None, label: None, layer: None, drawing: csv::path(&bytes, choice) }])
+        }
+        DrawingFormat::Gpx | DrawingFormat::Kml | DrawingFormat::GeoJson => lines::list(&bytes, format, choice),
+    }
+}
+
+/// The text of a file in UTF-8.
+fn text(bytes: &[u8]) -> Result<&str, DrawingFileError> {
+    utf8(bytes).map_err(|error| content::declared_encoding(bytes).unwrap_or_else(|| error.into()))
+}
+
+fn unknown_format() -> DrawingFileError {
+    DrawingFileError(format!("has no known format, must be {FORMATS}"))
+}
+
 /// Whether a file has points of a curve, and not the lines between them.
 pub fn has_points(file: &Path) -> bool {
-    DrawingFormat::of(file) == Some(DrawingFormat::Csv)
+    use DrawingFormat::{Csv, GeoJson, Gpx, Kml};
+    matches!(DrawingFormat::of(file), Some(Csv | GeoJson | Gpx | Kml))
 }
 
 /// A few names for a message, each in quotes.

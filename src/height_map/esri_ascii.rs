@@ -4,6 +4,8 @@
 //! This reader is our own: the crate `esri_ascii_grid` needs the keys in one order, and has neither `dx` and `dy` nor
 //! a limit of memory.
 
+use bench_dragon_geometry::number::Number;
+
 use super::{FileGrid, HeightMapError, flip_rows, quoted, require_size, utf8};
 
 /// Value without data, if the header has none.
@@ -116,7 +118,7 @@ fn count(key: &str, value: Option<f64>) -> Result<usize, HeightMapError> {
     if value.fract() == 0.0 && (0.0..=1e9).contains(&value) {
         return Ok(value as usize);
     }
-    Err(HeightMapError(format!("{key} is {value}, must be a whole number of at least 2")))
+    Err(HeightMapError(format!("{key} is {}, must be a whole number of at least 2", Number(value))))
 }
 
 fn missing(key: &str) -> HeightMapError {

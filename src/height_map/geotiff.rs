@@ -8,6 +8,7 @@
 use std::fmt::Display;
 use std::io::{Cursor, ErrorKind};
 
+use bench_dragon_geometry::number::Number;
 use tiff::TiffError;
 use tiff::decoder::ifd::Value;
 use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
@@ -35,6 +36,27 @@ const MAX_NODES: u32 = 10_000;
 /// Names of the metre in `GDAL_METADATA`.
 const METRE_NAMES: [&str; 6] = ["", "m", "metre", "meter", "metres", "meters"];
 
+/// Vertical systems of EPSG whose unit is not the metre, and their unit in metres.
+const VERTICAL_UNITS: [(u16, f64); 9] = [
+    (5702, 0.304_800_609_601_219_24),
+    (5754, 0.304_800_749_1),
+    (6130, 0.3048),
+    (6131, 0.3048),
+    (6132, 0.3048),
+    (6360, 0.304_800_609_601_219_24),
+    (8050, 0.3048),
+    (8052, 0.304_800_609_601_219_24),
+    (8228, 0.3048),
+];
+/// Vertical systems of EPSG that point downwards.
+const DEPTHS: [u16; 52] = [
+    5336, 5612, 5614, 5706, 5715, 5734, 5739, 5789, 5831, 5861, 5862, 5863, 5864, 5865, 5866, 5867, 5873, 6357, 6358,
+    6359, 7976, 8051, 8053, 8358, 8378, 8897, 9287, 9288, 9672, 10150, 10151, 10349, 10364, 10370, 10371, 10372, 10373,
+    10374, 10375, 10376, 10377, 10378, 10379, 10547, 10548, 10549, 10550, 10551, 10552, 10649, 10650, 10678,
+];
+/// Projected systems of EPSG whose unit is not the metre, as ranges.
+const OTHER_UNITS: &str = include_str!("epsg_other_units.txt");
+
 /// Keys in the `GeoKeyDirectory`, and values of theirs.
 mod geo_key {
     pub(super) const MODEL_TYPE: u16 = 1024;
@@ -44,7 +66,10 @@ mod geo_key {
     pub(super) const RASTER_TYPE: u16 = 1025;
     pub(super) const RASTER_PIXEL_IS_POINT: u16 = 2;
     pub(super) const PROJECTED_UNIT: u16 = 3076;
+    pub(super) const PROJECTED_SYSTEM: u16 = 3072;
+    pub(super) const VERTICAL_SYSTEM: u16 = 4096;
     pub(super) const VERTICAL_UNIT: u16 = 4099;
+    pub(super) const USER_DEFINED: u16 = 32767;
     pub(super) const METRE: u16 = 9001;
 }
 
@@ -73,7 +98,8 @@ pub(super) fn grid(bytes: &[u8], placing: &Placing) -> Result<FileGrid, HeightMa
     require_no_mask(&mut file)?;
     let geo_keys = geo_keys(&mut file)?;
     let georeference = georeference(&mut file, geo_keys(geo_key::RASTER_TYPE) == Some(geo_key::RASTER_PIXEL_IS_POINT))?;
-    require_metres(&geo_keys, placing)?;
+    let citation = text(&mut file, Tag::GeoAsciiParamsTag).ok().flatten().unwrap_or_default();
+    require_metres(&geo_keys, &citation, placing)?;
     require_unscaled_metres(&mut file, placing)?;
     let mut heights = samples(&mut file)?;
     if heights.len() != columns * rows {
@@ -137,6 +163,7 @@ fn require_one_grey_band(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> 
         | CompressionMethod::LZW
         | CompressionMethod::Deflate
         | CompressionMethod::OldDeflate
+        | CompressionMethod::ZSTD
         | CompressionMethod::PackBits => Ok(()),
         CompressionMethod::Unknown(number) => Err(refused_compression(&number)),
         method => Err(refused_compression(&format_args!("{method:?}"))),
@@ -144,7 +171,7 @@ fn require_one_grey_band(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> 
 }
 
 fn refused_compression(found: &dyn Display) -> HeightMapError {
-    HeightMapError(format!("has compression {found}, must be none, Deflate, LZW or PackBits"))
+    HeightMapError(format!("has compression {found}, must be none, Deflate, LZW, PackBits or ZSTD"))
 }
 
 /// Fails if strips or tiles would take long or are left out.
@@ -196,7 +223,7 @@ fn georeference(file: &mut TiffFile<'_>, is_point: bool) -> Result<Georeference,
     let tie = doubles(file, Tag::ModelTiepointTag)?;
     if let (&[scale_x, scale_y, ..], &[column, row, _, x, y, ..]) = (scale.as_slice(), tie.as_slice()) {
         if !(scale_x > 0.0 && scale_y > 0.0) {
-            let found = format!("ModelPixelScale is {scale_x}, {scale_y}");
+            let found = format!("ModelPixelScale is {}, {}", Number(scale_x), Number(scale_y));
             return Err(HeightMapError(format!("{found}, must be above 0")));
         }
         let first_m = [x + (centre - column) * scale_x, y - (centre - row) * scale_y];
@@ -215,7 +242,11 @@ fn georeference(file: &mut TiffFile<'_>, is_point: bool) -> Result<Georeference,
 }
 
 /// Fails if positions or heights are not in metres.
-fn require_metres(geo_keys: &impl Fn(u16) -> Option<u16>, placing: &Placing) -> Result<(), HeightMapError> {
+fn require_metres(
+    geo_keys: &impl Fn(u16) -> Option<u16>,
+    citation: &str,
+    placing: &Placing,
+) -> Result<(), HeightMapError> {
     let model = geo_keys(geo_key::MODEL_TYPE).unwrap_or(geo_key::MODEL_PROJECTED);
     if model == geo_key::MODEL_GEOGRAPHIC {
         let remedy = "reproject it to a grid in metres";
@@ -230,12 +261,54 @@ fn require_metres(geo_keys: &impl Fn(u16) -> Option<u16>, placing: &Placing) -> 
         let wanted = geo_key::METRE;
         return Err(HeightMapError(format!("has positions in unit {unit} of EPSG, must be {wanted}: metres")));
     }
+    let system = geo_keys(geo_key::PROJECTED_SYSTEM).filter(|_| geo_keys(geo_key::PROJECTED_UNIT).is_none());
+    if let Some(system) = system.filter(|&system| has_other_unit(system)) {
+        return Err(HeightMapError(format!(
+            "has positions in EPSG:{system}, whose unit is not the metre: reproject it"
+        )));
+    }
+    require_metres_up(geo_keys, citation, placing)?;
     match geo_keys(geo_key::VERTICAL_UNIT).filter(|&unit| !is_metre(unit)) {
         Some(unit) if placing.metres_per_unit.is_none() => {
             Err(HeightMapError(format!("has heights in unit {unit} of EPSG: set metres_per_unit")))
         }
         _ => Ok(()),
     }
+}
+
+/// Fails if the vertical system has another unit than metres, or depths. With `metres_per_unit` the unit may be any.
+fn require_metres_up(
+    geo_keys: &impl Fn(u16) -> Option<u16>,
+    citation: &str,
+    placing: &Placing,
+) -> Result<(), HeightMapError> {
+    let Some(system) = geo_keys(geo_key::VERTICAL_SYSTEM) else { return Ok(()) };
+    if DEPTHS.contains(&system) {
+        return Err(HeightMapError(format!("has depths (EPSG:{system}), must have heights: negate them")));
+    }
+    if placing.metres_per_unit.is_some() || geo_keys(geo_key::VERTICAL_UNIT).is_some() {
+        return Ok(());
+    }
+    let metres = VERTICAL_UNITS.iter().find(|(known, _)| *known == system).map(|(_, metres)| metres);
+    if let Some(metres) = metres {
+        let unit = format!("units of {metres} m (EPSG:{system})");
+        return Err(HeightMapError(format!("has heights in {unit}: set metres_per_unit = {metres}")));
+    }
+    let citation = citation.to_lowercase();
+    let names_feet = ["foot", "feet", "ftus", "(ft", "us ft"].iter().any(|name| citation.contains(name));
+    if system == geo_key::USER_DEFINED && names_feet {
+        return Err(HeightMapError("has a vertical system that may be in feet: set metres_per_unit".to_owned()));
+    }
+    Ok(())
+}
+
+/// Whether a projected system of EPSG has another unit than metres.
+fn has_other_unit(system: u16) -> bool {
+    OTHER_UNITS.split_ascii_whitespace().any(|range| {
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        let within = |bound: &str| bound.parse::<u16>().ok();
+        within(first).is_some_and(|first| first <= system) && within(last).is_some_and(|last| system <= last)
+    })
 }
 
 /// The value of a key in the `GeoKeyDirectory`, of those that are numbers.
@@ -527,6 +600,31 @@ mod tests {
                 "has heights in unit 9002 of EPSG: set metres_per_unit",
             ),
             (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 6360])],
+                "has heights in units of 0.30480060960121924 m (EPSG:6360): set metres_per_unit = 0.30480060960121924",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 8228])],
+                "has heights in units of 0.3048 m (EPSG:8228): set metres_per_unit = 0.3048",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 5715])],
+                "has depths (EPSG:5715), must have heights: negate them",
+            ),
+            (
+                vec![SCALE, TIE, key(&[1, 1, 0, 1, 3072, 0, 1, 2263])],
+                "has positions in EPSG:2263, whose unit is not the metre: reproject it",
+            ),
+            (
+                vec![
+                    SCALE,
+                    TIE,
+                    key(&[1, 1, 0, 1, 4096, 0, 1, 32767]),
+                    Text(Tag::GeoAsciiParamsTag, "My height (ftUS)|"),
+                ],
+                "has a vertical system that may be in feet: set metres_per_unit",
+            ),
+            (
                 vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>")],
                 "has heights in \"ft\": set metres_per_unit",
             ),
@@ -543,6 +641,10 @@ mod tests {
             assert_eq!(with(&tags).err().map(|error| error.to_string()).as_deref(), Some(reason));
         }
         let unit = Placing { metres_per_unit: Some(0.3048), ..METRES };
+        let system = [SCALE, TIE, key(&[1, 1, 0, 2, 3072, 0, 1, 25832, 4096, 0, 1, 7837])];
+        assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &system), &METRES).is_ok());
+        let feet = [SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 6360])];
+        assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &feet), &unit).is_ok());
         let feet = Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>");
         let tags = [SCALE, TIE, key(&[1, 1, 0, 1, 4099, 0, 1, 9002]), feet];
         assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &tags), &unit).is_ok());

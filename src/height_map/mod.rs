@@ -8,6 +8,8 @@ mod png;
 
 use std::path::Path;
 
+use bench_dragon_geometry::number::Number;
+
 use crate::system::input_file::{self, InputFileError, quoted, utf8};
 
 /// Most heights of a map.
@@ -120,6 +122,7 @@ pub fn parse(bytes: &[u8], format: HeightMapFormat, placing: &Placing) -> Result
         HeightMapFormat::Png => return png::grid(bytes, placing)?.placed(placing),
     };
     if let Some(metres) = placing.metres_per_pixel {
+        let metres = Number(metres);
         return Err(HeightMapError(format!("metres_per_pixel is {metres}, but a {suffix} has its own: omit the key")));
     }
     let grid = match format {
@@ -135,11 +138,13 @@ impl FileGrid {
         require_size(self.columns as u64, self.rows as u64)?;
         let metres_per_unit = placing.metres_per_unit.unwrap_or(1.0);
         if !(metres_per_unit.is_finite() && metres_per_unit > 0.0) {
+            let metres_per_unit = Number(metres_per_unit);
             return Err(HeightMapError(format!("metres_per_unit is {metres_per_unit}, must be above 0")));
         }
         for (axis, spacing_m) in ["x", "y"].into_iter().zip(self.spacing_m) {
             if !(MIN_SPACING_M..=MAX_SPACING_M).contains(&spacing_m) {
                 let range = format!("from {MIN_SPACING_M} to {MAX_SPACING_M} m");
+                let spacing_m = Number(spacing_m);
                 return Err(HeightMapError(format!("has heights every {spacing_m} m in {axis}, must be {range}")));
             }
         }
@@ -148,6 +153,7 @@ impl FileGrid {
         let [x_m, y_m] = [0, 1].map(position);
         if !(x_m.abs() <= MAX_POSITION_M && y_m.abs() <= MAX_POSITION_M) {
             let range = format!("from -{MAX_POSITION_M} to {MAX_POSITION_M} m");
+            let [x_m, y_m] = [x_m, y_m].map(Number);
             return Err(HeightMapError(format!("has its first height at ({x_m}, {y_m}) m, must be {range}")));
         }
         let mut heights_m = self.heights;
@@ -157,6 +163,7 @@ impl FileGrid {
                 let (column, row) = (index % self.columns, index / self.columns);
                 let [x, y] = [x_m + column as f64 * self.spacing_m[0], y_m + row as f64 * self.spacing_m[1]];
                 let range = format!("from -{MAX_HEIGHT_M} to {MAX_HEIGHT_M} m");
+                let [height_m, x, y] = [*height_m, x, y].map(Number);
                 return Err(HeightMapError(format!("has the height {height_m} m at ({x}, {y}) m, must be {range}")));
             }
         }

@@ -1,7 +1,7 @@
 //! The clocks: `CLOCK_MONOTONIC` for all times that are compared, the wall clock only for dates.
 
 use std::num::NonZeroU64;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rustix::io::Errno;
 use rustix::thread::{clock_nanosleep_absolute, set_current_timer_slack};
@@ -17,9 +17,13 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec as u64 * NANOS_PER_SECOND + now.tv_nsec as u64
 }
 
-/// The wall clock: nanoseconds since 1970-01-01 00:00 UTC.
+/// The wall clock: nanoseconds since 1970-01-01 00:00 UTC. From 2262 on, the greatest number of them.
 pub fn unix_ns() -> i64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as i64)
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, whole_ns)
+}
+
+fn whole_ns(time: Duration) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }
 
 /// Present difference of Unix time and `CLOCK_MONOTONIC`, in nanoseconds, to within the duration of a clock reading.
@@ -56,4 +60,15 @@ pub fn sleep_until(deadline_ns: u64) -> bool {
     let deadline =
         Timespec { tv_sec: (deadline_ns / NANOS_PER_SECOND) as i64, tv_nsec: (deadline_ns % NANOS_PER_SECOND) as i64 };
     !matches!(clock_nanosleep_absolute(ClockId::Monotonic, &deadline), Err(Errno::INTR))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wall_clock_beyond_2262_stands_at_the_last_time_that_fits() {
+        assert_eq!(whole_ns(Duration::from_secs(1)), 1_000_000_000);
+        assert_eq!(whole_ns(Duration::from_secs(300 * 365 * 86_400)), i64::MAX);
+    }
 }

@@ -1,9 +1,15 @@
 //! Files that users name: read as a whole up to a limit, and quoted in messages.
 
-use std::fs::{self, File};
-use std::io::{self, Read as _};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Read as _};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+
+/// Longest wait for the end of a pipe.
+const MAX_WAIT: Duration = Duration::from_secs(10);
 /// Greatest length of a file, in bytes.
 const MAX_LEN: u64 = 64 << 20;
 
@@ -27,6 +33,55 @@ pub(crate) fn read(file: &Path) -> Result<Vec<u8>, InputFileError> {
     let mut bytes = vec![];
     File::open(file)?.take(MAX_LEN + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > MAX_LEN { Err(InputFileError::TooLong) } else { Ok(bytes) }
+}
+
+/// The first bytes of a file, a pipe or a terminal, at most `most`.
+///
+/// # Errors
+/// It cannot be read, or is a pipe that does not end within 10 s.
+pub(crate) fn read_any(file: &Path, most: u64) -> io::Result<Vec<u8>> {
+    // Opening a pipe would otherwise wait for its writer.
+    let nonblocking = rustix::fs::OFlags::NONBLOCK.bits() as i32;
+    let mut source = OpenOptions::new().read(true).custom_flags(nonblocking).open(file)?;
+    let until = Instant::now() + MAX_WAIT;
+    let mut bytes = vec![];
+    let mut chunk = [0; 1 << 14];
+    let mut has_ended = false;
+    while (bytes.len() as u64) < most {
+        match source.read(&mut chunk) {
+            // A pipe without a writer has no bytes: before the first one the writer is still to come.
+            Ok(0) if has_ended || !bytes.is_empty() || !is_pipe(&source)? => break,
+            Ok(0) => {}
+            Ok(count) => {
+                bytes.extend_from_slice(&chunk[..count]);
+                continue;
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error),
+        }
+        has_ended = wait_for_bytes(&source, until)?;
+    }
+    bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
+    Ok(bytes)
+}
+
+fn is_pipe(file: &File) -> io::Result<bool> {
+    use std::os::unix::fs::FileTypeExt as _;
+    Ok(file.metadata()?.file_type().is_fifo())
+}
+
+/// Waits until there is something to read. Returns whether all writers have gone.
+fn wait_for_bytes(file: &File, until: Instant) -> io::Result<bool> {
+    let left = until.saturating_duration_since(Instant::now());
+    let timeout = Timespec { tv_sec: left.as_secs().cast_signed(), tv_nsec: i64::from(left.subsec_nanos()) };
+    let mut files = [PollFd::new(file, PollFlags::IN)];
+    match poll(&mut files, Some(&timeout)) {
+        Ok(0) => Err(io::Error::other(format!("is a pipe that did not end within {} s", MAX_WAIT.as_secs()))),
+        Ok(_) => Ok(files[0].revents().contains(PollFlags::HUP)),
+        Err(rustix::io::Errno::INTR) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
 }
 
 /// The text of a file.

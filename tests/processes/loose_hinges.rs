@@ -138,3 +138,30 @@ fn bad_poles_and_holes_are_refused_in_one_line() {
         assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), expected.as_str()));
     }
 }
+
+#[test]
+fn a_pose_that_touches_is_found_between_the_bound_and_the_dragon_without_play() {
+    let answer = solve(&stage_with(LOOSE), &["contact", "--format", "json"]).expect_clean().last_json();
+    let [earliest_s, witness_s] = ["earliest_s", "witness_s"].map(|key| number(&answer[key]));
+    // A search of another kind found a pose that touches 0.55 s after the bound.
+    assert!(witness_s >= earliest_s && witness_s <= 406.3, "{answer}");
+    assert!(answer["witness_benches"].is_array(), "{answer}");
+    let early = "[dragon]\nbenches = 13\nhead_length_m = 2.17\nbody_length_m = 1.77\nwidth_m = 0.3\nhole_offset_m = 0.22\n\
+                 hole_diameter_m = 0.06\npole_diameter_m = 0.05\n[route]\nkind = \"spiral\"\npitch_m = 0.501\nstart_turns = 4.58\n";
+    let answer = solve(&stage_with(early), &["contact", "--format", "json"]).expect_clean().last_json();
+    let [earliest_s, witness_s] = ["earliest_s", "witness_s"].map(|key| number(&answer[key]));
+    assert!((earliest_s - 10.103).abs() < 2e-3 && witness_s >= earliest_s && witness_s <= 14.4, "{answer}");
+    let text = solve(&stage_with(early), &["contact"]).expect_clean().stdout;
+    assert!(text.contains("\na pose with a contact was found at 1"), "{text}");
+}
+
+#[test]
+fn an_answer_about_very_loose_hinges_is_whole_or_tells_how_far_it_came() {
+    let stage = stage_with("[dragon]\npole_diameter_m = 1e-300\n");
+    let answer = solve(&stage, &["contact", "--format", "json"]).expect_clean().last_json();
+    assert!(answer["earliest_benches"].is_array() || answer["play_undecided"].is_string(), "{answer}");
+    assert!(number(&answer["earliest_s"]) <= number(&answer["witness_s"]), "{answer}");
+    let little = solve(&stage, &["contact", "--work", "1", "--format", "json"]).expect_clean().last_json();
+    assert!(little["play_undecided"].is_string(), "{little}");
+    assert!(number(&little["earliest_s"]) <= number(&answer["earliest_s"]), "{little}");
+}

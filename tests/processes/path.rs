@@ -184,3 +184,38 @@ fn a_route_elsewhere_and_between_two_times_is_the_same_route() {
     assert!((number(&start["x_m"]) - 30.0).abs() < 1e-9 && (number(&start["y_m"]) + 3.2).abs() < 1e-9, "{start}");
     assert_eq!(poses["poses"][0]["time_s"], json!(-20.0));
 }
+
+#[test]
+fn only_boards_that_can_be_beside_each_other_need_a_pitch_above_their_width() {
+    let spiral = "[dragon]\nbenches = 3\n[route]\nkind = \"path\"\n[[route.segments]]\nkind = \"spiral\"\nstart_radius_m = 5.0\n\
+                  end_radius_m = 5.3\nturn_deg = 378\n";
+    let stage = stage_with(spiral);
+    assert_eq!(solve(&stage, &["contact"])["time_s"], Value::Null);
+    let end_m = number(&solve(&stage, &["route"])["run_end_m"]);
+    assert!((end_m - 33.98).abs() < 0.01, "{end_m}");
+    // A dragon of more than a turn meets itself there.
+    let stage = stage_with(&spiral.replace("benches = 3", "benches = 20"));
+    assert!(number(&solve(&stage, &["contact"])["time_s"]) > 0.0);
+    // The same of a spiral, on which a short dragon stands on less than a turn.
+    let stage = stage_with("[dragon]\nbenches = 3\n[route]\npitch_m = 0.2\nstart_turns = 16\n");
+    let contact = solve(&stage, &["contact"]);
+    assert!(contact["time_s"].is_null() || number(&contact["time_s"]) > 0.0, "{contact}");
+}
+
+#[test]
+fn the_work_limits_the_search_for_the_end_of_the_run() {
+    let tiny = "[route]\nkind = \"path\"\n[[route.segments]]\nkind = \"arc\"\nradius_m = 1e-6\nturn_deg = 90\n\
+                [[route.segments]]\nkind = \"line\"\nlength_m = 10\n";
+    let stage = stage_with(tiny);
+    for question in [&["contact"][..], &["poses", "--at", "0"]] {
+        let mut command = program(&[&["solve"], question, &["--work", "1", "--config", "path.toml"]].concat());
+        command.current_dir(stage.path(""));
+        let ended = Process::start(command).end();
+        assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{}", ended.stderr);
+        assert!(ended.stderr.contains("the limit of 1000000 steps of work is reached"), "{}", ended.stderr);
+    }
+    let mut route = program(&["solve", "route", "--work", "1", "--config", "path.toml"]);
+    route.current_dir(stage.path(""));
+    let text = Process::start(route).end().expect_clean().stdout;
+    assert!(text.contains("the limit of 1000000 steps of work is reached"), "{text}");
+}

@@ -23,7 +23,7 @@ mod stage_exit;
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
-pub use play::{PlayEnd, PlaySearch, PossibleTouch, first_possible_touch};
+pub use play::{PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};
 pub use stage_exit::{StageExit, first_exit, standing_outside};

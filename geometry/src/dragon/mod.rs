@@ -14,6 +14,7 @@ mod orbit;
 pub(crate) mod run;
 mod stepper;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -40,7 +41,7 @@ use run::Run;
 /// Reason why a dragon cannot walk a route.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum DragonError {
-    /// The boards of neighbouring turns would overlap.
+    /// The boards of neighbouring turns overlap at the start.
     #[error("pitch_m is {}, must be above width_m {}", Number(*pitch_m), Number(*width_m))]
     PitchUnderWidth {
         /// Distance between neighbouring turns, in metres.
@@ -96,8 +97,8 @@ impl Dragon {
     /// Places a dragon on a route, with the head at the route's start, and finds the end of its run.
     ///
     /// # Errors
-    /// The pitch must exceed the boards' width. At the start, every handle must be on the route and move forward. The end of
-    /// the run must be found within a bounded number of steps of work.
+    /// The pitch of a spiral must exceed the boards' width, if the dragon stands on more than a turn of it. At the start, every
+    /// handle must be on the route and move forward. The end of the run must be found within a bounded number of steps of work.
     pub fn new(dimensions: Dimensions, route: Arc<Route>) -> Result<Self, DragonError> {
         Self::with_meter(dimensions, route, Meter::unlimited())
     }
@@ -115,7 +116,7 @@ impl Dragon {
     /// The dragon without play in its hinges.
     fn rigid(dimensions: Dimensions, route: Arc<Route>, meter: Meter) -> Result<Self, DragonError> {
         let (pitch_m, width_m) = (route.pitch_m(), dimensions.width_m());
-        if pitch_m <= width_m {
+        if pitch_m <= width_m && stands_beside_itself(&route, &dimensions) {
             return Err(DragonError::PitchUnderWidth { pitch_m, width_m });
         }
         let placing = meter.for_placing();
@@ -144,6 +145,12 @@ impl Dragon {
     /// `None` for hinges without play.
     pub fn taut(&self) -> Option<&Self> {
         self.loose().map(Loose::taut)
+    }
+
+    /// The same dragon with all links as short as the play of the hinges allows, and without further play: one that is pushed.
+    /// `None` for hinges without play.
+    pub fn compact(&self) -> Option<&Self> {
+        self.loose().map(Loose::compact)
     }
 
     /// The chains that bracket the poles; `None` for hinges without play.
@@ -258,4 +265,14 @@ impl Dragon {
         let ends = handles.windows(2).enumerate();
         boards.extend(ends.map(|(bench, ends)| self.board_between(bench, position(&ends[0]), position(&ends[1]))));
     }
+}
+
+/// Whether a dragon at the start of a route stands on more than a turn of a spiral.
+fn stands_beside_itself(route: &Route, dimensions: &Dimensions) -> bool {
+    let start = route.parameter(route.start_travel_m());
+    let angle = route.coil().and_then(|coil| Some((coil, coil.angle(start)?)));
+    angle.is_some_and(|(coil, angle)| {
+        let turn_m = route.travel(start) - route.travel(coil.parameter(angle + TAU));
+        dimensions.links_m() > turn_m
+    })
 }

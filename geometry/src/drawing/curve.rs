@@ -4,6 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DAffine2, DVec2};
 
+/// Distance of a Bézier curve from the chords whose lengths are added up, relative to its extent.
+const LENGTH_FLATNESS: f64 = 1e-6;
 /// Deepest bisection of a Bézier curve: its parts are then 10⁻⁹ of its parameter long.
 const MAX_DEPTH: u32 = 30;
 /// Largest difference of the two stretches of a map, relative to the larger, at which circles are taken to stay circles.
@@ -150,6 +152,20 @@ impl Bezier {
 }
 
 impl Piece {
+    /// Its length, in metres.
+    pub(super) fn length_m(&self) -> f64 {
+        match self {
+            Self::Line { from, to } => from.distance(*to),
+            Self::Arc { radius_m, turn, .. } => radius_m * turn.abs(),
+            Self::Bezier(_) => {
+                let mut points = vec![];
+                self.flatten(LENGTH_FLATNESS * self.extent_m(), &mut points);
+                let mut at = self.begin();
+                points.iter().map(|point| std::mem::replace(&mut at, point.position).distance(point.position)).sum()
+            }
+        }
+    }
+
     /// Where it begins.
     pub fn begin(&self) -> DVec2 {
         match self {

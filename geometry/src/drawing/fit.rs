@@ -20,6 +20,8 @@ use crate::route::{PathSegment, Placement};
 
 /// Distance between the measured outline and the drawing, relative to the tolerance.
 const MEASURED: f64 = 0.002;
+/// Distance within which an outline crosses the normal at an end of its elements, relative to the tolerance.
+const NEAR: f64 = 2.0;
 /// Tolerances that are tried, relative to the given one. The measured distance can exceed the first where rounding corners or
 /// a long path adds to it.
 const ATTEMPTS: [f64; 3] = [1.0, 0.7, 0.4];
@@ -44,7 +46,10 @@ pub(super) fn fit(drawing: &Drawing, settings: &FitSettings) -> Result<Fit, Draw
     let mut error_m = f64::INFINITY;
     for share in ATTEMPTS {
         let runs = Runs::new(drawing, settings, share)?;
-        let fit = path(drawing, rounded(runs, settings)?, settings.tolerance_m).ok_or(DrawingError::Empty)?;
+        // The arc of a slight kink at the seam ends on the first piece of the drawing, behind the seam.
+        let passes_seam = drawing.is_closed && runs.ends_in_kink();
+        let elements = rounded(runs, settings)?;
+        let fit = path(drawing, elements, settings.tolerance_m, passes_seam).ok_or(DrawingError::Empty)?;
         if fit.error_m <= settings.tolerance_m {
             return Ok(fit);
         }
@@ -137,8 +142,9 @@ fn groups(runs: Vec<Run>, corners: &[Corner], arcs: Vec<Vec<Element>>) -> Vec<Gr
     groups
 }
 
-/// The path of these elements, and its distance from their sources; `None` if all are too short for a path.
-fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Option<Fit> {
+/// The path of these elements, and its distance from their sources; `None` if all are too short for a path. If it
+/// `passes_seam`, its end follows the beginning of the drawing, up to where the path begins.
+fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64, passes_seam: bool) -> Option<Fit> {
     for group in &mut groups {
         group.elements = joined(&group.elements);
     }
@@ -147,7 +153,8 @@ fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Option<F
     let begin = Placement { position: first.begin, heading: degrees(first.tangent.to_angle()) };
     let (mut at, mut segments, mut error_m) = (begin, vec![], 0.0);
     let (mut low, mut high) = (begin.position, begin.position);
-    for group in &groups {
+    let behind_seam = if passes_seam { begun(drawing, &groups[0], &begin, tolerance_m) } else { vec![] };
+    for (number, group) in groups.iter().enumerate() {
         let mut placed = Vec::with_capacity(group.elements.len());
         for element in &group.elements {
             let segment = if element.curvature == 0.0 {
@@ -163,39 +170,72 @@ fn path(drawing: &Drawing, mut groups: Vec<Group>, tolerance_m: f64) -> Option<F
         for point in placed.iter().flat_map(Element::extremes) {
             (low, high) = (low.min(point), high.max(point));
         }
-        error_m = f64::max(error_m, {
-            let sources = group.sources.iter().flat_map(|range| &drawing.pieces[range.clone()]);
-            group_error_m(&placed, sources, tolerance_m)
-        });
+        let beyond = if number + 1 == groups.len() { &behind_seam[..] } else { &[] };
+        error_m = f64::max(error_m, group_error_m(&placed, drawing, &group.sources, beyond, tolerance_m));
     }
     let corners = groups.iter().filter(|group| group.sources.is_empty()).count();
     Some(Fit { begin, segments, error_m, corners, size_m: high - low })
 }
 
-/// Distance between the elements of a group and the pieces that they follow.
-fn group_error_m<'a>(elements: &[Element], sources: impl Iterator<Item = &'a Piece> + Clone, tolerance_m: f64) -> f64 {
-    let (Some(first), Some(last), Some(piece)) = (elements.first(), elements.last(), sources.clone().next()) else {
-        return 0.0;
-    };
-    let is_curved = sources.clone().any(|piece| !matches!(piece, Piece::Line { .. }));
-    let mut points = vec![];
-    for piece in sources {
-        piece.flatten(MEASURED * tolerance_m, &mut points);
-    }
-    let mut outline = vec![piece.begin()];
-    outline.extend(points.iter().map(|point| point.position));
-    trim(&mut outline, first.begin, first.tangent, 2.0 * tolerance_m);
+/// Distance between the elements of a group and the pieces that they follow. `beyond` continues the outline of the pieces.
+fn group_error_m(
+    elements: &[Element],
+    drawing: &Drawing,
+    sources: &[Range<usize>],
+    beyond: &[DVec2],
+    tolerance_m: f64,
+) -> f64 {
+    let mut outline = outline_of(drawing, sources, tolerance_m);
+    let (Some(first), Some(last), false) = (elements.first(), elements.last(), outline.is_empty()) else { return 0.0 };
+    let pieces = sources.iter().flat_map(|range| &drawing.pieces[range.clone()]);
+    let is_curved = pieces.clone().any(|piece| !matches!(piece, Piece::Line { .. }));
+    trim(&mut outline, first.begin, first.tangent, NEAR * tolerance_m);
+    outline.extend(beyond);
     outline.reverse();
     let (end, tangent) = last.end();
-    trim(&mut outline, end, -tangent, 2.0 * tolerance_m);
+    trim(&mut outline, end, -tangent, NEAR * tolerance_m);
     outline.reverse();
     let measured_m = distance_m(elements, &outline, f64::INFINITY).unwrap_or(f64::INFINITY);
     measured_m + if is_curved { MEASURED * tolerance_m } else { 0.0 }
 }
 
-/// Removes the beginning of an outline up to where it crosses a normal, within `near_m` of a position on it; otherwise up to
-/// the crossing nearest to the position.
+/// The outline of a group from the seam of the drawing to where the path begins, without its first point.
+fn begun(drawing: &Drawing, group: &Group, begin: &Placement, tolerance_m: f64) -> Vec<DVec2> {
+    let mut outline = outline_of(drawing, &group.sources, tolerance_m);
+    let cut = crossing(&outline, begin.position, DVec2::from_angle(begin.heading), NEAR * tolerance_m);
+    if let Some((number, cut)) = cut {
+        outline.truncate(number + 1);
+        outline.push(cut);
+        outline.drain(..1);
+    }
+    outline
+}
+
+/// The points of pieces, in their order; none without a piece.
+fn outline_of(drawing: &Drawing, sources: &[Range<usize>], tolerance_m: f64) -> Vec<DVec2> {
+    let mut points = vec![];
+    let mut outline = vec![];
+    for piece in sources.iter().flat_map(|range| &drawing.pieces[range.clone()]) {
+        if outline.is_empty() {
+            outline.push(piece.begin());
+        }
+        piece.flatten(MEASURED * tolerance_m, &mut points);
+    }
+    outline.extend(points.iter().map(|point| point.position));
+    outline
+}
+
+/// Removes the beginning of an outline up to where it crosses a normal.
 fn trim(outline: &mut Vec<DVec2>, position: DVec2, tangent: DVec2, near_m: f64) {
+    if let Some((number, cut)) = crossing(outline, position, tangent, near_m) {
+        outline.drain(..number);
+        outline[0] = cut;
+    }
+}
+
+/// Where an outline first crosses a normal within `near_m` of a position on it: the number of the edge, and the point. Otherwise
+/// the crossing nearest to the position.
+fn crossing(outline: &[DVec2], position: DVec2, tangent: DVec2, near_m: f64) -> Option<(usize, DVec2)> {
     let ahead_m = |point: DVec2| (point - position).dot(tangent);
     let mut nearest: Option<(f64, usize, DVec2)> = None;
     let mut offer = |number: usize, cut: DVec2| {
@@ -214,10 +254,7 @@ fn trim(outline: &mut Vec<DVec2>, position: DVec2, tangent: DVec2, near_m: f64) 
             }
         }
     }
-    if let Some((_, number, cut)) = nearest {
-        outline.drain(..number);
-        outline[0] = cut;
-    }
+    nearest.map(|(_, number, cut)| (number, cut))
 }
 
 /// The same elements, where neighbours of the same curvature are one, and without those that are too short for a path.

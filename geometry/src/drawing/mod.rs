@@ -77,6 +77,11 @@ impl Drawing {
         Self { pieces, is_closed }
     }
 
+    /// Its length, in metres: that of Bézier curves to about a millionth of their extent.
+    pub fn length_m(&self) -> f64 {
+        self.pieces.iter().map(Piece::length_m).sum()
+    }
+
     /// The path that follows the drawing with few segments.
     ///
     /// ```

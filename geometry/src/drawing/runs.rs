@@ -93,8 +93,12 @@ impl Runs {
     /// The runs of a drawing. Only a share of the tolerance is used.
     pub(super) fn new(drawing: &Drawing, settings: &FitSettings, share: f64) -> Result<Self, DrawingError> {
         let tolerance_m = share * settings.tolerance_m;
-        let mut parts = simplified(&checked(drawing, settings.tolerance_m)?, SIMPLIFIED * tolerance_m);
         let joint = |before: &Part, after: &Part| joint(before, after, settings, tolerance_m);
+        let mut checked = checked(drawing, settings.tolerance_m)?;
+        if drawing.is_closed {
+            drop_closing_remainder(&mut checked, GAP * settings.tolerance_m, joint);
+        }
+        let mut parts = simplified(&checked, SIMPLIFIED * tolerance_m);
         let mut closing = None;
         if drawing.is_closed {
             let joint = joint(parts.last().expect("a part"), &parts[0])?;
@@ -110,6 +114,11 @@ impl Runs {
             joints.push(joint(&pair[0], &pair[1])?);
         }
         Builder::new(&parts, &joints, closing, tolerance_m).build()
+    }
+
+    /// Whether the last run ends in a slight kink, whose arc stays within the tolerance. For a closed drawing this is its seam.
+    pub(super) fn ends_in_kink(&self) -> bool {
+        self.corners.len() == self.list.len() && self.corners.last().is_some_and(|corner| !corner.is_rounded)
     }
 }
 
@@ -138,6 +147,25 @@ fn checked(drawing: &Drawing, tolerance_m: f64) -> Result<Vec<Part>, DrawingErro
         return Err(DrawingError::Open { at: last.piece.end(), gap_m, limit_m });
     }
     Ok(parts)
+}
+
+/// Removes a last line up to `gap_m` long that makes a corner with a curve. It joins ends that are apart by their rounded decimals,
+/// in any direction.
+fn drop_closing_remainder(
+    parts: &mut Vec<Part>,
+    gap_m: f64,
+    joint: impl Fn(&Part, &Part) -> Result<Joint, DrawingError>,
+) {
+    let [first, .., before, last] = &parts[..] else { return };
+    let is_corner = |before: &Part, after: &Part| {
+        let is_curved = [before, after].iter().any(|part| part.line_m().is_none());
+        is_curved
+            && !matches!(joint(before, after), Ok(Joint::Smooth | Joint::Corner(Corner { is_rounded: false, .. })))
+    };
+    let is_short = last.line_m().is_some_and(|length_m| length_m <= gap_m);
+    if is_short && (is_corner(before, last) || is_corner(last, first)) {
+        parts.pop();
+    }
 }
 
 /// A coordinate or the extent of a piece that is not a number or too large.

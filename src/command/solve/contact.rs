@@ -12,9 +12,8 @@ use super::figure::{FigureArgs, even_travels, in_plan, pair};
 use super::play::PlayAnswer;
 use super::poses::coarser_step_s;
 use super::stage::StageAnswer;
-use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs};
+use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, load_plan};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
-use crate::command::load_config;
 use crate::command::print::{Progress, complain, print_json, print_line};
 use crate::config::{Config, NEAR_M};
 use crate::output::Counted;
@@ -113,7 +112,7 @@ impl SpeedAnswer {
 }
 
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, |_| ())?;
+    let config = load_plan(&args.config, args.work)?;
     args.figure.keep_drawing(config.document())?;
     let dragon = config.dragon();
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
@@ -131,7 +130,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         point_m: contact.map(|contact| contact.point.to_array()),
         clearance_m: args.clearance,
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
-        play: PlayAnswer::of(&config, clearance_m, args.work),
+        play: PlayAnswer::of(&config, contact.as_ref(), clearance_m, args.work),
         speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(&config, max_ratio, args.work)),
         stage: StageAnswer::of(&config, args.work),
         profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,

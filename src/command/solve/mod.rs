@@ -10,13 +10,15 @@ use clap::{Args, Subcommand, ValueHint};
 use serde::Serialize;
 
 use self::figure::{FigureArgs, keep_drawing};
-use crate::command::flags::{BadInput, FormatArgs, within};
+use crate::command::flags::{BadInput, ConfigArgs, FormatArgs, within};
+use crate::command::{in_file, load_document};
 use crate::config::{Config, ConfigDocument};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
 mod contact;
 mod figure;
+mod list;
 mod pitch;
 mod play;
 mod poses;
@@ -99,6 +101,11 @@ impl WorkArgs {
         Meter::of(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
     }
 
+    /// Steps for finding the end of the dragon's run, if the flag is given.
+    fn placing_steps(self) -> Option<u64> {
+        self.work.map(|millions| millions * STEPS)
+    }
+
     /// A meter for an answer that consists of many answers.
     pub(crate) fn long_meter(self) -> Meter {
         Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
@@ -142,6 +149,20 @@ impl AnswerArgs {
         }
         keep_drawing("--save-config", saved, document)
     }
+}
+
+/// Reads the configuration of a question. `--work` limits the search for the end of the dragon's run.
+fn load_plan(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<Config> {
+    in_file(args, load_plan_document(args, work)?.build())
+}
+
+/// Reads the configuration of a question without a dragon on its route.
+fn load_plan_document(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<ConfigDocument> {
+    let document = load_document(args)?;
+    Ok(match work.placing_steps() {
+        Some(steps) => document.with_placing_steps(steps),
+        None => document,
+    })
 }
 
 /// Fails for a configuration with ground, for a question that is answered without it only.

@@ -6,10 +6,10 @@ use clap::Args;
 use serde::Serialize;
 
 use super::figure::{pair, plan_of};
-use super::{AnswerArgs, CLEARANCE_M, require_no_ground, save_config};
+use super::{AnswerArgs, CLEARANCE_M, load_plan, require_no_ground, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
+use crate::command::in_file;
 use crate::command::print::print_report;
-use crate::command::{in_file, load_config};
 use crate::config::Config;
 use crate::output::figure::{Circle, PlanView};
 
@@ -54,7 +54,7 @@ struct Limit {
 }
 
 pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, |_| ())?;
+    let config = load_plan(&args.config, args.answer.work)?;
     args.answer.keep_files_apart(config.document())?;
     in_file(&args.config, require_no_ground(&config, "solve pitch"))?;
     let Some(SpiralSpec { start_turns, .. }) = config.route().spiral() else {

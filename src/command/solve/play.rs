@@ -1,10 +1,16 @@
 //! The part of an answer about the play of the hinges.
 
-use bench_dragon_geometry::clearance::{Contact, PlayEnd, first_possible_touch, first_within};
+use bench_dragon_geometry::clearance::{
+    Contact, PlayEnd, TouchingPose, first_possible_touch, first_touching_pose, first_within,
+};
+use bench_dragon_geometry::dragon::{Dragon, Meter};
 use serde::Serialize;
 
 use super::WorkArgs;
 use crate::config::Config;
+
+/// Share of the work for the search of a pose that touches: one part in so many.
+const WITNESS_SHARE: u64 = 5;
 
 /// Which benches touch with loose hinges, and when.
 #[derive(Clone, Debug, Serialize)]
@@ -13,6 +19,10 @@ pub(super) struct PlayAnswer {
     earliest_s: Option<f64>,
     /// The benches that may touch then; null if no more is proved because a pole of some pose might stop or jump.
     earliest_benches: Option<[usize; 2]>,
+    /// Show time of a pose that the play allows and that touches; null if none was found. The first such pose is between
+    /// `earliest_s` and this time.
+    witness_s: Option<f64>,
+    witness_benches: Option<[usize; 2]>,
     /// The first contact with all links as long as the play allows; null if there is none.
     taut: Option<TautContact>,
     /// The reason for which an answer is unknown: it took too much work.
@@ -30,38 +40,52 @@ struct TautContact {
 }
 
 impl PlayAnswer {
-    /// The answer for benches within a clearance; `None` for hinges without play.
-    pub(super) fn of(config: &Config, clearance_m: f64, work: WorkArgs) -> Option<Self> {
-        let dragon = config.dragon().metered(&work.meter());
-        let taut = dragon.taut()?;
+    /// The answer for benches within a clearance, with the contact without play; `None` for hinges without play.
+    pub(super) fn of(config: &Config, nominal: Option<&Contact>, clearance_m: f64, work: WorkArgs) -> Option<Self> {
+        let meter = work.meter();
+        let dragon = config.dragon().metered(&meter);
+        let (taut, compact) = (dragon.taut()?, dragon.compact()?);
         let time_s = |travel_m| config.timetable().time_s(travel_m);
         let mut answer = Self {
             earliest_s: None,
             earliest_benches: None,
+            witness_s: None,
+            witness_benches: None,
             taut: None,
             play_undecided: None,
             play_m: dragon.dimensions().play_m(),
         };
-        match first_possible_touch(&dragon, clearance_m, dragon.start_travel_m(), dragon.end_travel_m()) {
+        // All parts share one limit, so that the whole answer takes no longer than any other.
+        let [pulled, pushed] = [taut, compact].map(|dragon| contact_of(dragon, clearance_m));
+        answer.play_undecided = pulled.as_ref().err().or(pushed.as_ref().err()).cloned();
+        let [pulled, pushed] = [pulled, pushed].map(|found| found.ok().flatten());
+        answer.taut = pulled.map(|Contact { travel_m, benches, point }| TautContact {
+            time_s: time_s(travel_m),
+            benches,
+            point_m: point.to_array(),
+        });
+        let own = [nominal.copied(), pulled, pushed].into_iter().flatten();
+        let pose = |contact: Contact| TouchingPose { travel_m: contact.travel_m, benches: contact.benches };
+        let known = own.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m)).map(pose);
+        let searching = Meter::of(meter.left() / WITNESS_SHARE);
+        let searched = first_possible_touch(&dragon, clearance_m, dragon.start_travel_m(), dragon.end_travel_m());
+        let from_m = match searched {
+            Ok(None) => return Some(answer),
             Ok(Some(PlayEnd { travel_m, benches })) => {
-                (answer.earliest_s, answer.earliest_benches) = (Some(time_s(travel_m)), benches);
+                answer.earliest_benches = benches;
+                travel_m
             }
-            Ok(None) => {}
             Err(spent) => {
-                answer.earliest_s = Some(time_s(spent.reached_m));
                 answer.play_undecided = Some(spent.to_string());
+                spent.reached_m
             }
-        }
-        match first_within(&taut.metered(&work.meter()), clearance_m, taut.start_travel_m(), taut.end_travel_m()) {
-            Ok(contact) => {
-                answer.taut = contact.map(|Contact { travel_m, benches, point }| TautContact {
-                    time_s: time_s(travel_m),
-                    benches,
-                    point_m: point.to_array(),
-                });
-            }
-            Err(spent) => answer.play_undecided = Some(spent.to_string()),
-        }
+        };
+        answer.earliest_s = Some(time_s(from_m));
+        let to_m = known.map_or(dragon.end_travel_m(), |known| known.travel_m);
+        let found = first_touching_pose(&dragon.metered(&searching), clearance_m, from_m, to_m).ok().flatten();
+        let witness = found.or(known);
+        answer.witness_s = witness.map(|pose| time_s(pose.travel_m));
+        answer.witness_benches = witness.map(|pose| pose.benches);
         Some(answer)
     }
 
@@ -81,12 +105,24 @@ impl PlayAnswer {
             }
             (None, ..) => format!("no pose has a {what} before the run ends"),
         };
+        let witness = match (self.witness_s, self.witness_benches) {
+            (Some(time_s), Some([first, second])) => {
+                format!("\na pose with a {what} was found at {time_s:.6} s, benches {first} and {second}")
+            }
+            _ => String::new(),
+        };
         let taut = match &self.taut {
             Some(TautContact { time_s, benches: [first, second], .. }) => {
                 format!("{time_s:.6} s, benches {first} and {second}")
             }
             None => format!("no {what}"),
         };
-        format!("play of {play_mm:.3} mm: {guaranteed}\npulled taut: {taut}")
+        format!("play of {play_mm:.3} mm: {guaranteed}{witness}\npulled taut: {taut}")
     }
+}
+
+/// The first contact of a dragon without play within a clearance; otherwise the reason why it is unknown.
+fn contact_of(dragon: &Dragon, clearance_m: f64) -> Result<Option<Contact>, String> {
+    let (from_m, to_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    first_within(dragon, clearance_m, from_m, to_m).map_err(|spent| spent.to_string())
 }

@@ -9,9 +9,8 @@ use clap::{ArgGroup, Args, ValueEnum, ValueHint};
 use serde::Serialize;
 
 use super::figure::{FigureArgs, on_turn, plan_of};
-use super::xlsx;
+use super::{WorkArgs, load_plan, xlsx};
 use crate::command::flags::{BadInput, ConfigArgs, finite, nanoseconds, step};
-use crate::command::load_config;
 use crate::command::print::{print_bytes, print_json, print_line};
 use crate::config::Config;
 use crate::output::Counted;
@@ -35,6 +34,8 @@ pub(crate) struct PosesArgs {
     pub(crate) figure: FigureArgs,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
     /// Format of the output.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
     pub(crate) format: TableFormat,
@@ -97,7 +98,7 @@ struct Handle {
 }
 
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, |_| ())?;
+    let config = load_plan(&args.config, args.work)?;
     args.figure.keep_drawing(config.document())?;
     let mut most = MAX_POSITIONS / config.dragon().dimensions().handles();
     if args.xlsx.is_some() {

@@ -1,20 +1,21 @@
 //! `solve route`: surveys a route of any kind, and how far the dragon gets on it.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dragon, DragonError, TightSpot};
 use bench_dragon_geometry::planner::RouteSurvey;
 use bench_dragon_geometry::route::{Crossing, Route, RouteHeights, RouteShape, RouteSpec, TightestBend};
-use clap::Args;
+use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{corners_of, in_plan, polyline};
 use super::stage::StageAnswer;
-use super::{AnswerArgs, save_config};
+use super::{AnswerArgs, list, load_plan_document, save_config};
 use crate::command::flags::ConfigArgs;
+use crate::command::in_file;
 use crate::command::print::print_report;
-use crate::command::{in_file, load_document};
 use crate::config::{Config, ConfigDocument, DrawingFit};
 use crate::output::Counted;
 use crate::output::figure::{DragonInPlan, RouteView};
@@ -26,6 +27,7 @@ use crate::output::figure::{DragonInPlan, RouteView};
   bench-dragon solve route --config eight.toml --format json
   bench-dragon solve route --config eight.toml --figure route.svg
   bench-dragon solve route --config street.toml --save-config segments.toml
+  bench-dragon solve route --list street.svg
 
 The length counts from the head's start to the end of the route, even if the dragon's run ends before. Travel is the length \
 that the head has walked since t = 0. On ground that is not flat, both are along the ground; the tightest bend, the end and the \
@@ -35,6 +37,10 @@ A crossing is a point that the route passes twice, at an angle. A route that tou
 cross itself there. The crossings are those of the part that the head walks, and of the part on which the dragon stands at the \
 start. For a closed path, they are those of one lap with itself.")]
 pub(crate) struct RouteArgs {
+    /// List the paths of a drawing, with their names, layers and lengths, instead of a survey. Lengths are those of its own
+    /// units.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["config", "figure", "save_config"])]
+    pub(crate) list: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
@@ -99,7 +105,10 @@ struct TightPlace {
 }
 
 pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
-    let document = load_document(&args.config)?;
+    if let Some(file) = &args.list {
+        return list::run(file, args.answer.format.format);
+    }
+    let document = load_plan_document(&args.config, args.answer.work)?;
     args.answer.keep_files_apart(&document)?;
     let route = in_file(&args.config, document.curve())?;
     let placed = place(&document, &route);
@@ -123,7 +132,7 @@ fn place(document: &ConfigDocument, route: &Route) -> Result<Config, DragonError
     if let Ok(config) = document.clone().build() {
         return Ok(config);
     }
-    let placed = Dragon::new(*document.dimensions(), Arc::new(route.clone()));
+    let placed = document.place(Arc::new(route.clone()));
     Err(placed.expect_err("the same dragon was rejected"))
 }
 

@@ -7,10 +7,10 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, require_no_ground, xlsx};
+use super::{WorkArgs, load_plan, require_no_ground, xlsx};
 use crate::command::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
+use crate::command::in_file;
 use crate::command::print::{Progress, print_bytes, print_json, print_line};
-use crate::command::{in_file, load_config};
 use crate::config::Config;
 use crate::output::figure;
 use crate::output::table::{self, Cell, Column, Table};
@@ -64,7 +64,7 @@ fn parameter(text: &str) -> Result<Parameter, String> {
 }
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
-    let config = load_config(&args.config, |_| ())?;
+    let config = load_plan(&args.config, args.work)?;
     args.figure.keep_drawing(config.document())?;
     in_file(&args.config, require_no_ground(&config, "solve sensitivity"))?;
     let sensitivity = sensitivity(&config, args)?;

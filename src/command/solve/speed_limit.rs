@@ -11,9 +11,8 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, passage_time_s, planned_turn};
-use super::{AnswerArgs, save_config};
+use super::{AnswerArgs, load_plan, save_config};
 use crate::command::flags::{ConfigArgs, within};
-use crate::command::load_config;
 use crate::command::print::print_report;
 use crate::config::Config;
 use crate::output::figure::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
@@ -75,14 +74,14 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
 fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
     if plan.config.is_some() && !asks_for_turn(plan) {
-        let config = load_config(&ConfigArgs { config: plan.config.clone() }, |_| ())?;
+        let config = load_plan(&ConfigArgs { config: plan.config.clone() }, args.answer.work)?;
         // On ground the planned run is the passage: a turn is planned for level ground.
         if config.route().as_turnaround().is_none() || config.route().ground.is_some() {
             let dragon = Arc::new(config.dragon().metered(&args.answer.work.meter()));
             return Ok((config, Ok(dragon)));
         }
     }
-    let (config, _, turnaround) = planned_turn(plan)?;
+    let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
     let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.answer.work.meter());
     Ok((config, passage.map(Arc::new)))
 }

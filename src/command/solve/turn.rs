@@ -16,10 +16,10 @@ use serde::Serialize;
 
 use super::figure::{on_turn, pair, plan_of};
 use super::turn_play::{TurnPlay, earliest_on_passage};
-use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, require_no_ground, save_config};
+use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, load_plan, require_no_ground, save_config};
 use crate::command::flags::{BadInput, ConfigArgs, finite, within};
+use crate::command::in_file;
 use crate::command::print::{Progress, complain, print_report};
-use crate::command::{in_file, load_config};
 use crate::config::Config;
 use crate::output::figure::PlanView;
 
@@ -166,7 +166,7 @@ const WIDENING_PER_PLAY: f64 = 1.0;
 const SHORTEST_MAX_RATIO: f64 = 2.0;
 
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
-    let (config, plan, planned) = planned_turn(&args.plan)?;
+    let (config, plan, planned) = planned_turn(&args.plan, args.answer.work)?;
     args.answer.keep_files_apart(config.document())?;
     let dimensions = *config.dragon().dimensions();
     let margin_m = config.tables().monitor.margin_m;
@@ -452,9 +452,12 @@ fn with_turnaround(config: &Config, plan: TurnaroundSpec) -> anyhow::Result<(Con
 
 /// Returns the configuration and its turnaround, after the flags have overridden it. Without a file it is the paper's
 /// turnaround. With flags for a turn, a file with a spiral gives the turn its pitch.
-pub(super) fn planned_turn(args: &TurnPlanArgs) -> anyhow::Result<(Config, TurnaroundSpec, Turnaround)> {
+pub(super) fn planned_turn(
+    args: &TurnPlanArgs,
+    work: WorkArgs,
+) -> anyhow::Result<(Config, TurnaroundSpec, Turnaround)> {
     let file = ConfigArgs { config: args.config.clone() };
-    let config = load_config(&file, |_| ())?;
+    let config = load_plan(&file, work)?;
     in_file(&file, require_no_ground(&config, "a question about a turn"))?;
     let plan = match (config.route().as_turnaround(), &args.config) {
         (Some(plan), _) => plan,

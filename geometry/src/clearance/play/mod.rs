@@ -15,9 +15,11 @@
 
 mod board_range;
 mod pole_range;
+mod witness;
 
 use board_range::BoardRange;
 use pole_range::PoleRange;
+pub use witness::{TouchingPose, first_touching_pose};
 
 use crate::dragon::loose::Loose;
 use crate::dragon::meter::Spent;
@@ -26,6 +28,11 @@ use crate::numerics::turning_point;
 
 /// Longest cell, in lengths of the shorter link.
 const STRIDE_LINKS: f64 = 0.25;
+
+/// Steps of work that take as long as the range of a board and its gaps to another one.
+const STEPS_PER_RANGE: u64 = 20;
+/// Offsets of a cell that are looked at in the time of one step.
+const OFFSETS_PER_STEP: u64 = 8;
 
 /// Shortest cell, in metres.
 const RESOLUTION_M: f64 = 1e-3;
@@ -232,6 +239,7 @@ impl PlaySearch {
 
     /// The same in a cell, for the benches at these offsets.
     fn first_in_cell(&self, front: Front, cell: PoleRange, offsets: &[usize]) -> Option<(f64, usize)> {
+        self.dragon.meter().add(offsets.len() as u64 / OFFSETS_PER_STEP);
         let poles = self.poles(front, cell, *offsets.last()?);
         let board = BoardRange::new(&self.dragon, front.bench, &poles[0], poles.get(1)?);
         let is_near = |&offset: &usize| {
@@ -295,6 +303,7 @@ impl PlaySearch {
     /// Whether no place of a front bench's board comes within the clearance of a bench with its front pole in an interval. The
     /// interval is halved down to the length of the cell of the front bench, or to the play.
     fn stays_clear(&self, front: &BoardRange, bench: usize, pole: &PoleRange, cell_m: f64) -> bool {
+        self.dragon.meter().add(STEPS_PER_RANGE);
         let Some(rear) = pole.behind(&self.dragon, bench) else { return false };
         if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, &rear), self.clearance_m) {
             return true;

@@ -1,0 +1,200 @@
+//! Values of the CSS property `transform`, with units.
+//!
+//! Source: W3C *CSS Transforms Module Level 1*, and *CSS Values and Units Module Level 3*.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DAffine2, DMat2, DVec2};
+
+/// Most functions of a value.
+const MAX_FUNCTIONS: usize = 1000;
+
+/// The map of a value; `None` for one that is not known.
+pub(super) fn parsed(value: &str) -> Option<DAffine2> {
+    let mut map = DAffine2::IDENTITY;
+    let mut rest = value.trim();
+    for _ in 0..MAX_FUNCTIONS {
+        if rest.is_empty() {
+            return Some(map);
+        }
+        let (name, behind) = rest.split_once('(')?;
+        let (arguments, behind) = behind.split_once(')')?;
+        let arguments: Vec<&str> =
+            arguments.split([',', ' ', '\t', '\n', '\r']).filter(|argument| !argument.is_empty()).collect();
+        map *= function(&name.trim().to_ascii_lowercase(), &arguments)?;
+        rest = behind.trim_start().trim_start_matches(',').trim_start();
+    }
+    None
+}
+
+fn function(name: &str, arguments: &[&str]) -> Option<DAffine2> {
+    let (length, angle) = (|at: usize| length(arguments.get(at)?), |at: usize| angle(arguments.get(at)?));
+    let number = |at: usize| scale(arguments.get(at)?);
+    let or = |at: usize, other: f64, value: Option<f64>| if at < arguments.len() { value } else { Some(other) };
+    let most = |count: usize| (arguments.len() <= count && !arguments.is_empty()).then_some(());
+    Some(match name {
+        "translate" => {
+            most(2)?;
+            DAffine2::from_translation(DVec2::new(length(0)?, or(1, 0.0, length(1))?))
+        }
+        "translatex" => {
+            most(1)?;
+            DAffine2::from_translation(DVec2::new(length(0)?, 0.0))
+        }
+        "translatey" => {
+            most(1)?;
+            DAffine2::from_translation(DVec2::new(0.0, length(0)?))
+        }
+        "scale" => {
+            most(2)?;
+            let x = number(0)?;
+            DAffine2::from_scale(DVec2::new(x, or(1, x, number(1))?))
+        }
+        "scalex" => {
+            most(1)?;
+            DAffine2::from_scale(DVec2::new(number(0)?, 1.0))
+        }
+        "scaley" => {
+            most(1)?;
+            DAffine2::from_scale(DVec2::new(1.0, number(0)?))
+        }
+        "rotate" => match arguments.len() {
+            1 => DAffine2::from_angle(angle(0)?),
+            3 => {
+                let centre = DVec2::new(length(1)?, length(2)?);
+                DAffine2::from_translation(centre)
+                    * DAffine2::from_angle(angle(0)?)
+                    * DAffine2::from_translation(-centre)
+            }
+            _ => return None,
+        },
+        "rotatez" => {
+            most(1)?;
+            DAffine2::from_angle(angle(0)?)
+        }
+        "skew" => {
+            most(2)?;
+            skewed(angle(0)?, or(1, 0.0, angle(1))?)
+        }
+        "skewx" => {
+            most(1)?;
+            skewed(angle(0)?, 0.0)
+        }
+        "skewy" => {
+            most(1)?;
+            skewed(0.0, angle(0)?)
+        }
+        "matrix" if arguments.len() == 6 => {
+            let numbers: Option<Vec<f64>> = (0..4).map(number).collect();
+            let numbers = numbers?;
+            let columns = DMat2::from_cols_array(&[numbers[0], numbers[1], numbers[2], numbers[3]]);
+            DAffine2::from_mat2_translation(columns, DVec2::new(length(4)?, length(5)?))
+        }
+        _ => return None,
+    })
+}
+
+fn skewed(x: f64, y: f64) -> DAffine2 {
+    DAffine2::from_mat2(DMat2::from_cols_array(&[1.0, y.tan(), x.tan(), 1.0]))
+}
+
+/// A number and its unit, in lower case.
+fn with_unit(text: &str) -> Option<(f64, String)> {
+    let text = text.trim().to_ascii_lowercase();
+    // An `e` is a part of the number where digits follow.
+    let unit_at = text.char_indices().find(|&(at, char)| {
+        let follows = text[at..].chars().nth(1);
+        let is_exponent = char == 'e' && follows.is_some_and(|next| next.is_ascii_digit() || "+-".contains(next));
+        !(char.is_ascii_digit() || "+-.".contains(char) || is_exponent)
+    });
+    let (number, unit) = text.split_at(unit_at.map_or(text.len(), |(at, _)| at));
+    let number: f64 = number.parse().ok().filter(|number: &f64| number.is_finite())?;
+    Some((number, unit.to_owned()))
+}
+
+/// A length in pixels.
+fn length(text: &&str) -> Option<f64> {
+    let (number, unit) = with_unit(text)?;
+    let pixels = match &*unit {
+        "" | "px" => 1.0,
+        "in" => 96.0,
+        "cm" => 96.0 / 2.54,
+        "mm" => 96.0 / 25.4,
+        "q" => 96.0 / 101.6,
+        "pt" => 96.0 / 72.0,
+        "pc" => 16.0,
+        _ => return None,
+    };
+    Some(number * pixels)
+}
+
+/// An angle in radians.
+fn angle(text: &&str) -> Option<f64> {
+    let (number, unit) = with_unit(text)?;
+    let radians = match &*unit {
+        "" | "deg" => PI / 180.0,
+        "grad" => PI / 200.0,
+        "rad" => 1.0,
+        "turn" => TAU,
+        _ => return None,
+    };
+    Some(number * radians)
+}
+
+/// A number or a share in per cent.
+fn scale(text: &&str) -> Option<f64> {
+    match with_unit(text)? {
+        (number, unit) if unit.is_empty() => Some(number),
+        (number, unit) if unit == "%" => Some(number / 100.0),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_function_and_unit_has_its_map() {
+        for (value, point, expected) in [
+            ("translate(20px, 0px) scale(2)", [40.0, 40.0], [100.0, 80.0]),
+            ("translate(1in)", [0.0, 1.0], [96.0, 1.0]),
+            ("translateX(2.54cm) translateY(25.4mm)", [0.0, 0.0], [96.0, 96.0]),
+            ("translate(72pt 6pc)", [0.0, 0.0], [96.0, 96.0]),
+            ("rotate(90deg)", [1.0, 0.0], [0.0, 1.0]),
+            ("rotate(.25turn)", [1.0, 0.0], [0.0, 1.0]),
+            ("rotate(100grad)", [1.0, 0.0], [0.0, 1.0]),
+            ("rotate(1.5707963267948966rad)", [1.0, 0.0], [0.0, 1.0]),
+            ("rotate(90deg, 1px, 1px)", [2.0, 1.0], [1.0, 2.0]),
+            ("scale(50%, 3)", [2.0, 1.0], [1.0, 3.0]),
+            ("scaleX(2) scaleY(3)", [1.0, 1.0], [2.0, 3.0]),
+            ("skewX(45deg)", [0.0, 1.0], [1.0, 1.0]),
+            ("skewY(45deg)", [1.0, 0.0], [1.0, 1.0]),
+            ("skew(45deg, 0)", [0.0, 1.0], [1.0, 1.0]),
+            ("matrix(1, 0, 0, 1, 2e1px, 3)", [0.0, 0.0], [20.0, 3.0]),
+            ("", [1.0, 2.0], [1.0, 2.0]),
+        ] {
+            let map = parsed(value).expect(value);
+            assert!(map.transform_point2(point.into()).distance(expected.into()) < 1e-9, "{value}");
+        }
+    }
+
+    #[test]
+    fn values_that_need_more_than_numbers_are_unknown() {
+        for value in [
+            "translate(50%)",
+            "translate(calc(1px + 2px))",
+            "translate(2em)",
+            "rotate(1px)",
+            "scale(1px)",
+            "translate3d(1px, 2px, 3px)",
+            "var(--move)",
+            "translate(1px",
+            "scale()",
+            "scale(1, 2, 3)",
+            "rotate",
+        ] {
+            assert_eq!(parsed(value), None, "{value}");
+        }
+    }
+}

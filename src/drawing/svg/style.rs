@@ -1,0 +1,305 @@
+//! Styles of elements: the properties that place or hide a shape, from attributes, `style` attributes and style sheets.
+//!
+//! Only those properties are kept, so that rules about colours cost nothing. simplecss matches selectors. Its matching goes back
+//! on its steps, and can take time exponential in the depth of a file, so the steps of all matches are counted and limited.
+
+use std::cell::Cell;
+use std::collections::HashMap;
+
+use simplecss::{AttributeOperator, PseudoClass, Selector};
+use usvg::roxmltree::{Document, Node, NodeId};
+
+use super::quoted;
+
+/// Properties that place, size or hide a shape.
+const PROPERTIES: [&str; 23] = [
+    "cx",
+    "cy",
+    "d",
+    "display",
+    "font",
+    "font-size",
+    "height",
+    "offset-path",
+    "overflow",
+    "r",
+    "rotate",
+    "rx",
+    "ry",
+    "scale",
+    "transform",
+    "transform-box",
+    "transform-origin",
+    "translate",
+    "width",
+    "x",
+    "y",
+    "zoom",
+    "offset",
+];
+/// Most steps of matching elements with selectors: about a second.
+const MAX_STEPS: u64 = 20_000_000;
+/// Rules that never place a shape.
+const AT_RULES_WITHOUT_PLACE: [&str; 8] = [
+    "@charset",
+    "@counter-style",
+    "@font-face",
+    "@font-feature-values",
+    "@import",
+    "@keyframes",
+    "@namespace",
+    "@page",
+];
+
+/// A declared property of an element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Property<'a> {
+    pub(super) name: &'a str,
+    pub(super) value: &'a str,
+    is_important: bool,
+}
+
+/// A selector and what it declares.
+struct Rule<'a> {
+    selector: Selector<'a>,
+    properties: Vec<Property<'a>>,
+}
+
+/// All style sheets of a file.
+#[derive(Default)]
+pub(super) struct Sheets<'a> {
+    rules: Vec<Rule<'a>>,
+    /// The first rule about the place of a shape that cannot be applied, in words.
+    unknown: Option<String>,
+    steps: Cell<u64>,
+}
+
+impl<'a> Sheets<'a> {
+    /// The sheets of a document. `texts` has their text without comments.
+    pub(super) fn of(texts: &'a [String]) -> Self {
+        let mut sheets = Self::default();
+        texts.iter().for_each(|text| sheets.read(text));
+        // Later rules win over earlier ones with the same specificity: the order is stable.
+        sheets.rules.sort_by_cached_key(|rule| rule.selector.specificity());
+        sheets
+    }
+
+    fn read(&mut self, text: &'a str) {
+        let mut rest = text;
+        while let Some(statement) = next_statement(&mut rest) {
+            let Statement { prelude, block } = statement;
+            let properties = declared(block);
+            if prelude.starts_with('@') {
+                if !is_neutral(prelude) && places(block) {
+                    self.refuse(prelude);
+                }
+                continue;
+            }
+            if properties.is_empty() {
+                continue;
+            }
+            for selector in divided(prelude, ',').into_iter().filter(|selector| !selector.contains("::")) {
+                let begins = selector.starts_with(|char: char| char.is_ascii_alphanumeric() || "*#.[:_".contains(char));
+                match begins.then(|| Selector::parse(selector)).flatten() {
+                    Some(parsed) => self.rules.push(Rule { selector: parsed, properties: properties.clone() }),
+                    None => self.refuse(selector),
+                }
+            }
+        }
+    }
+
+    fn refuse(&mut self, what: &str) {
+        self.unknown.get_or_insert_with(|| {
+            format!("has a style sheet with {}, which is not supported for the place of shapes", quoted(what))
+        });
+    }
+
+    /// The first rule that cannot be applied, in words.
+    pub(super) fn unknown(&self) -> Option<&str> {
+        self.unknown.as_deref()
+    }
+
+    /// The properties of an element by rules, and by its `style` attribute.
+    ///
+    /// # Errors
+    /// Matching takes too long, in words.
+    pub(super) fn properties(&self, node: Node<'a, 'a>) -> Result<Vec<Property<'a>>, String> {
+        let mut found: Vec<Property<'a>> = vec![];
+        let mut add = |property: &Property<'a>| match found.iter_mut().find(|other| other.name == property.name) {
+            Some(other) if other.is_important && !property.is_important => {}
+            Some(other) => *other = *property,
+            None => found.push(*property),
+        };
+        for rule in &self.rules {
+            if rule.selector.matches(&Matched { node, steps: &self.steps }) {
+                rule.properties.iter().for_each(&mut add);
+            }
+        }
+        declared(node.attribute("style").unwrap_or_default()).iter().for_each(&mut add);
+        if self.steps.get() >= MAX_STEPS {
+            let rules = self.rules.len();
+            return Err(format!(
+                "has a style sheet whose {rules} rules take too long: remove it, or those about transforms"
+            ));
+        }
+        Ok(found)
+    }
+}
+
+/// The texts of a document's style sheets, without comments.
+pub(super) fn sheet_texts(document: &Document<'_>) -> Vec<String> {
+    let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
+    let css = sheets.filter(|node| node.attribute("type").is_none_or(|kind| kind.trim() == "text/css"));
+    css.map(|node| {
+        let texts = node.children().filter_map(|child| child.text());
+        without_comments(&texts.collect::<String>())
+    })
+    .collect()
+}
+
+fn without_comments(text: &str) -> String {
+    let (mut kept, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some(begin) = rest.find("/*") {
+        kept += &rest[..begin];
+        kept.push(' ');
+        rest = rest[begin + 2..].find("*/").map_or("", |end| &rest[begin + 2 + end + 2..]);
+    }
+    (kept + rest).replace("<!--", " ").replace("-->", " ")
+}
+
+/// A rule of a style sheet.
+struct Statement<'a> {
+    prelude: &'a str,
+    block: &'a str,
+}
+
+/// Takes the next statement from the beginning of a text.
+fn next_statement<'a>(rest: &mut &'a str) -> Option<Statement<'a>> {
+    loop {
+        let text = rest.trim_start();
+        let begin = find_outside_strings(text, |char| matches!(char, '{' | ';' | '}'))?;
+        let prelude = text[..begin].trim();
+        if !text[begin..].starts_with('{') {
+            *rest = &text[begin + 1..];
+            continue;
+        }
+        let inner = &text[begin + 1..];
+        let mut depth = 0_usize;
+        let end = find_outside_strings(inner, |char| {
+            match char {
+                '{' => depth += 1,
+                '}' if depth == 0 => return true,
+                '}' => depth -= 1,
+                _ => {}
+            }
+            false
+        });
+        let end = end.unwrap_or(inner.len());
+        *rest = inner.get(end + 1..).unwrap_or_default();
+        return Some(Statement { prelude, block: &inner[..end] });
+    }
+}
+
+/// Where the first wanted character outside of quotes is.
+fn find_outside_strings(text: &str, mut is_wanted: impl FnMut(char) -> bool) -> Option<usize> {
+    let mut quote = None;
+    let found = text.char_indices().find(|&(_, char)| match quote {
+        Some(open) => {
+            quote = quote.filter(|_| char != open);
+            false
+        }
+        None => {
+            quote = matches!(char, '"' | '\'').then_some(char);
+            is_wanted(char)
+        }
+    });
+    found.map(|(at, _)| at)
+}
+
+/// The parts of a text between separators outside of quotes and parentheses, without spaces around them.
+fn divided(text: &str, separator: char) -> Vec<&str> {
+    let (mut parts, mut rest) = (vec![], text);
+    loop {
+        let mut depth = 0_usize;
+        let end = find_outside_strings(rest, |char| {
+            match char {
+                '(' | '[' => depth += 1,
+                ')' | ']' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+            char == separator && depth == 0
+        });
+        let Some(end) = end else { break };
+        parts.push(rest[..end].trim());
+        rest = &rest[end + separator.len_utf8()..];
+    }
+    parts.push(rest.trim());
+    parts
+}
+
+/// The declarations of a block that place, size or hide a shape.
+fn declared(block: &str) -> Vec<Property<'_>> {
+    let declarations = divided(block, ';').into_iter().filter_map(|part| part.split_once(':'));
+    let known = declarations.filter_map(|(name, value)| {
+        let name = PROPERTIES.into_iter().find(|known| known.eq_ignore_ascii_case(name.trim()))?;
+        let (value, important) = value.split_once('!').unwrap_or((value, ""));
+        let is_important = important.trim().eq_ignore_ascii_case("important");
+        Some(Property { name, value: value.trim(), is_important })
+    });
+    known.collect()
+}
+
+/// Whether an at-rule never places a shape on a screen.
+fn is_neutral(prelude: &str) -> bool {
+    let prelude = prelude.to_ascii_lowercase();
+    let is_print = prelude.starts_with("@media") && prelude.contains("print") && !prelude.contains("screen");
+    is_print || prelude.starts_with("@-") || AT_RULES_WITHOUT_PLACE.iter().any(|name| prelude.starts_with(name))
+}
+
+/// Whether a block of any depth declares a property of [`PROPERTIES`].
+fn places(block: &str) -> bool {
+    let parts = block.split(['{', '}', ';']);
+    parts.filter_map(|part| part.split_once(':')).any(|(name, _)| {
+        let name = name.trim();
+        PROPERTIES.iter().any(|known| known.eq_ignore_ascii_case(name))
+    })
+}
+
+/// An element for simplecss. Every look at one counts as a step; once they are spent, it has no parents.
+#[derive(Clone, Copy)]
+struct Matched<'a> {
+    node: Node<'a, 'a>,
+    steps: &'a Cell<u64>,
+}
+
+impl simplecss::Element for Matched<'_> {
+    fn parent_element(&self) -> Option<Self> {
+        let node = self.node.parent_element().filter(|_| self.steps.get() < MAX_STEPS)?;
+        self.steps.set(self.steps.get() + 1);
+        Some(Self { node, ..*self })
+    }
+
+    fn prev_sibling_element(&self) -> Option<Self> {
+        let node = self.node.prev_sibling_element().filter(|_| self.steps.get() < MAX_STEPS)?;
+        self.steps.set(self.steps.get() + 1);
+        Some(Self { node, ..*self })
+    }
+
+    fn has_local_name(&self, name: &str) -> bool {
+        self.steps.set(self.steps.get() + 1);
+        self.node.tag_name().name() == name
+    }
+
+    fn attribute_matches(&self, name: &str, operator: AttributeOperator<'_>) -> bool {
+        let value = self.node.attribute(name);
+        self.steps.set(self.steps.get() + 1 + value.map_or(0, |value| value.len() as u64 / 64));
+        value.is_some_and(|value| operator.matches(value))
+    }
+
+    fn pseudo_class_matches(&self, class: PseudoClass<'_>) -> bool {
+        matches!(class, PseudoClass::FirstChild) && self.node.prev_sibling_element().is_none()
+    }
+}
+
+/// The faults of elements that the chosen path must not have.
+pub(super) type Faults = HashMap<NodeId, String>;
