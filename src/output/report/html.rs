@@ -81,16 +81,17 @@ fn one_fact(Fact { name, value, more, weight }: &Fact) -> Markup {
 
 fn table(Table { columns, numbers, rows, empty, left_out }: &Table) -> Markup {
     let is_number = |column: usize| columns.get(column).is_some_and(|name| numbers.contains(name));
+    let class = |column| is_number(column).then_some("number");
     html! {
         @if rows.is_empty() {
             p.empty { (empty) }
         } @else {
             table {
                 thead { tr { @for (column, name) in columns.iter().enumerate() {
-                    th.number[is_number(column)] scope="col" { (name) }
+                    th class=[class(column)] scope="col" { (name) }
                 } } }
                 tbody { @for row in rows { tr { @for (column, cell) in row.iter().enumerate() {
-                    td.number[is_number(column)] { (cell) }
+                    td class=[class(column)] { (cell) }
                 } } } }
             }
         }
