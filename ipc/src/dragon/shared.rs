@@ -83,7 +83,8 @@ impl ReaderPorts {
         })
     }
 
-    /// Connects to the latest values of the next source, so that they can be read after its end even if nobody has read them before.
+    /// Connects to the latest values of the next source, so that they can be read after its end even if nobody has read them
+    /// before.
     pub(super) fn connect(&self) {
         self.descriptions.connect();
         self.statuses.connect();
