@@ -8,6 +8,7 @@ use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::client::Client;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::alert::Alert;
 use crate::command::{Command, CommandReply, Request, Sender};
@@ -55,6 +56,12 @@ impl DescriptionReader {
         Ok(Self { subscriber, _member: Rc::clone(member) })
     }
 
+    /// Connects to a source that has come up. From then on, what it has sent can be read also after its end.
+    pub(crate) fn connect(&self) {
+        // The next poll reports the error.
+        let _ = self.subscriber.update_connections();
+    }
+
     /// Returns the description if it is new since the last call. Never waits.
     ///
     /// # Errors
@@ -92,6 +99,11 @@ impl StatusReader {
         let subscriber = member.subscribe(STATUS, &member.status()?)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, _member: Rc::clone(member) })
+    }
+
+    /// As [`DescriptionReader::connect`].
+    pub(crate) fn connect(&self) {
+        let _ = self.subscriber.update_connections();
     }
 
     /// Returns the status if it is new since the last call. Never waits.

@@ -10,6 +10,7 @@ use crate::alert::Alert;
 use crate::client::{AlertSubscriber, CommandClient, CommandEventReader, Description, await_reply};
 use crate::command::{CommandReply, Request};
 use crate::command_event::CommandEvent;
+use crate::continuity::Continuity;
 use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::error::BusError;
@@ -314,11 +315,15 @@ impl Dragon {
         let mut readers = self.shared.readers.lock();
         self.shared.drop_returned(&mut readers);
         let Readers { lent, ports } = &mut *readers;
-        let frames = &mut ports.as_mut().ok_or_else(|| self.closed())?.frames;
+        let ports = ports.as_mut().ok_or_else(|| self.closed())?;
         let Some(slot) = lent.iter().position(Option::is_none) else { return Err(BusError::TooManyFrames) };
-        let read = read(frames);
-        self.shared.lost.store(frames.lost(), Relaxed);
-        Ok(read?.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
+        let read = read(&mut ports.frames);
+        self.shared.lost.store(ports.frames.lost(), Relaxed);
+        let read = read?;
+        if read.as_ref().is_some_and(|frame| frame.continuity() == Continuity::Restarted) {
+            ports.connect();
+        }
+        Ok(read.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
     }
 
     /// Waits for a value that no event announces.

@@ -82,6 +82,13 @@ impl ReaderPorts {
             status: None,
         })
     }
+
+    /// Connects to the latest values of the next source, so that they can be read after its end even if nobody has read them
+    /// before.
+    pub(super) fn connect(&self) {
+        self.descriptions.connect();
+        self.statuses.connect();
+    }
 }
 
 impl Shared {
