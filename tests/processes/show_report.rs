@@ -108,7 +108,8 @@ fn a_guards_stop_is_the_outcome_without_the_guards_grants() {
     // The margin of half a millimetre.
     assert!((0.0005..0.002).contains(&least), "{summary}");
     assert_eq!(summary["least_clearance"]["benches"], json!([0, 8]));
-    assert!(html.contains("margin of the guard"), "{html}");
+    // The words of a picture stand in its address.
+    assert!(html.contains("margin%20of%20the%20guard"), "{html}");
 }
 
 #[test]

@@ -47,7 +47,7 @@ fn sentence(Verdict { weight, words }: &Verdict) -> Markup {
 
 fn section(section: &Section) -> Markup {
     html! {
-        section.page[section.begins_page] {
+        section class=[section.begins_page.then_some("page")] {
             @if !section.heading.is_empty() { h2 { (section.heading) } }
             @for part in &section.blocks { (block(part)) }
         }
@@ -81,17 +81,17 @@ fn one_fact(Fact { name, value, more, weight }: &Fact) -> Markup {
 
 fn table(Table { columns, numbers, rows, empty, left_out }: &Table) -> Markup {
     let is_number = |column: usize| columns.get(column).is_some_and(|name| numbers.contains(name));
-    let class = |column| is_number(column).then_some("number");
+    let number = |column: usize| is_number(column).then_some("number");
     html! {
         @if rows.is_empty() {
             p.empty { (empty) }
         } @else {
             table {
                 thead { tr { @for (column, name) in columns.iter().enumerate() {
-                    th class=[class(column)] scope="col" { (name) }
+                    th class=[number(column)] scope="col" { (name) }
                 } } }
                 tbody { @for row in rows { tr { @for (column, cell) in row.iter().enumerate() {
-                    td class=[class(column)] { (cell) }
+                    td class=[number(column)] { (cell) }
                 } } } }
             }
         }

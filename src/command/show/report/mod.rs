@@ -55,7 +55,7 @@ impl ReportSource<'_> {
                 section("Lateness", self.lateness()),
                 section("Machine", vec![Block::Facts(self.machine())]),
                 section("Versions", vec![Block::Facts(versions())]),
-                Section { begins_page: true, ..section("Configuration", self.configuration()) },
+                section("Configuration", self.configuration()),
             ],
         }
     }
