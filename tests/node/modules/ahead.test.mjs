@@ -8,6 +8,7 @@ const frame = (more = {}) => ({ state: 'running', time_s: 100, time_scale: 1, ..
 const FREE = { kind: 'free', is_end: true, time_s: 442, wall_s: 342 };
 const show = (outlook = FREE, more = {}) => ({ frame: frame(more), status: { outlook } });
 const TIMES = {
+  isComplete: true,
   curve: [
     { time_s: 0, clearance_m: 0.2 },
     { time_s: 500, clearance_m: 0.1 },
@@ -42,6 +43,8 @@ test('countdowns are in wall time, and a standing head has to walk first', () =>
 test('the time left follows the plan at the present speed, and is wall time', () => {
   const run = { start_s: 0, end_s: 442 };
   assert.equal(leftInWords(endOf(run, TIMES), frame()), '6:40 left');
+  const begun = { ...TIMES, isComplete: false, curve: TIMES.curve.slice(0, 1) };
+  assert.equal(leftInWords(endOf(run, begun), frame()), '5:42 left', 'a plan that is still computed');
   assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), frame({ time_scale: 0.1 })), '57:00 left');
   assert.equal(leftInWords(endOf(run, { ...TIMES, curve: [] }), frame({ time_scale: 0.01 })), '9:30:00 left');
   assert.equal(leftInWords(endOf({ start_s: 0, end_s: 1e9 }, TIMES), frame()), '');

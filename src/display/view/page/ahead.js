@@ -41,7 +41,7 @@ export function eventsAhead({ frame, status }, times, end_s) {
  */
 export function endOf(run, times) {
   if (run === null || run.end_s - run.start_s > ENDLESS_S) return null;
-  return times.curve.at(-1)?.time_s ?? run.end_s;
+  return (times.isComplete ? times.curve.at(-1)?.time_s : undefined) ?? run.end_s;
 }
 
 /**

@@ -8,6 +8,7 @@
 /** @typedef {{time_s: number, clearance_m: number, benches: [number, number]}} NearMiss */
 /**
  * @typedef {object} PlanTimes
+ * @property {boolean} isComplete whether the plan reaches the run's end
  * @property {Point[]} curve in order of time
  * @property {NearMiss[]} nearMisses in order of time
  * @property {{time_s: number, benches: [number, number]} | null} contact
@@ -32,7 +33,7 @@ export function timeAt(clock, travel_m) {
  * @param {{start_s: number, end_s: number}} run
  * @returns {PlanTimes}
  */
-export function planOverTime({ curve, near_misses, contact }, clock, run) {
+export function planOverTime({ curve, near_misses, contact, is_complete }, clock, run) {
   const first_s = curve.length === 0 ? run.start_s : timeAt(clock, curve[0]);
   const isAsPlanned = Math.abs(first_s - run.start_s) <= SAME_START * (run.end_s - run.start_s);
   const from_m = isAsPlanned ? -Infinity : clock.travel_m;
@@ -42,6 +43,7 @@ export function planOverTime({ curve, near_misses, contact }, clock, run) {
     if (curve[at] >= from_m) points.push({ time_s: timeAt(clock, curve[at]), clearance_m: curve[at + 1] });
   }
   return {
+    isComplete: is_complete,
     curve: points,
     nearMisses: near_misses
       .filter(({ travel_m }) => travel_m >= from_m)

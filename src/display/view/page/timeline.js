@@ -22,7 +22,7 @@ const FLAG_HIGH_PX = 18;
 /** Distance in pixels up to which a time counts as that of a mark. */
 const MARK_REACH_PX = 5;
 /** @type {PlanTimes} */
-const NO_PLAN = { curve: [], nearMisses: [], contact: null };
+const NO_PLAN = { isComplete: false, curve: [], nearMisses: [], contact: null };
 
 export class Timeline {
   #area = element('timeline-area', HTMLElement);
