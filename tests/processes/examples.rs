@@ -129,7 +129,7 @@ fn the_small_programs_wait_for_a_server() {
             by_lines(&compile_at(&example("head.c"), stage.path("head"), C99, Shared), &stage),
             "as soon as `bench-dragon serve` runs",
         ),
-        (Process::start(client), "start one with `bench-dragon serve"),
+        (Process::start(client), "start the show, or by hand `bench-dragon serve"),
     ];
     for (client, remedy) in &clients {
         let waits = client.complaint();

@@ -77,7 +77,8 @@ fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
     assert!(standing.iter().all(|shot| shot.state() == ShowState::Held && shot.header.sim_time_ns == 0));
     for order in ["release", "resume"] {
         let refused = stage.run(&["ctl", order]);
-        let reason = "refused: the guard holds the dragon: it walks on when the guard has proved the travel ahead\n";
+        let reason = "refused: the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek \
+                      moves it\n";
         assert_eq!((refused.code(), refused.stderr.as_str()), (Some(1), reason));
     }
     let guard = start_guard(&stage);

@@ -62,9 +62,9 @@ static void bad_names_are_refused(const char *instance) {
 
 static void a_missing_server_is_reported(const char *instance) {
   bd_dragon_t *dragon;
-  char text[200];
-  sprintf(text, "no server runs on instance \"%.24s\": start one with `bench-dragon serve --instance %.24s`", instance,
-          instance);
+  char text[300];
+  sprintf(text, "no server runs on instance \"%.24s\": start the show, or by hand `bench-dragon serve --config FILE --held "
+          "--instance %.24s`", instance, instance);
   COMPLAINS(BD_NO_SERVER, text, bd_dragon_open(instance, "c-test", 0, &dragon));
   REQUIRE(dragon == NULL);
   COMPLAINS(BD_NO_SERVER, text, bd_dragon_open(instance, "c-test", 30 * 1000 * 1000, &dragon));
