@@ -103,7 +103,8 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
 
     let verified = sheet.run_alone(&["replay", "tonight", "--verify"]);
     assert_eq!(verified.code(), Some(0), "{}{}", verified.stdout, verified.stderr);
-    sheet.run_alone(&["export", "tonight", "tonight.xlsx"]).expect_clean();
+    let exported = sheet.run_alone(&["export", "tonight", "tonight.xlsx"]);
+    assert_eq!(exported.code(), Some(0), "{}{}", exported.stdout, exported.stderr);
     assert!(stage.path("tonight.xlsx").exists());
     assert_eq!(sheet.lines.next(), None, "every line was run");
 }
