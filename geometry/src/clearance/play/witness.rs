@@ -13,7 +13,7 @@ use crate::clearance::near_pairs::NearPairs;
 use crate::clearance::pose::Pose;
 use crate::dragon::Dragon;
 use crate::dragon::board::Board;
-use crate::dragon::link::Link;
+use crate::dragon::link::{Link, RearEnd};
 use crate::dragon::meter::Spent;
 use crate::numerics::turning_point;
 use crate::route::RoutePoint;
@@ -213,7 +213,7 @@ impl Search<'_> {
         let dimensions = self.dragon.dimensions();
         let length_m = dimensions.link_m(bench) + 2.0 * share * dimensions.play_m();
         let link = Link { route: self.dragon.route(), front: front.point, length_m, meter: self.dragon.meter() };
-        let rear = link.rear(front.parameter).filter(|rear| rear.walks())?;
+        let rear = link.rear(front.parameter).filter(RearEnd::walks)?;
         Some(Pole { parameter: rear.parameter, point: rear.point })
     }
 
