@@ -54,6 +54,8 @@ pub(crate) struct Pass<'a> {
     shown: Option<RecordedFrame>,
     /// The frame to play next, after it was read.
     next: Option<PlannedFrame>,
+    /// Events that were recorded before the frame of their tick, until that frame is shown.
+    early: Vec<Planned>,
     /// Due time of the next standing frame, while the replay stands.
     standing_due_ns: Option<u64>,
     rate_hz: u32,
@@ -86,6 +88,7 @@ impl<'a> Pass<'a> {
             tick: 0,
             shown: None,
             next: None,
+            early: Vec::new(),
             standing_due_ns: None,
             rate_hz,
             missing: 0,
@@ -145,8 +148,28 @@ impl<'a> Pass<'a> {
     }
 
     fn take(&mut self, item: Planned) -> Result<(), BusError> {
+        let shown_tick = self.shown.as_ref().map(|frame| frame.header.tick);
         match item {
             Planned::Frame(frame) => self.next = Some(frame),
+            event if event.tick_of_event() > shown_tick => self.early.push(event),
+            event => self.publish_event(event)?,
+        }
+        Ok(())
+    }
+
+    /// Publishes the events whose frame is shown by now.
+    fn publish_early(&mut self) -> Result<(), BusError> {
+        let shown_tick = self.shown.as_ref().map(|frame| frame.header.tick);
+        let early = std::mem::take(&mut self.early);
+        let (due, early): (Vec<Planned>, Vec<Planned>) =
+            early.into_iter().partition(|event| event.tick_of_event() <= shown_tick);
+        self.early = early;
+        due.into_iter().try_for_each(|event| self.publish_event(event))
+    }
+
+    fn publish_event(&mut self, event: Planned) -> Result<(), BusError> {
+        match event {
+            Planned::Frame(_) => {}
             Planned::Alert(alert) => self.outlets.publish_alert(self.ports.run_id, alert)?,
             Planned::Command(event) => {
                 if let Some(event) = self.outlets.event(event) {
@@ -192,7 +215,7 @@ impl<'a> Pass<'a> {
     fn play_frame(&mut self, PlannedFrame { frame, missing, .. }: PlannedFrame, due_ns: u64) -> Result<(), BusError> {
         if self.replay.steering.is_paused {
             self.show(frame);
-            return Ok(());
+            return self.publish_early();
         }
         let begun_ns = monotonic_ns();
         let header = FrameHeader { time_scale: frame.header.time_scale * self.replay.clock.rate(), ..frame.header };
@@ -201,6 +224,7 @@ impl<'a> Pass<'a> {
         self.show(frame);
         self.report(&header);
         self.ports.report.report_stops(Stops::default());
+        self.publish_early()?;
         self.ports.report.count(begun_ns - due_ns, monotonic_ns() - begun_ns);
         Ok(())
     }
@@ -268,6 +292,7 @@ impl<'a> Pass<'a> {
         let (_, nothing) = crossbeam::channel::bounded(0);
         drop(std::mem::replace(&mut self.run.items, nothing));
         self.next = None;
+        self.early.clear();
         self.replay.sought_run = None;
         self.replay.read_from(position_ns)?;
         let Some(run) = self.replay.next_run(stop)? else { return Ok(false) };

@@ -370,6 +370,15 @@ impl Planned {
             Self::Command(event) => event.run_id,
         }
     }
+
+    /// The recorded tick of an event; `None` for a frame.
+    pub(super) fn tick_of_event(&self) -> Option<u64> {
+        match self {
+            Self::Frame(_) => None,
+            Self::Alert(alert) => Some(alert.tick),
+            Self::Command(event) => Some(event.tick),
+        }
+    }
 }
 
 /// Key that is the same for all frames of a pass.
