@@ -58,5 +58,7 @@ pub(crate) fn gap_lines(coverage: &Coverage) -> Vec<String> {
 
 /// Complains of the gaps of a recording.
 pub(crate) fn complain_of_gaps(coverage: &Coverage) {
-    gap_lines(coverage).iter().for_each(|line| complain(line));
+    for line in gap_lines(coverage) {
+        complain(&line);
+    }
 }

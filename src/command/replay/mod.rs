@@ -36,6 +36,7 @@ recording.
 
 Exit status of --verify: 0 if every recorded frame is as simulated, 1 if a frame differs, 2 if a part cannot be verified. A gap \
 is no wrong frame: it does not change the exit status, and is reported with the number of missing frames.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct ReplayArgs {
     /// Recording to play, or the folder of a show; several files are joined.
     #[arg(value_name = "FILE|FOLDER", required = true, num_args = 1.., value_hint = ValueHint::AnyPath)]

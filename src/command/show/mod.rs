@@ -142,8 +142,6 @@ struct Show<'a> {
     config: &'a Config,
     domain: Domain,
     folder: Folder,
-    /// Whether a guard keeps the benches from touching.
-    is_guarded: bool,
     /// Whether only the operator ends the show.
     is_performance: bool,
     /// Longest time for which the head may brake before the server ends.
@@ -205,7 +203,6 @@ impl<'a> Show<'a> {
             config,
             domain,
             folder,
-            is_guarded: config.tables().monitor.guard,
             is_performance,
             braking: longest_braking(config),
             children,
@@ -222,6 +219,11 @@ impl<'a> Show<'a> {
             borne: None,
             stop,
         }
+    }
+
+    /// Whether a guard keeps the benches from touching.
+    fn is_guarded(&self) -> bool {
+        self.config.tables().monitor.guard
     }
 
     /// Plays the show until it is over, or until a signal.

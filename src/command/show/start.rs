@@ -27,7 +27,7 @@ impl Show<'_> {
             ChildRole::Serve => self.server(),
             ChildRole::Monitor => {
                 let progress = ["--progress", PROGRESS_PERIOD_S].map(str::to_owned);
-                let guard = self.is_guarded.then(|| "--guard".to_owned());
+                let guard = self.is_guarded().then(|| "--guard".to_owned());
                 self.launch("monitor", progress.into_iter().chain(guard).collect())
             }
             ChildRole::Record => {

@@ -159,7 +159,7 @@ impl Show<'_> {
         let wait = self.children.plan_restart(role, Instant::now());
         self.count_end(role, reason, wait.is_some());
         // Without its guard the head would never move again.
-        let is_vital = role == ChildRole::Serve || role == ChildRole::Monitor && self.is_guarded;
+        let is_vital = role == ChildRole::Serve || role == ChildRole::Monitor && self.is_guarded();
         if wait.is_none() && is_vital {
             let (process, reason, restarts) = (name.clone(), what.to_owned(), MAX_RESTARTS);
             self.failure = Some(Ending::Failed { process, reason, restarts });

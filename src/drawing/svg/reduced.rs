@@ -302,7 +302,8 @@ impl<'a> Placed<'a> {
         let Some(name) = PLACED.into_iter().find(|known| *known == name) else { return };
         self.values.retain(|(known, _)| *known != name);
         let resets = |word: &str| value.eq_ignore_ascii_case(word);
-        if !["initial", "unset", "revert"].into_iter().any(resets) && !(resets("auto") && name != "overflow") {
+        let is_initial = ["initial", "unset", "revert"].into_iter().any(resets) || resets("auto") && name != "overflow";
+        if !is_initial {
             self.values.push((name, value.to_owned()));
         }
     }

@@ -78,7 +78,9 @@ impl<'a> Sheets<'a> {
     /// The sheets of a document. `texts` has their text without comments.
     pub(super) fn of(texts: &'a [String]) -> Self {
         let mut sheets = Self::default();
-        texts.iter().for_each(|text| sheets.read(text));
+        for text in texts {
+            sheets.read(text);
+        }
         // Later rules win over earlier ones with the same specificity: the order is stable.
         sheets.rules.sort_by_cached_key(|rule| rule.selector.specificity());
         sheets
@@ -203,15 +205,13 @@ fn next_statement<'a>(rest: &mut &'a str) -> Option<Statement<'a>> {
 /// Where the first wanted character outside of quotes is.
 fn find_outside_strings(text: &str, mut is_wanted: impl FnMut(char) -> bool) -> Option<usize> {
     let mut quote = None;
-    let found = text.char_indices().find(|&(_, char)| match quote {
-        Some(open) => {
+    let found = text.char_indices().find(|&(_, char)| {
+        if let Some(open) = quote {
             quote = quote.filter(|_| char != open);
-            false
+            return false;
         }
-        None => {
-            quote = matches!(char, '"' | '\'').then_some(char);
-            is_wanted(char)
-        }
+        quote = matches!(char, '"' | '\'').then_some(char);
+        is_wanted(char)
     });
     found.map(|(at, _)| at)
 }

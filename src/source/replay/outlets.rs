@@ -123,7 +123,9 @@ mod tests {
     fn recorded_ticks_become_ticks_of_the_pass_also_after_cuts_and_jumps_back() {
         let mut map = TickMap::default();
         assert_eq!(map.own(7), 0);
-        [(5, 0), (6, 1), (10, 2), (11, 3)].into_iter().for_each(|(recorded, own)| map.note(recorded, own));
+        for (recorded, own) in [(5, 0), (6, 1), (10, 2), (11, 3)] {
+            map.note(recorded, own);
+        }
         assert_eq!([3, 5, 6, 8, 10, 11, 99].map(|recorded| map.own(recorded)), [0, 0, 1, 1, 2, 3, 3]);
         map.note(6, 4);
         map.note(7, 5);

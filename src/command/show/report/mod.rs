@@ -72,13 +72,13 @@ impl ReportSource<'_> {
         let mut words = outcome.as_ref().map_or_else(String::new, |Outcome { text, .. }| text.clone());
         if let (Some(contact), false) = (contact, matches!(ending, Some(Ending::Contact { .. }))) {
             let [a, b] = contact.benches;
-            words += &format!(" Benches {a} and {b} touched at {:.6} s.", contact.time_s);
+            words = format!("{words} Benches {a} and {b} touched at {:.6} s.", contact.time_s);
         }
         let has_failed = matches!(ending, Some(Ending::Failed { .. }));
         let mut missing: Vec<&str> = restart_log.iter().filter(|end| !end.restarted).map(|end| &*end.role).collect();
         missing.dedup();
         if !missing.is_empty() && !has_failed {
-            words += &format!(" It played in part without {}.", missing.join(", "));
+            words = format!("{words} It played in part without {}.", missing.join(", "));
         }
         let weight = if has_failed || contact.is_some() {
             Weight::Danger
