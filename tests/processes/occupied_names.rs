@@ -32,7 +32,8 @@ fn guessed(segment: &Path) -> PathBuf {
 
 #[test]
 fn a_file_of_another_user_keeps_no_process_from_starting() {
-    let kinds: [(&str, fn(&Path)); 4] = [
+    type Occupy = fn(&Path);
+    let kinds: [(&str, Occupy); 4] = [
         ("an empty file", |path| fs::write(path, "").expect("shared memory")),
         ("a file", |path| fs::write(path, [1; 4_096]).expect("shared memory")),
         ("a folder", |path| fs::create_dir(path).expect("shared memory")),

@@ -174,7 +174,7 @@ fn a_seek_into_another_recorded_run_begins_another_pass() {
     assert_ne!((&second["run_id"], &second["recorded_run_id"]), (&first["run_id"], &first["recorded_run_id"]));
     let shots = reader.read_until("the second run is shown", |header| header.sim_time_s() > 200.0);
     assert_eq!(
-        (shots.last().expect("a frame").header.run_id, shots.last().map(|shot| shot.state())),
+        (shots.last().expect("a frame").header.run_id, shots.last().map(Shot::state)),
         (second["run_id"].as_u64().expect("a run"), Some(ShowState::Paused))
     );
     ctl(&stage, &["seek", "0"]);

@@ -152,7 +152,7 @@ impl<'a> Pass<'a> {
         match item {
             Planned::Frame(frame) => self.next = Some(frame),
             event if event.tick_of_event() > shown_tick => self.early.push(event),
-            event => self.publish_event(event)?,
+            event => self.publish_event(&event)?,
         }
         Ok(())
     }
@@ -164,15 +164,15 @@ impl<'a> Pass<'a> {
         let (due, early): (Vec<Planned>, Vec<Planned>) =
             early.into_iter().partition(|event| event.tick_of_event() <= shown_tick);
         self.early = early;
-        due.into_iter().try_for_each(|event| self.publish_event(event))
+        due.iter().try_for_each(|event| self.publish_event(event))
     }
 
-    fn publish_event(&mut self, event: Planned) -> Result<(), BusError> {
+    fn publish_event(&mut self, event: &Planned) -> Result<(), BusError> {
         match event {
             Planned::Frame(_) => {}
-            Planned::Alert(alert) => self.outlets.publish_alert(self.ports.run_id, alert)?,
+            Planned::Alert(alert) => self.outlets.publish_alert(self.ports.run_id, *alert)?,
             Planned::Command(event) => {
-                if let Some(event) = self.outlets.event(event) {
+                if let Some(event) = self.outlets.event(*event) {
                     self.ports.report.commands.record_again(event);
                 }
             }
