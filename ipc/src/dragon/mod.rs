@@ -39,7 +39,7 @@ const ALERT_SLICE: Duration = Duration::from_millis(20);
 ///
 /// Any thread may use it, also while others wait. Each frame goes to one of the threads that read. [`Dragon::close`] from
 /// any thread ends every wait. A dragon outlives its server: the frames of the next server follow with
-/// [`Continuity::Restarted`](crate::Continuity::Restarted).
+/// [`Continuity::Restarted`].
 ///
 /// A forked child inherits the dragon without a membership: every call fails with [`BusError::Inherited`], and dropping it
 /// has no effect.

@@ -2,7 +2,7 @@
 //!
 //! usvg resolves what surrounds a shape: transforms, `use`, nested `svg` elements and units. Its own coordinates have single
 //! precision, and its arcs are curves that are 0.1 units away. So the numbers of a path are read here, in double precision, and only
-//! its transform is taken from usvg. Arcs of circles stay arcs. usvg reads a reduced file ([`reduced`]).
+//! its transform is taken from usvg. Arcs of circles stay arcs. usvg reads a reduced file ([`mod@reduced`]).
 
 mod css_transform;
 mod page;

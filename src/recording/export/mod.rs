@@ -9,7 +9,7 @@
 //! them positions and speeds with one column per frame, as `solve poses` writes them. Its numbers also have full precision, and
 //! are shown with six decimals. Its size is checked before it is written.
 //!
-//! **Damaged files.** Export skips damaged parts and stops where an incomplete file ends. [`Flaws`](crate::recording::Flaws)
+//! **Damaged files.** Export skips damaged parts and stops where an incomplete file ends. [`Flaws`]
 //! reports both.
 
 mod rows;
