@@ -1,8 +1,8 @@
 //! Log of the program on stderr: warnings and errors, or the filter in `RUST_LOG`.
 //!
-//! From iceoryx2, usvg and zenoh, the log shows only errors by default; `RUST_LOG` shows the rest. iceoryx2 warns about its
+//! From iceoryx2, simplecss, usvg and zenoh, the log shows only errors by default; `RUST_LOG` shows the rest. iceoryx2 warns about its
 //! housekeeping: each process removes the remains of killed processes, and logs remains that another process has removed first.
-//! If such an event matters to people, a call returns it as an error, and the program reports that error. usvg warns about
+//! If such an event matters to people, a call returns it as an error, and the program reports that error. usvg and simplecss warn about
 //! wrong data of drawings, which the program refuses. zenoh warns about features that are off. The filter compares the target of
 //! a line, which is the module that logged it, and not its text. The log omits the object dump in the lines of iceoryx2.
 
@@ -18,7 +18,7 @@ use super::Stream;
 use super::terminal_text::is_coloured;
 
 /// Prefixes of the targets of libraries whose warnings are hidden. All lines of iceoryx2 have the target of its logger.
-const ERRORS_ONLY: [&str; 3] = ["iceoryx2", "usvg", "zenoh"];
+const ERRORS_ONLY: [&str; 4] = ["iceoryx2", "simplecss", "usvg", "zenoh"];
 
 pub(crate) fn to_stderr() {
     let asked: Option<Targets> = std::env::var("RUST_LOG").ok().and_then(|filter| filter.parse().ok());

@@ -94,6 +94,8 @@ def main(folder):
         heights[30:, :7] = nodata
         write(folder / f"{name}.tif", heights, nodata=nodata)
         read.append(found(folder / f"{name}.tif"))
+    write(folder / "zstd.tif", heights_of("float32", 98), compress="zstd")
+    read.append(found(folder / "zstd.tif"))
     plain = heights_of("float32", 100)
     degrees = Affine(1e-5, 0, 9, 0, -1e-5, 48)
     write(folder / "degrees.tif", plain, crs="EPSG:4326", transform=degrees)
@@ -101,7 +103,6 @@ def main(folder):
     write(folder / "scaled.tif", plain, scale=(0.125, 0))
     write(folder / "rotated.tif", plain, transform=NORTH_UP @ Affine.rotation(3))
     write(folder / "bands.tif", np.stack([plain, plain]))
-    write(folder / "zstd.tif", plain, compress="zstd")
     write(folder / "sparse.tif", plain, sparse_ok=True, nodata=NODATA, **TILES)
     with rasterio.Env(GDAL_TIFF_INTERNAL_MASK=True):
         write(folder / "mask.tif", plain, mask=plain > 0)

@@ -28,8 +28,9 @@ const ATTEMPTS: [f64; 3] = [1.0, 0.7, 0.4];
 /// Shortest element of a path, in metres, and its turn. A shorter one is left out.
 const SHORTEST_M: f64 = 1e-6;
 const LEAST_TURN: f64 = 1e-9;
-/// Number of times that the radius of a joint without a given radius is halved until it fits.
-const HALVINGS: usize = 12;
+/// Number of times that the radius of a joint without a given radius is halved until it fits. An arc that bends to the same side as
+/// its neighbour must be tighter than that: from the greatest radius down to 0.1 µm.
+const HALVINGS: usize = 40;
 /// Largest length that the arc of a joint without a given radius replaces on each side, relative to that of straight neighbours.
 const KINK_REACH: f64 = 1.5;
 

@@ -351,10 +351,14 @@ impl<'a> Placed<'a> {
         }
     }
 
+    /// A shape with an unknown length gets another one, so that usvg shows it, and it counts among the paths to choose from.
     fn require_lengths(&mut self) {
-        let mut lengths = self.values.iter().filter(|(name, _)| LENGTHS.contains(name));
-        let wrong = lengths.find(|(_, value)| !value.is_empty() && Length::from_str(value).is_err());
-        let wrong = wrong.map(|(name, value)| format!("has the {name} {}, which is not a known length", quoted(value)));
+        let lengths = self.values.iter_mut().filter(|(name, _)| LENGTHS.contains(name));
+        let mut wrong = None;
+        for (name, value) in lengths.filter(|(_, value)| !value.is_empty() && Length::from_str(value).is_err()) {
+            wrong.get_or_insert(format!("has the {name} {}, which is not a known length", quoted(value)));
+            "1".clone_into(value);
+        }
         if let Some(reason) = wrong {
             self.refuse(&reason);
         }
