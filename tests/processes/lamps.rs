@@ -147,7 +147,7 @@ fn a_show_without_room_for_its_recording_is_red_until_there_is_room() {
     let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
     let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
     let mut told = Vec::new();
-    while !told.last().is_some_and(|line: &String| line.starts_with("the show is not recorded from here on")) {
+    while !told.last().is_some_and(|line: &String| line.contains("the show is not recorded from here on")) {
         told.push(show.complaint());
     }
     // A status that begins now has received no report of the recorder.

@@ -8,10 +8,10 @@ use std::path::Path;
 
 use bench_dragon_ipc::service::{
     ALERTS, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS, DESCRIPTION, FRAMES, MAX_ACTIVE_REQUESTS,
-    MAX_BORROWED_FRAMES, MAX_READERS, OPERATOR_READERS, READERS, STATUS, frame_buffer,
+    MAX_BORROWED_FRAMES, MAX_READERS, OPERATOR_READERS, READERS, REPLAY, STATUS, frame_buffer,
 };
 use bench_dragon_ipc::{
-    Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, Status, clear,
+    Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, ReplayStatus, Status, clear,
 };
 use iceoryx2::prelude::ZeroCopySend;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
@@ -164,6 +164,7 @@ fn the_page_has_every_service_of_the_bus() {
         (ALERTS, single(detail::<Alert>())),
         (READERS, single(detail::<ReaderReport>())),
         (COMMAND_EVENTS, single(detail::<CommandEvent>())),
+        (REPLAY, single(detail::<ReplayStatus>())),
     ];
     let exchange = [detail::<Command>(), detail::<CommandReply>()].map(|detail| name(&detail)).join(" to ");
     on_bus.push((COMMANDS, (exchange, String::new())));

@@ -131,7 +131,10 @@ fn a_restarted_view_shows_what_was_measured_before_and_an_open_page_says_how_it_
     }
     expect_next(&mut page, "passed");
     page.end().expect_clean();
-    view.terminate().expect_clean();
+    let ended = view.terminate();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    // The open page tries the token of the earlier view.
+    assert!(ended.stderr.lines().all(|line| line.contains("wrong token")), "{}", ended.stderr);
     monitor.terminate();
     server.stop();
 }

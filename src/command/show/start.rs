@@ -18,8 +18,6 @@ use crate::source::timecode::FrameRate;
 
 /// Period of the monitor's progress reports, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";
-/// The message when a restarted server starts held.
-const HELD: &str = "the dragon is held at its last position: `bench-dragon ctl release` lets it walk on";
 
 impl Show<'_> {
     pub(super) fn start(&mut self, role: ChildRole) -> anyhow::Result<()> {
@@ -76,7 +74,10 @@ impl Show<'_> {
             args.push("--held".to_owned());
         } else if !self.args.auto_resume || self.seen.is_held() || was_paused {
             args.push("--restarted".to_owned());
-            log(HELD);
+            let instance = self.domain.instance();
+            log(&format!(
+                "the dragon is held at its last position: `bench-dragon ctl release --instance {instance}` lets it walk on"
+            ));
         }
         args
     }

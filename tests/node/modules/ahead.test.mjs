@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { endOf, eventsAhead, leftInWords, nextInWords } from '../../../src/display/view/page/ahead.js';
+import { endOf, eventsAhead, leftInWords, nextInWords, restOf } from '../../../src/display/view/page/ahead.js';
 
 const frame = (more = {}) => ({ state: 'running', time_s: 100, time_scale: 1, ...more });
 const FREE = { kind: 'free', is_end: true, time_s: 442, wall_s: 342 };
@@ -54,4 +54,12 @@ test('the time left follows the plan at the present speed, and is wall time', ()
 test('nothing comes after the stop of the guard', () => {
   const here = { kind: 'guard_stop', time_s: 100, wall_s: 0, benches: null };
   assert.deepEqual(eventsAhead(show(here, { state: 'held' }), TIMES, 442), []);
+});
+
+test('no time is left where the guard has stopped the head', () => {
+  const stop = { kind: 'guard_stop', time_s: 120, wall_s: 20, benches: [0, 10] };
+  assert.equal(restOf(show(stop), 442), 120);
+  assert.equal(restOf(show(stop, { time_s: 120 }), 442), null);
+  assert.equal(restOf(show(stop), 110), 110);
+  assert.equal(restOf(show(FREE), 442), 442);
 });

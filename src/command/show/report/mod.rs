@@ -110,7 +110,7 @@ impl ReportSource<'_> {
             Fact::new("Holds", (holds.len() as u64 + holds_left_out).to_string())
                 .more(holders(course))
                 .weighs(Weight::Attention, !holds.is_empty()),
-            Fact::new("Processes restarted", restart_log.len().to_string())
+            Fact::new("Processes restarted", restart_log.iter().filter(|end| end.restarted).count().to_string())
                 .weighs(Weight::Attention, !restart_log.is_empty()),
             Fact::new("Frames lost", format!("{lost} of {}", frames.published))
                 .more(lost_by)

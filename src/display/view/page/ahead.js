@@ -55,6 +55,18 @@ export function nextInWords(event, frame) {
   return `${event.what} ${walks(frame) ? 'in' : 'after'} ${left}`;
 }
 
+/**
+ * Show time at which the show gets no further: its end, or the guard's stop before it; `null` if it is unknown, or the guard has
+ * stopped the head already.
+ * @param {Pick<Show, 'frame' | 'status'>} show
+ * @param {number | null} end_s
+ */
+export function restOf({ frame, status }, end_s) {
+  const outlook = status?.outlook;
+  if (frame === null || outlook?.kind !== 'guard_stop' || (end_s !== null && end_s < outlook.time_s)) return end_s;
+  return outlook.time_s > frame.time_s + NOW_S ? outlook.time_s : null;
+}
+
 /** The wall time until the end in words; empty if it is unknown. @param {number | null} end_s @param {import('./frame.js').Frame | null} frame */
 export function leftInWords(end_s, frame) {
   if (end_s === null || frame === null || isOver(frame)) return '';

@@ -2,7 +2,7 @@
 // The page of `bench-dragon view`. It stores the view's messages in a Show and draws it: the plan at the screen's rate, only
 // after changes; the numbers and the timeline ten times a second.
 
-import { endOf, eventsAhead, leftInWords, nextInWords } from './ahead.js';
+import { endOf, eventsAhead, leftInWords, nextInWords, restOf } from './ahead.js';
 import { alertKey, listAlerts } from './alerts.js';
 import { Announcer } from './announcer.js';
 import { benchAt } from './boards.js';
@@ -170,7 +170,7 @@ function signs(stands, now_ms) {
   return {
     contact: contact(),
     clock: wallClock.text(now_ms),
-    left: stands.isLive ? leftInWords(endOf(show.runOfFrame(), timeline.times), show.frame) : '',
+    left: stands.isLive ? leftInWords(restOf(show, endOf(show.runOfFrame(), timeline.times)), show.frame) : '',
     next: next(),
     clearance: format.millimetres(show.frame?.nearest?.clearance_m),
   };

@@ -44,6 +44,7 @@ export function writeStrip(standing, signs, instance, show) {
   const tag = isLive ? signs.contact : '';
   dataset.level = standing.level;
   dataset.danger = String(tag !== '' || (isLive && standing.level === 'danger'));
+  dataset.contact = String(tag !== '');
   const shape = `#shape-${tag === '' ? standing.shape : 'danger'}`;
   for (const id of ['shape', 'wall-shape']) {
     const use = element(id, SVGUseElement);
@@ -68,11 +69,13 @@ function writeReason({ explanation, remedy }) {
   writeSentences(html('remedy-text'), fits || remedy === null ? '' : remedy);
 }
 
-/** @param {Standing} standing @param {Signs} signs @param {string} tag */
-function writeWall({ word }, { clock, left, next, clearance }, tag) {
+/** A danger other than a contact has its reason in place of the next event. @param {Standing} standing @param {Signs} signs @param {string} tag */
+function writeWall({ word, level, explanation }, { clock, left, next, clearance }, tag) {
+  const isReason = level === 'danger' && tag === '' && explanation !== '';
   write(html('wall-word'), tag === '' ? word : `${word} ${tag}`);
   write(html('wall-time'), clock);
   write(html('wall-left'), left);
-  write(html('wall-next'), next);
+  html('wall-next').classList.toggle('is-reason', isReason);
+  write(html('wall-next'), isReason ? explanation : next);
   write(html('wall-clearance'), `${clearance} mm`);
 }
