@@ -185,6 +185,45 @@ fn a_seek_into_another_recorded_run_begins_another_pass() {
     process.end().expect_clean();
 }
 
+#[test]
+fn a_sought_run_is_shown_at_once_however_far_it_is() {
+    let stage = Stage::new();
+    let recorder = stage.start(&["record", "a.mcap"]);
+    for start in ["100", "200"] {
+        stage
+            .serve(&["--rate", "100", "--start-at", start, "--until", &format!("{start}.8"), "--readers", "1"])
+            .summary();
+    }
+    recorder.terminate();
+    // At this pace, the time between the two runs takes minutes.
+    let (mut process, _) = replay(&stage, &["a.mcap", "--paused", "--stay", "--rate", "0.01", "--readers", "1"]);
+    let positions = ReplayStatusReader::open(stage.domain(), "test").expect("the replay has created the services");
+    let mut reader = Reader::join(&stage);
+    let begin = await_position(&positions, "the replay is paused", |status| status.paused == 1);
+    let in_second = (begin.length_ns as f64 / 1e9 - 0.4).to_string();
+    for (command, state) in [("pause", ShowState::Paused), ("resume", ShowState::Running)] {
+        ctl(&stage, &[command]);
+        for (position, is_there) in [(&*in_second, (|s| s > 200.0) as fn(f64) -> bool), ("0", |s| s < 101.0)] {
+            ctl(&stage, &["seek", position]);
+            let started = next_start(&mut process);
+            let shots = reader.read_until("the sought run is shown", |header| {
+                started["run_id"] == header.run_id && header.show_state() == Some(state)
+            });
+            assert!(is_there(shots.last().expect("a frame").header.sim_time_s()), "{position}");
+        }
+    }
+    ctl(&stage, &["seek", &in_second]);
+    let last = next_start(&mut process);
+    for (command, state) in [("pause", ShowState::Paused), ("resume", ShowState::Running)] {
+        ctl(&stage, &[command]);
+        reader.read_until("the replay obeys in the sought run", |header| {
+            last["run_id"] == header.run_id && header.show_state() == Some(state)
+        });
+    }
+    ctl(&stage, &["stop"]);
+    process.end().expect_clean();
+}
+
 fn next_start(process: &mut Process) -> Value {
     process.json_until("another pass begins", |line| line["type"] == "started").pop().expect("a line")
 }

@@ -1,6 +1,6 @@
 //! How the show stands: one word, how urgent it is, its cause, and what to do. Every display and `ctl status` show the same.
 
-use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, Status, TimecodeState};
+use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, SourceKind, Status, TimecodeState};
 use serde::Serialize;
 
 use super::contact::Contact;
@@ -99,6 +99,12 @@ impl Standing {
             Some(ShowState::Running) => Self::new(Level::Good, "RUNNING", "The dragon walks."),
             Some(ShowState::Stopping) => Self::new(Level::Caution, "STOPPING", stopping(snapshot)),
             Some(ShowState::Paused) => paused(snapshot.status.as_deref()),
+            Some(ShowState::Ready) if is_replayed(snapshot) => {
+                Self::new(Level::Calm, "READY", "The recorded show waited at its start here.")
+            }
+            Some(ShowState::Held) if is_replayed(snapshot) => {
+                Self::new(Level::Caution, "HELD", "The recorded show was held here.")
+            }
             Some(ShowState::Ready) if snapshot.guard == GuardSituation::Missing => {
                 Self::new(Level::Danger, "READY", "The dragon waits at its start, and no guard runs.")
                     .remedied("Start `bench-dragon monitor --guard` before the release.")
@@ -166,6 +172,11 @@ fn paused(status: Option<&Status>) -> Standing {
         }
         _ => standing("An operator has paused the show.").remedied("`resume` continues it."),
     }
+}
+
+/// Whether the show is a replayed one: nobody can release it, and no dragon walks.
+fn is_replayed(snapshot: &Snapshot) -> bool {
+    snapshot.replay.is_some() || snapshot.status.as_deref().and_then(Status::source_kind) == Some(SourceKind::Replay)
 }
 
 /// The standing of a held show. Waiting for the guard is calm; every other hold is a safety stop.
@@ -274,6 +285,20 @@ mod tests {
         let unguarded =
             Snapshot { guard: GuardSituation::Missing, ..snapshot(ShowState::Ready, none, GuardState::Missing) };
         assert_eq!(stands(&unguarded), (Level::Danger, "READY"));
+    }
+
+    #[test]
+    fn a_replayed_hold_is_that_of_the_recorded_show_and_has_no_remedy() {
+        for (state, level, cause) in [
+            (ShowState::Held, Level::Caution, "The recorded show was held here."),
+            (ShowState::Ready, Level::Calm, "The recorded show waited at its start here."),
+        ] {
+            let live = snapshot(state, Stops::default(), GuardState::None);
+            let status = live.status.as_deref().copied().unwrap_or_default();
+            let status = Status { source: SourceKind::Replay.to_wire(), ..status };
+            let standing = Standing::of(&Snapshot { status: Some(Arc::new(status)), ..live }, 0);
+            assert_eq!((standing.level, &*standing.cause, standing.remedy), (level, cause, None));
+        }
     }
 
     #[test]

@@ -197,12 +197,14 @@ impl<'a> Pass<'a> {
             self.replay.clock.begin_lap();
         }
         let Some(planned) = self.next.take() else { return Ok(()) };
+        let clock = self.replay.clock;
         let due_ns = self.replay.clock.due_ns(planned.due_ns, monotonic_ns());
         if self.wait_until(due_ns, stop) && !self.is_to_stand() {
             return self.play_frame(planned, due_ns);
         }
-        // The pause or the seek begins the clock anew.
-        self.replay.clock.begin_lap();
+        // The frame is not played now, so its due time does not count. The clock begins anew, at the present pace.
+        self.replay.clock = clock;
+        self.replay.clock.set_rate(self.replay.steering.pace);
         self.next = Some(planned);
         Ok(())
     }
@@ -295,6 +297,8 @@ impl<'a> Pass<'a> {
         self.early.clear();
         self.replay.sought_run = None;
         self.replay.read_from(position_ns)?;
+        // Also for another pass: the recorded times of its frames are far from those before the seek.
+        self.replay.clock.begin_elsewhere();
         let Some(run) = self.replay.next_run(stop)? else { return Ok(false) };
         let is_same = run.configuration.run_id == self.recorded_run_id() && run.bench_count == self.run.bench_count;
         if !is_same || run.lap != self.run.lap {
@@ -302,7 +306,6 @@ impl<'a> Pass<'a> {
             return Ok(false);
         }
         self.run = run;
-        self.replay.clock.begin_lap();
         // The next frame is shown at once, also by a paused replay.
         self.shown = None;
         Ok(true)

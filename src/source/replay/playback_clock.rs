@@ -46,6 +46,12 @@ impl PlaybackClock {
         (self.anchor, self.put_off) = (None, None);
     }
 
+    /// Begins elsewhere in the recording with the next frame. It is due now.
+    pub fn begin_elsewhere(&mut self) {
+        self.begin_lap();
+        self.last = None;
+    }
+
     /// Changes the rate, and begins anew with the next frame as [`PlaybackClock::begin_lap`].
     pub fn set_rate(&mut self, rate: f64) {
         self.rate = rate;
