@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::contact::Contact;
 use super::guard_situation::GuardSituation;
-use super::reader_lamps::{OPTIONAL, Readers};
+use super::reader_lamps::{MONITOR, OPTIONAL, Readers, hung_monitor_s};
 use super::recent_overruns::RecentOverruns;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
@@ -66,7 +66,7 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
         server(snapshot, &presence),
         source(snapshot, &presence),
         clearance(snapshot, now_ns, readers.is_live),
-        readers.lamp("monitor", "monitor", (LampLevel::Warning, "missing")),
+        readers.lamp("monitor", MONITOR, (LampLevel::Warning, "missing")),
         guard(snapshot, &presence),
         readers.recorder(),
         readers.lamp("psn", "bridge-psn", OPTIONAL),
@@ -165,6 +165,9 @@ fn guard(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
     }
     let (level, text) = match snapshot.guard {
         GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
+        GuardSituation::Working | GuardSituation::Waiting if hung_monitor_s(snapshot).is_some() => {
+            (LampLevel::Danger, "does not answer, ")
+        }
         GuardSituation::Working => (LampLevel::Good, ""),
         GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
         GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head permanently, "),

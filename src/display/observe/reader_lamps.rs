@@ -7,7 +7,8 @@ use bench_dragon_ipc::ReaderReport;
 use super::lamps::{Lamp, LampLevel};
 use super::snapshot::Snapshot;
 
-/// Names of the recorder and of a `show` among the readers.
+/// Names of the monitor, the recorder and a `show` among the readers.
+pub(super) const MONITOR: &str = "monitor";
 const RECORDER: &str = "record";
 pub(super) const SUPERVISOR: &str = "show";
 /// Age of a reader's last report, relative to the last frame, above which the reader hangs or was killed. A reader reports
@@ -108,6 +109,14 @@ pub(super) fn has_full_disk(snapshot: &Snapshot) -> bool {
     let ended = readers.newest(RECORDER).is_some_and(ReaderReport::has_full_disk);
     let waits = readers.awaited().any(|report| report.name() == SUPERVISOR && report.has_full_disk());
     !records && (ended || waits)
+}
+
+/// Time in seconds for which every monitor has been silent, if that is so long that they hang. The guard is part of a monitor.
+pub(super) fn hung_monitor_s(snapshot: &Snapshot) -> Option<f64> {
+    let monitors = snapshot.readers.awaited().filter(|report| report.name() == MONITOR);
+    let sent_ns = monitors.map(|report| report.sent_ns).max()?;
+    let age_ns = snapshot.header()?.published_ns.saturating_sub(sent_ns);
+    (age_ns > HANGS_NS).then_some(age_ns as f64 * 1e-9)
 }
 
 /// Returns a reader's name with its control characters replaced, since a terminal would execute them.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::contact::Contact;
 use super::guard_situation::GuardSituation;
 use super::lost_server::{remedy_of_hanging_server, remedy_of_lost_server};
-use super::reader_lamps::has_full_disk;
+use super::reader_lamps::{has_full_disk, hung_monitor_s};
 use super::show_forecast::ShowForecast;
 use super::snapshot::{Snapshot, SourcePresence};
 
@@ -116,7 +116,7 @@ impl Standing {
         }
     }
 
-    /// Adds a contact and a full disk, which are dangers in any state. The word stays the show's state.
+    /// Adds a contact, a guard that hangs and a full disk, which are dangers in any state. The word stays the show's state.
     fn with_dangers(mut self, snapshot: &Snapshot, now_ns: u64) -> Self {
         let walks = snapshot.state().is_some_and(ShowState::walks);
         let contact = Contact::of(snapshot, now_ns).map(|contact| {
@@ -126,7 +126,13 @@ impl Standing {
         });
         let full_disk = has_full_disk(snapshot)
             .then(|| ("The disk is full: the show is not recorded.".to_owned(), "Free some disk space.".to_owned()));
-        let dangers: Vec<(String, String)> = contact.into_iter().chain(full_disk).collect();
+        let hung_guard = hung_guard(snapshot);
+        if hung_guard.is_some() && self.level == Level::Calm {
+            // Nothing is to be awaited from a guard that hangs.
+            self.remedy = None;
+            self.cause = "The dragon stands.".to_owned();
+        }
+        let dangers: Vec<(String, String)> = contact.into_iter().chain(hung_guard).chain(full_disk).collect();
         let Some((_, remedy)) = dangers.first() else { return self };
         // The remedy of a safety stop comes after that of a contact.
         self.remedy = match self.remedy.filter(|_| self.level == Level::Danger) {
@@ -137,6 +143,15 @@ impl Standing {
         self.cause = causes.collect::<Vec<_>>().join(" ");
         Self { level: Level::Danger, ..self }
     }
+}
+
+/// The cause and the remedy if the guard's process exists, but no longer reports, and the head has travel ahead.
+fn hung_guard(snapshot: &Snapshot) -> Option<(String, String)> {
+    let is_needed = matches!(snapshot.guard, GuardSituation::Waiting | GuardSituation::Working);
+    let is_over = matches!(snapshot.state(), None | Some(ShowState::Finished | ShowState::Ended));
+    let silent_s = hung_monitor_s(snapshot).filter(|_| is_needed && !is_over)?;
+    let cause = format!("The guard does not answer: it has been silent for {silent_s:.0} s.");
+    Some((cause, "End `bench-dragon monitor --guard`, and start it again.".to_owned()))
 }
 
 fn stopping(snapshot: &Snapshot) -> String {
@@ -328,5 +343,29 @@ mod tests {
         let held = Standing::of(&bad(ShowState::Held, Stops { held: true, ..Stops::default() }), 0);
         assert_eq!(held.cause, format!("{dangers} An operator holds the show for safety."));
         assert!(held.remedy.is_some_and(|remedy| remedy.ends_with("walks on. A release lifts the hold.")));
+    }
+
+    #[test]
+    fn a_guard_that_hangs_is_red() {
+        let mut monitor = ReaderReport { frames: 1, sent_ns: 1_000_000_000, ..ReaderReport::default() };
+        monitor.set_name("monitor");
+        let mut readers = ReaderLog::default();
+        readers.push(monitor);
+        let at = |published_ns, state: ShowState, guard| {
+            let stops = Stops { guard_limit: state == ShowState::Held, ..Stops::default() };
+            let snapshot = snapshot(state, stops, GuardState::Running);
+            let header = FrameHeader { published_ns, ..*snapshot.header().expect("a frame") };
+            let live = Snapshot::live(header);
+            let hangs = Snapshot { readers: Arc::new(readers.clone()), status: snapshot.status, guard, ..live };
+            Standing::of(&hangs, 0)
+        };
+        let held = at(9_000_000_000, ShowState::Held, GuardSituation::Waiting);
+        assert_eq!((held.level, held.word), (Level::Danger, "HELD"));
+        assert_eq!(held.cause, "The guard does not answer: it has been silent for 8 s. The dragon stands.");
+        assert_eq!(held.remedy.as_deref(), Some("End `bench-dragon monitor --guard`, and start it again."));
+        let level = |published_ns, state, guard| at(published_ns, state, guard).level;
+        assert_eq!(level(9_000_000_000, ShowState::Running, GuardSituation::Working), Level::Danger);
+        assert_eq!(level(4_000_000_000, ShowState::Held, GuardSituation::Waiting), Level::Calm);
+        assert_eq!(level(9_000_000_000, ShowState::Finished, GuardSituation::Working), Level::Calm);
     }
 }
