@@ -1,6 +1,7 @@
 //! `ctl status`: prints the state of a running show, for people or as one JSON object.
 
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use bench_dragon_ipc::{Domain, FrameHeader, ShowState};
@@ -10,8 +11,8 @@ use serde::Serialize;
 use crate::command::flags::Format;
 use crate::command::print::{print_json, print_line};
 use crate::display::observe::{
-    Arrival, Controls, GuardSituation, Lamp, LampLevel, Level, Observer, ShowForecast, Snapshot, SourcePresence,
-    Standing, lamps,
+    Arrival, Controls, GuardSituation, Lamp, LampLevel, Level, Members, Observer, ShowForecast, Snapshot,
+    SourcePresence, Standing, lamps,
 };
 use crate::output::command_words::CommandWords;
 use crate::system::clock::monotonic_ns;
@@ -30,13 +31,19 @@ const LONGEST_NS: u64 = 4_000_000_000;
 /// Prints the status. The exit status is 0 if frames arrive and no lamp is red, else 1.
 pub(super) fn run(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
     let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
-    let mut newest = Snapshot { seen_ns: began_ns, ..Snapshot::default() };
-    Observer::new(domain, "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
-        if has_seen_enough(&snapshot, began_ns) {
-            stop.as_atomic().store(true, Ordering::Relaxed);
-        }
-        newest = snapshot;
-    });
+    let instance = domain.instance().to_string();
+    let mut newest = Snapshot { seen_ns: began_ns, instance, ..Snapshot::default() };
+    let members = Members::of(&domain);
+    // Joining the bus of a killed server would remove its remains, so that the next look would not find them.
+    if !members.has_lost_server() {
+        Observer::new(domain.clone(), "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
+            if has_seen_enough(&snapshot, began_ns) {
+                stop.as_atomic().store(true, Ordering::Relaxed);
+            }
+            newest = snapshot;
+        });
+    }
+    newest.members = Arc::new(members.still_there(&domain));
     let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
     match format {
         Format::Json => print_json(&report)?,

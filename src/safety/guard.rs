@@ -120,9 +120,13 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Whether the head is at its final rest in this frame. Call it after [`Guard::follow`] with the same frame.
+    /// Whether the head is at its final rest in this frame. Call it after [`Guard::follow`] with the same frame. A head that is
+    /// held at the end of the run rests there because of the run, and not because of the guard.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
         let travel_m = header.head_travel_m;
+        if travel_m >= self.dragon.end_travel_m() {
+            return false;
+        }
         let is_end = match &self.present {
             Some(Granting { proven, .. }) => proven.is_whole() && travel_m >= proven.end_m(),
             None => self.refused_m == Some(travel_m),
@@ -221,6 +225,25 @@ impl ClearanceCheck {
             (Some(expected), Some(measured)) => (expected.clearance_m - measured.clearance_m).abs() <= FAULT_M,
             (None, None) => self.dragon.dimensions().benches() < 3,
             _ => false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hold_at_the_end_of_the_run_is_not_the_stop_of_the_guard() {
+        let config =
+            Config::from_toml("[dragon]\nbenches = 2\n[monitor]\nguard = true\n").expect("a sound configuration");
+        let dragon: &Dragon = config.dragon();
+        let mut guard = Guard::new(dragon, &config, 7);
+        let head_travel_m = dragon.end_travel_m();
+        for state in [ShowState::Finished, ShowState::Held] {
+            let header = FrameHeader { run_id: 7, head_travel_m, state: state.to_wire(), ..FrameHeader::default() };
+            let _ = guard.follow(&header, None);
+            assert!(!guard.is_final(&header), "{state:?}");
         }
     }
 }

@@ -179,18 +179,19 @@ fn the_disk_of_a_standing_show_lasts_no_longer_than_that_of_a_walking_one() {
 }
 
 #[test]
-fn a_killed_guard_is_red_and_a_stopped_guard_lets_the_show_wait() {
+fn a_killed_guard_and_a_stopped_guard_are_red() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--guarded", "--start-at", "100"]);
     let guard = stage.start(&["monitor", "--guard"]);
     status_with(&stage, "a guarded walk", |json| json["state"] == "running" && lamp(json, "guard").0 == "good");
     guard.signal(Signal::STOP);
-    let (json, _) = status_with(&stage, "the end of the grant", |json| json["state"] == "held");
-    assert_eq!(json["standing"]["cause"], "The guard is proving the travel ahead.", "{json}");
-    assert_eq!(json["standing"]["level"], "calm", "{json}");
-    assert_eq!(lamp(&json, "guard").0, "warning", "{json}");
+    let (json, _) = status_with(&stage, "the end of the grant, and a guard that hangs", |json| {
+        json["state"] == "held" && lamp(json, "guard").0 == "danger"
+    });
+    assert_eq!(json["standing"]["level"], "danger", "{json}");
+    assert!(json["standing"]["cause"].as_str().is_some_and(|cause| cause.starts_with("The guard does not")), "{json}");
     guard.kill();
-    let (json, code) = status_with(&stage, "the missing guard", |json| lamp(json, "guard").0 == "danger");
+    let (json, code) = status_with(&stage, "the missing guard", |json| json["guard"]["kind"] == "missing");
     assert_eq!((code, &json["standing"]["level"]), (Some(1), &"danger".into()), "{json}");
     assert!(json["standing"]["cause"].as_str().is_some_and(|cause| cause.starts_with("No guard runs")), "{json}");
     assert!(json["standing"]["remedy"].as_str().is_some_and(|remedy| remedy.contains("monitor --guard")), "{json}");
@@ -332,5 +333,33 @@ fn without_a_server_nothing_proposes_to_start_the_papers_dragon() {
     let refused = stage.run(&["ctl", "pause"]);
     for text in [json["standing"]["remedy"].to_string(), refused.stderr] {
         assert!(text.contains("--config FILE") && text.contains("--held"), "{text}");
+    }
+}
+
+#[test]
+fn a_fresh_look_finds_a_stopped_recorder_and_a_stopped_or_killed_server() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let recorder = stage.start(&["record", "show.mcap"]);
+    status_with(&stage, "the recorder", |json| lamp(json, "recorder").0 == "good");
+    recorder.signal(Signal::STOP);
+    status_with(&stage, "the stopped recorder", |json| {
+        let (level, text) = lamp(json, "recorder");
+        level == "danger" && text.starts_with("does not report (pid ")
+    });
+    recorder.signal(Signal::CONT);
+    recorder.terminate();
+    server.process.signal(Signal::STOP);
+    status_with(&stage, "the stopped server", |json| {
+        json["standing"]["word"] == "SILENT"
+            && json["standing"]["level"] == "danger"
+            && lamp(json, "server").0 == "danger"
+    });
+    server.process.signal(Signal::CONT);
+    server.process.kill();
+    // Looking does not remove what the look finds.
+    for _ in 0..2 {
+        let (json, code) = status(&stage);
+        assert_eq!((code, &json["standing"]["word"]), (Some(1), &"SERVER LOST".into()), "{json}");
     }
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::contact::Contact;
 use super::guard_situation::GuardSituation;
-use super::reader_lamps::{OPTIONAL, Readers};
+use super::reader_lamps::{MONITOR, OPTIONAL, Readers, hung_monitor};
 use super::recent_overruns::RecentOverruns;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
@@ -63,11 +63,11 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
     let presence = snapshot.presence_at(now_ns);
     let readers = Readers { snapshot, now_ns, is_live: presence == SourcePresence::Live };
     vec![
-        server(snapshot, &presence),
+        server(snapshot, &presence, now_ns),
         source(snapshot, &presence),
         clearance(snapshot, now_ns, readers.is_live),
-        readers.lamp("monitor", "monitor", (LampLevel::Warning, "missing")),
-        guard(snapshot, &presence),
+        readers.lamp("monitor", MONITOR, (LampLevel::Warning, "missing")),
+        guard(snapshot, &presence, now_ns),
         readers.recorder(),
         readers.lamp("psn", "bridge-psn", OPTIONAL),
         readers.lamp("osc", "bridge-osc", OPTIONAL),
@@ -77,11 +77,14 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
     ]
 }
 
-fn server(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
+fn server(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Lamp {
+    let is_silent = snapshot.is_silent_from_the_start(now_ns);
     let age_s = presence.age_s().unwrap_or_default();
     let (level, text) = match presence {
         SourcePresence::Live => return live_server(snapshot),
+        SourcePresence::Waiting if is_silent => (LampLevel::Danger, "silent".to_owned()),
         SourcePresence::Waiting if snapshot.has_source => (LampLevel::Warning, "no frame yet".to_owned()),
+        SourcePresence::Waiting if snapshot.members.has_lost_server() => (LampLevel::Danger, "lost".to_owned()),
         SourcePresence::Waiting => (LampLevel::Danger, "no server".to_owned()),
         SourcePresence::Silent { .. } => (LampLevel::Danger, format!("silent for {age_s:.1} s")),
         SourcePresence::Gone { .. } => (LampLevel::Danger, format!("lost {age_s:.1} s ago")),
@@ -159,12 +162,15 @@ fn source(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
     Lamp::new("source", level, text)
 }
 
-fn guard(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {
+fn guard(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Lamp {
     if let Some(text) = unknown(presence) {
         return Lamp::new("guard", LampLevel::Off, text);
     }
     let (level, text) = match snapshot.guard {
         GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
+        GuardSituation::Working | GuardSituation::Waiting if hung_monitor(snapshot, now_ns).is_some() => {
+            (LampLevel::Danger, "does not answer, ")
+        }
         GuardSituation::Working => (LampLevel::Good, ""),
         GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
         GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head permanently, "),

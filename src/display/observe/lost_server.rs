@@ -15,7 +15,7 @@ pub(super) fn remedy_of_lost_server(snapshot: &Snapshot, age_s: f64) -> String {
     if has_show(snapshot) && age_s <= RESTARTED_S {
         return "`show` starts it again, held where the dragon stood: then release.".to_owned();
     }
-    format!("Start it again where the dragon stood, held: `{}`.", restart(snapshot))
+    format!("`{}` starts it again where the dragon stood, held.", restart(snapshot))
 }
 
 /// The remedy for a server that exists, but publishes nothing.
@@ -23,13 +23,15 @@ pub(super) fn remedy_of_hanging_server(snapshot: &Snapshot) -> String {
     if has_show(snapshot) {
         return "`show` starts it again after five seconds, held where the dragon stood: then release.".to_owned();
     }
-    let pid = snapshot.status.as_ref().map_or("PID".to_owned(), |status| status.pid.to_string());
-    format!("Continue it, `kill -CONT {pid}`; or kill it, and start it again: `{}`.", restart(snapshot))
+    let pid = snapshot.status.as_ref().map(|status| status.pid).or(snapshot.members.source);
+    let pid = pid.map_or("PID".to_owned(), |pid| pid.to_string());
+    format!("Continue it, `kill -CONT {pid}`; or kill it, and `{}` starts it again, held.", restart(snapshot))
 }
 
 /// Whether a `show` supervises the server. It is a reader of the frames.
 fn has_show(snapshot: &Snapshot) -> bool {
-    snapshot.readers.awaited().any(|report| report.name() == SUPERVISOR)
+    let reports = snapshot.readers.awaited().any(|report| report.name() == SUPERVISOR);
+    reports || snapshot.members.has(SUPERVISOR)
 }
 
 /// The command that starts a server where the last frame stood. The configuration's file is not known.
@@ -44,6 +46,8 @@ fn restart(snapshot: &Snapshot) -> String {
         if is_elsewhere {
             words.push(format!("--start-travel={}", (header.head_travel_m * 1e3).round() / 1e3));
         }
+    } else {
+        words.push("--start-at=SECONDS".to_owned());
     }
     let guard = snapshot.status.as_deref().and_then(Status::guard_state);
     if guard.is_some_and(|guard| guard != GuardState::None) {
@@ -80,19 +84,16 @@ mod tests {
     fn a_lone_server_is_started_again_where_it_stood_and_held() {
         let of = |snapshot: &Snapshot| remedy_of_lost_server(snapshot, 1.0);
         let lone = at(123_456_700_000, 123.456_7, GuardState::None);
-        let expected = "Start it again where the dragon stood, held: `bench-dragon serve --config FILE --held --start-at=123.457`.";
+        let expected = "`bench-dragon serve --config FILE --held --start-at=123.457` starts it again where the dragon stood, held.";
         assert_eq!(of(&lone), expected);
         let slowed = Snapshot { instance: "main".to_owned(), ..at(123_456_700_000, 100.0, GuardState::Running) };
         assert!(
-            of(&slowed).ends_with("--start-at=123.457 --start-travel=100 --guarded --instance main`."),
+            of(&slowed).ends_with("--start-at=123.457 --start-travel=100 --guarded --instance main` starts it again where the dragon stood, held."),
             "{}",
             of(&slowed)
         );
         let hanging = remedy_of_hanging_server(&lone);
-        assert!(
-            hanging.starts_with("Continue it, `kill -CONT 12`; or kill it, and start it again: `bench"),
-            "{hanging}"
-        );
+        assert!(hanging.starts_with("Continue it, `kill -CONT 12`; or kill it, and `bench"), "{hanging}");
     }
 
     #[test]

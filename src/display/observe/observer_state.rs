@@ -188,7 +188,9 @@ impl ObserverState {
         let (status, replay) = (self.current_status(), self.replay);
         let statistics = self.counter.statistics(now_ns).clone();
         let recent_overruns = status.as_deref().map(|status| self.overruns.recent(status)).unwrap_or_default();
-        let mut snapshot = Snapshot { seen_ns: now_ns, statistics, recent_overruns, ..self.seen.clone() };
+        let hears_source = self.status.is_some();
+        let seen = self.seen.clone();
+        let mut snapshot = Snapshot { seen_ns: now_ns, hears_source, statistics, recent_overruns, ..seen };
         if let Some((run, frame)) = self.current_run() {
             snapshot.run = Some(Arc::clone(&run.run));
             snapshot.least = run.least;

@@ -7,7 +7,8 @@ use bench_dragon_ipc::ReaderReport;
 use super::lamps::{Lamp, LampLevel};
 use super::snapshot::Snapshot;
 
-/// Names of the recorder and of a `show` among the readers.
+/// Names of the monitor, the recorder and a `show` among the readers.
+pub(super) const MONITOR: &str = "monitor";
 const RECORDER: &str = "record";
 pub(super) const SUPERVISOR: &str = "show";
 /// Age of a reader's last report, relative to the last frame, above which the reader hangs or was killed. A reader reports
@@ -85,6 +86,11 @@ impl Readers<'_> {
             let is_early = since_ns.is_none_or(|since_ns| self.now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS);
             // Readers report only while frames arrive.
             let (level, text) = if is_early || !self.is_live { (LampLevel::Off, "unknown yet") } else { missing };
+            let unheard = self.snapshot.members.unheard(reader);
+            let has_ended = self.snapshot.readers.newest(reader).is_some();
+            if let Some(unheard) = unheard.filter(|_| !is_early && self.is_live && !has_ended) {
+                return Lamp::new(name, LampLevel::Danger, unheard);
+            }
             return Lamp::new(name, level, text);
         };
         let published_ns = self.snapshot.header().map_or(0, |header| header.published_ns);
@@ -108,6 +114,18 @@ pub(super) fn has_full_disk(snapshot: &Snapshot) -> bool {
     let ended = readers.newest(RECORDER).is_some_and(ReaderReport::has_full_disk);
     let waits = readers.awaited().any(|report| report.name() == SUPERVISOR && report.has_full_disk());
     !records && (ended || waits)
+}
+
+/// How long every monitor has been silent, in a few words, if that is so long that they hang. The guard is part of a monitor.
+pub(super) fn hung_monitor(snapshot: &Snapshot, now_ns: u64) -> Option<String> {
+    let monitors = snapshot.readers.awaited().filter(|report| report.name() == MONITOR);
+    let Some(sent_ns) = monitors.map(|report| report.sent_ns).max() else {
+        let read_ns = snapshot.reading_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns));
+        let is_unheard = snapshot.members.has(MONITOR) && snapshot.readers.newest(MONITOR).is_none();
+        return (is_unheard && read_ns >= FIRST_REPORTS_NS).then(|| "it does not report".to_owned());
+    };
+    let age_ns = snapshot.header()?.published_ns.saturating_sub(sent_ns);
+    (age_ns > HANGS_NS).then(|| format!("it has been silent for {:.0} s", age_ns as f64 * 1e-9))
 }
 
 /// Returns a reader's name with its control characters replaced, since a terminal would execute them.
@@ -211,5 +229,25 @@ mod tests {
             check(&lost, name, LampLevel::Off, "unknown without frames");
         }
         check(&lost, "readers", LampLevel::Off, "no lost frames");
+    }
+
+    #[test]
+    fn a_recorder_that_was_stopped_or_killed_before_the_first_look_is_red() {
+        use std::sync::Arc;
+
+        use bench_dragon_ipc::NodeEntry;
+
+        use crate::display::observe::Members;
+
+        let record = || vec![NodeEntry { name: "record".to_owned(), pid: Some(7) }];
+        let of = |members, reports: &[ReaderReport]| Snapshot {
+            members: Arc::new(members),
+            ..snapshot(&Status::default(), reports)
+        };
+        let stopped = Members { living: record(), ..Members::default() };
+        check(&of(stopped.clone(), &[]), "recorder", LampLevel::Danger, "does not report (pid 7)");
+        check(&of(stopped, &[report("record", 1)]), "recorder", LampLevel::Good, "runs");
+        let killed = Members { dead: record(), ..Members::default() };
+        check(&of(killed, &[]), "recorder", LampLevel::Danger, "was killed");
     }
 }

@@ -13,7 +13,7 @@ use crate::safety::forecast::Forecast;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum ShowForecast {
-    /// No forecast exists, or the run has ended.
+    /// No forecast exists, or the head is at the end of the run.
     #[default]
     Unknown,
     /// No contact and no stop by the guard occurs up to this arrival. The search may continue.
@@ -60,7 +60,9 @@ impl ShowForecast {
     ) -> Self {
         match state {
             Some(ShowState::Stopping) => return Self::of_stopping(forecast, motion, end_m, guarded),
-            Some(ShowState::Ended) => return Self::Unknown,
+            Some(ShowState::Finished | ShowState::Ended) => return Self::Unknown,
+            // A head that is held at the end of the run has nothing ahead.
+            _ if motion.clock.travel_m >= end_m => return Self::Unknown,
             _ => {}
         }
         let abandoned = guarded.filter(|status| status.guard_state() == Some(GuardState::Missing));
@@ -191,7 +193,10 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_has_ended_has_no_forecast() {
+    fn a_run_that_is_over_has_no_forecast() {
+        assert_eq!(ahead(None, ShowState::Finished, None), ShowForecast::Unknown);
+        let held_at_end = ShowForecast::of(&forecast(None), &motion(), Some(ShowState::Held), 10.0, None);
+        assert_eq!(held_at_end, ShowForecast::Unknown);
         assert_eq!(ahead(Some(13.0), ShowState::Ended, None), ShowForecast::Unknown);
     }
 

@@ -13,6 +13,7 @@ use super::event_logs::{AlertLog, CommandHistory};
 use super::frame_statistics::FrameStatistics;
 use super::guard_situation::GuardSituation;
 use super::head_motion::{Arrival, TravelClock};
+use super::members::Members;
 use super::planned_clearance::PlannedClearance;
 use super::reader_log::ReaderLog;
 use super::recent_overruns::RecentOverruns;
@@ -39,6 +40,9 @@ pub struct LeastClearance {
 /// Greatest age of a current snapshot, in nanoseconds. The observer makes several per second, also without frames.
 const FRESH_NS: u64 = 1_000_000_000;
 
+/// Longest wait for the first frame or status of a source whose process exists, in nanoseconds.
+const FIRST_FRAME_NS: u64 = 2_000_000_000;
+
 /// All that an observer shows at one instant.
 #[derive(Clone, Debug, Default)]
 #[expect(missing_docs, reason = "the types of the fields describe them")]
@@ -51,6 +55,10 @@ pub struct Snapshot {
     pub instance: String,
     /// Whether the process of a source exists.
     pub has_source: bool,
+    /// Whether a status of a source has arrived, also without a frame.
+    pub hears_source: bool,
+    /// The processes on the bus when the observer joined it; empty for an observer that reads the bus all the time.
+    pub members: Arc<Members>,
     /// Instant since which the bus is read, in nanoseconds of `CLOCK_MONOTONIC`; `None` while it cannot be read.
     pub reading_since_ns: Option<u64>,
     /// The newest frame; after the source's end, its last frame.
@@ -97,6 +105,14 @@ impl Snapshot {
     /// The header of the frame.
     pub fn header(&self) -> Option<&FrameHeader> {
         self.frame.as_ref().map(|frame| &frame.header)
+    }
+
+    /// Whether a source's process exists that has sent neither a frame nor a status while the bus was read: it hangs, or was
+    /// suspended before.
+    pub(super) fn is_silent_from_the_start(&self, now_ns: u64) -> bool {
+        let read_ns = self.reading_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns));
+        let is_waiting = self.presence == SourcePresence::Waiting && self.has_source;
+        is_waiting && !self.hears_source && read_ns >= FIRST_FRAME_NS
     }
 
     /// The state of the show according to the newest frame; `Ended` if the last status reports the end.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::contact::Contact;
 use super::guard_situation::GuardSituation;
 use super::lost_server::{remedy_of_hanging_server, remedy_of_lost_server};
-use super::reader_lamps::has_full_disk;
+use super::reader_lamps::{has_full_disk, hung_monitor};
 use super::show_forecast::ShowForecast;
 use super::snapshot::{Snapshot, SourcePresence};
 
@@ -53,7 +53,7 @@ pub struct Standing {
 impl Standing {
     /// The standing of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds.
     pub fn of(snapshot: &Snapshot, now_ns: u64) -> Self {
-        let standing = match Self::of_link(snapshot, &snapshot.presence_at(now_ns)) {
+        let standing = match Self::of_link(snapshot, &snapshot.presence_at(now_ns), now_ns) {
             Some(standing) => return standing,
             None => Self::of_state(snapshot),
         };
@@ -69,15 +69,23 @@ impl Standing {
     }
 
     /// The standing of a show whose frames do not arrive; `None` if they do.
-    fn of_link(snapshot: &Snapshot, presence: &SourcePresence) -> Option<Self> {
+    fn of_link(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Option<Self> {
         let age_s = presence.age_s().unwrap_or_default();
         Some(match presence {
             SourcePresence::Live => return None,
+            SourcePresence::Waiting if snapshot.is_silent_from_the_start(now_ns) => {
+                let cause = "The server's process exists, but sends nothing.";
+                Self::new(Level::Danger, "SILENT", cause).remedied(remedy_of_hanging_server(snapshot))
+            }
             SourcePresence::Waiting if snapshot.has_source => {
                 Self::new(Level::Caution, "WAITING", "The server has published no frame yet.")
             }
+            SourcePresence::Waiting if snapshot.members.has_lost_server() => {
+                let cause = "The server was killed, and its last frame is not known.";
+                Self::new(Level::Danger, "SERVER LOST", cause).remedied(remedy_of_lost_server(snapshot, age_s))
+            }
             SourcePresence::Waiting => {
-                let start = "Start the show, standing still: `bench-dragon show --config FILE --held`.";
+                let start = "Start the show with `bench-dragon show --config FILE --held`: it then stands still.";
                 Self::new(Level::Caution, "WAITING", "There is no server.").remedied(start)
             }
             SourcePresence::Silent { .. } => {
@@ -122,7 +130,7 @@ impl Standing {
         }
     }
 
-    /// Adds a contact and a full disk, which are dangers in any state. The word stays the show's state.
+    /// Adds a contact, a guard that hangs and a full disk, which are dangers in any state. The word stays the show's state.
     fn with_dangers(mut self, snapshot: &Snapshot, now_ns: u64) -> Self {
         let walks = snapshot.state().is_some_and(ShowState::walks);
         let contact = Contact::of(snapshot, now_ns).map(|contact| {
@@ -132,7 +140,13 @@ impl Standing {
         });
         let full_disk = has_full_disk(snapshot)
             .then(|| ("The disk is full: the show is not recorded.".to_owned(), "Free some disk space.".to_owned()));
-        let dangers: Vec<(String, String)> = contact.into_iter().chain(full_disk).collect();
+        let hung_guard = hung_guard(snapshot, now_ns);
+        if hung_guard.is_some() && self.level == Level::Calm {
+            // Nothing is to be awaited from a guard that hangs.
+            self.remedy = None;
+            self.cause = "The dragon stands.".to_owned();
+        }
+        let dangers: Vec<(String, String)> = contact.into_iter().chain(hung_guard).chain(full_disk).collect();
         let Some((_, remedy)) = dangers.first() else { return self };
         // The remedy of a safety stop comes after that of a contact.
         self.remedy = match self.remedy.filter(|_| self.level == Level::Danger) {
@@ -143,6 +157,15 @@ impl Standing {
         self.cause = causes.collect::<Vec<_>>().join(" ");
         Self { level: Level::Danger, ..self }
     }
+}
+
+/// The cause and the remedy if the guard's process exists, but no longer reports, and the head has travel ahead.
+fn hung_guard(snapshot: &Snapshot, now_ns: u64) -> Option<(String, String)> {
+    let is_needed = matches!(snapshot.guard, GuardSituation::Waiting | GuardSituation::Working);
+    let is_over = matches!(snapshot.state(), None | Some(ShowState::Finished | ShowState::Ended));
+    let silence = hung_monitor(snapshot, now_ns).filter(|_| is_needed && !is_over)?;
+    let cause = format!("The guard does not answer: {silence}.");
+    Some((cause, "End `bench-dragon monitor --guard`, and start it again.".to_owned()))
 }
 
 fn stopping(snapshot: &Snapshot) -> String {
@@ -353,5 +376,50 @@ mod tests {
         let held = Standing::of(&bad(ShowState::Held, Stops { held: true, ..Stops::default() }), 0);
         assert_eq!(held.cause, format!("{dangers} An operator holds the show for safety."));
         assert!(held.remedy.is_some_and(|remedy| remedy.ends_with("walks on. A release lifts the hold.")));
+    }
+
+    #[test]
+    fn a_guard_that_hangs_is_red() {
+        let mut monitor = ReaderReport { frames: 1, sent_ns: 1_000_000_000, ..ReaderReport::default() };
+        monitor.set_name("monitor");
+        let mut readers = ReaderLog::default();
+        readers.push(monitor);
+        let at = |published_ns, state: ShowState, guard| {
+            let stops = Stops { guard_limit: state == ShowState::Held, ..Stops::default() };
+            let snapshot = snapshot(state, stops, GuardState::Running);
+            let header = FrameHeader { published_ns, ..*snapshot.header().expect("a frame") };
+            let live = Snapshot::live(header);
+            let hangs = Snapshot { readers: Arc::new(readers.clone()), status: snapshot.status, guard, ..live };
+            Standing::of(&hangs, 0)
+        };
+        let held = at(9_000_000_000, ShowState::Held, GuardSituation::Waiting);
+        assert_eq!((held.level, held.word), (Level::Danger, "HELD"));
+        assert_eq!(held.cause, "The guard does not answer: it has been silent for 8 s. The dragon stands.");
+        assert_eq!(held.remedy.as_deref(), Some("End `bench-dragon monitor --guard`, and start it again."));
+        let level = |published_ns, state, guard| at(published_ns, state, guard).level;
+        assert_eq!(level(9_000_000_000, ShowState::Running, GuardSituation::Working), Level::Danger);
+        assert_eq!(level(4_000_000_000, ShowState::Held, GuardSituation::Waiting), Level::Calm);
+        assert_eq!(level(9_000_000_000, ShowState::Finished, GuardSituation::Working), Level::Calm);
+    }
+
+    #[test]
+    fn a_server_that_was_lost_before_the_first_look_is_red() {
+        use bench_dragon_ipc::NodeEntry;
+
+        use crate::display::observe::Members;
+
+        let serve = NodeEntry { name: "serve".to_owned(), pid: Some(7) };
+        let lost = Members { dead: vec![serve.clone()], ..Members::default() };
+        let of = |members: &Members| Snapshot { members: Arc::new(members.clone()), ..Snapshot::default() };
+        let standing = Standing::of(&of(&lost), 0);
+        assert_eq!((standing.level, standing.word), (Level::Danger, "SERVER LOST"));
+        assert!(standing.remedy.is_some_and(|remedy| remedy.contains("serve --config FILE --held --start-at=SECONDS")));
+        let suspended = Members { source: Some(7), has_source: true, living: vec![serve], ..Members::default() };
+        let read = Snapshot { has_source: true, reading_since_ns: Some(0), seen_ns: 2_000_000_000, ..of(&suspended) };
+        let standing = Standing::of(&read, read.seen_ns);
+        assert_eq!((standing.level, standing.word), (Level::Danger, "SILENT"));
+        assert!(standing.remedy.is_some_and(|remedy| remedy.contains("kill -CONT 7")));
+        let starts = Snapshot { hears_source: true, ..read.clone() };
+        assert_eq!(Standing::of(&starts, read.seen_ns).word, "WAITING");
     }
 }

@@ -68,7 +68,7 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
     let touching = |at: Arrival, [one, another]: [usize; 2]| format!("{one}-{another} at {:.3} s", at.time_s);
     let standing = |at: Arrival| format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s);
     let (good, caution, danger) = (Some(Tone::Good), Some(Tone::Caution), Some(Tone::Danger));
-    let has_ended = snapshot.state() == Some(ShowState::Ended);
+    let has_ended = matches!(snapshot.state(), Some(ShowState::Finished | ShowState::Ended));
     let (name, value, tone, detail) = match (snapshot.guard, snapshot.forecast) {
         (GuardSituation::AtEnd { for_good }, _) => {
             let detail = if for_good { "only a seek moves it" } else { "until timecode moves" };
