@@ -166,6 +166,10 @@ fn transforms_of_css_are_applied_or_refused() {
         ("<style><![CDATA[ g > path { transform: translate(1in, 2px) } ]]></style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<path style=\"transform-box:fill-box;transform:translate(3px)\" d=\"M0 0h10\"/>", 10.0),
         ("<path style=\"d: path('M0 0h33')\" d=\"M0 0h10\"/>", 33.0),
+        ("<path style=\"/* c */transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
+        ("<path style=\"/*x;*/d:path('M0 0h33')\" d=\"M0 0h10\"/>", 33.0),
+        ("<path style=\"/*x*/display:none\" d=\"M0 0h99\"/><path d=\"M0 0h10\"/>", 10.0),
+        ("<style>g { path { fill: red } }</style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<circle style=\"r:7px\" cx=\"20\" cy=\"20\" r=\"1\"/>", 43.982_297),
         (
             "<style>@media print { path { display: none } } @font-face { src: x } a:hover { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
@@ -199,6 +203,10 @@ fn transforms_of_css_are_applied_or_refused() {
         (
             "<style>path:nth-child(2) { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
             "has a style sheet with \"path:nth-child(2)\"",
+        ),
+        (
+            "<style>g{ path{transform:scale(2)} }</style><g><path d=\"M0 0h10\"/></g>",
+            "has a style sheet with \"g { path{transform:scale(2)}",
         ),
         (
             "<style>@media screen { path { transform: scale(2) } }</style><path d=\"M0 0h10\"/>",

@@ -15,7 +15,7 @@ use usvg::roxmltree::{Attribute, Document, Node, NodeId};
 use super::super::DrawingFileError;
 use super::css_transform;
 use super::quoted;
-use super::style::{Faults, Sheets, sheet_texts};
+use super::style::{Faults, Sheets, style_texts};
 
 /// Begins the id of an element in the reduced file.
 const PREFIX: &str = "n";
@@ -91,7 +91,7 @@ pub(super) fn reduced<'a>(
     document: &'a Document<'a>,
     by_id: &HashMap<&'a str, Node<'a, 'a>>,
 ) -> Result<Reduced, DrawingFileError> {
-    let texts = sheet_texts(document);
+    let texts = style_texts(document);
     // The texts live as long as the sheets, and the sheets as long as this call.
     let sheets = Sheets::of(&texts);
     require_few(document, by_id)?;

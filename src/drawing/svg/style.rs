@@ -65,20 +65,29 @@ struct Rule<'a> {
     properties: Vec<Property<'a>>,
 }
 
+/// The texts of a file's styles, without comments.
+pub(super) struct StyleTexts {
+    sheets: Vec<String>,
+    /// Those of `style` attributes that have a comment.
+    attributes: HashMap<NodeId, String>,
+}
+
 /// All style sheets of a file.
 #[derive(Default)]
 pub(super) struct Sheets<'a> {
     rules: Vec<Rule<'a>>,
+    /// `style` attributes that have a comment, without it.
+    attributes: Option<&'a HashMap<NodeId, String>>,
     /// The first rule about the place of a shape that cannot be applied, in words.
     unknown: Option<String>,
     steps: Cell<u64>,
 }
 
 impl<'a> Sheets<'a> {
-    /// The sheets of a document. `texts` has their text without comments.
-    pub(super) fn of(texts: &'a [String]) -> Self {
-        let mut sheets = Self::default();
-        for text in texts {
+    /// The sheets of a document.
+    pub(super) fn of(texts: &'a StyleTexts) -> Self {
+        let mut sheets = Self { attributes: Some(&texts.attributes), ..Self::default() };
+        for text in &texts.sheets {
             sheets.read(text);
         }
         // Later rules win over earlier ones with the same specificity: the order is stable.
@@ -95,6 +104,10 @@ impl<'a> Sheets<'a> {
                 if !is_neutral(prelude) && places(block) {
                     self.refuse(prelude);
                 }
+                continue;
+            }
+            if find_outside_strings(block, |char| char == '{').is_some() && places(block) {
+                self.refuse(&format!("{prelude} {{ {}", block.trim_start()));
                 continue;
             }
             if properties.is_empty() {
@@ -137,7 +150,9 @@ impl<'a> Sheets<'a> {
                 rule.properties.iter().for_each(&mut add);
             }
         }
-        declared(node.attribute("style").unwrap_or_default()).iter().for_each(&mut add);
+        let without_comment = self.attributes.and_then(|attributes| attributes.get(&node.id()));
+        let style = without_comment.map_or(node.attribute("style").unwrap_or_default(), |style| style);
+        declared(style).iter().for_each(&mut add);
         if self.steps.get() >= MAX_STEPS {
             let rules = self.rules.len();
             return Err(format!(
@@ -148,15 +163,20 @@ impl<'a> Sheets<'a> {
     }
 }
 
-/// The texts of a document's style sheets, without comments.
-pub(super) fn sheet_texts(document: &Document<'_>) -> Vec<String> {
+/// The texts of a document's styles.
+pub(super) fn style_texts(document: &Document<'_>) -> StyleTexts {
     let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
     let css = sheets.filter(|node| node.attribute("type").is_none_or(|kind| kind.trim() == "text/css"));
-    css.map(|node| {
+    let sheets = css.map(|node| {
         let texts = node.children().filter_map(|child| child.text());
         without_comments(&texts.collect::<String>())
-    })
-    .collect()
+    });
+    let styles = document.descendants().filter_map(|node| Some((node.id(), node.attribute("style")?)));
+    let commented = styles.filter(|(_, style)| style.contains("/*"));
+    StyleTexts {
+        sheets: sheets.collect(),
+        attributes: commented.map(|(id, style)| (id, without_comments(style))).collect(),
+    }
 }
 
 fn without_comments(text: &str) -> String {
