@@ -152,6 +152,51 @@ fn columns_are_found_by_name_or_refused_with_the_known_names() {
 }
 
 #[test]
+fn rows_and_names_of_a_table_fit_or_are_refused() {
+    for (text, reason) in [
+        ("x,y\n0,5,0,5\n100,5,20,7\n", "line 2 is \"0,5,0,5\", with 4 columns, must have 2 as the first row"),
+        ("x,y,x\n0,5,0\n100,5,20\n", "has several columns \"x\", must have one"),
+        ("lon,lat,lat\n0,5,0\n100,5,20\n", "has several columns \"lat\", must have one"),
+    ] {
+        assert_refused(&of_text("a.csv", text, ""), reason);
+    }
+    assert_length(&of_text("a.csv", "x,y\n0,5,\n100,5,,\n", "").expect_clean().last_json(), 100.0);
+}
+
+#[test]
+fn sizes_are_applied_or_refused() {
+    let page = |style: &str, body: &str| svg(body).replacen("<svg", &format!("<svg {style}"), 1);
+    let path = "<path d=\"M40 40H140\"/>";
+    for (text, keys, length_m) in [
+        (page("style=\"width:800px;height:800px\"", path), "", 200.0),
+        (page("style=\"width:100%;height:auto\"", path), "", 100.0),
+        (svg(&format!("<style>svg {{ width: 800px; height: 800px }}</style>{path}")), "", 200.0),
+        (page("style=\"width:800mm;height:800mm\"", path), "scale = \"1:100\"", 20.0),
+        (svg("<g font-size=\"10px\"><rect width=\"2em\" height=\"3em\"/></g>"), "corner_radius_m = 1", 98.283_185),
+    ] {
+        assert_length(&of_text("a.svg", &text, keys).expect_clean().last_json(), length_m);
+    }
+    let symbol = |keys: &str, body: &str, used: &str| {
+        svg(&format!("<symbol id=\"a\" viewBox=\"0 0 100 100\" {keys}>{body}</symbol><use href=\"#a\" {used}/>"))
+    };
+    let path = "<path d=\"M4 4H14\"/>";
+    let share = "has a size in per cent, which is not supported with a symbol";
+    for (text, reason) in [
+        (page("style=\"width:50vw\"", path), "has the property width \"50vw\", which is not supported for the page"),
+        (symbol("", path, "width=\"50%\" height=\"50%\""), share),
+        (symbol("width=\"50%\"", path, ""), share),
+        (symbol("", "<line x2=\"50%\" y2=\"0\"/>", ""), share),
+        (symbol("", "<svg viewBox=\"0 0 9 9\"><path d=\"M4 4H14\"/></svg>", ""), share),
+        (
+            svg("<circle cx=\"20\" cy=\"20\" r=\"1em\"/>"),
+            "the element <circle> has a length in em or ex, but no font-size: use another unit",
+        ),
+    ] {
+        assert_refused(&of_text("a.svg", &text, ""), reason);
+    }
+}
+
+#[test]
 fn transforms_of_css_are_applied_or_refused() {
     assert_length(&kept("css_transform.svg", "metres_per_unit = 1"), 200.0);
     for (body, length_m) in [

@@ -22,7 +22,7 @@ use usvg::{Group, Options, Transform, Tree};
 use super::{DrawingFileError, ListedPath, PathChoice, listed, quoted};
 use page::unit_m;
 use path_data::{numbers_fault, wrong_data};
-use reduced::{Reduced, by_id, element, reduced, target};
+use reduced::{Reduced, Sizes, by_id, element, reduced, target};
 use shape::local;
 use style::Faults;
 
@@ -57,6 +57,7 @@ struct File<'a> {
     fault: Option<String>,
     /// Data of paths that a style sets.
     data: HashMap<NodeId, String>,
+    sizes: Sizes,
 }
 
 /// The path of a file. A unit is a pixel of SVG: a unit of the outermost coordinate system, of which 96 are an inch.
@@ -83,12 +84,12 @@ pub(super) fn list(text: &str, choice: &PathChoice<'_>) -> Result<Vec<ListedPath
 impl<'a> File<'a> {
     fn read(document: &'a Document<'a>) -> Result<Self, DrawingFileError> {
         let by_id = by_id(document);
-        let Reduced { text, faults, fault, data } = reduced(document, &by_id)?;
+        let Reduced { text, faults, fault, data, sizes } = reduced(document, &by_id)?;
         let failed = |error: usvg::Error| DrawingFileError(format!("is not a valid SVG file: {error}"));
         let tree = Tree::from_xmltree(&parsed(&text)?, &options()).map_err(failed)?;
         let mut shown = vec![];
         find(tree.root(), None, document, &mut shown);
-        Ok(Self { document, by_id, shown, faults, fault, data })
+        Ok(Self { document, by_id, shown, faults, fault, data, sizes })
     }
 
     /// A path in metres.
@@ -101,12 +102,13 @@ impl<'a> File<'a> {
             .shape_of(shown.element, 0)
             .ok_or_else(|| fault(name, "shows several paths, must show one: set id to another element"))?;
         self.require_placed(shown.element, shape)?;
+        self.require_sized(shown.element)?;
         let data = self.data.get(&shape.id()).map_or(shape.attribute("d").unwrap_or_default(), |data| data);
         if let Some(reason) = numbers_fault(data) {
             return Err(fault(name, &reason));
         }
         let (pieces, is_closed) = local(shape, data, &shown.resolved).map_err(|reason| fault(name, &reason))?;
-        let scale = unit_m(self.document.root_element(), choice)?;
+        let scale = unit_m(&self.sizes.page, choice)?;
         let map = DAffine2::from_scale(DVec2::new(scale, -scale)) * affine(shown.transform);
         Ok(Drawing { pieces: pieces.iter().flat_map(|piece| piece.mapped(&map)).collect(), is_closed })
     }
@@ -119,6 +121,43 @@ impl<'a> File<'a> {
             let called = name(node).map_or(String::new(), |name| format!(" {}", quoted(name)));
             Err(DrawingFileError(format!("the element <{}>{called} {reason}", node.tag_name().name())))
         })
+    }
+
+    /// Fails if a length depends on a symbol's size or on the size of a font, which the file does not give.
+    fn require_sized(&self, element: Node<'a, 'a>) -> Result<(), DrawingFileError> {
+        let unsized_by = |node: &Node<'a, 'a>, reason: &str| {
+            let called = name(*node).map_or(String::new(), |name| format!(" {}", quoted(name)));
+            Err(DrawingFileError(format!("the element <{}>{called} {reason}", node.tag_name().name())))
+        };
+        let shown = self.chain(element);
+        let has_symbol = shown.iter().any(|node| node.tag_name().name() == "symbol");
+        if let Some(node) = shown.iter().find(|node| has_symbol && self.sizes.percentages.contains(&node.id())) {
+            return unsized_by(node, "has a size in per cent, which is not supported with a symbol: use numbers");
+        }
+        let mut outer: Vec<Node<'a, 'a>> = element.ancestors().skip(1).collect();
+        outer.reverse();
+        let mut has_font = false;
+        for node in outer.iter().chain(&shown) {
+            has_font |= self.sizes.font_sizes.contains(&node.id());
+            if !has_font && self.sizes.in_em.contains(&node.id()) {
+                return unsized_by(node, "has a length in em or ex, but no font-size: use another unit");
+            }
+        }
+        Ok(())
+    }
+
+    /// An element and what it shows, the innermost last.
+    fn chain(&self, element: Node<'a, 'a>) -> Vec<Node<'a, 'a>> {
+        let (mut shown, mut last) = (vec![element], element);
+        for _ in 0..MAX_USES {
+            let Some(target) = target(last, &self.by_id).filter(|_| is_use(&last)) else { break };
+            let inner = target.descendants().find(|node| is_shape(*node) || is_use(node)).unwrap_or(target);
+            let begin = shown.len();
+            shown.extend(inner.ancestors().take_while(|node| Some(*node) != target.parent()));
+            shown[begin..].reverse();
+            last = inner;
+        }
+        shown
     }
 
     /// The shape that an element shows; `None` if it shows several.
