@@ -197,6 +197,32 @@ fn sizes_are_applied_or_refused() {
 }
 
 #[test]
+fn style_sheets_of_other_files_are_refused() {
+    let drawn = svg("<path d=\"M0 0h10\"/>");
+    let text = format!("<?xml-stylesheet href=\"a.css\"?>{drawn}");
+    assert_refused(&of_text("a.svg", text, ""), "has the style sheet \"href=\"a.css\"\", which is not read");
+}
+
+#[test]
+fn large_coordinates_of_single_precision_are_refused() {
+    let keys = "start_x_m = 0\nstart_y_m = 0\nmetres_per_unit = 1";
+    for body in [
+        "<line x1=\"500000.1\" y1=\"-4000000\" x2=\"500003.4\" y2=\"-4000000\"/>",
+        "<circle cx=\"500000\" cy=\"-4000000\" r=\"20\"/>",
+        "<path transform=\"translate(500000.1 -4000000)\" d=\"M0 0H10\"/>",
+        "<path transform=\"rotate(30 500000 -4000000)\" d=\"M500000 -4000000h10\"/>",
+        "<g transform=\"translate(500000.1)\"><path transform=\"translate(-500000.3)\" d=\"M0 0H10\"/></g>",
+        "<path transform=\"rotate(30)\" d=\"M500000 -4000000h10\"/>",
+    ] {
+        assert_refused(&of_text("a.svg", svg(body), keys), "has coordinates too large for its shape or transform");
+    }
+    let path = "<path d=\"M500000.1 -4000000H500003.4\"/>";
+    assert_length(&of_text("a.svg", svg(path), keys).expect_clean().last_json(), 3.3);
+    let line = "<line transform=\"translate(300 4)\" x1=\"100\" x2=\"103.3\"/>";
+    assert_length(&of_text("a.svg", svg(line), keys).expect_clean().last_json(), 3.3);
+}
+
+#[test]
 fn transforms_of_css_are_applied_or_refused() {
     assert_length(&kept("css_transform.svg", "metres_per_unit = 1"), 200.0);
     for (body, length_m) in [
@@ -214,6 +240,8 @@ fn transforms_of_css_are_applied_or_refused() {
         ("<path style=\"/* c */transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
         ("<path style=\"/*x;*/d:path('M0 0h33')\" d=\"M0 0h10\"/>", 33.0),
         ("<path style=\"/*x*/display:none\" d=\"M0 0h99\"/><path d=\"M0 0h10\"/>", 10.0),
+        ("<path style=\"-webkit-transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
+        ("<style>@import url('https://fonts.googleapis.com/css?family=A');</style><path d=\"M0 0h10\"/>", 10.0),
         ("<style>g { path { fill: red } }</style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<circle style=\"r:7px\" cx=\"20\" cy=\"20\" r=\"1\"/>", 43.982_297),
         (
@@ -248,6 +276,14 @@ fn transforms_of_css_are_applied_or_refused() {
         (
             "<style>path:nth-child(2) { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
             "has a style sheet with \"path:nth-child(2)\"",
+        ),
+        (
+            "<style>@import \"a.css\";</style><path d=\"M0 0h10\"/>",
+            "has a style sheet with \"@import \"a.css\"\", which is not supported",
+        ),
+        (
+            "<use href=\"other.svg#a\"/><path d=\"M0 0h10\"/>",
+            "the element <use> shows \"other.svg#a\", must be in the file itself",
         ),
         (
             "<style>g{ path{transform:scale(2)} }</style><g><path d=\"M0 0h10\"/></g>",

@@ -70,6 +70,8 @@ pub(super) struct Sizes {
     pub(super) in_em: HashSet<NodeId>,
     /// Elements with a font size that needs no other one.
     pub(super) font_sizes: HashSet<NodeId>,
+    /// The largest numbers that place elements.
+    pub(super) places: HashMap<NodeId, f64>,
 }
 
 impl Sizes {
@@ -91,11 +93,28 @@ impl Sizes {
         if lengths.into_iter().chain(origin).any(|length| matches!(length.unit, Em | Ex)) {
             self.in_em.insert(node.id());
         }
+        let texts = ["transform", "transform-origin"].into_iter().filter_map(|name| placed.get(name));
+        let moves = placed.values.iter().filter(|(name, _)| ["x", "y"].contains(name));
+        let corner = placed.get("viewBox").into_iter().flat_map(|text| numbers(text).take(2));
+        let place = texts.chain(moves.map(|(_, value)| &**value)).flat_map(numbers).chain(corner);
+        let place = place.map(f64::abs).fold(0.0, f64::max);
+        if place > 0.0 {
+            self.places.insert(node.id(), place);
+        }
         let font_size = placed.get("font-size").and_then(|size| Length::from_str(size).ok());
         if font_size.is_some_and(|size| !matches!(size.unit, Em | Ex | Percent)) {
             self.font_sizes.insert(node.id());
         }
     }
+}
+
+/// The numbers of a text.
+fn numbers(text: &str) -> impl Iterator<Item = f64> {
+    let parts = text.split(|char: char| char.is_whitespace() || "(),".contains(char));
+    parts.filter_map(|part| {
+        let part = part.trim_end_matches(|char: char| char.is_ascii_alphabetic());
+        part.parse().ok()
+    })
 }
 
 fn lengths_missing(placed: &Placed<'_>) -> bool {
