@@ -59,14 +59,22 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
         number.ok().or_else(|| cell.replace(',', ".").parse().ok().filter(|_| has_decimal_commas))
     };
     let mut columns = Columns::Plane([0, 1]);
+    let mut named = usize::MAX;
     if are_names(&separator.cells(first)) {
-        columns = named_columns(&separator.cells(first))?;
+        let names = separator.cells(first);
+        (columns, named) = (named_columns(&names)?, names.len());
         rows.next();
     }
     let (Columns::Plane(at) | Columns::Globe(at)) = columns;
     let mut points = vec![];
     for (line, row) in rows {
         let cells = separator.cells(row);
+        if cells.iter().skip(named).any(|cell| !cell.is_empty()) {
+            let (found, row) = (cells.len(), quoted(row.trim()));
+            return Err(DrawingFileError(format!(
+                "line {line} is {row}, with {found} columns, must have {named} as the first row; decimals need a point"
+            )));
+        }
         let [x, y] = at.map(|column| cells.get(column).and_then(|cell| number(cell)));
         let (Some(x), Some(y)) = (x, y) else { return Err(separator.bad_row(line, row, columns)) };
         points.push(match columns {
@@ -144,9 +152,15 @@ fn named_columns(names: &[&str]) -> Result<Columns, DrawingFileError> {
     };
     let names: Vec<String> = names.iter().map(|name| plain(name)).collect();
     let named = |known: &[&str]| known.iter().find_map(|known| names.iter().position(|name| name == known));
+    let once = |at: [usize; 2]| {
+        let twice = at.into_iter().find(|&at| names.iter().filter(|name| **name == names[at]).count() > 1);
+        twice.map_or(Ok(at), |at| {
+            Err(DrawingFileError(format!("has several columns {}, must have one", quoted(&names[at]))))
+        })
+    };
     match (named(&X).zip(named(&Y)), named(&LON).zip(named(&LAT))) {
-        (Some((x, y)), _) => Ok(Columns::Plane([x, y])),
-        (None, Some((lon, lat))) => Ok(Columns::Globe([lon, lat])),
+        (Some((x, y)), _) => Ok(Columns::Plane(once([x, y])?)),
+        (None, Some((lon, lat))) => Ok(Columns::Globe(once([lon, lat])?)),
         (None, None) => {
             let found = super::listed(names.iter().map(|name| &**name));
             Err(DrawingFileError(format!("has the columns {found}, must have x_m and y_m, or lon and lat")))

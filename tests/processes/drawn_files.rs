@@ -152,6 +152,77 @@ fn columns_are_found_by_name_or_refused_with_the_known_names() {
 }
 
 #[test]
+fn rows_and_names_of_a_table_fit_or_are_refused() {
+    for (text, reason) in [
+        ("x,y\n0,5,0,5\n100,5,20,7\n", "line 2 is \"0,5,0,5\", with 4 columns, must have 2 as the first row"),
+        ("x,y,x\n0,5,0\n100,5,20\n", "has several columns \"x\", must have one"),
+        ("lon,lat,lat\n0,5,0\n100,5,20\n", "has several columns \"lat\", must have one"),
+    ] {
+        assert_refused(&of_text("a.csv", text, ""), reason);
+    }
+    assert_length(&of_text("a.csv", "x,y\n0,5,\n100,5,,\n", "").expect_clean().last_json(), 100.0);
+}
+
+#[test]
+fn sizes_are_applied_or_refused() {
+    let page = |style: &str, body: &str| svg(body).replacen("<svg", &format!("<svg {style}"), 1);
+    let path = "<path d=\"M40 40H140\"/>";
+    for (text, keys, length_m) in [
+        (page("style=\"width:800px;height:800px\"", path), "", 200.0),
+        (page("style=\"width:100%;height:auto\"", path), "", 100.0),
+        (svg(&format!("<style>svg {{ width: 800px; height: 800px }}</style>{path}")), "", 200.0),
+        (page("style=\"width:800mm;height:800mm\"", path), "scale = \"1:100\"", 20.0),
+        (svg("<g font-size=\"10px\"><rect width=\"2em\" height=\"3em\"/></g>"), "corner_radius_m = 1", 98.283_185),
+    ] {
+        assert_length(&of_text("a.svg", &text, keys).expect_clean().last_json(), length_m);
+    }
+    let symbol = |keys: &str, body: &str, used: &str| {
+        svg(&format!("<symbol id=\"a\" viewBox=\"0 0 100 100\" {keys}>{body}</symbol><use href=\"#a\" {used}/>"))
+    };
+    let path = "<path d=\"M4 4H14\"/>";
+    let share = "has a size in per cent, which is not supported with a symbol";
+    for (text, reason) in [
+        (page("style=\"width:50vw\"", path), "has the property width \"50vw\", which is not supported for the page"),
+        (symbol("", path, "width=\"50%\" height=\"50%\""), share),
+        (symbol("width=\"50%\"", path, ""), share),
+        (symbol("", "<line x2=\"50%\" y2=\"0\"/>", ""), share),
+        (symbol("", "<svg viewBox=\"0 0 9 9\"><path d=\"M4 4H14\"/></svg>", ""), share),
+        (
+            svg("<circle cx=\"20\" cy=\"20\" r=\"1em\"/>"),
+            "the element <circle> has a length in em or ex, but no font-size: use another unit",
+        ),
+    ] {
+        assert_refused(&of_text("a.svg", &text, ""), reason);
+    }
+}
+
+#[test]
+fn style_sheets_of_other_files_are_refused() {
+    let drawn = svg("<path d=\"M0 0h10\"/>");
+    let text = format!("<?xml-stylesheet href=\"a.css\"?>{drawn}");
+    assert_refused(&of_text("a.svg", text, ""), "has the style sheet \"href=\"a.css\"\", which is not read");
+}
+
+#[test]
+fn large_coordinates_of_single_precision_are_refused() {
+    let keys = "start_x_m = 0\nstart_y_m = 0\nmetres_per_unit = 1";
+    for body in [
+        "<line x1=\"500000.1\" y1=\"-4000000\" x2=\"500003.4\" y2=\"-4000000\"/>",
+        "<circle cx=\"500000\" cy=\"-4000000\" r=\"20\"/>",
+        "<path transform=\"translate(500000.1 -4000000)\" d=\"M0 0H10\"/>",
+        "<path transform=\"rotate(30 500000 -4000000)\" d=\"M500000 -4000000h10\"/>",
+        "<g transform=\"translate(500000.1)\"><path transform=\"translate(-500000.3)\" d=\"M0 0H10\"/></g>",
+        "<path transform=\"rotate(30)\" d=\"M500000 -4000000h10\"/>",
+    ] {
+        assert_refused(&of_text("a.svg", svg(body), keys), "has coordinates too large for its shape or transform");
+    }
+    let path = "<path d=\"M500000.1 -4000000H500003.4\"/>";
+    assert_length(&of_text("a.svg", svg(path), keys).expect_clean().last_json(), 3.3);
+    let line = "<line transform=\"translate(300 4)\" x1=\"100\" x2=\"103.3\"/>";
+    assert_length(&of_text("a.svg", svg(line), keys).expect_clean().last_json(), 3.3);
+}
+
+#[test]
 fn transforms_of_css_are_applied_or_refused() {
     assert_length(&kept("css_transform.svg", "metres_per_unit = 1"), 200.0);
     for (body, length_m) in [
@@ -166,6 +237,12 @@ fn transforms_of_css_are_applied_or_refused() {
         ("<style><![CDATA[ g > path { transform: translate(1in, 2px) } ]]></style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<path style=\"transform-box:fill-box;transform:translate(3px)\" d=\"M0 0h10\"/>", 10.0),
         ("<path style=\"d: path('M0 0h33')\" d=\"M0 0h10\"/>", 33.0),
+        ("<path style=\"/* c */transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
+        ("<path style=\"/*x;*/d:path('M0 0h33')\" d=\"M0 0h10\"/>", 33.0),
+        ("<path style=\"/*x*/display:none\" d=\"M0 0h99\"/><path d=\"M0 0h10\"/>", 10.0),
+        ("<path style=\"-webkit-transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
+        ("<style>@import url('https://fonts.googleapis.com/css?family=A');</style><path d=\"M0 0h10\"/>", 10.0),
+        ("<style>g { path { fill: red } }</style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<circle style=\"r:7px\" cx=\"20\" cy=\"20\" r=\"1\"/>", 43.982_297),
         (
             "<style>@media print { path { display: none } } @font-face { src: x } a:hover { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
@@ -199,6 +276,18 @@ fn transforms_of_css_are_applied_or_refused() {
         (
             "<style>path:nth-child(2) { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
             "has a style sheet with \"path:nth-child(2)\"",
+        ),
+        (
+            "<style>@import \"a.css\";</style><path d=\"M0 0h10\"/>",
+            "has a style sheet with \"@import \"a.css\"\", which is not supported",
+        ),
+        (
+            "<use href=\"other.svg#a\"/><path d=\"M0 0h10\"/>",
+            "the element <use> shows \"other.svg#a\", must be in the file itself",
+        ),
+        (
+            "<style>g{ path{transform:scale(2)} }</style><g><path d=\"M0 0h10\"/></g>",
+            "has a style sheet with \"g { path{transform:scale(2)}",
         ),
         (
             "<style>@media screen { path { transform: scale(2) } }</style><path d=\"M0 0h10\"/>",

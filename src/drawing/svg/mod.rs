@@ -13,7 +13,7 @@ mod style;
 
 use std::collections::HashMap;
 
-use bench_dragon_geometry::drawing::Drawing;
+use bench_dragon_geometry::drawing::{Drawing, Piece};
 use glam::{DAffine2, DVec2};
 use svgtypes::PathParser;
 use usvg::roxmltree::{Document, Node, NodeId, ParsingOptions};
@@ -22,7 +22,7 @@ use usvg::{Group, Options, Transform, Tree};
 use super::{DrawingFileError, ListedPath, PathChoice, listed, quoted};
 use page::unit_m;
 use path_data::{numbers_fault, wrong_data};
-use reduced::{Reduced, by_id, element, reduced, target};
+use reduced::{Reduced, Sizes, by_id, element, reduced, target};
 use shape::local;
 use style::Faults;
 
@@ -32,6 +32,10 @@ const SHAPES: [&str; 7] = ["path", "rect", "circle", "ellipse", "line", "polylin
 const MAX_NODES: u32 = 1_000_000;
 /// Most `use` elements that refer to each other.
 const MAX_USES: usize = 16;
+/// Distance of two numbers of single precision, as a share of them.
+const SINGLE_STEP: f64 = 1.0 / 8_388_608.0;
+/// Largest rounding in a list of paths, which has no tolerance.
+const LISTED_ROUNDING_M: f64 = 5e-4;
 /// Namespace of Inkscape's labels and layers.
 const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 
@@ -57,6 +61,7 @@ struct File<'a> {
     fault: Option<String>,
     /// Data of paths that a style sets.
     data: HashMap<NodeId, String>,
+    sizes: Sizes,
 }
 
 /// The path of a file. A unit is a pixel of SVG: a unit of the outermost coordinate system, of which 96 are an inch.
@@ -83,12 +88,12 @@ pub(super) fn list(text: &str, choice: &PathChoice<'_>) -> Result<Vec<ListedPath
 impl<'a> File<'a> {
     fn read(document: &'a Document<'a>) -> Result<Self, DrawingFileError> {
         let by_id = by_id(document);
-        let Reduced { text, faults, fault, data } = reduced(document, &by_id)?;
+        let Reduced { text, faults, fault, data, sizes } = reduced(document, &by_id)?;
         let failed = |error: usvg::Error| DrawingFileError(format!("is not a valid SVG file: {error}"));
         let tree = Tree::from_xmltree(&parsed(&text)?, &options()).map_err(failed)?;
         let mut shown = vec![];
         find(tree.root(), None, document, &mut shown);
-        Ok(Self { document, by_id, shown, faults, fault, data })
+        Ok(Self { document, by_id, shown, faults, fault, data, sizes })
     }
 
     /// A path in metres.
@@ -101,13 +106,27 @@ impl<'a> File<'a> {
             .shape_of(shown.element, 0)
             .ok_or_else(|| fault(name, "shows several paths, must show one: set id to another element"))?;
         self.require_placed(shown.element, shape)?;
+        self.require_sized(shown.element)?;
         let data = self.data.get(&shape.id()).map_or(shape.attribute("d").unwrap_or_default(), |data| data);
         if let Some(reason) = numbers_fault(data) {
             return Err(fault(name, &reason));
         }
         let (pieces, is_closed) = local(shape, data, &shown.resolved).map_err(|reason| fault(name, &reason))?;
-        let scale = unit_m(self.document.root_element(), choice)?;
-        let map = DAffine2::from_scale(DVec2::new(scale, -scale)) * affine(shown.transform);
+        let scale = unit_m(&self.sizes.page, choice)?;
+        let transform = affine(shown.transform);
+        let around = shown.element.ancestors().chain(self.chain(shown.element));
+        let places = around.filter_map(|node| self.sizes.places.get(&node.id()).copied());
+        let size = places.fold(rounded_size(&transform, shape, shown, &pieces), f64::max);
+        let rounded = size * SINGLE_STEP * scale;
+        // The gap is a tenth of the tolerance.
+        let allowed = if choice.gap_m > 0.0 { choice.gap_m } else { LISTED_ROUNDING_M };
+        if rounded > allowed {
+            return Err(fault(
+                name,
+                "has coordinates too large for its shape or transform, which have seven digits: use a path, or move the drawing",
+            ));
+        }
+        let map = DAffine2::from_scale(DVec2::new(scale, -scale)) * transform;
         Ok(Drawing { pieces: pieces.iter().flat_map(|piece| piece.mapped(&map)).collect(), is_closed })
     }
 
@@ -119,6 +138,43 @@ impl<'a> File<'a> {
             let called = name(node).map_or(String::new(), |name| format!(" {}", quoted(name)));
             Err(DrawingFileError(format!("the element <{}>{called} {reason}", node.tag_name().name())))
         })
+    }
+
+    /// Fails if a length depends on a symbol's size or on the size of a font, which the file does not give.
+    fn require_sized(&self, element: Node<'a, 'a>) -> Result<(), DrawingFileError> {
+        let unsized_by = |node: &Node<'a, 'a>, reason: &str| {
+            let called = name(*node).map_or(String::new(), |name| format!(" {}", quoted(name)));
+            Err(DrawingFileError(format!("the element <{}>{called} {reason}", node.tag_name().name())))
+        };
+        let shown = self.chain(element);
+        let has_symbol = shown.iter().any(|node| node.tag_name().name() == "symbol");
+        if let Some(node) = shown.iter().find(|node| has_symbol && self.sizes.percentages.contains(&node.id())) {
+            return unsized_by(node, "has a size in per cent, which is not supported with a symbol: use numbers");
+        }
+        let mut outer: Vec<Node<'a, 'a>> = element.ancestors().skip(1).collect();
+        outer.reverse();
+        let mut has_font = false;
+        for node in outer.iter().chain(&shown) {
+            has_font |= self.sizes.font_sizes.contains(&node.id());
+            if !has_font && self.sizes.in_em.contains(&node.id()) {
+                return unsized_by(node, "has a length in em or ex, but no font-size: use another unit");
+            }
+        }
+        Ok(())
+    }
+
+    /// An element and what it shows, the innermost last.
+    fn chain(&self, element: Node<'a, 'a>) -> Vec<Node<'a, 'a>> {
+        let (mut shown, mut last) = (vec![element], element);
+        for _ in 0..MAX_USES {
+            let Some(target) = target(last, &self.by_id).filter(|_| is_use(&last)) else { break };
+            let inner = target.descendants().find(|node| is_shape(*node) || is_use(node)).unwrap_or(target);
+            let begin = shown.len();
+            shown.extend(inner.ancestors().take_while(|node| Some(*node) != target.parent()));
+            shown[begin..].reverse();
+            last = inner;
+        }
+        shown
     }
 
     /// The shape that an element shows; `None` if it shows several.
@@ -133,6 +189,28 @@ impl<'a> File<'a> {
         let mut inner = element.descendants().filter(|node| is_shape(*node) || is_use(node));
         inner.next().filter(|_| inner.next().is_none()).and_then(|node| self.shape_of(node, uses))
     }
+}
+
+/// The largest number in pixels that has single precision: of the transform, and of a shape that usvg reads.
+fn rounded_size(transform: &DAffine2, shape: Node<'_, '_>, shown: &Shown<'_>, pieces: &[Piece]) -> f64 {
+    let largest = |vector: DVec2| vector.abs().max_element();
+    let linear = transform.matrix2.to_cols_array();
+    let factor = linear.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
+    let in_double = ["path", "polyline", "polygon"].contains(&shape.tag_name().name());
+    // A map by whole numbers rounds nothing.
+    let is_exact = linear.iter().all(|entry| entry.fract() == 0.0);
+    let size = if !in_double {
+        let bounds = shown.resolved.bounds();
+        [bounds.left(), bounds.right(), bounds.top(), bounds.bottom()]
+            .map(|at| f64::from(at).abs())
+            .into_iter()
+            .fold(0.0, f64::max)
+    } else if is_exact {
+        0.0
+    } else {
+        pieces.iter().map(|piece| largest(piece.begin()).max(largest(piece.end()))).fold(0.0, f64::max)
+    };
+    (size * factor).max(largest(transform.translation))
 }
 
 /// The error of a path, which may have a name.
@@ -204,6 +282,11 @@ impl<'a> File<'a> {
         let names = || listed(shown.iter().filter_map(|shown| name(shown.element)));
         let known =
             |names: String| if names.is_empty() { "no path has an id".to_owned() } else { format!("paths: {names}") };
+        if choice.id.is_none()
+            && let Some(error) = elsewhere(self.document.root())
+        {
+            return Err(error);
+        }
         if choice.is_open() {
             return match &shown[..] {
                 [only] => Ok(only),
@@ -243,6 +326,9 @@ impl<'a> File<'a> {
         if let (Some(error), []) = (with_id.and_then(unreadable), &chosen[..]) {
             return Err(error);
         }
+        if let Some(error) = with_id.and_then(elsewhere) {
+            return Err(error);
+        }
         let quoted = quoted(id);
         Err(DrawingFileError(match &chosen[..] {
             [only] => return Ok(only),
@@ -253,6 +339,21 @@ impl<'a> File<'a> {
             several => format!("the element with id {quoted} has {} paths, must have 1", several.len()),
         }))
     }
+}
+
+/// The error of the first `use` element in an element that shows something of another file.
+fn elsewhere(element: Node<'_, '_>) -> Option<DrawingFileError> {
+    let mut uses = element.descendants().filter(is_use);
+    uses.find_map(|node| {
+        let mut attributes = node.attributes();
+        let href = attributes.find(|attribute| attribute.name() == "href")?.value().trim();
+        (!href.is_empty() && !href.starts_with('#')).then(|| {
+            DrawingFileError(format!(
+                "the element <use> shows {}, must be in the file itself, such as \"#a\"",
+                quoted(href)
+            ))
+        })
+    })
 }
 
 /// The error of the first path in an element whose data is not valid. usvg shows no path whose data has no valid beginning.

@@ -5,17 +5,19 @@
 //! paths is replaced: the caller reads it itself. What cannot be resolved is a fault of its element. Each element has its number
 //! as its id.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::str::FromStr as _;
 
-use svgtypes::{FontShorthand, Length, PointsParser, SimplePathSegment, SimplifyingPathParser, TransformOrigin};
+use svgtypes::{
+    FontShorthand, Length, LengthUnit, PointsParser, SimplePathSegment, SimplifyingPathParser, TransformOrigin,
+};
 use usvg::roxmltree::{Attribute, Document, Node, NodeId};
 
 use super::super::DrawingFileError;
 use super::css_transform;
 use super::quoted;
-use super::style::{Faults, Sheets, sheet_texts};
+use super::style::{Faults, Sheets, style_texts};
 
 /// Begins the id of an element in the reduced file.
 const PREFIX: &str = "n";
@@ -54,6 +56,69 @@ pub(super) struct Reduced {
     pub(super) fault: Option<String>,
     /// Data of paths that a style sets.
     pub(super) data: HashMap<NodeId, String>,
+    pub(super) sizes: Sizes,
+}
+
+/// What the sizes of a file depend on.
+#[derive(Default)]
+pub(super) struct Sizes {
+    /// The width and the height of the page.
+    pub(super) page: [Option<String>; 2],
+    /// Elements with a length in per cent.
+    pub(super) percentages: HashSet<NodeId>,
+    /// Elements with a length in em or ex.
+    pub(super) in_em: HashSet<NodeId>,
+    /// Elements with a font size that needs no other one.
+    pub(super) font_sizes: HashSet<NodeId>,
+    /// The largest numbers that place elements.
+    pub(super) places: HashMap<NodeId, f64>,
+}
+
+impl Sizes {
+    fn add(&mut self, node: Node<'_, '_>, placed: &Placed<'_>) {
+        use LengthUnit::{Em, Ex, Percent};
+        let tag = node.tag_name().name();
+        let is_root = node.parent_element().is_none();
+        if is_root {
+            self.page = ["width", "height"].map(|name| placed.get(name).map(str::to_owned));
+        }
+        let lengths = placed.values.iter().filter(|(name, _)| LENGTHS.contains(name));
+        let lengths: Vec<Length> = lengths.filter_map(|(_, value)| Length::from_str(value).ok()).collect();
+        let fills = tag == "svg" && placed.get("viewBox").is_some() && lengths_missing(placed);
+        if !is_root && (fills || lengths.iter().any(|length| length.unit == Percent)) {
+            self.percentages.insert(node.id());
+        }
+        let origin = placed.get("transform-origin").unwrap_or_default().split_whitespace();
+        let origin = origin.filter_map(|part| Length::from_str(part).ok());
+        if lengths.into_iter().chain(origin).any(|length| matches!(length.unit, Em | Ex)) {
+            self.in_em.insert(node.id());
+        }
+        let texts = ["transform", "transform-origin"].into_iter().filter_map(|name| placed.get(name));
+        let moves = placed.values.iter().filter(|(name, _)| ["x", "y"].contains(name));
+        let corner = placed.get("viewBox").into_iter().flat_map(|text| numbers(text).take(2));
+        let place = texts.chain(moves.map(|(_, value)| &**value)).flat_map(numbers).chain(corner);
+        let place = place.map(f64::abs).fold(0.0, f64::max);
+        if place > 0.0 {
+            self.places.insert(node.id(), place);
+        }
+        let font_size = placed.get("font-size").and_then(|size| Length::from_str(size).ok());
+        if font_size.is_some_and(|size| !matches!(size.unit, Em | Ex | Percent)) {
+            self.font_sizes.insert(node.id());
+        }
+    }
+}
+
+/// The numbers of a text.
+fn numbers(text: &str) -> impl Iterator<Item = f64> {
+    let parts = text.split(|char: char| char.is_whitespace() || "(),".contains(char));
+    parts.filter_map(|part| {
+        let part = part.trim_end_matches(|char: char| char.is_ascii_alphabetic());
+        part.parse().ok()
+    })
+}
+
+fn lengths_missing(placed: &Placed<'_>) -> bool {
+    ["width", "height"].into_iter().any(|name| placed.get(name).is_none())
 }
 
 /// The element with an id of the reduced file.
@@ -91,15 +156,22 @@ pub(super) fn reduced<'a>(
     document: &'a Document<'a>,
     by_id: &HashMap<&'a str, Node<'a, 'a>>,
 ) -> Result<Reduced, DrawingFileError> {
-    let texts = sheet_texts(document);
+    let texts = style_texts(document);
     // The texts live as long as the sheets, and the sheets as long as this call.
     let sheets = Sheets::of(&texts);
     require_few(document, by_id)?;
-    let mut writer =
-        Writer { document, sheets, by_id, text: String::new(), faults: Faults::new(), data: HashMap::new() };
+    let mut writer = Writer {
+        document,
+        sheets,
+        by_id,
+        text: String::new(),
+        faults: Faults::new(),
+        data: HashMap::new(),
+        sizes: Sizes::default(),
+    };
     writer.write(document.root_element(), 0)?;
     let fault = writer.sheets.unknown().map(str::to_owned);
-    Ok(Reduced { text: writer.text, faults: writer.faults, fault, data: writer.data })
+    Ok(Reduced { text: writer.text, faults: writer.faults, fault, data: writer.data, sizes: writer.sizes })
 }
 
 /// Fails if `use` elements show very many elements again and again.
@@ -166,6 +238,7 @@ struct Writer<'s, 'a> {
     text: String,
     faults: Faults,
     data: HashMap<NodeId, String>,
+    sizes: Sizes,
 }
 
 impl<'a> Writer<'_, 'a> {
@@ -203,6 +276,7 @@ impl<'a> Writer<'_, 'a> {
 
     fn write_attributes(&mut self, node: Node<'a, 'a>) -> Result<(), DrawingFileError> {
         let placed = Placed::of(node, &self.sheets)?;
+        self.sizes.add(node, &placed);
         let mut values = placed.values;
         match node.tag_name().name() {
             "use" => {
@@ -269,6 +343,7 @@ impl<'a> Placed<'a> {
                 "d" if tag == "path" => placed.set_data(value),
                 "transform-box" => box_of_origin = Some(value).filter(|value| !is_neutral(name, value)),
                 _ if LENGTHS.contains(&name) && !is_root && has_length(tag, name) => placed.set(name, value),
+                "width" | "height" if is_root => placed.set_page(name, value),
                 _ if UNKNOWN.iter().any(|(known, _)| *known == name) && !is_neutral(name, value) => {
                     placed.refuse(&format!(
                         "has the property {name} {}, which is not supported: use transform",
@@ -305,6 +380,18 @@ impl<'a> Placed<'a> {
         let is_initial = ["initial", "unset", "revert"].into_iter().any(resets) || resets("auto") && name != "overflow";
         if !is_initial {
             self.values.push((name, value.to_owned()));
+        }
+    }
+
+    /// Sets a size of the page. Without one, or with all of the window, the page is as large as its `viewBox`.
+    fn set_page(&mut self, name: &str, value: &str) {
+        let is_known = Length::from_str(value).is_ok_and(|length| length.unit != LengthUnit::Percent);
+        let is_word =
+            ["100%", "auto", "initial", "unset", "revert"].iter().any(|word| value.eq_ignore_ascii_case(word));
+        if is_known || is_word {
+            self.set(name, if value == "100%" { "auto" } else { value });
+        } else {
+            self.refuse(&format!("has the property {name} {}, which is not supported for the page", quoted(value)));
         }
     }
 

@@ -39,6 +39,8 @@ const PROPERTIES: [&str; 23] = [
 ];
 /// Most steps of matching elements with selectors: about a second.
 const MAX_STEPS: u64 = 20_000_000;
+/// A part of the addresses of style sheets that have only fonts.
+const FONTS: &str = "//fonts.googleapis.com/";
 /// Rules that never place a shape.
 const AT_RULES_WITHOUT_PLACE: [&str; 8] = [
     "@charset",
@@ -65,21 +67,37 @@ struct Rule<'a> {
     properties: Vec<Property<'a>>,
 }
 
+/// The texts of a file's styles, without comments.
+pub(super) struct StyleTexts {
+    sheets: Vec<String>,
+    /// Those of `style` attributes that have a comment.
+    attributes: HashMap<NodeId, String>,
+    /// A style sheet in another file.
+    other: Option<String>,
+}
+
 /// All style sheets of a file.
 #[derive(Default)]
 pub(super) struct Sheets<'a> {
     rules: Vec<Rule<'a>>,
+    /// `style` attributes that have a comment, without it.
+    attributes: Option<&'a HashMap<NodeId, String>>,
     /// The first rule about the place of a shape that cannot be applied, in words.
     unknown: Option<String>,
     steps: Cell<u64>,
 }
 
 impl<'a> Sheets<'a> {
-    /// The sheets of a document. `texts` has their text without comments.
-    pub(super) fn of(texts: &'a [String]) -> Self {
-        let mut sheets = Self::default();
-        for text in texts {
+    /// The sheets of a document.
+    pub(super) fn of(texts: &'a StyleTexts) -> Self {
+        let mut sheets = Self { attributes: Some(&texts.attributes), ..Self::default() };
+        for text in &texts.sheets {
             sheets.read(text);
+        }
+        if let Some(other) = &texts.other {
+            sheets
+                .unknown
+                .get_or_insert_with(|| format!("has the style sheet {}, which is not read: remove it", quoted(other)));
         }
         // Later rules win over earlier ones with the same specificity: the order is stable.
         sheets.rules.sort_by_cached_key(|rule| rule.selector.specificity());
@@ -91,10 +109,17 @@ impl<'a> Sheets<'a> {
         while let Some(statement) = next_statement(&mut rest) {
             let Statement { prelude, block } = statement;
             let properties = declared(block);
+            if is_import(prelude) && !prelude.contains(FONTS) {
+                self.refuse(prelude);
+            }
             if prelude.starts_with('@') {
                 if !is_neutral(prelude) && places(block) {
                     self.refuse(prelude);
                 }
+                continue;
+            }
+            if find_outside_strings(block, |char| char == '{').is_some() && places(block) {
+                self.refuse(&format!("{prelude} {{ {}", block.trim_start()));
                 continue;
             }
             if properties.is_empty() {
@@ -137,7 +162,9 @@ impl<'a> Sheets<'a> {
                 rule.properties.iter().for_each(&mut add);
             }
         }
-        declared(node.attribute("style").unwrap_or_default()).iter().for_each(&mut add);
+        let without_comment = self.attributes.and_then(|attributes| attributes.get(&node.id()));
+        let style = without_comment.map_or(node.attribute("style").unwrap_or_default(), |style| style);
+        declared(style).iter().for_each(&mut add);
         if self.steps.get() >= MAX_STEPS {
             let rules = self.rules.len();
             return Err(format!(
@@ -148,15 +175,24 @@ impl<'a> Sheets<'a> {
     }
 }
 
-/// The texts of a document's style sheets, without comments.
-pub(super) fn sheet_texts(document: &Document<'_>) -> Vec<String> {
+/// The texts of a document's styles.
+pub(super) fn style_texts(document: &Document<'_>) -> StyleTexts {
     let sheets = document.descendants().filter(|node| node.tag_name().name() == "style");
     let css = sheets.filter(|node| node.attribute("type").is_none_or(|kind| kind.trim() == "text/css"));
-    css.map(|node| {
+    let sheets = css.map(|node| {
         let texts = node.children().filter_map(|child| child.text());
         without_comments(&texts.collect::<String>())
-    })
-    .collect()
+    });
+    let styles = document.descendants().filter_map(|node| Some((node.id(), node.attribute("style")?)));
+    let commented = styles.filter(|(_, style)| style.contains("/*"));
+    let mut instructions = document.descendants().filter_map(|node| node.pi());
+    let other = instructions.find(|instruction| instruction.target == "xml-stylesheet");
+    let other = other.map(|instruction| instruction.value.unwrap_or_default().to_owned());
+    StyleTexts {
+        other,
+        sheets: sheets.collect(),
+        attributes: commented.map(|(id, style)| (id, without_comments(style))).collect(),
+    }
 }
 
 fn without_comments(text: &str) -> String {
@@ -179,10 +215,14 @@ struct Statement<'a> {
 fn next_statement<'a>(rest: &mut &'a str) -> Option<Statement<'a>> {
     loop {
         let text = rest.trim_start();
-        let begin = find_outside_strings(text, |char| matches!(char, '{' | ';' | '}'))?;
+        let begin = find_outside_strings(text, |char| matches!(char, '{' | ';' | '}'));
+        let begin = begin.or((!text.is_empty()).then_some(text.len()))?;
         let prelude = text[..begin].trim();
         if !text[begin..].starts_with('{') {
-            *rest = &text[begin + 1..];
+            *rest = text.get(begin + 1..).unwrap_or_default();
+            if is_import(prelude) {
+                return Some(Statement { prelude, block: "" });
+            }
             continue;
         }
         let inner = &text[begin + 1..];
@@ -241,12 +281,26 @@ fn divided(text: &str, separator: char) -> Vec<&str> {
 fn declared(block: &str) -> Vec<Property<'_>> {
     let declarations = divided(block, ';').into_iter().filter_map(|part| part.split_once(':'));
     let known = declarations.filter_map(|(name, value)| {
-        let name = PROPERTIES.into_iter().find(|known| known.eq_ignore_ascii_case(name.trim()))?;
+        let name = known_name(name)?;
         let (value, important) = value.split_once('!').unwrap_or((value, ""));
         let is_important = important.trim().eq_ignore_ascii_case("important");
         Some(Property { name, value: value.trim(), is_important })
     });
     known.collect()
+}
+
+fn is_import(prelude: &str) -> bool {
+    prelude.get(..7).is_some_and(|name| name.eq_ignore_ascii_case("@import"))
+}
+
+/// The name of a property of [`PROPERTIES`]. Browsers know some by two names.
+fn known_name(name: &str) -> Option<&'static str> {
+    let name = name.trim();
+    let name = match name.get(..8) {
+        Some(prefix) if prefix.eq_ignore_ascii_case("-webkit-") => &name[8..],
+        _ => name,
+    };
+    PROPERTIES.into_iter().find(|known| known.eq_ignore_ascii_case(name))
 }
 
 /// Whether an at-rule never places a shape on a screen.
@@ -259,10 +313,7 @@ fn is_neutral(prelude: &str) -> bool {
 /// Whether a block of any depth declares a property of [`PROPERTIES`].
 fn places(block: &str) -> bool {
     let parts = block.split(['{', '}', ';']);
-    parts.filter_map(|part| part.split_once(':')).any(|(name, _)| {
-        let name = name.trim();
-        PROPERTIES.iter().any(|known| known.eq_ignore_ascii_case(name))
-    })
+    parts.filter_map(|part| part.split_once(':')).any(|(name, _)| known_name(name).is_some())
 }
 
 /// An element for simplecss. Every look at one counts as a step; once they are spent, it has no parents.
