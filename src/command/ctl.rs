@@ -115,7 +115,7 @@ struct ReplyLine {
 
 pub(crate) fn run(args: &CtlArgs) -> anyhow::Result<ExitCode> {
     let domain = args.bus.domain()?.for_operators();
-    let Some(request) = request(args.command) else { return status::run(domain, args.format.format) };
+    let Some(request) = request(args.command) else { return status::run(&domain, args.format.format) };
     let stop = StopFlag::on_signals()?;
     let reply = command_queue::call(&domain, "ctl", Sender::Ctl, request, &|| stop.is_set(), &|| false)?;
     let outcome = reply.outcome();

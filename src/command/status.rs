@@ -29,11 +29,11 @@ const NO_SERVER_NS: u64 = 500_000_000;
 const LONGEST_NS: u64 = 4_000_000_000;
 
 /// Prints the status. The exit status is 0 if frames arrive and no lamp is red, else 1.
-pub(super) fn run(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
+pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
     let instance = domain.instance().to_string();
     let mut newest = Snapshot { seen_ns: began_ns, instance, ..Snapshot::default() };
-    let members = Members::of(&domain);
+    let members = Members::of(domain);
     // Joining the bus of a killed server would remove its remains, so that the next look would not find them.
     if !members.has_lost_server() {
         Observer::new(domain.clone(), "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
@@ -43,7 +43,7 @@ pub(super) fn run(domain: Domain, format: Format) -> anyhow::Result<ExitCode> {
             newest = snapshot;
         });
     }
-    newest.members = Arc::new(members.still_there(&domain));
+    newest.members = Arc::new(members.still_there(domain));
     let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
     match format {
         Format::Json => print_json(&report)?,

@@ -144,7 +144,7 @@ impl Standing {
         if hung_guard.is_some() && self.level == Level::Calm {
             // Nothing is to be awaited from a guard that hangs.
             self.remedy = None;
-            self.cause = "The dragon stands.".to_owned();
+            "The dragon stands.".clone_into(&mut self.cause);
         }
         let dangers: Vec<(String, String)> = contact.into_iter().chain(hung_guard).chain(full_disk).collect();
         let Some((_, remedy)) = dangers.first() else { return self };

@@ -155,7 +155,7 @@ impl<'a> File<'a> {
         outer.reverse();
         let mut has_font = false;
         for node in outer.iter().chain(&shown) {
-            has_font |= self.sizes.font_sizes.contains(&node.id());
+            has_font |= self.sizes.own_fonts.contains(&node.id());
             if !has_font && self.sizes.in_em.contains(&node.id()) {
                 return unsized_by(node, "has a length in em or ex, but no font-size: use another unit");
             }

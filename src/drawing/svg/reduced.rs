@@ -69,7 +69,7 @@ pub(super) struct Sizes {
     /// Elements with a length in em or ex.
     pub(super) in_em: HashSet<NodeId>,
     /// Elements with a font size that needs no other one.
-    pub(super) font_sizes: HashSet<NodeId>,
+    pub(super) own_fonts: HashSet<NodeId>,
     /// The largest numbers that place elements.
     pub(super) places: HashMap<NodeId, f64>,
 }
@@ -103,7 +103,7 @@ impl Sizes {
         }
         let font_size = placed.get("font-size").and_then(|size| Length::from_str(size).ok());
         if font_size.is_some_and(|size| !matches!(size.unit, Em | Ex | Percent)) {
-            self.font_sizes.insert(node.id());
+            self.own_fonts.insert(node.id());
         }
     }
 }
