@@ -182,7 +182,8 @@ fn bad_drawings_are_refused_in_one_line_that_names_what_is_wrong() {
     for (name, content, keys, reason) in cases {
         assert_refused(&stage, name, content, keys, reason);
     }
-    assert_refused(&stage, "a.svg", [0xff, 0xfe], "", "is not UTF-8 text");
+    assert_refused(&stage, "a.svg", [0xff, 0xfe], "", "is text in UTF-16, must be in UTF-8");
+    assert_refused(&stage, "a.svg", [b'<', 0xc3], "", "UTF-8");
 }
 
 #[test]
@@ -252,7 +253,7 @@ fn xml_bombs_and_external_entities_are_refused() {
     }
     assert_refused(&stage, "a.svg", format!("{SVG}{uses}</svg>"), "", "at most 400000 are allowed");
     let deep = "<g>".repeat(100_000) + "<path d=\"M0 0h9\"/>" + &"</g>".repeat(100_000);
-    assert_refused(&stage, "a.svg", format!("{SVG}{deep}</svg>"), "", "is not");
+    assert_refused(&stage, "a.svg", format!("{SVG}{deep}</svg>"), "", "has elements in more than 1000 levels");
 }
 
 #[test]

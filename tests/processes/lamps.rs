@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use bench_dragon_ipc::clear;
 use rustix::process::Signal;
 use serde_json::Value;
 use test_support::eventually::eventually_from;
@@ -362,4 +363,5 @@ fn a_fresh_look_finds_a_stopped_recorder_and_a_stopped_or_killed_server() {
         let (json, code) = status(&stage);
         assert_eq!((code, &json["standing"]["word"]), (Some(1), &"SERVER LOST".into()), "{json}");
     }
+    clear(stage.domain()).expect("no process is left");
 }
