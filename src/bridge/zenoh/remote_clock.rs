@@ -48,6 +48,7 @@ impl RemoteClock {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use test_support::property::random_cases;
 
     use super::*;
 
@@ -94,6 +95,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(random_cases(256))]
+
         #[test]
         fn no_numbers_give_an_instant_after_the_arrival_or_before_the_last(frames: Vec<(u64, u32)>) {
             let (mut clock, mut arrived_ns, mut last_ns) = (RemoteClock::default(), 0, 0);
