@@ -40,7 +40,7 @@ fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
         assert!(shot.header.published_ns >= shot.header.scheduled_ns);
     }
     let served = server.summary();
-    assert_released(&served, 201);
+    assert_released(&served, 171);
     let (received, sent) = (receiver.stop(), sender.stop());
     assert_eq!(
         (&sent["type"], &sent["frames"], &sent["lost"]),
