@@ -398,6 +398,10 @@ typedef enum {
    * The run has ended in order. This is the last event, at the last tick of the run.
    */
   BD_EVENT_END = 11,
+  /**
+   * A change of a replay's pace. A server refuses it, and a replay does not record the commands that it takes.
+   */
+  BD_EVENT_PACE = 12,
 } bd_event_kind_t;
 
 /**

@@ -100,6 +100,8 @@ pub enum bd_event_kind_t {
     BD_EVENT_START = 10,
     /// The run has ended in order. This is the last event, at the last tick of the run.
     BD_EVENT_END = 11,
+    /// A change of a replay's pace. A server refuses it, and a replay does not record the commands that it takes.
+    BD_EVENT_PACE = 12,
 }
 
 /// The kind of program that sent a command.
@@ -177,8 +179,8 @@ mod tests {
 
     #[test]
     fn every_kind_and_sender_of_the_bus_has_a_number_in_c() {
-        let (last_kind, last_sender) = (bd_event_kind_t::BD_EVENT_END as u32, bd_sender_t::BD_SENDER_SERVER as u32);
-        assert_eq!(EventKind::from_wire(last_kind), Some(EventKind::End));
+        let (last_kind, last_sender) = (bd_event_kind_t::BD_EVENT_PACE as u32, bd_sender_t::BD_SENDER_SERVER as u32);
+        assert_eq!(EventKind::from_wire(last_kind), Some(EventKind::Pace));
         assert_eq!(EventKind::from_wire(last_kind + 1), None, "bd_event_kind_t lacks this kind");
         assert_eq!(Sender::from_wire(last_sender), Some(Sender::Server));
         assert_eq!(Sender::from_wire(last_sender + 1), None, "bd_sender_t lacks this sender");

@@ -34,6 +34,8 @@ class EventKind(WireCode):
     """The run begins. This is always the first event."""
     END = 11
     """The run has ended in order. This is the last event, at the last tick of the run."""
+    PACE = 12
+    """A change of a replay's pace. A server refuses it, and a replay does not record the commands that it takes."""
 
 
 class Sender(WireCode):
