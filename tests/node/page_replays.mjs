@@ -27,8 +27,6 @@ await withBrowser(async (browser) => {
   await stands(page, 'running');
   await reads(page, '#replay-play', /^Pause$/);
   await page.waitForSelector('#alerts [data-kind="contact"]');
-  await page.click('#commands-tab');
-  await reads(page, '#commands', /speed 1.1 m\/s/);
   await reads(page, '#commands', /release/);
   say({ type: 'told' });
 
