@@ -27,7 +27,6 @@ await withBrowser(async (browser) => {
   await stands(page, 'running');
   await reads(page, '#replay-play', /^Pause$/);
   await page.waitForSelector('#alerts [data-kind="contact"]');
-  await reads(page, '#commands', /release/);
   say({ type: 'told' });
 
   await stands(page, 'finished');
