@@ -34,6 +34,10 @@ await withBrowser(async (browser) => {
   await page.focus('#replay-position');
   await page.keyboard.press('Home');
   await page.waitForFunction(() => document.body.dataset.status === 'running');
+  // From the beginning, so that no command is before the position.
+  await page.click('#commands-tab');
+  await reads(page, '#commands', /speed 1.1 m\/s/);
+  await reads(page, '#commands', /release/);
   await page.click('#replay-play');
   await stands(page, 'paused');
   expect(complaints.length === 0, complaints.join('\n'));
