@@ -276,6 +276,7 @@ fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     assert!((first_step.header.head_travel_m - stood.head_travel_m - 0.02).abs() < 1e-9, "{first_step:?}");
 
     drop(reader);
+    let remedy = format!("`bench-dragon ctl release --instance {}` lets it walk on", playing.stage.domain().instance());
     let (summary, ended, recorded) = playing.interrupt_and_read();
     let mut walked_m =
         recorded.iter().filter(|header| header.run_id == before.run_id).map(|header| header.head_travel_m);
@@ -287,7 +288,6 @@ fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     assert_eq!(summary["restarts"], json!({ "serve": 1, "monitor": 0, "record": 0, "view": 0 }));
     assert_eq!(summary["run_id"], first_step.header.run_id);
     assert!(ended.stderr.contains("serve ended with signal: 9 (SIGKILL): starting it again"), "{}", ended.stderr);
-    let remedy = format!("`bench-dragon ctl release --instance {}` lets it walk on", stage.domain().instance());
     assert!(ended.stderr.contains(&remedy), "{}", ended.stderr);
 }
 
