@@ -99,6 +99,24 @@ def test_what_a_killed_server_has_sent_is_returned_also_after_another_client_has
         assert read(dragon, 0).run_id == server.run_id
 
 
+# At 1 Hz the reader gets no frame of the first server, so that the second one's frame is its first.
+@pytest.mark.parametrize("rate", ["20", "1"])
+def test_what_a_killed_second_server_has_sent_is_returned_to_a_reader_of_frames(stage, rate):
+    first = stage.serve("--rate", rate)
+    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
+        dragon.status(PATIENCE_S)
+        first.kill()
+        second = stage.serve("--rate", "20")
+        while dragon.wait(PATIENCE_S).header.run_id != second.run_id:
+            pass
+        while witness.status(PATIENCE_S).run_id != second.run_id or witness.description().run_id != second.run_id:
+            assert witness.wait(PATIENCE_S) is not None
+        second.kill()
+        with pytest.raises(NoServer):
+            Dragon(stage.instance, timeout_s=0)
+        assert (dragon.status(0).run_id, dragon.description(0).run_id) == (second.run_id, second.run_id)
+
+
 def test_the_events_of_commands_have_sender_and_outcome(stage):
     server = stage.serve("--rate", "20")
     with Dragon(stage.instance) as dragon:

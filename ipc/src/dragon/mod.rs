@@ -320,7 +320,9 @@ impl Dragon {
         let read = read(&mut ports.frames);
         self.shared.lost.store(ports.frames.lost(), Relaxed);
         let read = read?;
-        if read.as_ref().is_some_and(|frame| frame.continuity() == Continuity::Restarted) {
+        // A first frame too may be of another source than the one that ran when the dragon was opened.
+        let begins = |frame: &Frame| matches!(frame.continuity(), Continuity::First | Continuity::Restarted);
+        if read.as_ref().is_some_and(begins) {
             ports.connect();
         }
         Ok(read.map(|frame| LentFrame::of(lent[slot].insert(frame), slot, Arc::clone(&self.shared))))
