@@ -106,6 +106,9 @@ impl Standing {
         match snapshot.state() {
             Some(ShowState::Running) => Self::new(Level::Good, "RUNNING", "The dragon walks."),
             Some(ShowState::Stopping) => Self::new(Level::Caution, "STOPPING", stopping(snapshot)),
+            Some(ShowState::Paused) if is_replayed(snapshot) => {
+                Self::new(Level::Caution, "PAUSED", replayed_pause(snapshot))
+            }
             Some(ShowState::Paused) => paused(snapshot.status.as_deref()),
             Some(ShowState::Ready) if is_replayed(snapshot) => {
                 Self::new(Level::Calm, "READY", "The recorded show waited at its start here.")
@@ -197,6 +200,12 @@ fn paused(status: Option<&Status>) -> Standing {
     }
 }
 
+/// Why a replayed show is paused: the replay is, or the recorded show was.
+fn replayed_pause(snapshot: &Snapshot) -> &'static str {
+    let is_of_replay = snapshot.replay.is_some_and(|replay| replay.paused != 0);
+    if is_of_replay { "The replay is paused." } else { "The recorded show was paused here." }
+}
+
 /// Whether the show is a replayed one: nobody can release it, and no dragon walks.
 fn is_replayed(snapshot: &Snapshot) -> bool {
     snapshot.replay.is_some() || snapshot.status.as_deref().and_then(Status::source_kind) == Some(SourceKind::Replay)
@@ -265,7 +274,7 @@ mod tests {
     use std::sync::Arc;
 
     use bench_dragon_geometry::clearance::PairClearance;
-    use bench_dragon_ipc::{FrameHeader, ReaderReport, Stops};
+    use bench_dragon_ipc::{FrameHeader, ReaderReport, ReplayStatus, Stops};
     use glam::DVec2;
 
     use super::*;
@@ -311,10 +320,11 @@ mod tests {
     }
 
     #[test]
-    fn a_replayed_hold_is_that_of_the_recorded_show_and_has_no_remedy() {
+    fn a_replayed_stand_is_that_of_the_recorded_show_and_has_no_remedy() {
         for (state, level, cause) in [
             (ShowState::Held, Level::Caution, "The recorded show was held here."),
             (ShowState::Ready, Level::Calm, "The recorded show waited at its start here."),
+            (ShowState::Paused, Level::Caution, "The recorded show was paused here."),
         ] {
             let live = snapshot(state, Stops::default(), GuardState::None);
             let status = live.status.as_deref().copied().unwrap_or_default();
@@ -322,6 +332,9 @@ mod tests {
             let standing = Standing::of(&Snapshot { status: Some(Arc::new(status)), ..live }, 0);
             assert_eq!((standing.level, &*standing.cause, standing.remedy), (level, cause, None));
         }
+        let replay = Some(ReplayStatus { paused: 1, ..ReplayStatus::default() });
+        let paused = Snapshot { replay, ..snapshot(ShowState::Paused, Stops::default(), GuardState::None) };
+        assert_eq!(Standing::of(&paused, 0).cause, "The replay is paused.");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { endOf, eventsAhead, leftInWords, nextInWords, restOf } from '../../../src/display/view/page/ahead.js';
+import { endOf, eventsAhead, expectedEnd, leftInWords, nextInWords, restOf } from '../../../src/display/view/page/ahead.js';
 
 const frame = (more = {}) => ({ state: 'running', time_s: 100, time_scale: 1, ...more });
 const FREE = { kind: 'free', is_end: true, time_s: 442, wall_s: 342 };
@@ -62,4 +62,10 @@ test('no time is left where the guard has stopped the head', () => {
   assert.equal(restOf(show(stop, { time_s: 120 }), 442), null);
   assert.equal(restOf(show(stop), 110), 110);
   assert.equal(restOf(show(FREE), 442), 442);
+});
+
+test('the expected end follows the forecast, and an end that has passed is not shown', () => {
+  assert.equal(expectedEnd(show({ ...FREE, time_s: 450 }), 442), 450);
+  assert.equal(expectedEnd(show({ kind: 'rest', time_s: 101, wall_s: 1, travel_m: 101 }), 442), 442);
+  assert.equal(expectedEnd(show({ kind: 'unknown' }, { time_s: 443 }), 442), null);
 });

@@ -67,6 +67,17 @@ export function restOf({ frame, status }, end_s) {
   return outlook.time_s > frame.time_s + NOW_S ? outlook.time_s : null;
 }
 
+/**
+ * Show time at which the run is expected to end; `null` if it is unknown or the show has gone on beyond its planned end.
+ * @param {Pick<Show, 'frame' | 'status'>} show
+ * @param {number} planned_s
+ */
+export function expectedEnd({ frame, status }, planned_s) {
+  const outlook = status?.outlook;
+  if (outlook?.kind === 'free' && outlook.is_end) return outlook.time_s;
+  return frame === null || frame.time_s > planned_s ? null : planned_s;
+}
+
 /** The wall time until the end in words; empty if it is unknown. @param {number | null} end_s @param {import('./frame.js').Frame | null} frame */
 export function leftInWords(end_s, frame) {
   if (end_s === null || frame === null || isOver(frame)) return '';

@@ -1,6 +1,7 @@
 // @ts-check
 // The numbers beside the plan.
 
+import { expectedEnd } from './ahead.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
 import { outlookInWords } from './outlook_words.js';
@@ -66,10 +67,9 @@ function writeClock(show) {
   const time = format.showTime(frame?.time_s);
   write(html('show-time'), time);
   const isEndless = run === null || run.end_s - run.start_s > 1e6;
-  write(
-    html('time-more'),
-    frame === null ? '' : `${format.minutes(frame.time_s)}${isEndless ? '' : ` of ${format.minutes(run.end_s)}`} min`,
-  );
+  const end_s = isEndless ? null : expectedEnd(show, run.end_s);
+  const of = end_s === null ? '' : ` of ${format.minutes(end_s)}`;
+  write(html('time-more'), frame === null ? '' : `${format.minutes(frame.time_s)}${of} min`);
   write(html('speed'), format.fixed(frame?.speed_mps, 2));
   const height = frame?.heights ? `, at height ${format.fixed(frame.heights[0], 2)} m` : '';
   write(html('speed-more'), frame === null ? '' : `walked ${format.fixed(frame.travel_m, 2)} m${height}`);
