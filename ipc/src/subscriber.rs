@@ -154,7 +154,7 @@ impl FrameSubscriber {
         self.reports.set_room(room_s);
     }
 
-    /// Makes the reader's last report say that it ends because its disk is full.
+    /// Marks the reader's last report: the reader ends because its disk is full.
     pub fn set_disk_full(&mut self) {
         self.reports.set_disk_full();
     }

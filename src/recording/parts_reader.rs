@@ -36,7 +36,7 @@ pub struct FlawedFile {
 /// The frames, alerts and command events of all parts of a recording.
 ///
 /// A recorder that begins in the middle of a run receives the newest command events once more, and two recorders may have
-/// recorded the same frames. What an earlier part contains is not returned again.
+/// recorded the same frames. Frames of an earlier part are not returned again.
 #[derive(Debug)]
 pub struct PartsReader {
     parts: Arc<Parts>,

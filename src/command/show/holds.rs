@@ -9,7 +9,7 @@ use super::wall_time::WallTime;
 
 /// Most holds that are kept. The oldest are dropped, and counted.
 const MOST_HOLDS: usize = 200;
-/// Who holds the show after a restart of the server.
+/// The holder of the show after a restart of the server.
 const RESTART: &str = "restart of the server";
 
 /// A hold.

@@ -221,7 +221,7 @@ impl Show<'_> {
     }
 }
 
-/// What the show does after the end of a child, which restarts after this delay or never.
+/// The show's reaction to the end of a child, which restarts after this delay or never.
 fn then(wait: Option<Duration>, is_performance: bool) -> String {
     match wait {
         None => "the show goes on without it".to_owned(),

@@ -46,7 +46,7 @@ pub struct Standing {
     pub word: &'static str,
     /// The cause, in whole sentences.
     pub cause: String,
-    /// What to do, in whole sentences; `None`, null as JSON, if nothing is to be done.
+    /// The remedy, in whole sentences; `None`, null as JSON, if nothing is to be done.
     pub remedy: Option<String>,
 }
 
@@ -249,7 +249,7 @@ const LOOK_AND_RELEASE: &str = "Look at the dragon, then release it.";
 const GUARD_END: &str =
     "The guard has stopped the dragon permanently: ahead, benches come nearer than the margin, or nothing is proved.";
 
-/// What stops the dragon after the release of a hold.
+/// The stop that remains after the release of a hold.
 fn behind_the_hold(guard: GuardSituation) -> &'static str {
     match guard {
         GuardSituation::AtEnd { for_good: true } => " The guard's stop stays: only a seek moves the dragon.",
@@ -259,7 +259,7 @@ fn behind_the_hold(guard: GuardSituation) -> &'static str {
     }
 }
 
-/// Who holds the show: the sender of the last accepted hold of this run.
+/// The holder of the show: the sender of the last accepted hold of this run.
 fn holder(snapshot: &Snapshot) -> String {
     let run_id = snapshot.header().map(|header| header.run_id);
     let is_hold = |event: &&CommandEvent| {

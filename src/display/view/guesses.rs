@@ -42,7 +42,7 @@ struct Origin {
     reported: Option<Instant>,
 }
 
-/// What follows from a wrong token.
+/// The reaction to a wrong token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wrong {
     /// The address has shown it before.

@@ -31,7 +31,7 @@ impl ShowOutcome {
     }
 }
 
-/// What a view knows of the outcome.
+/// The outcome as far as a view knows it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) enum KnownOutcome {
     /// No supervisor reports one.

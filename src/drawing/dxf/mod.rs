@@ -111,7 +111,7 @@ fn curves<'a>(shown: &[Shown<'_, 'a>], unit_m: f64) -> Result<Vec<Curve<'a>>, Dr
     Ok(curves)
 }
 
-/// The wanted entities of the model itself and of its blocks. What is hidden is chosen by name only, or if there is nothing else.
+/// The wanted entities of the model itself and of its blocks. Hidden entities are chosen by name only, or if there is nothing else.
 fn choose<'m, 'a>(model: &'m Model<'a>, choice: &PathChoice<'_>) -> Result<[Vec<Shown<'m, 'a>>; 2], DrawingFileError> {
     let own = model.own();
     if choice.is_open() {

@@ -2,7 +2,7 @@
 //!
 //! usvg resolves transforms, `use`, nested `svg` elements and units, but its work on paints, masks, markers and style sheets is
 //! not bounded, and it leaves out styles that it does not know. So styles are resolved here, paints are left out, and the data of
-//! paths is replaced: the caller reads it itself. What cannot be resolved is a fault of its element. Each element has its number
+//! paths is replaced: the caller reads it itself. A style that cannot be resolved is a fault of its element. Each element has its number
 //! as its id.
 
 use std::collections::{HashMap, HashSet};
@@ -59,7 +59,7 @@ pub(super) struct Reduced {
     pub(super) sizes: Sizes,
 }
 
-/// What the sizes of a file depend on.
+/// The values on which the sizes of a file depend.
 #[derive(Default)]
 pub(super) struct Sizes {
     /// The width and the height of the page.

@@ -10,7 +10,7 @@ use crate::output::figure::Drawing;
 /// A report. The first page has the title, the verdict, and the sections up to the first one that begins a page.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// What the report is, in a few words above the title, and in the title of the browser's window.
+    /// The kind of report, in a few words above the title, and in the title of the browser's window.
     pub kind: String,
     /// The title: the name of what is reported.
     pub title: String,

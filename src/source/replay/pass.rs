@@ -63,7 +63,7 @@ pub(crate) struct Pass<'a> {
     overruns_before: u64,
 }
 
-/// What a pass does next.
+/// The next step of a pass.
 enum Step {
     Play,
     /// The replay stands: paused, or at the end of the recording.

@@ -1,4 +1,4 @@
-//! What clients have asked of a replay.
+//! The requests of clients to a replay.
 
 use bench_dragon_ipc::{Refusal, Request};
 

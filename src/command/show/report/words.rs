@@ -5,7 +5,7 @@ use jiff::Zoned;
 use crate::command::show::course::CourseReport;
 use crate::output::Counted;
 
-/// Who held the dragon, each once, in the order of the first hold.
+/// The holders of the dragon, each once, in the order of the first hold.
 pub(super) fn holders(course: &CourseReport) -> String {
     let mut names: Vec<&str> = Vec::new();
     for hold in &course.holds {

@@ -1,5 +1,5 @@
 // @ts-check
-// What lies ahead: the next event, and the wall time that is left.
+// The time ahead: the next event, and the wall time that is left.
 
 import { countdown, millimetres } from './format.js';
 

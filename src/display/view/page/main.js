@@ -165,7 +165,7 @@ function renew() {
   canvas.dataset.fps = String(perSecond);
 }
 
-/** What the strip and the wall show beside the state. @param {import('./standing.js').Standing} stands @param {number} now_ms @returns {import('./strip.js').Signs} */
+/** The signs of strip and wall beside the state. @param {import('./standing.js').Standing} stands @param {number} now_ms @returns {import('./strip.js').Signs} */
 function signs(stands, now_ms) {
   return {
     contact: contact(),
