@@ -81,6 +81,7 @@ fn at_its_end_a_performance_stands_finished_until_a_seek() {
         };
         let (show, mut reader) = start(&stage, &args);
         assert_stands(&show, &mut reader, ShowState::Finished);
+        show.complaint_with(" s: finished; only `ctl stop` or Ctrl-C ends this show");
         stage.run(&["ctl", "seek", back_s]).expect_clean();
         reader.read_until("the dragon walks again", is_in(ShowState::Running));
         assert_stands(&show, &mut reader, ShowState::Finished);

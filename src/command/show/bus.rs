@@ -58,6 +58,12 @@ impl LastSeen {
         self.header = Some(*header);
     }
 
+    /// Whether the show has reached its end in this frame, and had not before.
+    pub(super) fn finishes_with(&self, header: &FrameHeader) -> bool {
+        let is_finished = |header: &FrameHeader| header.show_state() == Some(ShowState::Finished);
+        is_finished(header) && !self.header.as_ref().is_some_and(is_finished)
+    }
+
     /// The reasons that keep the head from walking, by the newest status.
     fn stops(&self) -> Stops {
         self.status.as_ref().map(Status::stops).unwrap_or_default()

@@ -97,6 +97,9 @@ impl Show<'_> {
             self.reports.totals.see_frame(header);
             self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
+            if self.is_performance && self.seen.finishes_with(header) {
+                log(&format!("{:.6} s: finished; only `ctl stop` or Ctrl-C ends this show", header.sim_time_s()));
+            }
             self.seen.see_frame(header);
         }
         let status = bus.status.poll()?;
