@@ -21,10 +21,14 @@ use crate::timecode::{self, Desk};
 
 /// Waits until an exporter reports this level for a lamp: 0 off, 1 good, 2 warning, 3 danger.
 fn await_level(exporter: &Exporter, name: &str, level: u8) -> String {
-    let line = format!("bench_dragon_lamp_level{{lamp=\"{name}\"}} {level}");
-    eventually_from(&line, || {
+    await_sample(exporter, &format!("lamp_level{{lamp=\"{name}\"}} {level}"))
+}
+
+/// Waits for a sample, given without the name of the program. Returns all samples of that moment.
+fn await_sample(exporter: &Exporter, sample: &str) -> String {
+    eventually_from(sample, || {
         let text = exporter.scrape();
-        if text.lines().any(|reported| reported == line) { Ok(text) } else { Err(text) }
+        if has(&text, sample) { Ok(text) } else { Err(text) }
     })
 }
 
@@ -127,8 +131,9 @@ fn a_recorder_that_ended_because_its_disk_is_full_leaves_a_red_lamp_until_the_ne
     let exporter = Exporter::start(&stage);
     let ended = record_on_disk(&stage, "size=8m").end();
     assert_eq!(ended.code(), Some(4), "{}", ended.stderr);
-    let metrics = await_level(&exporter, "recorder", 3);
-    assert!(has(&metrics, "standing_level 3"), "{metrics}");
+    // The lamp is red before, while the disk is nearly full. The standing is red once it is full.
+    await_sample(&exporter, "standing_level 3");
+    await_level(&exporter, "recorder", 3);
     let again = stage.start(&["record", "again.mcap"]);
     await_level(&exporter, "recorder", 1);
     again.terminate().expect_clean();

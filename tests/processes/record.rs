@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::path::Path;
 
 use bench_dragon::output::Counted;
-use bench_dragon::recording::FrameReader;
+use bench_dragon::recording::{FrameReader, Recorded};
 use bench_dragon_ipc::{DescriptionReader, FrameHeader};
 use serde_json::{Value, json};
 use test_support::eventually::eventually;
@@ -24,6 +24,16 @@ pub(crate) fn read(path: &Path) -> (Vec<FrameHeader>, bool) {
 /// Waits until the file of a running recorder has a frame that would survive a kill.
 pub(crate) fn await_frames(path: &Path) {
     eventually("the recording has a frame", || FrameReader::open(path).ok()?.next()?.ok().map(drop));
+}
+
+/// Waits until the file of a running recorder has this many command events.
+pub(crate) fn await_commands(path: &Path, count: usize) {
+    eventually(&format!("the recording has {count} events of commands"), || {
+        let mut reader = FrameReader::open(path).ok()?;
+        let recorded = std::iter::from_fn(|| reader.next_wanted(|_| false).expect("a readable recording"));
+        let is_command = |recorded: &Recorded| matches!(recorded, Recorded::Command(_));
+        (recorded.filter(is_command).count() >= count).then_some(())
+    });
 }
 
 #[test]

@@ -9,7 +9,7 @@ use test_support::process::{Ended, Process};
 
 use crate::children::{await_child, kill};
 use crate::reader::Reader;
-use crate::record::await_frames;
+use crate::record::{await_commands, await_frames};
 use crate::show::Playing;
 use crate::stage::{Stage, program};
 
@@ -31,7 +31,8 @@ fn frames_of_parts(stage: &Stage, folder: &str) -> Vec<(u64, u64)> {
 fn show_with_kills() -> (Stage, Value) {
     let playing = Playing::start(&["--auto-resume"]);
     let pid = playing.show.pid();
-    await_frames(&playing.stage.path("out/recording.mcap"));
+    // Without the start of the run, none of its frames can be verified.
+    await_commands(&playing.stage.path("out/recording.mcap"), 1);
     let recorder = await_child(pid, "record", None);
     kill(recorder);
     await_child(pid, "record", Some(recorder));

@@ -5,11 +5,10 @@ use std::fs;
 use bench_dragon::recording::{FrameReader, Recorded, Recorder, RecorderSettings};
 use bench_dragon_ipc::ShowState;
 use serde_json::{Value, json};
-use test_support::eventually::eventually;
 use test_support::process::{Ended, Process};
 
 use crate::reader::Reader;
-use crate::record::await_frames;
+use crate::record::{await_commands, await_frames};
 use crate::stage::{Server, Stage, program};
 use crate::suspended::suspend;
 use crate::timecode::{self, Desk, event, read_following};
@@ -48,16 +47,6 @@ fn record(stage: &Stage, args: &[&str]) -> (Server, Process) {
     let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
     await_frames(&stage.path("a.mcap"));
     (server, recorder)
-}
-
-/// Waits until the file of a running recorder has this many command events.
-fn await_commands(stage: &Stage, count: usize) {
-    eventually(&format!("the recording has {count} events of commands"), || {
-        let mut reader = FrameReader::open(&stage.path("a.mcap")).ok()?;
-        let recorded = std::iter::from_fn(|| reader.next_wanted(|_| false).expect("a readable recording"));
-        let is_command = |recorded: &Recorded| matches!(recorded, Recorded::Command(_));
-        (recorded.filter(is_command).count() >= count).then_some(())
-    });
 }
 
 fn ctl(stage: &Stage, order: &[&str]) -> u64 {
@@ -174,7 +163,7 @@ fn each_run_of_a_restarted_server_is_as_simulated() {
     let stage = Stage::new();
     let (server, recorder) = record(&stage, &["--rate", "50"]);
     ctl(&stage, &["seek", "30"]);
-    await_commands(&stage, 2);
+    await_commands(&stage.path("a.mcap"), 2);
     let first = server.run_id;
     server.process.kill();
     let server = stage.serve(&["--rate", "50", "--start-travel", "30", "--start-at", "31", "--start-speed", "0.5"]);

@@ -61,7 +61,8 @@ impl RunEvents {
         events.sort_by_key(|event| event.number);
         events.dedup_by_key(|event| event.number);
         let first = events.first().ok_or(
-            "it has no record of commands: it comes from an earlier version, a replay, or a server on another host",
+            "it has no record of commands: its recorder was killed in its first second, or it comes from an earlier \
+             version, a replay, or a server on another host",
         )?;
         let start = match (first.number, first.run_start()) {
             (0, Some(start)) => start,
