@@ -2,14 +2,16 @@
 
 use std::env;
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 use test_support::process::Process;
 use test_support::pytest::python;
-use test_support::skip::has_programs;
+use test_support::skip::{has_programs, skip};
 
+use crate::browser::View;
 use crate::c_compiler::Language::C99;
 use crate::c_compiler::Linkage::Shared;
 use crate::c_compiler::compile_at;
@@ -109,6 +111,50 @@ fn the_rust_program_reads_a_show() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
     assert_goes_on(by_lines(&folder.join("examples/head"), &stage));
+    server.stop();
+}
+
+#[test]
+fn the_node_program_reads_a_show() {
+    let Some(node) = env::var_os("BENCH_DRAGON_NODE").map(PathBuf::from) else {
+        return skip("tests/run has not installed the packages of tests/node");
+    };
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let view = View::of(&stage);
+    // A program imports the packages beside it.
+    fs::copy(example("stream.mjs"), stage.path("stream.mjs")).expect("a copy");
+    symlink(node.join("node_modules"), stage.path("node_modules")).expect("a link");
+    let mut client = Command::new("node");
+    client.arg(stage.path("stream.mjs")).arg(&view.address);
+    assert_goes_on(Process::start(client));
+    view.process.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
+fn the_shell_program_reads_and_steers_a_show() {
+    if !has_programs(&["curl"]) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "20"]);
+    let view = View::of(&stage);
+    let token = view.url.split_once("#token=").expect("an address with a token").1;
+    let ask = |args: &[&str]| {
+        let mut curl = Command::new("sh");
+        curl.arg(example("steer.sh")).arg(format!("http://{}", view.address)).args(args);
+        Process::start(curl).end()
+    };
+    let reply = ask(&[token, "hold"]).expect_clean().last_json();
+    assert_eq!(reply["accepted"], true, "{reply}");
+    let reply = ask(&[token, "seek", "-1e9"]).expect_clean().last_json();
+    assert!(reply["accepted"] == false && reply["reason"].is_string(), "{reply}");
+    assert_eq!(ask(&[token]).expect_clean().last_json()["type"], "status");
+    let refused = ask(&["0123456789abcdef", "hold"]);
+    assert_eq!(refused.code(), Some(22), "{}", refused.stderr);
+    assert!(refused.stdout.contains("a command needs the token"), "{}", refused.stdout);
+    view.process.terminate().expect_clean();
     server.stop();
 }
 

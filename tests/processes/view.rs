@@ -30,6 +30,16 @@ fn pages_with_the_token_are_served_and_others_are_refused() {
 }
 
 #[test]
+fn the_interface_is_as_its_description_says() {
+    let stage = Stage::new();
+    let _server = stage.serve(&["--rate", "100", "--start-at", "400"]);
+    let monitor = stage.start(&["monitor"]);
+    // The last test of the file ends the server.
+    pytest::run("test_interface.py", &variables(&stage));
+    monitor.end();
+}
+
+#[test]
 fn of_two_hundred_pages_the_allowed_number_is_served_and_no_reader_loses_a_frame() {
     let stage = Stage::new();
     // At this rate, a reader that waits for ten seconds loses nothing.

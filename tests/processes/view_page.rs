@@ -90,6 +90,19 @@ fn every_control_works_by_button_and_by_key() {
 }
 
 #[test]
+fn the_page_works_under_a_path_of_a_proxy() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let server = stage.serve(&SHOW);
+    let view = View::of(&stage);
+    let mut page = browser.play("page_behind_proxy.mjs", &[&view.url]);
+    assert_eq!(page.json()["type"], "held");
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    server.stop();
+}
+
+#[test]
 fn the_page_distinguishes_a_lost_server_from_a_lost_view_and_recovers() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();

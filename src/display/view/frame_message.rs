@@ -1,7 +1,10 @@
-//! The frame message: the binary form in which a page receives a frame.
+//! The frame message: the binary form in which a page receives a frame, and the same values as JSON.
 
 use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_ipc::ShowState;
+use serde_json::{Value, json};
 
+use super::messages::UNKNOWN;
 use crate::display::observe::FrameCopy;
 
 /// Bytes before the handles.
@@ -67,9 +70,39 @@ pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<Pai
     bytes
 }
 
+/// Encodes a frame and its sequence number as JSON. Positions and speeds are rounded to a micrometre.
+pub(super) fn frame_json(sequence: u32, frame: &FrameCopy, nearest: Option<PairClearance>) -> Value {
+    let header = &frame.header;
+    let nearest = nearest.map(|pair| {
+        let point_m = pair.point.to_array().map(to_micrometre);
+        json!({ "clearance_m": pair.clearance_m, "benches": pair.benches, "point_m": point_m })
+    });
+    let positions_m = frame.handles.iter().map(|handle| handle.position_m.map(to_micrometre));
+    json!({
+        "type": "frame",
+        "sequence": sequence,
+        "run_id": header.run_id,
+        "tick": header.tick,
+        "state": header.show_state().map_or(UNKNOWN, ShowState::name),
+        "time_s": header.sim_time_s(),
+        "travel_m": header.head_travel_m,
+        "speed_mps": header.head_speed_mps,
+        "time_scale": header.time_scale,
+        "due_ms": header.scheduled_ns as f64 * 1e-6,
+        "nearest": nearest,
+        "positions_m": positions_m.collect::<Vec<_>>(),
+        "speeds_mps": frame.handles.iter().map(|handle| to_micrometre(handle.speed_mps())).collect::<Vec<_>>(),
+    })
+}
+
+/// Rounds a length in metres. A length that rounds to nothing is a positive 0.
+fn to_micrometre(value_m: f64) -> f64 {
+    (value_m * 1e6).round() / 1e6 + 0.0
+}
+
 #[cfg(test)]
 mod tests {
-    use bench_dragon_ipc::{FrameHeader, HandleState, ShowState};
+    use bench_dragon_ipc::{FrameHeader, HandleState};
     use glam::DVec2;
 
     use super::*;
@@ -116,5 +149,26 @@ mod tests {
         let bytes = encode_frame(0, &frame, None);
         assert!(f64::from_le_bytes(bytes[64..72].try_into().expect("eight")).is_nan());
         assert_eq!(bytes[72..80], [0xff; 8]);
+    }
+
+    #[test]
+    fn the_json_of_a_frame_has_its_values_rounded_to_a_micrometre() {
+        let header = FrameHeader {
+            run_id: 7,
+            tick: 2,
+            sim_time_ns: -1_500_000_000,
+            scheduled_ns: 5_250_000_000,
+            state: ShowState::Ready.to_wire(),
+            ..FrameHeader::default()
+        };
+        let handle = HandleState { position_m: [1.234_567_89, -2e-9, 0.0], velocity_mps: [3.0, 4.0, 0.0] };
+        let frame = FrameCopy { header, handles: vec![handle] };
+        let pair = PairClearance { benches: [3, 9], clearance_m: 0.125, point: DVec2::new(6.0, 7.0) };
+        let value = frame_json(9, &frame, Some(pair));
+        assert_eq!((&value["sequence"], &value["state"], &value["time_s"]), (&9.into(), &"ready".into(), &json!(-1.5)));
+        assert_eq!((&value["due_ms"], &value["nearest"]["benches"]), (&json!(5250.0), &json!([3, 9])));
+        assert_eq!(value["positions_m"].to_string(), "[[1.234568,0.0,0.0]]");
+        assert_eq!(value["speeds_mps"], json!([5.0]));
+        assert!(frame_json(9, &frame, None)["nearest"].is_null());
     }
 }

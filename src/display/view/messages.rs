@@ -17,7 +17,7 @@ use crate::output::command_words::CommandWords;
 use crate::output::histogram::Percentiles;
 
 /// Name of a kind or a state that this version does not support.
-const UNKNOWN: &str = "unknown";
+pub(super) const UNKNOWN: &str = "unknown";
 
 /// Encodes the constant properties of a run. The view sends it once per run. Units are metres and seconds.
 pub(super) fn run_message(run: &DescribedRun) -> Value {
@@ -226,30 +226,33 @@ pub(super) fn read_ack(text: &str) -> Option<u32> {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "command", rename_all = "snake_case", deny_unknown_fields)]
 enum PageCommand {
-    Pause,
-    Resume,
-    Hold,
-    Release,
+    // With braces, serde refuses further keys.
+    Pause {},
+    Resume {},
+    Hold {},
+    Release {},
     Speed { value: f64 },
     Seek { value: f64 },
     Pace { value: f64 },
+    Stop {},
 }
 
 /// Decodes the request in a body, or returns the reason for which it is invalid.
 pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
     let command = serde_json::from_slice(body).map_err(|error| {
         format!(
-            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, or speed, seek or pace with a "value": {error}"#
+            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, stop, or speed, seek or pace with a "value": {error}"#
         )
     })?;
     Ok(match command {
-        PageCommand::Pause => Request::Pause,
-        PageCommand::Resume => Request::Resume,
-        PageCommand::Hold => Request::Hold,
-        PageCommand::Release => Request::Release,
+        PageCommand::Pause {} => Request::Pause,
+        PageCommand::Resume {} => Request::Resume,
+        PageCommand::Hold {} => Request::Hold,
+        PageCommand::Release {} => Request::Release,
         PageCommand::Speed { value } => Request::Speed { speed_mps: value },
         PageCommand::Seek { value } => Request::Seek { sim_time_s: value },
         PageCommand::Pace { value } => Request::Pace { factor: value },
+        PageCommand::Stop {} => Request::Stop,
     })
 }
 
@@ -286,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_can_send_seven_commands() {
+    fn a_request_can_send_eight_commands() {
         for (body, request) in [
             (r#"{"command":"pause"}"#, Request::Pause),
             (r#"{"command":"resume"}"#, Request::Resume),
@@ -295,6 +298,7 @@ mod tests {
             (r#"{"command":"speed","value":0.8}"#, Request::Speed { speed_mps: 0.8 }),
             (r#"{"command":"seek","value":-30}"#, Request::Seek { sim_time_s: -30.0 }),
             (r#"{"command":"pace","value":2}"#, Request::Pace { factor: 2.0 }),
+            (r#"{"command":"stop"}"#, Request::Stop),
         ] {
             assert_eq!(read_command(body.as_bytes()), Ok(request), "{body}");
         }
@@ -306,7 +310,7 @@ mod tests {
             "",
             "null",
             "[]",
-            r#"{"command":"stop"}"#,
+            r#"{"command":"stop","value":1}"#,
             r#"{"command":"grant","value":1}"#,
             r#"{"command":"speed"}"#,
             r#"{"command":"speed","value":"1"}"#,

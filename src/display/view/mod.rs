@@ -9,6 +9,8 @@
 //!
 //! The page's files are in `page/` and are embedded in the program; the page loads nothing from elsewhere. The page sends
 //! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`.
+//!
+//! Other programs get the frames as JSON. `docs/reference/openapi.yaml` describes every path and message.
 
 mod access;
 mod frame_message;
@@ -19,6 +21,7 @@ mod page_senders;
 mod page_stream;
 mod viewers;
 
+use std::convert::identity;
 use std::io;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -32,7 +35,7 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::Response;
-use axum::routing::{any, get, post};
+use axum::routing::{MethodRouter, any, get, post};
 use bench_dragon_ipc::{BusError, Domain, Request, Sender};
 use include_dir::{Dir, File, include_dir};
 use serde_json::json;
@@ -41,16 +44,17 @@ use tokio::time::{sleep, timeout};
 
 use self::access::{Access, Rights, Shown, shows_token};
 use self::guesses::{ANSWER_DELAY, Guesses, Wrong};
-use self::messages::read_command;
+use self::messages::{read_command, status_message};
 use self::outcome::KnownOutcome;
 use self::page_senders::PageSenders;
-use self::page_stream::{MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
+use self::page_stream::{FrameForm, MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
 use self::viewers::Viewers;
 use super::metrics;
 use super::observe::Snapshot;
-use super::web::{Connection, json_reply, refuse, text};
+use super::web::{Connection, JSON, json_reply, refuse, text};
 use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE};
 use crate::output::Counted;
+use crate::system::clock::monotonic_ns;
 
 pub use self::access::{Token, TokenError};
 pub use self::outcome::ShowOutcome;
@@ -59,8 +63,11 @@ pub use self::viewers::MAX_VIEWERS;
 /// The page's files, embedded in the program.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
 
-/// The WebSocket protocol of a page's stream.
-const PROTOCOL: &str = "bench-dragon.view.v1";
+/// The WebSocket protocols of a stream with binary frames, and of one with frames as JSON.
+const BINARY_PROTOCOL: &str = "bench-dragon.view.v1";
+const JSON_PROTOCOL: &str = "bench-dragon.json.v1";
+/// The description of this interface.
+const DESCRIPTION: &str = include_str!("../../../docs/reference/openapi.yaml");
 /// Greatest length of a command's body, in bytes.
 const MAX_COMMAND_BYTES: usize = 1 << 10;
 /// Timeout for a command's body.
@@ -132,12 +139,10 @@ impl View {
 
     /// The router of the view's requests.
     pub fn router(&self) -> Router {
-        PAGE.files()
-            .fold(Router::new(), add_page)
-            .route("/access", get(report_access))
-            .route("/metrics", get(report_metrics))
-            .route("/stream", any(open_stream))
-            .route("/command", post(take_command))
+        let pages = PAGE.files().fold(Router::new(), add_page);
+        INTERFACE
+            .iter()
+            .fold(pages, |router, (path, handler)| router.route(path, handler()))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
             .method_not_allowed_fallback(async || {
                 refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
@@ -148,6 +153,12 @@ impl View {
 
     fn rights(&self, headers: &HeaderMap) -> Rights {
         self.0.access.rights(headers)
+    }
+
+    /// The newest snapshot, for a request that may see it.
+    #[expect(clippy::result_large_err, reason = "the error is the reply")]
+    fn newest_for(&self, headers: &HeaderMap) -> Result<Arc<NumberedSnapshot>, Response> {
+        if self.rights(headers).may_view { Ok(Arc::clone(&self.0.snapshots.borrow())) } else { Err(refuse_look()) }
     }
 
     /// Checks a command's headers, before its body is read.
@@ -181,6 +192,17 @@ fn is_json(media_type: &HeaderValue) -> bool {
 fn refuse_look() -> Response {
     refuse(StatusCode::UNAUTHORIZED, "this view needs the token that `bench-dragon view` printed")
 }
+
+/// The paths beside the page's files, in the order of their description, and what answers them.
+const INTERFACE: [(&str, fn() -> MethodRouter<View>); 7] = [
+    ("/access", || get(report_access)),
+    ("/frame", || get(report_frame)),
+    ("/status", || get(report_status)),
+    ("/stream", || any(open_stream)),
+    ("/command", || post(take_command)),
+    ("/metrics", || get(report_metrics)),
+    ("/openapi.yaml", || get(report_interface)),
+];
 
 /// Adds a file of the page to the router. Cargo embeds a new file only when an existing file changes, for example to import it.
 fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
@@ -269,17 +291,36 @@ async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Re
         "max_viewers": MAX_VIEWERS,
         "is_full": view.viewers.is_full(has_token),
     });
-    let mut response = json_reply(StatusCode::OK, &report);
-    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    response
+    unkept(json_reply(StatusCode::OK, &report))
 }
 
 async fn report_metrics(State(view): State<View>, headers: HeaderMap) -> Response {
-    if !view.rights(&headers).may_view {
-        return refuse_look();
-    }
-    let shown = Arc::clone(&view.0.snapshots.borrow());
-    metrics::reply(&shown.snapshot)
+    view.newest_for(&headers).map_or_else(identity, |newest| metrics::reply(&newest.snapshot))
+}
+
+async fn report_frame(State(view): State<View>, headers: HeaderMap) -> Response {
+    let frame = |newest: Arc<NumberedSnapshot>| match newest.frame_text() {
+        Some(frame) => unkept(text(StatusCode::OK, JSON, format!("{frame}\n"))),
+        None => refuse(StatusCode::SERVICE_UNAVAILABLE, "no frame has arrived yet"),
+    };
+    view.newest_for(&headers).map_or_else(identity, frame)
+}
+
+async fn report_status(State(view): State<View>, headers: HeaderMap) -> Response {
+    let status = |newest: Arc<NumberedSnapshot>| {
+        unkept(json_reply(StatusCode::OK, &status_message(&newest.snapshot, 0, None, monotonic_ns())))
+    };
+    view.newest_for(&headers).map_or_else(identity, status)
+}
+
+async fn report_interface() -> Response {
+    text(StatusCode::OK, "application/yaml", DESCRIPTION)
+}
+
+/// A reply that no browser keeps.
+fn unkept(mut response: Response) -> Response {
+    response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
 }
 
 async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response {
@@ -294,15 +335,14 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
     let Some(place) = view.0.viewers.take(has_token) else {
         return refuse(StatusCode::SERVICE_UNAVAILABLE, "32 pages are open already, which is the limit");
     };
-    let mut snapshots = view.0.snapshots.subscribe();
-    let (closing, mut outcome) = (view.0.closing.subscribe(), view.0.outcome.subscribe());
-    snapshots.mark_changed();
-    outcome.mark_changed();
-    upgrade
-        .protocols([PROTOCOL])
+    let upgrade = upgrade
+        .protocols([BINARY_PROTOCOL, JSON_PROTOCOL])
         .max_message_size(MAX_MESSAGE_BYTES)
-        .max_frame_size(MAX_MESSAGE_BYTES)
-        .on_upgrade(move |socket| PageStream::new(socket, snapshots, closing, outcome, place).run())
+        .max_frame_size(MAX_MESSAGE_BYTES);
+    // A program that asks for no protocol gets what is easy to read.
+    let is_binary = upgrade.selected_protocol().is_some_and(|protocol| protocol == BINARY_PROTOCOL);
+    let form = if is_binary { FrameForm::Binary } else { FrameForm::Json };
+    upgrade.on_upgrade(move |socket| PageStream::new(socket, form, &view, place).run())
 }
 
 async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {
@@ -353,5 +393,22 @@ fn status_of(error: &CommandQueueError) -> StatusCode {
         CommandQueueError::Bus(error) if error.is_absent() => StatusCode::SERVICE_UNAVAILABLE,
         CommandQueueError::Bus(BusError::TooManyClients { .. }) => StatusCode::SERVICE_UNAVAILABLE,
         CommandQueueError::Bus(_) => StatusCode::INTERNAL_SERVER_ERROR,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_description_has_every_path() {
+        let described: Vec<&str> = DESCRIPTION
+            .lines()
+            .filter_map(|line| line.strip_prefix("  /")?.strip_suffix(':'))
+            .filter(|path| !path.contains(' '))
+            .collect();
+        let mut known = vec![""];
+        known.extend(INTERFACE.iter().map(|(path, _)| &path[1..]));
+        assert_eq!(described, known);
     }
 }

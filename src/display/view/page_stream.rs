@@ -1,4 +1,4 @@
-//! The stream to one page: frames, as fast as the page acknowledges them, and all other messages.
+//! The stream to one page or one program: frames, as fast as it acknowledges them, and all other messages.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -11,7 +11,8 @@ use serde_json::Value;
 use tokio::sync::watch;
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use super::frame_message::encode_frame;
+use super::View;
+use super::frame_message::{encode_frame, frame_json};
 use super::messages::{HeardAck, alert_message, command_message, plan_message, read_ack, run_message, status_message};
 use super::outcome::{KnownOutcome, last};
 use super::page_senders::SenderHosts;
@@ -31,10 +32,20 @@ const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
 /// Timeout for a page's answer to a close frame.
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
+/// The form in which a stream has its frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FrameForm {
+    /// Binary messages, which the page acknowledges in messages of its own.
+    Binary,
+    /// JSON. A ping follows each frame, and the pong acknowledges it: every WebSocket library answers pings by itself.
+    Json,
+}
+
 /// The stream to one page.
 #[derive(Debug)]
 pub(super) struct PageStream {
     socket: WebSocket,
+    form: FrameForm,
     snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
     closing: watch::Receiver<bool>,
     outcome: watch::Receiver<KnownOutcome>,
@@ -70,17 +81,16 @@ enum StreamEnd {
 }
 
 impl PageStream {
-    pub(super) fn new(
-        socket: WebSocket,
-        snapshots: watch::Receiver<Arc<NumberedSnapshot>>,
-        closing: watch::Receiver<bool>,
-        outcome: watch::Receiver<KnownOutcome>,
-        place: Place,
-    ) -> Self {
+    pub(super) fn new(socket: WebSocket, form: FrameForm, view: &View, place: Place) -> Self {
+        let View(view) = view;
+        let (mut snapshots, mut outcome) = (view.snapshots.subscribe(), view.outcome.subscribe());
+        snapshots.mark_changed();
+        outcome.mark_changed();
         Self {
             socket,
+            form,
             snapshots,
-            closing,
+            closing: view.closing.subscribe(),
             outcome,
             sent: SentState::default(),
             unacknowledged: VecDeque::with_capacity(MAX_UNACKNOWLEDGED),
@@ -141,17 +151,27 @@ impl PageStream {
         );
         let text = match message {
             None | Some(Ok(Message::Close(_))) => return Err(StreamEnd::Gone),
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => return Ok(()),
+            Some(Ok(Message::Ping(_))) => return Ok(()),
+            // A pong without a ping is allowed (RFC 6455, section 5.5.3).
+            Some(Ok(Message::Pong(payload))) => {
+                let _ = sequence_in(&payload).is_some_and(|sequence| self.acknowledge(sequence));
+                return Ok(());
+            }
             Some(Ok(Message::Text(text))) => text,
             // The message is too long, or the connection is broken. In the second case the close frame is lost.
             Some(Ok(Message::Binary(_)) | Err(_)) => return Err(MALFORMED),
         };
         let sequence = read_ack(&text).ok_or(MALFORMED)?;
-        let known = self.unacknowledged.iter().position(|&sent| sent == sequence).ok_or(MALFORMED)?;
+        if self.acknowledge(sequence) { Ok(()) } else { Err(MALFORMED) }
+    }
+
+    /// Counts a frame as acknowledged, and all frames before it. Returns whether it was unacknowledged.
+    fn acknowledge(&mut self, sequence: u32) -> bool {
+        let Some(known) = self.unacknowledged.iter().position(|&sent| sent == sequence) else { return false };
         self.unacknowledged.drain(..=known);
         self.heard = Instant::now();
         self.heard_ack = Some(HeardAck { sequence, at_ns: monotonic_ns() });
-        Ok(())
+        true
     }
 
     /// Sends the newest frame, unless the page already has it. The run is sent before it; the plan, alerts and commands after
@@ -166,13 +186,16 @@ impl PageStream {
             return Ok(());
         }
         self.send_run(&newest).await?;
-        let Some(bytes) = newest.frame() else { return Ok(()) };
+        let Some(frame) = newest.frame(self.form) else { return Ok(()) };
         self.sent.frame.clone_from(&newest.snapshot.frame);
         if self.unacknowledged.is_empty() {
             self.heard = Instant::now();
         }
         self.unacknowledged.push_back(newest.sequence);
-        self.send(Message::Binary(bytes)).await?;
+        self.send(frame).await?;
+        if self.form == FrameForm::Json {
+            self.send(Message::Ping(Bytes::copy_from_slice(&newest.sequence.to_be_bytes()))).await?;
+        }
         self.send_plan(&newest).await?;
         self.send_alerts(&newest).await?;
         let commands = &newest.snapshot.commands.log;
@@ -256,18 +279,34 @@ pub(super) struct NumberedSnapshot {
     pub(super) snapshot: Snapshot,
     /// The machines of the pages that sent the commands.
     senders: SenderHosts,
-    message: OnceLock<Bytes>,
+    binary: OnceLock<Bytes>,
+    json: OnceLock<Utf8Bytes>,
 }
 
 impl NumberedSnapshot {
     pub(super) fn new(sequence: u32, snapshot: Snapshot, senders: SenderHosts) -> Arc<Self> {
-        Arc::new(Self { sequence, snapshot, senders, message: OnceLock::new() })
+        Arc::new(Self { sequence, snapshot, senders, binary: OnceLock::new(), json: OnceLock::new() })
     }
 
     /// Returns the snapshot's frame as a message, if any.
-    fn frame(&self) -> Option<Bytes> {
+    fn frame(&self, form: FrameForm) -> Option<Message> {
         let frame = self.snapshot.frame.as_ref()?;
         let encode = || encode_frame(self.sequence, frame, self.snapshot.nearest).into();
-        Some(self.message.get_or_init(encode).clone())
+        Some(match form {
+            FrameForm::Binary => Message::Binary(self.binary.get_or_init(encode).clone()),
+            FrameForm::Json => Message::Text(self.frame_text()?),
+        })
     }
+
+    /// Returns the snapshot's frame as JSON, if any.
+    pub(super) fn frame_text(&self) -> Option<Utf8Bytes> {
+        let frame = self.snapshot.frame.as_ref()?;
+        let encode = || frame_json(self.sequence, frame, self.snapshot.nearest).to_string().into();
+        Some(self.json.get_or_init(encode).clone())
+    }
+}
+
+/// The sequence number of a frame in the payload of a pong.
+fn sequence_in(payload: &[u8]) -> Option<u32> {
+    payload.try_into().ok().map(u32::from_be_bytes)
 }

@@ -13,4 +13,4 @@ mod site;
 
 pub use connection_limit::{Connection, MAX_CONNECTIONS, MAX_FROM_ADDRESS};
 pub use same_site::Hosts;
-pub use site::{Site, closed, json_reply, refuse, text};
+pub use site::{JSON, Site, closed, json_reply, refuse, text};

@@ -156,9 +156,12 @@ pub fn text(status: StatusCode, media_type: &'static str, body: impl Into<Body>)
     response
 }
 
+/// The media type of JSON.
+pub const JSON: &str = "application/json";
+
 /// Returns a reply with a value as JSON.
 pub fn json_reply(status: StatusCode, value: &Value) -> Response {
-    text(status, "application/json", format!("{value}\n"))
+    text(status, JSON, format!("{value}\n"))
 }
 
 /// Returns a refusal and its reason, in one line of JSON, so that a page can read it.

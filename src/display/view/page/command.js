@@ -30,7 +30,7 @@ const NO_ANSWER = 504;
 export async function sendCommand(command, token) {
   const name = command.command;
   try {
-    const response = await fetch('/command', {
+    const response = await fetch('command', {
       method: 'POST',
       headers: { ...tokenHeaders(token), 'Content-Type': 'application/json' },
       body: JSON.stringify(command),

@@ -72,7 +72,7 @@ export class Connection {
     try {
       /** @type {HeadersInit} */
       const headers = this.#token === null ? {} : tokenHeaders(this.#token);
-      const response = await fetch('/access', {
+      const response = await fetch('access', {
         headers,
         cache: 'no-store',
         signal: AbortSignal.timeout(OPEN_WITHIN_MS),
@@ -86,10 +86,7 @@ export class Connection {
   /** @param {number} attempt */
   #openSocket(attempt) {
     const protocols = [PROTOCOL, ...(this.#token === null ? [] : [TOKEN_PROTOCOL + this.#token])];
-    const socket = new WebSocket(
-      `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/stream`,
-      protocols,
-    );
+    const socket = new WebSocket(streamAddress(document.baseURI), protocols);
     socket.binaryType = 'arraybuffer';
     this.#socket = socket;
     const limit = setTimeout(() => socket.close(), OPEN_WITHIN_MS);
@@ -174,6 +171,16 @@ export class Connection {
     this.line.state = state;
     this.#listener.line();
   }
+}
+
+/**
+ * The address of the stream beside a page, which may be under a path of a proxy.
+ * @param {string} page
+ */
+function streamAddress(page) {
+  const address = new URL('stream', page);
+  address.protocol = address.protocol === 'https:' ? 'wss:' : 'ws:';
+  return address;
 }
 
 /** @param {string} text @returns {{type: string} | null} */
