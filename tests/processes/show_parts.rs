@@ -33,6 +33,7 @@ fn show_with_kills() -> (Stage, Value) {
     let pid = playing.show.pid();
     // Without the start of the run, none of its frames can be verified.
     await_commands(&playing.stage.path("out/recording.mcap"), 1);
+    await_frames(&playing.stage.path("out/recording.mcap"));
     let recorder = await_child(pid, "record", None);
     kill(recorder);
     await_child(pid, "record", Some(recorder));

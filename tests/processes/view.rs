@@ -36,7 +36,7 @@ fn the_interface_is_as_its_description_says() {
     let monitor = stage.start(&["monitor"]);
     // The last test of the file ends the server.
     pytest::run("test_interface.py", &variables(&stage));
-    monitor.end();
+    monitor.terminate().expect_clean();
 }
 
 #[test]

@@ -173,7 +173,7 @@ def test_pages_of_another_origin_are_refused_everything(view):
     [
         ("", 400),
         ("pause", 400),
-        ('{"command":"stop"}', 400),
+        ('{"command":"stop","value":1}', 400),
         ('{"command":"speed"}', 400),
         ('{"command":"speed","value":"fast"}', 400),
         ('{"command":"seek","value":1e999}', 400),
