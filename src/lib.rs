@@ -10,7 +10,7 @@
 //! | [`command_queue`] | commands to a server, one at a time and in order; holds overtake all others |
 //! | [`output`] | tables, figures, histograms, the log, and their printing |
 //! | [`config`] | the validated TOML document |
-//! | [`drawing`] | routes that are drawn, in SVG, DXF and CSV files |
+//! | [`drawing`] | routes that are drawn, in SVG, DXF, CSV, GPX, KML and GeoJSON files |
 //! | [`height_map`] | heights of the ground, in GeoTIFF, ESRI ASCII and PNG files |
 //! | [`system`] | clocks, processors, signals, limits, input files, whole files |
 //! | `command` | one file per command, with its arguments, and the program's `main` |

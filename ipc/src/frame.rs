@@ -91,7 +91,7 @@ pub fn frame_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
 pub enum ShowState {
     /// The head walks.
     Running = 0,
-    /// Paused by the operator. `resume` continues.
+    /// Paused by the operator, or by a timecode that stands. `resume` continues.
     Paused = 1,
     /// Stopped for safety. Only `release` lifts the hold.
     Held = 2,

@@ -12,6 +12,7 @@
 //! | `bench-dragon/readers` | publish-subscribe | [`ReaderReport`] |
 //! | `bench-dragon/commands` | request-response | [`Command`] → [`CommandReply`] |
 //! | `bench-dragon/command-events` | publish-subscribe, last ones for late joiners | [`CommandEvent`] |
+//! | `bench-dragon/replay` | latest value, of a replay alone | [`ReplayStatus`] |
 //!
 //! - *Creation:* only a source (a server, a replay or a receiving bridge) creates services. A client opens existing ones;
 //!   without a source it receives [`BusError::NoServer`] and may try again.

@@ -43,7 +43,7 @@ pub struct Status {
     pub tick_p999_ns: u64,
     /// Greatest duration, in nanoseconds.
     pub tick_max_ns: u64,
-    /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for a server without a guard.
+    /// Travel up to which a guarded server may move the head, in metres; [`Status::NONE`] for a server that is not guarded.
     pub granted_to_m: f64,
     /// Travel of a refused seek on a guarded server, in metres, or [`Status::NONE`]. The guard is asked to prove it.
     pub asked_m: f64,
@@ -170,7 +170,7 @@ wire_enum! {
 wire_enum! {
     /// State of the guard.
     GuardState {
-        /// The server was not started with `--guarded`.
+        /// The server is not guarded.
         #[default]
         None = 0, "none";
         /// The server waits for grants, and no guard runs.

@@ -181,7 +181,7 @@ typedef enum {
    */
   BD_RUNNING = 0,
   /**
-   * Paused by the operator. `BD_COMMAND_RESUME` continues.
+   * Paused by the operator, or by a timecode that stands. `BD_COMMAND_RESUME` continues.
    */
   BD_PAUSED = 1,
   /**
@@ -601,7 +601,7 @@ typedef struct {
    */
   uint64_t lateness_max_ns;
   /**
-   * Travel up to which a guarded server may move the head, in metres; NaN for a server without a guard.
+   * Travel up to which a guarded server may move the head, in metres; NaN for a server that is not guarded.
    */
   double granted_to_m;
   /**
@@ -638,7 +638,8 @@ typedef struct {
   uint32_t timecode_kind;
   /**
    * Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
-   * the timecode. 16: the server is ending. 32: the end of the run.
+   * the timecode. 16: the server is ending. 32: the end of the run. 64: the show waits at its start. 128: the server was
+   * restarted, and has held the show since.
    */
   uint32_t stops;
 } bd_status_t;
@@ -779,7 +780,7 @@ typedef struct {
   uint32_t refusal;
   /**
    * Bits. For a grant, 1: it is final. For a start, 1: held, 2: paused, 4: guarded, 8: follows timecode, 16: ready, 32:
-   * restarted. Else 0.
+   * restarted, 64: stays at its end. Else 0.
    */
   uint32_t flags;
   /**

@@ -44,7 +44,7 @@ pub struct bd_command_event_t {
     /// A `bd_refusal_t`.
     pub refusal: u32,
     /// Bits. For a grant, 1: it is final. For a start, 1: held, 2: paused, 4: guarded, 8: follows timecode, 16: ready, 32:
-    /// restarted. Else 0.
+    /// restarted, 64: stays at its end. Else 0.
     pub flags: u32,
     /// Always 0.
     pub reserved: u32,

@@ -71,7 +71,7 @@ same_layout!(bd_handle_state_t, HandleState { position_m, velocity_mps });
 pub enum bd_show_state_t {
     /// The head walks.
     BD_RUNNING = 0,
-    /// Paused by the operator. `BD_COMMAND_RESUME` continues.
+    /// Paused by the operator, or by a timecode that stands. `BD_COMMAND_RESUME` continues.
     BD_PAUSED = 1,
     /// Stopped for safety. Only `BD_COMMAND_RELEASE` lifts the hold.
     BD_HELD = 2,

@@ -35,7 +35,7 @@ pub struct bd_status_t {
     pub lateness_p999_ns: u64,
     /// Greatest lateness, in nanoseconds.
     pub lateness_max_ns: u64,
-    /// Travel up to which a guarded server may move the head, in metres; NaN for a server without a guard.
+    /// Travel up to which a guarded server may move the head, in metres; NaN for a server that is not guarded.
     pub granted_to_m: f64,
     /// Travel at which the proven travel ends permanently, in metres; NaN where the guard has not reached it.
     pub guard_end_m: f64,
@@ -54,7 +54,8 @@ pub struct bd_status_t {
     /// Protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
     pub timecode_kind: u32,
     /// Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
-    /// the timecode. 16: the server is ending. 32: the end of the run.
+    /// the timecode. 16: the server is ending. 32: the end of the run. 64: the show waits at its start. 128: the server was
+    /// restarted, and has held the show since.
     pub stops: u32,
 }
 

@@ -96,7 +96,7 @@ class CommandEvent(WireType):
     """0 if the command was accepted, else a `Refusal` as its number. Read it with `reason`."""
     flags: int
     """Bits. For a grant, 1: it is final. For a start, 1: held, 2: paused, 4: guarded, 8: follows timecode, 16: ready, 32:
-    restarted. Else 0."""
+    restarted, 64: stays at its end. Else 0."""
     reserved: int
     """Always 0."""
 

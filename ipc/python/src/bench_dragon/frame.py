@@ -24,7 +24,7 @@ class ShowState(WireCode):
     RUNNING = 0
     """The head walks."""
     PAUSED = 1
-    """Paused by the operator. `resume` continues."""
+    """Paused by the operator, or by a timecode that stands. `resume` continues."""
     HELD = 2
     """Stopped for safety. Only `release` lifts the hold."""
     FINISHED = 3

@@ -35,7 +35,7 @@ class GuardState(WireCode):
     """State of the guard."""
 
     NONE = 0
-    """The server was not started with `--guarded`."""
+    """The server is not guarded."""
     MISSING = 1
     """The server waits for grants, and no guard runs."""
     RUNNING = 2
@@ -130,7 +130,7 @@ class Status(WireType):
     tick_max_ns: int
     """Greatest duration, in nanoseconds."""
     granted_to_m: float
-    """Travel up to which a guarded server may move the head, in metres; NaN for a server without a guard."""
+    """Travel up to which a guarded server may move the head, in metres; NaN for a server that is not guarded."""
     asked_m: float
     """Travel of a refused seek on a guarded server, in metres, or NaN. The guard is asked to prove it."""
     guard_end_m: float
