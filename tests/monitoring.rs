@@ -31,6 +31,8 @@ impl Rehearsal {
             simulation: Simulation::new(
                 config.dragon().clone(),
                 MotionPlan::new(plan).expect("the settings are sound"),
+                config.tables().serve.rate_hz,
+                time_scale,
             ),
             monitor: Monitor::new(&config),
             handles: vec![HandleState::default(); config.dragon().dimensions().benches() + 1],
@@ -41,7 +43,7 @@ impl Rehearsal {
 
     /// Plays one tick that the monitor does not get.
     fn lose_frame(&mut self) -> FrameHeader {
-        self.simulation.motion.advance();
+        self.simulation.tick(0, &mut ());
         let head = self.simulation.write(&mut self.handles);
         let header = head.header(1, self.tick, 0, 1.0, self.handles.len() as u32 - 1);
         self.tick += 1;
@@ -126,7 +128,7 @@ fn each_pair_is_reported_once_when_it_comes_near_touches_and_parts() {
 fn the_travel_across_a_seek_is_not_swept() {
     let mut rehearsal = Rehearsal::new(1.0, 100.0);
     rehearsal.play_frame(None);
-    rehearsal.simulation.motion.request(Request::Seek { sim_time_s: 430.0 }).expect("430 s is inside the run");
+    rehearsal.simulation.request(Request::Seek { sim_time_s: 430.0 }).expect("430 s is inside the run");
     let header = rehearsal.play_frame(None);
     assert_eq!(header.sim_time_s(), 430.0);
     let contacts = rehearsal.told(AlertKind::Contact);
@@ -138,7 +140,7 @@ fn the_travel_across_a_seek_is_not_swept() {
 fn a_change_of_speed_keeps_the_contact_at_its_place() {
     let mut rehearsal = Rehearsal::new(20.0, 412.0);
     rehearsal.play_frame(None);
-    rehearsal.simulation.motion.request(Request::Speed { speed_mps: 0.25 }).expect("0.25 m/s is allowed");
+    rehearsal.simulation.request(Request::Speed { speed_mps: 0.25 }).expect("0.25 m/s is allowed");
     rehearsal.play_until(414.0);
     let (time_s, pair) = rehearsal.told(AlertKind::Contact)[0];
     let expected_s = 412.0 + (FIRST_CONTACT_S - 412.0) / 0.25;

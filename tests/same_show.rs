@@ -28,7 +28,7 @@ fn play(dragon: Dragon) -> u64 {
     let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
     let plan = MotionPlan::new(MotionSettings::plain(1e-3, first_s, last_s)).expect("a tick and two travels in order");
     let mut handles = vec![HandleState::default(); dragon.dimensions().handles()];
-    let mut simulation = Simulation::new(Arc::new(dragon), plan);
+    let mut simulation = Simulation::new(Arc::new(dragon), plan, 1000, 1.0);
     let mut hasher = DefaultHasher::new();
     let commands = [
         (2_000, Request::Pause),
@@ -42,9 +42,9 @@ fn play(dragon: Dragon) -> u64 {
     ];
     for tick in 0..40_000 {
         for (_, command) in commands.iter().filter(|(at, _)| *at == tick) {
-            simulation.motion.request(*command).expect("the command is allowed");
+            simulation.request(*command).expect("the command is allowed");
         }
-        simulation.motion.advance();
+        simulation.tick(0, &mut ());
         simulation.write(&mut handles);
         for value in handles.iter().flat_map(|handle| handle.position_m.into_iter().chain(handle.velocity_mps)) {
             value.to_bits().hash(&mut hasher);

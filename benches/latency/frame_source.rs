@@ -26,14 +26,14 @@ impl FrameSource {
         let dragon = shared::dragon(BENCHES);
         let settings = MotionSettings::plain(1.0 / f64::from(RATE_HZ), 0.0, dragon.end_travel_m());
         let plan = MotionPlan::new(settings).expect("the travels are in order");
-        Self { simulation: Simulation::new(Arc::new(dragon), plan), tick: 0 }
+        Self { simulation: Simulation::new(Arc::new(dragon), plan, RATE_HZ, 1.0), tick: 0 }
     }
 
     /// Writes the next frame's handles. Returns its header, complete except for the instant of sending.
     pub(crate) fn fill(&mut self, handles: &mut [HandleState], due_ns: u64) -> FrameHeader {
         let tick = self.tick;
         self.tick += 1;
-        self.simulation.motion.advance();
+        self.simulation.tick(0, &mut ());
         self.simulation.write(handles).header(0, tick, due_ns, 1.0, BENCHES as u32)
     }
 }

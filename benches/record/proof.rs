@@ -22,19 +22,19 @@ pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     let mut frames = FrameReader::open(file).expect("the recording can be read");
     let dragon = Arc::new(dragon(223));
     let mut expected = vec![HandleState::default(); 224];
-    let mut simulation = Simulation::new(Arc::clone(&dragon), plan(dragon.end_travel_m(), seconds));
+    let plan = plan(dragon.end_travel_m(), seconds);
+    let mut simulation = Simulation::new(dragon, plan, RATE_HZ, 1.0);
     let mut last_due_ns = None;
     for tick in 0..show.frames_published {
         let frame = frames.next().unwrap_or_else(|| panic!("tick {tick} is missing")).expect("a frame can be read");
         let header = frame.header;
         let missed = last_due_ns.map_or(0, |last_due_ns| missed(last_due_ns, header.scheduled_ns));
         last_due_ns = Some(header.scheduled_ns);
-        simulation.begin_tick(missed, false);
-        simulation.advance(None);
+        simulation.tick(missed, &mut ());
         simulation.write(&mut expected);
         let stamped = FrameHeader {
             published_ns: header.published_ns,
-            ..simulation.header(show.run_id, tick, header.scheduled_ns, 1.0)
+            ..simulation.header(show.run_id, tick, header.scheduled_ns)
         };
         assert_eq!(header, stamped, "the header of tick {tick}");
         assert!(bits(&frame.handles).eq(bits(&expected)), "the handles of tick {tick}");

@@ -19,11 +19,11 @@ pub(crate) fn step_ns(benches: usize) -> f64 {
     let dragon = Arc::new(dragon(benches));
     let plan =
         MotionPlan::new(MotionSettings::plain(0.001, 0.0, dragon.end_travel_m())).expect("the travels are in order");
-    let mut simulation = Simulation::new(dragon, plan);
+    let mut simulation = Simulation::new(dragon, plan, 1000, 1.0);
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {
         nanoseconds_a_call(HANDLES_A_BATCH.div_ceil(benches), || {
-            simulation.motion.advance();
+            simulation.tick(0, &mut ());
             simulation.write(&mut frame);
         })
     };

@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 use bench_dragon::config::Config;
 use bench_dragon::recording::{Parts, Recorder, RecorderSettings};
 use bench_dragon::source::replay::verify::{RunVerdict, RunVerification, Value, Verification, verify};
-use bench_dragon::source::server::Simulation;
-use bench_dragon::source::server::motion::MotionPlan;
+use bench_dragon::source::server::motion::HeadState;
 use bench_dragon::source::server::schedule::Schedule;
+use bench_dragon::source::server::{Simulation, TickInputs};
 use bench_dragon_ipc::{
-    Command, CommandEvent, CommandReply, EventKind, FrameHeader, HandleState, Request, RunStart, Sender,
+    Command, CommandEvent, CommandReply, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart, Sender,
 };
 use tempfile::{TempDir, tempdir};
 
@@ -18,6 +18,18 @@ const RUN_ID: u64 = 7;
 const RATE_HZ: u32 = 300;
 const EPOCH_NS: u64 = 1_000_000_007;
 const TOML: &str = "[dragon]\nbenches = 20\n[head]\naccel_mps2 = 0.5\n[serve]\nrate_hz = 300\n";
+
+/// The requests of a tick, and their replies.
+struct AskedRequests {
+    due: Vec<Request>,
+    replies: Vec<(Request, Result<(), Refusal>)>,
+}
+
+impl TickInputs for AskedRequests {
+    fn requests(&mut self, _head: HeadState, decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {
+        self.replies.extend(self.due.drain(..).map(|request| (request, decide(request))));
+    }
+}
 
 /// The frames and events of a recorded run. A test can change them.
 #[derive(Clone)]
@@ -31,8 +43,7 @@ impl Tape {
     fn of(ticks: u64, requests: &[(u64, Request)], missed: &[(u64, u64)]) -> Self {
         let config = Config::from_toml(TOML).expect("a valid text");
         let start = start();
-        let plan = MotionPlan::of_run(&config, &start, RUN_ID).expect("a sound start");
-        let mut simulation = Simulation::new(config.dragon().clone(), plan);
+        let mut simulation = Simulation::of_run(&config, &start, RUN_ID).expect("a sound start");
         let mut schedule = Schedule::new(EPOCH_NS, RATE_HZ);
         let mut tape = Self { frames: Vec::new(), events: Vec::new() };
         tape.record(start.event(), 0);
@@ -43,17 +54,18 @@ impl Tape {
                 let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
                 assert_eq!(schedule.advance(ended_ns), missed, "the schedule misses these releases");
             }
-            simulation.begin_tick(missed, false);
-            for (_, request) in requests.iter().filter(|(at, _)| *at == tick) {
-                let reply = match simulation.motion.request(*request) {
+            let due = requests.iter().filter(|(at, _)| *at == tick).map(|(_, request)| *request).collect();
+            let mut inputs = AskedRequests { due, replies: Vec::new() };
+            simulation.tick(missed, &mut inputs);
+            for (request, outcome) in inputs.replies {
+                let reply = match outcome {
                     Ok(()) => CommandReply::accepted(RUN_ID, tick),
                     Err(refusal) => CommandReply::refused(RUN_ID, tick, refusal),
                 };
                 let command = Command { sender: Sender::Ctl.to_wire(), ..request.to_wire() };
                 tape.record(CommandEvent::answered(&command, &reply), schedule.overruns());
             }
-            simulation.advance(None);
-            let header = simulation.header(RUN_ID, tick, schedule.due_ns(), config.tables().serve.time_scale);
+            let header = simulation.header(RUN_ID, tick, schedule.due_ns());
             let mut handles = vec![HandleState::default(); config.dragon().dimensions().handles()];
             simulation.write(&mut handles);
             tape.frames.push((header, handles));

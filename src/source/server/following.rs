@@ -4,9 +4,8 @@ use bench_dragon_ipc::{Command, CommandEvent, CommandReply, EventKind, Refusal, 
 use rtrb::{Consumer, Producer, RingBuffer};
 use serde::{Deserialize, Serialize};
 
-use super::schedule::Schedule;
-use super::simulation::{Simulation, Steering};
-use crate::source::timecode::{Follower, FollowerEvent, FollowerSettings, SampleQueue};
+use super::simulation::Steering;
+use crate::source::timecode::{Follower, FollowerEvent, FollowerSettings, SampleQueue, ShowPosition};
 
 /// Greatest number of news that wait to be reported.
 const MOST_NEWS: usize = 64;
@@ -56,25 +55,25 @@ impl TimecodeFollowing {
         (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_report)
     }
 
-    /// Takes the newest timecode at the tick that is due now, and passes changes to `record`. Returns the timecode's
-    /// effect on the show from this tick on.
+    /// Takes the newest timecode at the tick that is due at `due_ns`, for a show at this position, and passes changes to `record`.
+    /// `seek` moves the show. Returns the timecode's effect on the show from this tick on.
     pub(super) fn steer(
         &mut self,
-        simulation: &mut Simulation,
-        schedule: &Schedule,
+        due_ns: u64,
+        show: ShowPosition,
+        seek: &mut dyn FnMut(f64) -> Result<(), Refusal>,
         mut record: impl FnMut(CommandEvent),
     ) -> Steering {
         for sample in self.inbox.take() {
             self.follower.hear(sample);
         }
-        let show = simulation.show();
-        let (order, event) = self.follower.steer(schedule.due_ns(), show);
+        let (order, event) = self.follower.steer(due_ns, show);
         if let Some(event) = event {
             // A full queue drops the news.
             let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
         }
         if let Some(sim_time_s) = order.seek_s {
-            let outcome = simulation.motion.request(Request::Seek { sim_time_s });
+            let outcome = seek(sim_time_s);
             self.follower.note_seek(outcome.is_ok());
             // A refused seek is retried ten times a second. Only the first refusal is recorded.
             if !std::mem::replace(&mut self.is_seek_refused, outcome.is_err()) || outcome.is_ok() {
@@ -87,7 +86,7 @@ impl TimecodeFollowing {
         if self.recorded.replace(steered) != Some(steered) {
             record(steered.event(order.time_scale));
         }
-        Steering { stands: order.stands, time_scale: order.time_scale, rate_hz: schedule.rate_hz() }
+        Steering { stands: order.stands, leads, time_scale: order.time_scale }
     }
 }
 

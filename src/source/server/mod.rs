@@ -3,12 +3,10 @@
 //! Steps of one tick:
 //!
 //! 1. Sleep until the release.
-//! 2. Advance the motion by the missed releases.
-//! 3. Take commands.
-//! 4. With timecode: let the follower set the time scale, stand or seek, by the newest sample.
-//! 5. Advance the motion by one period.
-//! 6. Write the handles directly into the loaned sample, send it, and wake the readers.
-//! 7. Loan the next sample.
+//! 2. Advance the simulation ([`Simulation::tick`]) by the missed releases, the waiting commands, the newest timecode, and one
+//!    period.
+//! 3. Write the handles directly into the loaned sample, send it, and wake the readers.
+//! 4. Loan the next sample.
 //!
 //! The loop neither locks nor formats, and allocates nothing itself. A slower thread publishes its counters.
 //!
@@ -20,9 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::source::SourceLock;
-use bench_dragon_ipc::{
-    BusError, CommandEvent, Domain, EventKind, Refusal, Request, RunStart, Sender, ShowState, SourceKind,
-};
+use bench_dragon_ipc::{BusError, CommandEvent, Domain, EventKind, RunStart, Sender, ShowState, SourceKind};
 
 use crate::config::Config;
 use crate::output::histogram::Percentiles;
@@ -33,13 +29,14 @@ pub mod motion;
 pub mod schedule;
 
 mod following;
+mod live_inputs;
 mod real_time;
 mod simulation;
 
 pub use following::{TimecodeFollowing, TimecodeNews};
-pub use simulation::{Simulation, Steering};
+pub use simulation::{Simulation, Steering, TickInputs};
 
-use motion::MotionPlan;
+use live_inputs::LiveInputs;
 use schedule::Schedule;
 
 /// Time from the start of the schedule to release 0.
@@ -97,8 +94,6 @@ pub struct Server {
     _lock: SourceLock,
     following: Option<TimecodeFollowing>,
     is_ending: bool,
-    /// Show seconds per wall-clock second at present.
-    time_scale: f64,
     settings: ServerSettings,
 }
 
@@ -113,17 +108,9 @@ impl Server {
         let bench_count = settings.config.dragon().dimensions().benches();
         let (toml, rate_hz) = (settings.config.to_toml(), settings.config.tables().serve.rate_hz);
         let ports = SourcePorts::open(domain, SourceKind::Server, &toml, bench_count, rate_hz)?;
-        let plan = MotionPlan::of_run(&settings.config, &settings.start, ports.run_id);
-        let plan = plan.expect("the caller has checked the start of the run");
-        let server = Self {
-            simulation: Simulation::new(settings.config.dragon().clone(), plan),
-            ports,
-            _lock: lock,
-            following: None,
-            is_ending: false,
-            time_scale: settings.config.tables().serve.time_scale,
-            settings,
-        };
+        let simulation = Simulation::of_run(&settings.config, &settings.start, ports.run_id)
+            .expect("the caller has checked the start of the run");
+        let server = Self { simulation, ports, _lock: lock, following: None, is_ending: false, settings };
         service_manager::ready();
         Ok(server)
     }
@@ -140,7 +127,7 @@ impl Server {
 
     /// Makes the show follow timecode. The show stands until the first timecode.
     pub fn follow(&mut self, following: TimecodeFollowing) {
-        self.simulation.motion.follow();
+        self.simulation.follow();
         self.following = Some(following);
     }
 
@@ -179,52 +166,20 @@ impl Server {
 
     /// Runs one tick, after `missed` missed releases. Returns the state in its frame.
     fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
-        let (is_led, overruns) = (self.is_led(), schedule.overruns());
-        self.simulation.begin_tick(missed, is_led);
-        if has_signal && !std::mem::replace(&mut self.is_ending, true) {
-            // A stop is always accepted.
-            let _ = self.simulation.motion.request(Request::Stop);
-            self.record(CommandEvent::plain(EventKind::Stop, Sender::Signal, tick), overruns);
-        }
-        self.take_commands(tick, overruns, is_led);
-        let steering = self.follow_timecode(tick, schedule);
-        self.simulation.advance(steering);
-        let Self { simulation, ports, settings, time_scale, .. } = self;
-        let header = simulation.header(ports.run_id, tick, schedule.due_ns(), *time_scale);
+        let Self { simulation, ports, following, is_ending, .. } = self;
+        let is_signalled = has_signal && !std::mem::replace(is_ending, true);
+        simulation.tick(missed, &mut LiveInputs { ports, following: following.as_mut(), tick, schedule, is_signalled });
+        let header = simulation.header(ports.run_id, tick, schedule.due_ns());
         ports.publish(|handles| {
             simulation.write(handles);
             header
         })?;
-        let (report, rate_hz) = (&ports.report, settings.config.tables().serve.rate_hz);
-        report.report_frame(&header, overruns);
-        report.report_behind(simulation.motion.catch_up().behind_ns(rate_hz));
-        report.report_limits(simulation.motion.limits());
-        report.report_stops(simulation.motion.stops());
-        Ok(simulation.motion.head().state)
-    }
-
-    /// Replies to the waiting commands. They take effect from this tick on.
-    fn take_commands(&mut self, tick: u64, overruns: u64, is_led: bool) {
-        let moment = self.moment(overruns);
-        let motion = &mut self.simulation.motion;
-        let decide = |request| match request {
-            // The timecode would undo the seek at once.
-            Request::Seek { .. } if is_led => Err(Refusal::Followed),
-            _ => motion.request(request),
-        };
-        self.ports.take_commands(tick, moment, decide);
-    }
-
-    /// Follows the newest timecode, and records the changes.
-    fn follow_timecode(&mut self, tick: u64, schedule: &Schedule) -> Option<Steering> {
-        let moment = self.moment(schedule.overruns());
-        let following = self.following.as_mut()?;
-        let log = &mut self.ports.report.commands;
-        let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
-        let steering = following.steer(&mut self.simulation, schedule, record);
-        self.ports.report.report_timecode(following.kind, following.follower.timecode_state());
-        self.time_scale = steering.time_scale;
-        Some(steering)
+        let (report, motion) = (&ports.report, simulation.motion());
+        report.report_frame(&header, schedule.overruns());
+        report.report_behind(simulation.behind_ns()[0]);
+        report.report_limits(motion.limits());
+        report.report_stops(motion.stops());
+        Ok(motion.head().state)
     }
 
     fn record(&mut self, event: CommandEvent, overruns: u64) {
@@ -233,21 +188,17 @@ impl Server {
     }
 
     fn moment(&self, overruns: u64) -> Moment {
-        Moment { sim_time_ns: self.simulation.motion.head().sim_time_ns, overruns }
-    }
-
-    /// Whether a timecode determines the show time.
-    fn is_led(&self) -> bool {
-        self.following.as_ref().is_some_and(|following| following.follower.leads())
+        Moment { sim_time_ns: self.simulation.motion().head().sim_time_ns, overruns }
     }
 
     /// Waits for the readers of its settings, unless it is stopped.
     fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let begun = Instant::now();
-        let is_to_end = |server: &Self| server.simulation.motion.stops().ending || stop.load(Ordering::Relaxed);
+        let is_to_end = |server: &Self| server.simulation.motion().stops().ending || stop.load(Ordering::Relaxed);
         while !is_to_end(self) && self.ports.awaits_readers(self.settings.readers, begun) {
-            self.take_commands(0, 0, false);
+            let moment = self.moment(0);
+            self.ports.take_commands(0, moment, |request| self.simulation.request(request));
             self.ports.report.beat();
             std::thread::sleep(POLL_PERIOD);
         }
@@ -255,10 +206,8 @@ impl Server {
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
-        let sim_time_s = self.simulation.motion.head().sim_time_ns as f64 / 1e9;
-        let (catch_up, rate_hz) = (*self.simulation.motion.catch_up(), self.settings.config.tables().serve.rate_hz);
-        let [behind_s, most_behind_s] =
-            [catch_up.behind_ns(rate_hz), catch_up.most_behind_ns(rate_hz)].map(|behind_ns| behind_ns as f64 * 1e-9);
+        let sim_time_s = self.simulation.motion().head().sim_time_ns as f64 / 1e9;
+        let [behind_s, most_behind_s] = self.simulation.behind_ns().map(|behind_ns| behind_ns as f64 * 1e-9);
         let (run_id, overruns) = (self.run_id(), schedule.overruns());
         let stopped_by = self.ports.report.commands.stop().map(StoppedBy::from);
         let TimesOfAll { lateness_us, tick_us } = self.ports.finish();

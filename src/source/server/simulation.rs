@@ -3,69 +3,135 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainStepper, Dragon};
-use bench_dragon_ipc::{FrameHeader, HandleState};
+use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request, RunStart};
 use glam::DVec3;
 
-use crate::source::server::motion::{HeadState, Motion, MotionPlan};
+use crate::config::Config;
+use crate::source::server::motion::{HeadState, Motion, MotionPlan, MotionPlanError};
 use crate::source::timecode::ShowPosition;
+
+/// What a tick takes from outside. A server has it from the bus and from a timecode, a verification from a recording.
+pub trait TickInputs {
+    /// Passes every request that takes effect at this tick to `decide`, which returns its reply. `head` is the head before.
+    fn requests(&mut self, _head: HeadState, _decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {}
+
+    /// Returns the timecode's effect on the show from this tick on; `None` without timecode. `seek` moves the show at once. `head`
+    /// is the head after the requests, and `show` the position of a show that runs on.
+    fn steering(
+        &mut self,
+        _head: HeadState,
+        _show: ShowPosition,
+        _seek: &mut dyn FnMut(f64) -> Result<(), Refusal>,
+    ) -> Option<Steering> {
+        None
+    }
+}
+
+/// A tick without requests and timecode.
+impl TickInputs for () {}
 
 /// The timecode's effect on the show from a tick on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steering {
     /// Whether the timecode makes the show stand. The operator's pause and hold apply in addition.
     pub stands: bool,
+    /// Whether the timecode determines the show time. Then seeks of operators are refused, and the show is never behind the clock.
+    pub leads: bool,
     /// Show seconds per second of wall time.
     pub time_scale: f64,
-    /// Ticks a second.
-    pub rate_hz: u32,
 }
 
 /// The state of a whole dragon as a function of ticks and requests.
 #[derive(Debug)]
 pub struct Simulation {
-    /// The head.
-    pub motion: Motion,
+    motion: Motion,
     chain: ChainStepper,
+    rate_hz: u32,
+    /// Show seconds per second of wall time at present, without the pace of catching up.
+    time_scale: f64,
+    /// Whether a timecode determines the show time.
+    is_led: bool,
 }
 
 impl Simulation {
-    /// Creates the dragon before tick 0, which begins with the first [`Motion::advance`].
-    pub fn new(dragon: Arc<Dragon>, plan: MotionPlan) -> Self {
-        Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon) }
+    /// Creates the dragon before tick 0. A tick of the plan takes `time_scale / rate_hz` show seconds.
+    pub fn new(dragon: Arc<Dragon>, plan: MotionPlan, rate_hz: u32, time_scale: f64) -> Self {
+        Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon), rate_hz, time_scale, is_led: false }
     }
 
-    /// Begins a tick, and advances the show by `missed` missed releases. Afterwards the caller makes the requests that
-    /// take effect at this tick, then calls [`Simulation::advance`]. A server's run and the verification of its
-    /// recording use the same order.
+    /// Creates the dragon of a server's run before tick 0.
     ///
-    /// `is_led`: whether a timecode determined the show time at the tick before. Then the show is never behind the
-    /// clock.
-    pub fn begin_tick(&mut self, missed: u64, is_led: bool) {
+    /// # Errors
+    /// As [`MotionPlan::new`].
+    pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Result<Self, MotionPlanError> {
+        let plan = MotionPlan::of_run(config, start, run_id)?;
+        let serve = &config.tables().serve;
+        let mut simulation = Self::new(config.dragon().clone(), plan, serve.rate_hz, serve.time_scale);
+        if start.follows_timecode {
+            simulation.follow();
+        }
+        Ok(simulation)
+    }
+
+    /// Makes the show follow timecode. The show stands until the first timecode.
+    pub fn follow(&mut self) {
+        self.motion.follow();
+    }
+
+    /// Advances by one tick, after `missed` missed releases. This is the order of a tick: the missed releases, the requests, the
+    /// timecode, one period.
+    pub fn tick(&mut self, missed: u64, inputs: &mut impl TickInputs) {
         self.motion.miss(missed);
-        if is_led {
+        if self.is_led {
             // The follower compensates the timecode's lead instead.
             self.motion.forget_lag();
         }
-    }
-
-    /// Advances by one period to the tick's frame, with the timecode's steering.
-    pub fn advance(&mut self, steering: Option<Steering>) {
-        if let Some(Steering { stands, time_scale, rate_hz }) = steering {
+        inputs.requests(self.motion.head(), &mut |request| self.request(request));
+        let Self { motion, .. } = self;
+        let head = motion.head();
+        let show = ShowPosition { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+        let mut seek = |sim_time_s| motion.request(Request::Seek { sim_time_s });
+        if let Some(Steering { stands, leads, time_scale }) = inputs.steering(head, show, &mut seek) {
             self.motion.set_stands(stands);
-            self.motion.set_tick(time_scale / f64::from(rate_hz));
+            self.motion.set_tick(time_scale / f64::from(self.rate_hz));
+            self.time_scale = time_scale;
+            self.is_led = leads;
         }
         self.motion.advance();
     }
 
-    /// The show's position for a follower of timecode.
-    pub fn show(&self) -> ShowPosition {
-        ShowPosition { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() }
+    /// Takes an operator's or a guard's request, as [`Motion::request`]. It takes effect at the next tick.
+    ///
+    /// # Errors
+    /// The reason of the refusal; [`Refusal::Followed`] for a seek that the timecode would undo at once.
+    pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
+        match request {
+            Request::Seek { .. } if self.is_led => Err(Refusal::Followed),
+            _ => self.motion.request(request),
+        }
     }
 
-    /// Returns the header of this tick's frame, at a time scale of the show. The publisher sets `published_ns`.
-    pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64) -> FrameHeader {
+    /// The head, and the reasons for which it stands.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Lag of the show behind the clock now, and the greatest so far, in nanoseconds of wall time.
+    pub fn behind_ns(&self) -> [u64; 2] {
+        let catch_up = self.motion.catch_up();
+        [catch_up.behind_ns(self.rate_hz), catch_up.most_behind_ns(self.rate_hz)]
+    }
+
+    /// Show seconds per second of wall time at present, without the pace of catching up.
+    pub fn time_scale(&self) -> f64 {
+        self.time_scale
+    }
+
+    /// Returns the header of this tick's frame. The publisher sets `published_ns`.
+    pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64) -> FrameHeader {
         let bench_count = self.chain.dragon().dimensions().benches() as u32;
-        self.motion.head().header(run_id, tick, scheduled_ns, time_scale * self.motion.catch_up().pace(), bench_count)
+        let time_scale = self.time_scale * self.motion.catch_up().pace();
+        self.motion.head().header(run_id, tick, scheduled_ns, time_scale, bench_count)
     }
 
     /// Writes every handle at this tick. `handles` has one handle more than there are benches.

@@ -25,6 +25,7 @@
 
 mod comparison;
 mod events;
+mod recorded_inputs;
 mod run_check;
 
 use std::collections::BTreeMap;

@@ -2,16 +2,15 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart};
+use bench_dragon_ipc::{CommandEvent, FrameHeader, HandleState, Request, RunStart};
 
-use super::comparison::{Difference, Releases, difference};
+use super::comparison::{Releases, difference};
 use super::events::RunEvents;
+use super::recorded_inputs::{RecordedInputs, Timecode};
 use super::{RunVerdict, RunVerification};
 use crate::config::Config;
 use crate::recording::{Configuration, RecordedFrame};
-use crate::source::server::motion::MotionPlan;
-use crate::source::server::{Simulation, Steering};
-use crate::source::timecode::Follower;
+use crate::source::server::Simulation;
 
 /// Greatest number of consecutive missing frames that are simulated: a day at 1 kHz.
 const MOST_MISSING: u64 = 86_400_000;
@@ -23,7 +22,7 @@ const STRIDE: u64 = 1024;
 const LAST_MOMENTS: u64 = 2;
 
 /// Verdict that frames from a tick on cannot be verified.
-fn unverifiable(from_tick: u64, reason: impl Into<String>) -> RunVerdict {
+pub(super) fn unverifiable(from_tick: u64, reason: impl Into<String>) -> RunVerdict {
     RunVerdict::Unverifiable { from_tick, reason: reason.into() }
 }
 
@@ -34,20 +33,11 @@ pub(super) struct RunCheck {
     start: RunStart,
     simulation: Simulation,
     events: RunEvents,
-    /// The timecode's effect on the show, once the run has recorded one.
+    /// The timecode's effect on the show as last recorded.
     timecode: Option<Timecode>,
     pub(super) releases: Releases,
     next_tick: u64,
     handles: Vec<HandleState>,
-}
-
-/// The timecode's effect on the show as last recorded.
-#[derive(Clone, Copy, Debug)]
-struct Timecode {
-    stands: bool,
-    /// Whether the timecode determines the show time. Then the time scale comes from the frames.
-    leads: bool,
-    time_scale: f64,
 }
 
 impl RunCheck {
@@ -62,14 +52,9 @@ impl RunCheck {
         let events = RunEvents::new(events)?;
         let start = events.start;
         require_start(&config, &start)?;
-        let plan = MotionPlan::of_run(&config, &start, run_id).map_err(|error| error.to_string())?;
-        let mut simulation = Simulation::new(config.dragon().clone(), plan);
-        if start.follows_timecode {
-            simulation.motion.follow();
-        }
         Ok(Self {
             run_id,
-            simulation,
+            simulation: Simulation::of_run(&config, &start, run_id).map_err(|error| error.to_string())?,
             handles: vec![HandleState::default(); config.dragon().dimensions().handles()],
             releases: Releases::at(config.tables().serve.rate_hz),
             config,
@@ -99,8 +84,8 @@ impl RunCheck {
         let begins_late = self.releases.is_empty() && missing > 0;
         let missed = self.releases.take(header, missing)?;
         self.simulate_missing(header.tick, missed, found, stop)?;
-        let time_scale = self.simulate(header.tick, missed, Some(header), found)?;
-        let simulated = self.simulation.header(self.run_id, header.tick, header.scheduled_ns, time_scale);
+        self.simulate(header.tick, missed, Some(header), found)?;
+        let simulated = self.simulation.header(self.run_id, header.tick, header.scheduled_ns);
         self.simulation.write(&mut self.handles);
         self.next_tick = header.tick.saturating_add(1);
         match difference(frame, &simulated, &self.handles) {
@@ -148,114 +133,28 @@ impl RunCheck {
         Ok(())
     }
 
-    /// Simulates a tick. Returns the time scale of its frame, without the pace of catching up.
+    /// Simulates a tick.
     fn simulate(
         &mut self,
         tick: u64,
         missed: u64,
         header: Option<&FrameHeader>,
         found: &mut RunVerification,
-    ) -> Result<f64, RunVerdict> {
+    ) -> Result<(), RunVerdict> {
         if let Some((_, missing)) = self.events.gap.filter(|(from_tick, _)| tick >= *from_tick) {
             let reason = format!("{missing} events of its commands are missing there");
             return Err(unverifiable(tick, reason));
         }
-        self.simulation.begin_tick(missed, self.timecode.is_some_and(|timecode| timecode.leads));
-        let has_changed = self.take_events(tick, header, found)?;
-        let steering = self.steering(tick, header, has_changed)?;
-        let rate_hz = self.config.tables().serve.rate_hz;
-        self.simulation.advance(steering.map(|(stands, time_scale)| Steering { stands, time_scale, rate_hz }));
-        match steering {
-            None if self.start.follows_timecode => {
+        let Self { events, timecode, releases, simulation, .. } = self;
+        let mut inputs = RecordedInputs { events, timecode, releases, tick, header, found, fault: None };
+        simulation.tick(missed, &mut inputs);
+        match inputs.fault {
+            Some(fault) => Err(fault),
+            None if self.start.follows_timecode && self.timecode.is_none() => {
                 Err(unverifiable(tick, "the timecode's effect on the show is not recorded"))
             }
-            None => Ok(self.config.tables().serve.time_scale),
-            Some((_, time_scale)) => Ok(time_scale),
+            None => Ok(()),
         }
-    }
-
-    /// Takes the events of a tick. Returns whether one of them changes the timecode's effect on the show.
-    fn take_events(
-        &mut self,
-        tick: u64,
-        header: Option<&FrameHeader>,
-        found: &mut RunVerification,
-    ) -> Result<bool, RunVerdict> {
-        let timecode_before = found.timecode;
-        while let Some(event) = self.events.events.next_if(|event| event.tick <= tick) {
-            self.releases.agree_with(&event, header)?;
-            match (event.event_kind(), event.request()) {
-                (Some(EventKind::Stand | EventKind::Follow), _) => {
-                    self.take_timecode(&event)?;
-                    found.timecode += 1;
-                }
-                (_, Some(request)) => self.request(request, &event, header, found)?,
-                _ => {}
-            }
-        }
-        Ok(found.timecode > timecode_before)
-    }
-
-    fn take_timecode(&mut self, event: &CommandEvent) -> Result<(), RunVerdict> {
-        let [leads, time_scale, ..] = event.values;
-        require_time_scale(time_scale).map_err(|range| {
-            unverifiable(event.tick, format!("the recorded time scale is {time_scale}, must be {range}"))
-        })?;
-        let stands = event.event_kind() == Some(EventKind::Stand);
-        self.timecode = Some(Timecode { stands, leads: leads != 0.0, time_scale });
-        Ok(())
-    }
-
-    /// Repeats a recorded request. The simulation must give the recorded reply.
-    fn request(
-        &mut self,
-        request: Request,
-        event: &CommandEvent,
-        header: Option<&FrameHeader>,
-        found: &mut RunVerification,
-    ) -> Result<(), RunVerdict> {
-        let recorded = event.outcome();
-        // The server, not its simulation, refuses seeks under timecode (`Followed`) and unknown commands. The other run of
-        // a grant (`OtherRun`) is not recorded.
-        if let Err(Refusal::Followed | Refusal::OtherRun | Refusal::Unknown) = recorded {
-            return Ok(());
-        }
-        let simulated = self.simulation.motion.request(request);
-        if simulated != recorded {
-            let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
-            let [recorded, simulated] = [recorded, simulated].map(|outcome| match outcome {
-                Ok(()) => "accepted".to_owned(),
-                Err(refusal) => format!("refused ({refusal})"),
-            });
-            let field = format!("command event {}", event.number);
-            return Err(Difference::in_words(header.unwrap_or(&of_event), &field, recorded, simulated));
-        }
-        let is_grant = matches!(request, Request::Grant { .. });
-        found.grants += u64::from(simulated.is_ok() && is_grant);
-        found.commands += u64::from(simulated.is_ok() && !is_grant);
-        Ok(())
-    }
-
-    /// The timecode's effect from this tick on: whether the show stands, and the time scale. `None` without timecode.
-    fn steering(
-        &self,
-        tick: u64,
-        header: Option<&FrameHeader>,
-        has_changed: bool,
-    ) -> Result<Option<(bool, f64)>, RunVerdict> {
-        let Some(timecode) = self.timecode else { return Ok(None) };
-        if !timecode.leads || has_changed {
-            return Ok(Some((timecode.stands, timecode.time_scale)));
-        }
-        // While the timecode leads, the show does not catch up, so the frame contains the timecode's time scale itself.
-        let Some(header) = header else {
-            let reason = "its frame is missing, and with it the time scale by which the show followed the timecode";
-            return Err(unverifiable(tick, reason));
-        };
-        require_time_scale(header.time_scale).map_err(|range| {
-            Difference::in_words(header, "time_scale", header.time_scale.to_string(), format!("a value {range}"))
-        })?;
-        Ok(Some((timecode.stands, header.time_scale)))
     }
 }
 
@@ -268,13 +167,4 @@ fn require_start(config: &Config, start: &RunStart) -> Result<(), String> {
         && (0.0..=Request::MAX_SPEED_MPS).contains(&start.speed_mps)
         && start.until_s.is_none_or(f64::is_finite);
     if is_sound { Ok(()) } else { Err("its start is out of range for its dragon".to_owned()) }
-}
-
-/// Checks that a follower of timecode can give this time scale.
-fn require_time_scale(time_scale: f64) -> Result<(), String> {
-    let (least, greatest) = (Follower::LEAST_TIME_SCALE, Follower::GREATEST_TIME_SCALE);
-    if (least - 1e-9..=greatest + 1e-9).contains(&time_scale) {
-        return Ok(());
-    }
-    Err(format!("from {least} to {greatest} with timecode"))
 }
