@@ -9,6 +9,9 @@ use serde::de::DeserializeOwned;
 
 const LOCK_FILES: [&str; 2] = ["Cargo.lock", "fuzz/Cargo.lock"];
 
+/// Part of a version that is higher than those of all published ones.
+const HIGH: u64 = u16::MAX as u64;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct List {
@@ -102,14 +105,15 @@ fn an_affected_version_is_reported_with_its_patched_versions() {
     assert_eq!(faults("owned-alloc", "0.2.0").len(), 2, "no version is patched");
     assert_eq!(faults("pyo3", "0.28.1").len(), 3, "each advisory has a line");
     assert_eq!(faults("ring", "0.17.14"), [""; 0], "its newest versions are unaffected");
+    assert_eq!(faults("arrayref", "0.3.10").len(), 1, "its older versions are unaffected");
 }
 
 #[test]
-fn each_advisory_finds_the_version_before_its_patch() {
+fn each_advisory_finds_a_version() {
     for advisory in list().advisory {
-        let patches = advisory.patched.iter().flat_map(|safe| &safe.comparators).map(version_before);
-        let unpatched = advisory.patched.is_empty().then(|| Version::new(0, 0, 1));
-        let found = patches.chain(unpatched).any(|version| advisory.affects_version(&version));
+        let before_patches = advisory.patched.iter().flat_map(|safe| &safe.comparators).map(version_before);
+        let extremes = [Version::new(0, 0, 1), Version::new(HIGH, HIGH, HIGH)];
+        let found = before_patches.chain(extremes).any(|version| advisory.affects_version(&version));
         assert!(found, "{} of {} affects no version", advisory.id, advisory.package);
     }
 }
@@ -126,11 +130,10 @@ fn an_advisory_is_accepted_only_for_a_locked_package_without_a_patch() {
 
 /// Returns a version just below that of a comparator.
 fn version_before(comparator: &Comparator) -> Version {
-    let below = u64::from(u16::MAX);
     match (comparator.major, comparator.minor.unwrap_or(0), comparator.patch.unwrap_or(0)) {
         (0, 0, 0) => Version::new(0, 0, 0),
-        (major, 0, 0) => Version::new(major - 1, below, below),
-        (major, minor, 0) => Version::new(major, minor - 1, below),
+        (major, 0, 0) => Version::new(major - 1, HIGH, HIGH),
+        (major, minor, 0) => Version::new(major, minor - 1, HIGH),
         (major, minor, patch) => Version::new(major, minor, patch - 1),
     }
 }
