@@ -159,21 +159,34 @@ pub fn parse(bytes: &[u8], format: DrawingFormat, choice: &PathChoice<'_>) -> Re
     Ok(drawing)
 }
 
-/// All paths of a file, in its order.
+/// All paths of a file.
+#[derive(Debug)]
+pub struct PathList {
+    /// The paths, in the order of the file.
+    pub paths: Vec<ListedPath>,
+    /// Whether the file has a unit of length. Otherwise the paths are in its own units, such as pixels.
+    pub is_in_metres: bool,
+}
+
+/// All paths of a file.
 ///
 /// # Errors
 /// The file cannot be read.
-pub fn list(file: &Path, choice: &PathChoice<'_>) -> Result<Vec<ListedPath>, DrawingFileError> {
+pub fn list(file: &Path, choice: &PathChoice<'_>) -> Result<PathList, DrawingFileError> {
     let format = DrawingFormat::of(file).ok_or_else(unknown_format)?;
     let bytes = input_file::read(file)?;
     content::require(&bytes)?;
+    let in_metres = |paths| PathList { paths, is_in_metres: true };
     match format {
-        DrawingFormat::Svg => svg::list(text(&bytes)?, choice),
+        DrawingFormat::Svg => Ok(PathList { paths: svg::list(text(&bytes)?, choice)?, is_in_metres: false }),
         DrawingFormat::Dxf => dxf::list(&bytes, choice),
         DrawingFormat::Csv => {
-            Ok(vec![ListedPath { id: None, label: None, layer: None, drawing: csv::path(&bytes, choice) }])
+            let drawing = csv::path(&bytes, choice);
+            Ok(in_metres(vec![ListedPath { id: None, label: None, layer: None, drawing }]))
         }
-        DrawingFormat::Gpx | DrawingFormat::Kml | DrawingFormat::GeoJson => lines::list(&bytes, format, choice),
+        DrawingFormat::Gpx | DrawingFormat::Kml | DrawingFormat::GeoJson => {
+            lines::list(&bytes, format, choice).map(in_metres)
+        }
     }
 }
 

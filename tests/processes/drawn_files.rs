@@ -465,7 +465,7 @@ fn a_path_is_chosen_by_label_layer_or_number_and_listed() {
     };
     let answer = list("json").last_json();
     let paths = answer["paths"].as_array().expect("paths");
-    assert_eq!(paths.len(), 4);
+    assert_eq!((paths.len(), &answer["unit"]), (4, &json!("drawing")), "an SVG has pixels");
     assert_eq!(
         (&paths[0]["id"], &paths[0]["label"], &paths[0]["layer"], &paths[0]["closed"]),
         (&json!("path1"), &json!("north"), &json!("Streets"), &json!(false))
@@ -475,6 +475,7 @@ fn a_path_is_chosen_by_label_layer_or_number_and_listed() {
     let text = list("text").stdout;
     assert!(text.starts_with("4 paths in a.svg\nnumber  id"), "{text}");
     assert!(text.contains("1       path1   north  Streets"), "{text}");
+    assert!(text.contains("length in units of the drawing"), "{text}");
 }
 
 #[test]

@@ -8,12 +8,14 @@ use serde::Serialize;
 use crate::command::flags::{BadInput, Format};
 use crate::command::print::print_report;
 use crate::command::reading::within_limits;
-use crate::drawing::{self, ListedPath, PathChoice};
+use crate::drawing::{self, ListedPath, PathChoice, PathList};
 use crate::output::Counted;
 use crate::output::terminal_text::{Printable, printable};
 
 #[derive(Serialize)]
-struct PathList {
+struct PrintedList {
+    /// The unit of the lengths: `m`, or `drawing` for a file without a unit.
+    unit: &'static str,
     /// The paths in the order of the file.
     paths: Vec<PathRow>,
 }
@@ -25,8 +27,8 @@ struct PathRow {
     id: Option<String>,
     label: Option<String>,
     layer: Option<String>,
-    /// Length in metres, or in units of the drawing; null for what is no path.
-    length_m: Option<f64>,
+    /// Length in the unit; null for what is no path.
+    length: Option<f64>,
     closed: Option<bool>,
     /// The reason for which it is no path.
     fault: Option<String>,
@@ -36,28 +38,29 @@ struct PathRow {
 pub(super) fn run(file: &Path, format: Format) -> anyhow::Result<()> {
     let read = || drawing::list(file, &PathChoice::default());
     let listed = within_limits(Some(file), read).map_err(|error| BadInput(error.to_string()));
-    let listed = listed.with_context(|| file.display().to_string())?;
-    let paths: Vec<PathRow> = (1..).zip(listed).map(|(number, path)| PathRow::of(number, path)).collect();
-    let list = PathList { paths };
+    let PathList { paths, is_in_metres } = listed.with_context(|| file.display().to_string())?;
+    let paths = (1..).zip(paths).map(|(number, path)| PathRow::of(number, path)).collect();
+    let list = PrintedList { unit: if is_in_metres { "m" } else { "drawing" }, paths };
     print_report(format, &list, list.text(file))
 }
 
 impl PathRow {
     fn of(number: usize, ListedPath { id, label, layer, drawing }: ListedPath) -> Self {
-        let (length_m, closed, fault) = match drawing {
+        let (length, closed, fault) = match drawing {
             Ok(drawing) => (Some(drawing.length_m()), Some(drawing.is_closed), None),
             Err(error) => (None, None, Some(error.to_string())),
         };
-        Self { number, id, label, layer, length_m, closed, fault }
+        Self { number, id, label, layer, length, closed, fault }
     }
 }
 
-impl PathList {
+impl PrintedList {
     fn text(&self, file: &Path) -> String {
         let cell = |text: &Option<String>| text.as_ref().map_or("-".to_owned(), |text| printable(text).into_owned());
-        let mut rows = vec![["number", "id", "label", "layer", "length", ""].map(str::to_owned)];
+        let length = if self.unit == "m" { "length in m" } else { "length in units of the drawing" };
+        let mut rows = vec![["number", "id", "label", "layer", length, ""].map(str::to_owned)];
         rows.extend(self.paths.iter().map(|path| {
-            let length = path.length_m.map_or("-".to_owned(), |length_m| format!("{length_m:.3} m"));
+            let length = path.length.map_or("-".to_owned(), |length| format!("{length:.3}"));
             let kind = match (path.closed, &path.fault) {
                 (_, Some(fault)) => fault.clone(),
                 (Some(true), None) => "closed".to_owned(),

@@ -38,8 +38,7 @@ impl Readers<'_> {
             return Lamp::new("recorder", LampLevel::Danger, text);
         }
         let lamp = self.lamp("recorder", RECORDER, OPTIONAL);
-        let room_s = self.of_name(RECORDER).filter_map(ReaderReport::room).reduce(f64::min);
-        let Some(room_s) = room_s.filter(|_| lamp.level == LampLevel::Good) else { return lamp };
+        let Some(room_s) = room_left(self.snapshot).filter(|_| lamp.level == LampLevel::Good) else { return lamp };
         let level = match room_s {
             _ if room_s < DISK_DANGER_S => LampLevel::Danger,
             _ if room_s < DISK_WARNING_S => LampLevel::Warning,
@@ -114,6 +113,17 @@ pub(super) fn has_full_disk(snapshot: &Snapshot) -> bool {
     let ended = readers.newest(RECORDER).is_some_and(ReaderReport::has_full_disk);
     let waits = readers.awaited().any(|report| report.name() == SUPERVISOR && report.has_full_disk());
     !records && (ended || waits)
+}
+
+/// Time until the disk of a recorder is full, in seconds; `None` if no recorder reports one.
+fn room_left(snapshot: &Snapshot) -> Option<f64> {
+    let recorders = snapshot.readers.awaited().filter(|report| report.name() == RECORDER);
+    recorders.filter_map(ReaderReport::room).reduce(f64::min)
+}
+
+/// Time until the disk of a recorder is full, in seconds, if that is so short that its lamp is red.
+pub(super) fn short_room(snapshot: &Snapshot) -> Option<f64> {
+    room_left(snapshot).filter(|&room_s| room_s < DISK_DANGER_S)
 }
 
 /// How long every monitor has been silent, in a few words, if that is so long that they hang. The guard is part of a monitor.

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::contact::Contact;
 use super::guard_situation::GuardSituation;
 use super::lost_server::{remedy_of_hanging_server, remedy_of_lost_server};
-use super::reader_lamps::{has_full_disk, hung_monitor};
+use super::reader_lamps::{has_full_disk, hung_monitor, short_room};
 use super::show_forecast::ShowForecast;
 use super::snapshot::{Snapshot, SourcePresence};
 
@@ -57,7 +57,7 @@ impl Standing {
             Some(standing) => return standing,
             None => Self::of_state(snapshot),
         };
-        standing.with_dangers(snapshot, now_ns)
+        standing.with_dangers(snapshot, now_ns).with_short_room(snapshot)
     }
 
     fn new(level: Level, word: &'static str, cause: impl Into<String>) -> Self {
@@ -142,7 +142,7 @@ impl Standing {
             (format!("CONTACT: {}.", contact.words()), remedy)
         });
         let full_disk = has_full_disk(snapshot)
-            .then(|| ("The disk is full: the show is not recorded.".to_owned(), "Free some disk space.".to_owned()));
+            .then(|| ("The disk is full: the show is not recorded.".to_owned(), FREE_SPACE.to_owned()));
         let hung_guard = hung_guard(snapshot, now_ns);
         if hung_guard.is_some() && self.level == Level::Calm {
             // Nothing is to be awaited from a guard that hangs.
@@ -160,7 +160,17 @@ impl Standing {
         self.cause = causes.collect::<Vec<_>>().join(" ");
         Self { level: Level::Danger, ..self }
     }
+
+    /// Adds that the disk is full within a minute.
+    fn with_short_room(mut self, snapshot: &Snapshot) -> Self {
+        let Some(room_s) = short_room(snapshot) else { return self };
+        self.cause = format!("{} The disk is full in {room_s:.0} s.", self.cause);
+        self.remedy.get_or_insert_with(|| FREE_SPACE.to_owned());
+        Self { level: self.level.max(Level::Caution), ..self }
+    }
 }
+
+const FREE_SPACE: &str = "Free some disk space.";
 
 /// The cause and the remedy if the guard's process exists, but no longer reports, and the head has travel ahead.
 fn hung_guard(snapshot: &Snapshot, now_ns: u64) -> Option<(String, String)> {
@@ -389,6 +399,23 @@ mod tests {
         let held = Standing::of(&bad(ShowState::Held, Stops { held: true, ..Stops::default() }), 0);
         assert_eq!(held.cause, format!("{dangers} An operator holds the show for safety."));
         assert!(held.remedy.is_some_and(|remedy| remedy.ends_with("walks on. A release lifts the hold.")));
+    }
+
+    #[test]
+    fn a_disk_that_is_full_within_a_minute_is_named() {
+        let of = |room_s| {
+            let mut readers = ReaderLog::default();
+            let mut report = ReaderReport { frames: 1, room_s, ..ReaderReport::default() };
+            report.set_name("record");
+            readers.push(report);
+            let runs = snapshot(ShowState::Running, Stops::default(), GuardState::None);
+            Standing::of(&Snapshot { readers: Arc::new(readers), ..runs }, 0)
+        };
+        let short = of(45.0);
+        assert_eq!((short.level, short.word), (Level::Caution, "RUNNING"));
+        assert_eq!(short.cause, "The dragon walks. The disk is full in 45 s.");
+        assert_eq!(short.remedy.as_deref(), Some("Free some disk space."));
+        assert_eq!(of(61.0).level, Level::Good);
     }
 
     #[test]

@@ -12,7 +12,7 @@ mod model;
 use bench_dragon_geometry::drawing::{Drawing, Piece};
 use glam::{DAffine2, DVec2};
 
-use super::{DrawingFileError, ListedPath, PathChoice, listed, quoted};
+use super::{DrawingFileError, ListedPath, PathChoice, PathList, listed, quoted};
 use chain::{order, place};
 use entity::curve;
 use model::{Model, Shown};
@@ -60,11 +60,12 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
 }
 
 /// All paths of a file: one for each entity.
-pub(super) fn list(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Vec<ListedPath>, DrawingFileError> {
+pub(super) fn list(bytes: &[u8], choice: &PathChoice<'_>) -> Result<PathList, DrawingFileError> {
     let text = String::from_utf8_lossy(bytes);
     let model = Model::of(&text)?;
     // A list is there to choose from, before anything is known of the unit.
-    let unit_m = choice.metres_per_unit.or(model.unit_m).unwrap_or(1.0);
+    let unit_m = choice.metres_per_unit.or(model.unit_m);
+    let (unit_m, is_in_metres) = (unit_m.unwrap_or(1.0), unit_m.is_some());
     let named = |name: &str| (!name.is_empty()).then(|| name.to_owned());
     let listed = |shown: &Shown<'_, '_>| {
         let curve = curves(&[*shown], unit_m).map(|mut curves| curves.pop());
@@ -78,7 +79,8 @@ pub(super) fn list(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Vec<ListedPa
             }),
         }
     };
-    Ok(model.own().iter().chain(&model.inserted()?).map(listed).collect())
+    let paths = model.own().iter().chain(&model.inserted()?).map(listed).collect();
+    Ok(PathList { paths, is_in_metres })
 }
 
 fn unit_m(model: &Model<'_>, choice: &PathChoice<'_>) -> Result<f64, DrawingFileError> {

@@ -11,7 +11,7 @@
 //!
 //! **Guarantee.** No pose that the play allows has a clearance up to the searched one before the travel that is found, up to the
 //! rounding of the poses, about 10⁻¹² m. The bound lets each bench use its play at its own poles and the play of all links before
-//! it at once, so it is a little too early: see `tests/play.rs`.
+//! it at once, so it is too early, in a narrow gap by seconds: see `tests/play.rs`.
 
 mod board_range;
 mod pole_range;
