@@ -54,9 +54,19 @@ fn all_pairs(boards: &[Board], far_m: f64) -> Vec<PairClearance> {
             }
         }
     }
-    pairs.sort_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m).then(a.benches.cmp(&b.benches)));
+    pairs.sort_by(|a, b| a.clearance_m.total_cmp(&b.clearance_m));
+    let equal = |a: &PairClearance, b: &PairClearance| b.clearance_m - a.clearance_m <= EQUAL_M;
+    let mut begin = 0;
+    while begin < pairs.len() {
+        let count = pairs[begin..].iter().take_while(|pair| equal(&pairs[begin], pair)).count();
+        pairs[begin..begin + count].sort_by_key(|pair| pair.benches);
+        begin += count;
+    }
     pairs
 }
+
+/// Clearances that differ by less are equal: then the order of pairs is that of their indices.
+const EQUAL_M: f64 = 1e-10;
 
 /// Compares all three methods with all pairs, in an order that must not affect the results.
 fn assert_finds_all(search: &mut ClearanceSearch, boards: &[Board], reach_m: f64, far_m: f64) {
@@ -151,6 +161,26 @@ fn every_pair_of_a_turnaround_is_found() {
     for benches in [3, 60, 223] {
         let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
         assert_finds_all_of(benches, Arc::new(turnaround.route()), &[-90.0, 14.48, 0.0, 60.0]);
+    }
+}
+
+/// Rounding differs between a solved chain, a stepped one and a part of one. It moves the boards here by up to 10⁻¹² m.
+#[test]
+fn of_boards_that_overlap_alike_the_first_are_named_whatever_the_rounding() {
+    let board = |index: u32, nudge_m: f64| {
+        let angle = |index: u32| DVec2::from_angle(TAU * f64::from(index) / 22.5);
+        let nudge = nudge_m * DVec2::from_angle(f64::from(index) * nudge_m * 1e15);
+        Board::from_handles(6.0 * angle(index) + nudge, 6.0 * angle(index + 1) + nudge, 2.2, 0.3)
+    };
+    for step in 0..100 {
+        let boards: Vec<Board> = (0..60).map(|index| board(index, 1e-14 * f64::from(step))).collect();
+        let mut search = ClearanceSearch::default();
+        let nearest = search.nearest(&boards).expect("many pairs");
+        assert!(nearest.clearance_m < -0.1, "{nearest:?}");
+        assert_eq!(nearest.benches, [0, 45], "at step {step}");
+        let overlaps = search.within(&boards, 0.0);
+        assert_eq!(overlaps[0].benches, nearest.benches, "at step {step}");
+        assert!(overlaps.len() > 30, "{}", overlaps.len());
     }
 }
 

@@ -109,7 +109,6 @@ struct ReplyLine {
     accepted: bool,
     run_id: u64,
     tick: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
     reason: Option<String>,
 }
 

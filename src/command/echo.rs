@@ -1,5 +1,6 @@
 //! `echo`: prints one line per frame.
 
+use bench_dragon_geometry::number::Fixed;
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
@@ -76,14 +77,20 @@ fn json_line(frame: &Frame) -> FrameLine {
 fn text_line(frame: &Frame) -> String {
     let header = frame.header();
     let state = header.show_state().map_or("unknown", bench_dragon_ipc::ShowState::name);
-    let mut line = format!("tick {:>8}  {:>12.6} s  {state:<8}", header.tick, header.sim_time_s());
+    let mut line = format!("tick {:>8}  {:>12} s  {state:<8}", header.tick, Fixed::<6>(header.sim_time_s()));
     let ends = [("front hinge", frame.handles().first()), ("rear hinge", frame.handles().last())];
     for (name, handle) in ends {
         let Some(handle) = handle else { continue };
         let [x, y, z] = handle.position_m;
-        let height = if z == 0.0 { String::new() } else { format!(", {z:>10.6}") };
+        let height = if z == 0.0 { String::new() } else { format!(", {:>10}", Fixed::<6>(z)) };
         // Writing into a String cannot fail.
-        let _ = write!(line, "  {name} ({x:>11.6}, {y:>11.6}{height}) m {:.6} m/s", handle.speed_mps());
+        let _ = write!(
+            line,
+            "  {name} ({:>11}, {:>11}{height}) m {:.6} m/s",
+            Fixed::<6>(x),
+            Fixed::<6>(y),
+            handle.speed_mps()
+        );
     }
     line
 }

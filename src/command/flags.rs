@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 use std::net::SocketAddr;
-use std::ops::RangeInclusive;
+use std::ops::{Add, RangeInclusive};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -106,7 +106,8 @@ pub(crate) fn listen_address(text: &str) -> Result<SocketAddr, String> {
 
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     let value = text.parse().ok().filter(|value: &f64| value.is_finite());
-    value.ok_or_else(|| "must be a finite number".to_owned())
+    // Adding 0 removes the sign of a negative zero, here and below.
+    value.map(|value| value + 0.0).ok_or_else(|| "must be a finite number".to_owned())
 }
 
 /// Reads seconds with at most nine decimals. Returns them in nanoseconds.
@@ -122,11 +123,12 @@ pub(crate) fn nanoseconds(text: &str) -> Result<i64, String> {
 /// Reads a number within a range.
 pub(crate) fn within<V>(allowed: RangeInclusive<V>) -> impl Fn(&str) -> Result<V, String> + Clone
 where
-    V: FromStr + PartialOrd + Display + Clone,
+    V: FromStr + PartialOrd + Display + Clone + Add<Output = V> + Default,
 {
     move |text| {
         let value = text.parse().ok().filter(|value| allowed.contains(value));
-        value.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
+        let unsigned = value.map(|value| value + V::default());
+        unsigned.ok_or_else(|| format!("must be from {} to {}", allowed.start(), allowed.end()))
     }
 }
 

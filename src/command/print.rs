@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::command::flags::Format;
 use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
-use crate::output::{bar, print, set_live_line};
+use crate::output::{bar, json, print, set_live_line};
 use crate::recording::Flaws;
 
 pub(crate) use crate::output::complain;
@@ -22,9 +22,7 @@ pub(crate) fn print_line(line: impl Display) -> io::Result<()> {
 
 /// Prints a value as one line of JSON.
 pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
-    let mut line = serde_json::to_vec(value)?;
-    line.push(b'\n');
-    Ok(print(line)?)
+    Ok(print(json::line(value)?)?)
 }
 
 /// Prints a value as JSON, or its text for people, both on stdout.

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
-use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_geometry::route::RouteShape;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Request, RunStart};
@@ -239,9 +239,11 @@ fn warn_of_early_end(config: &Config) {
     match (config.route().end_s, &config.route().shape) {
         (None, RouteShape::Spiral(_)) => {}
         (Some(planned_s), _) => {
-            tracing::warn!("the run ends at {end_s:.6} s, not at end_s {planned_s}: there {end}: {spot}");
+            tracing::warn!("the run ends at {} s, not at end_s {planned_s}: there {end}: {spot}", Fixed::<6>(end_s));
         }
-        (None, _) => tracing::warn!("the run ends at {end_s:.6} s, before the route ends: there {end}: {spot}"),
+        (None, _) => {
+            tracing::warn!("the run ends at {} s, before the route ends: there {end}: {spot}", Fixed::<6>(end_s))
+        }
     }
 }
 
@@ -274,8 +276,9 @@ fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
 fn summary_text(summary: &ServerSummary) -> String {
     let &ServerSummary { frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
     format!(
-        "{} to {sim_time_s:.6} s, {}{}, lateness {}, tick {} \u{b5}s",
+        "{} to {} s, {}{}, lateness {}, tick {} \u{b5}s",
         Counted(frames, "frame"),
+        Fixed::<6>(sim_time_s),
         Counted(overruns, "overrun"),
         behind(behind_s, most_behind_s),
         percentiles(lateness_us),

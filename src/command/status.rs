@@ -1,5 +1,6 @@
 //! `ctl status`: prints the state of a running show, for people or as one JSON object.
 
+use bench_dragon_geometry::number::Fixed;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -131,7 +132,7 @@ impl StatusReport {
         lines.extend(self.standing_line());
         if let Some(NearestReport { clearance_m, benches: [one, another] }) = self.nearest {
             let clearance_mm = clearance_m * 1e3;
-            lines.push(format!("clearance {clearance_mm:.3} mm, benches {one} and {another}"));
+            lines.push(format!("clearance {} mm, benches {one} and {another}", Fixed::<3>(clearance_mm)));
         }
         lines.extend(self.ahead_words().map(|ahead| format!("ahead: {ahead}")));
         lines.extend(self.last_command.as_ref().map(|words| format!("last command: {} {}", words.clock, words.text)));
@@ -149,7 +150,10 @@ impl StatusReport {
         let link = if self.link == SourcePresence::Live.name() { "" } else { self.link };
         let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
         let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
-        format!("{state}{link}, show time {time_s:.3} s{scale}, head at {speed_mps:.3} m/s, wall clock {clock}")
+        format!(
+            "{state}{link}, show time {} s{scale}, head at {speed_mps:.3} m/s, wall clock {clock}",
+            Fixed::<3>(time_s)
+        )
     }
 
     /// How the show stands; `None` for a show that runs well.
@@ -171,10 +175,10 @@ impl StatusReport {
         Some(match self.ahead {
             ShowForecast::Unknown => return None,
             ShowForecast::Free { to, is_end: true } => {
-                format!("no contact up to the end, show time {:.3} s", to.time_s)
+                format!("no contact up to the end, show time {} s", Fixed::<3>(to.time_s))
             }
             ShowForecast::Free { to, is_end: false } => {
-                format!("no contact up to show time {:.3} s; the search goes on", to.time_s)
+                format!("no contact up to show time {} s; the search goes on", Fixed::<3>(to.time_s))
             }
             ShowForecast::Contact { at, benches: [one, another] } => {
                 format!("benches {one} and {another} touch {}", when(at))
@@ -186,9 +190,11 @@ impl StatusReport {
                 "no guard runs: the head stands still until one starts".to_owned()
             }
             ShowForecast::GuardStop { at, benches: None } => {
-                format!("no guard runs: the head stops at {:.3} m of travel {}", at.travel_m, when(at))
+                format!("no guard runs: the head stops at {} m of travel {}", Fixed::<3>(at.travel_m), when(at))
             }
-            ShowForecast::Rest { at } => format!("the head stops at {:.3} m of travel {}", at.travel_m, when(at)),
+            ShowForecast::Rest { at } => {
+                format!("the head stops at {} m of travel {}", Fixed::<3>(at.travel_m), when(at))
+            }
         })
     }
 
@@ -196,7 +202,7 @@ impl StatusReport {
     fn when(&self, at: Arrival) -> String {
         let walks = [ShowState::Running.name(), ShowState::Stopping.name()];
         let of_walk = if self.state.is_some_and(|state| walks.contains(&state)) { "" } else { " of walking" };
-        format!("in {:.1} s{of_walk} (show time {:.3} s)", at.wall_s, at.time_s)
+        format!("in {:.1} s{of_walk} (show time {} s)", at.wall_s, Fixed::<3>(at.time_s))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Timecode for `serve`, outside of its loop: the arguments, the socket, and the thread that reports changes.
 
+use bench_dragon_geometry::number::Fixed;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -152,18 +153,20 @@ fn report_news(
 pub(super) fn news_text(news: &TimecodeNews) -> String {
     let time_s = news.sim_time_s;
     let (timecode, show) = match news.event {
-        FollowerEvent::Follows { position_s } => {
-            (format!("timecode runs at {position_s:.3} s"), format!("the show follows from {time_s:.3} s"))
-        }
+        FollowerEvent::Follows { position_s } => (
+            format!("timecode runs at {} s", Fixed::<3>(position_s)),
+            format!("the show follows from {} s", Fixed::<3>(time_s)),
+        ),
         FollowerEvent::Stands { position_s } => {
-            (format!("timecode stands still at {position_s:.3} s"), "so does the show".to_owned())
+            (format!("timecode stands still at {} s", Fixed::<3>(position_s)), "so does the show".to_owned())
         }
         FollowerEvent::Lost { position_s } => (
-            format!("timecode is lost, last at {position_s:.3} s"),
-            format!("the show no longer follows, from {time_s:.3} s"),
+            format!("timecode is lost, last at {} s", Fixed::<3>(position_s)),
+            format!("the show no longer follows, from {} s", Fixed::<3>(time_s)),
         ),
     };
-    let show = if news.is_stopped { format!("the show stays paused or held at {time_s:.3} s") } else { show };
+    let show =
+        if news.is_stopped { format!("the show stays paused or held at {} s", Fixed::<3>(time_s)) } else { show };
     format!("{timecode}: {show}")
 }
 

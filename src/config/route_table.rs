@@ -308,9 +308,9 @@ impl RouteTable {
         }
         Ok(Self {
             kind: RouteKind::Path,
-            start_x_m: self.start_x_m.or(Some(fit.begin.position.x)),
-            start_y_m: self.start_y_m.or(Some(fit.begin.position.y)),
-            start_heading_deg: self.start_heading_deg.or(Some(fit.begin.heading.to_degrees())),
+            start_x_m: self.start_x_m.or(Some(fit.begin.position.x + 0.0)),
+            start_y_m: self.start_y_m.or(Some(fit.begin.position.y + 0.0)),
+            start_heading_deg: self.start_heading_deg.or(Some(fit.begin.heading.to_degrees() + 0.0)),
             start_s: self.start_s,
             end_s: self.end_s,
             closed: Some(is_closed),

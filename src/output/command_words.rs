@@ -1,6 +1,6 @@
 //! A command and its outcome, or another event of the record of commands: as words, and as a line of JSON.
 
-use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_ipc::{CommandEvent, EventKind, Request, RunStart};
 use jiff::tz::TimeZone;
 use jiff::{Timestamp, Zoned};
@@ -68,7 +68,9 @@ pub fn request_words(request: Request) -> String {
         Request::Hold => "hold".to_owned(),
         Request::Release => "release".to_owned(),
         Request::Stop => "stop".to_owned(),
-        Request::Grant { from_m, to_m, .. } => format!("grant of {from_m:.3} to {to_m:.3} m"),
+        Request::Grant { from_m, to_m, .. } => {
+            format!("grant of {} to {} m", Fixed::<3>(from_m), Fixed::<3>(to_m))
+        }
         Request::Pace { factor } => format!("pace {}", Number(factor)),
     }
 }

@@ -7,6 +7,7 @@
 //! | [`report`] | reports for people, as one printable HTML file |
 //! | `visible_box()` | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
+//! | `json` | JSON on one line or indented |
 //! | [`command_words`] | a command and its outcome, in words and as a line of JSON |
 //! | `log` | the log on stderr |
 //! | `terminal_text` | colours, and escapes for control characters in foreign text |
@@ -16,6 +17,7 @@
 pub mod command_words;
 pub mod figure;
 pub mod histogram;
+pub(crate) mod json;
 mod live_line;
 pub(crate) mod log;
 mod printing;

@@ -108,13 +108,14 @@ impl From<usize> for Cell {
 
 impl From<f64> for Cell {
     fn from(number: f64) -> Self {
-        Self::Number(number)
+        // Adding 0 removes the sign of a negative zero.
+        Self::Number(number + 0.0)
     }
 }
 
 impl From<Option<f64>> for Cell {
     fn from(number: Option<f64>) -> Self {
-        number.map_or(Self::Blank, Self::Number)
+        number.map_or(Self::Blank, Self::from)
     }
 }
 

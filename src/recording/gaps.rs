@@ -1,5 +1,6 @@
 //! Gaps of a recording: frames of its runs that no part contains.
 
+use bench_dragon_geometry::number::Fixed;
 use std::{
     collections::BTreeMap,
     fmt,
@@ -41,9 +42,11 @@ impl fmt::Display for Gap {
         let plural = if *frames == 1 { "frame is" } else { "frames are" };
         write!(formatter, "gap: {frames} {plural} missing, ticks {from_tick} to {to_tick} of run {run_id}")?;
         match (from_s, to_s) {
-            (Some(from_s), Some(to_s)) => write!(formatter, ", show time {from_s:.3} to {to_s:.3} s")?,
-            (None, Some(to_s)) => write!(formatter, ", from its begin to show time {to_s:.3} s")?,
-            (Some(from_s), None) => write!(formatter, ", from show time {from_s:.3} s to its end")?,
+            (Some(from_s), Some(to_s)) => {
+                write!(formatter, ", show time {} to {} s", Fixed::<3>(*from_s), Fixed::<3>(*to_s))?
+            }
+            (None, Some(to_s)) => write!(formatter, ", from its begin to show time {} s", Fixed::<3>(*to_s))?,
+            (Some(from_s), None) => write!(formatter, ", from show time {} s to its end", Fixed::<3>(*from_s))?,
             (None, None) => {}
         }
         if let Some(wall_s) = wall_s {

@@ -1,5 +1,6 @@
 //! Report of a source's loop on its run: a few atomic stores a tick, which a separate thread publishes.
 
+use bench_dragon_geometry::number::Fixed;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
@@ -195,7 +196,7 @@ impl LoopGauges {
         let [tick, overruns, behind_ns] =
             [&self.tick, &self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
         let behind = if behind_ns > 0 { format!(", {:.1} s behind", behind_ns as f64 * 1e-9) } else { String::new() };
-        format!("{state} at {sim_time_s:.1} s{behind}, tick {tick}, {overruns} overruns")
+        format!("{state} at {} s{behind}, tick {tick}, {overruns} overruns", Fixed::<1>(sim_time_s))
     }
 }
 

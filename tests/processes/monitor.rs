@@ -43,6 +43,7 @@ fn line_of(alert: &Alert) -> Value {
         "tick": alert.tick,
         "run_id": alert.run_id,
         "benches": pair,
+        "bench": alert.bench(),
         "clearance_m": pair.map(|_| alert.clearance_m),
         "point_m": pair.map(|_| alert.point_m),
         "forecast_s": alert.forecast(),

@@ -119,7 +119,8 @@ impl<'a> ApproachSearch<'a> {
                 return nearest;
             }
             let pair = PairClearance::of(boards, [first, second]);
-            nearest.filter(|nearest| nearest.order(&pair).is_le()).or(Some(pair))
+            // Pairs come in the order of their indices. The first of equal ones stays.
+            nearest.filter(|nearest| !pair.is_nearer(nearest)).or(Some(pair))
         })
     }
 

@@ -119,7 +119,8 @@ impl ContactSearch {
         }
     }
 
-    /// Finds the first travel between two travels at which some pair touches. Travels outside the run are ignored.
+    /// Finds the first travel between two travels at which some pair touches. Travels outside the run are ignored. If pairs touch
+    /// at the beginning already, the result is the deepest of them, and of equal ones that with the lowest indices.
     ///
     /// Boards touch from a gap of 10⁻¹² m down, the rounding of positions, over the searched clearance. Some pair touches at the
     /// result, and none up to 10⁻¹¹ m before it. So boards that close at a rate r per metre of travel touch at most 10⁻¹¹ m +
@@ -184,8 +185,12 @@ impl ContactSearch {
         }
         self.place(from_m);
         let nearest = self.near.nearest(&self.earlier.boards)?;
-        if nearest.clearance_m <= self.clearance_m {
-            return Some(Contact { travel_m: from_m, benches: nearest.benches, point: nearest.point });
+        // The nearest pair has the lowest indices of equal ones. It may be above the clearance by rounding, and another pair not.
+        let is_within = nearest.clearance_m <= self.clearance_m;
+        let within = is_within.then_some(nearest);
+        let within = within.or_else(|| self.near.within(&self.earlier.boards, self.clearance_m).first().copied());
+        if let Some(touching) = within {
+            return Some(Contact { travel_m: from_m, benches: touching.benches, point: touching.point });
         }
         self.beginning.extend(self.earlier.handles.iter().map(|handle| handle.parameter));
         self.walk.clear();

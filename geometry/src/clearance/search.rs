@@ -9,6 +9,10 @@ use glam::DVec2;
 use super::near_pairs::{MAX_PAIRS, NearPairs};
 use crate::dragon::board::{Approach, Board};
 
+/// Largest difference of equal clearances, in metres. The same pose differs by rounding, about 10⁻¹² m, between a solved chain, a
+/// stepped one and a part of one. So the order of pairs that lie alike, as on two laps of a circle, does not depend on rounding.
+const EQUAL_M: f64 = 1e-10;
+
 /// Two benches and their clearance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairClearance {
@@ -29,8 +33,9 @@ impl PairClearance {
         Self::new(benches, boards[benches[0]].approach(&boards[benches[1]]))
     }
 
-    pub(super) fn order(&self, other: &Self) -> std::cmp::Ordering {
-        self.clearance_m.total_cmp(&other.clearance_m).then(self.benches.cmp(&other.benches))
+    /// Whether this pair is nearer than another one, by more than rounding.
+    pub(super) fn is_nearer(&self, other: &Self) -> bool {
+        self.clearance_m < other.clearance_m - EQUAL_M
     }
 }
 
@@ -57,8 +62,8 @@ impl ClearanceSearch {
         Self { near: NearPairs::with_room(pairs), ..Self::default() }
     }
 
-    /// Every pair with a clearance of at most `reach_m`, nearest first, then by index. If there are more than about two
-    /// million, only the nearest of them.
+    /// Every pair with a clearance of at most `reach_m`, nearest first. Pairs whose clearances differ only by rounding are in
+    /// the order of their indices. If there are more than about two million, only the nearest of them.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
         if boards.len() >= 3 {
@@ -78,7 +83,8 @@ impl ClearanceSearch {
         self.near.take_steps() + self.found.len() as u64
     }
 
-    /// The pair with the least clearance, and of equal ones that with the lowest indices; `None` with fewer than three boards.
+    /// The pair with the least clearance; `None` with fewer than three boards. Of pairs whose clearances differ only by rounding,
+    /// at most 10⁻¹⁰ m, it is that with the lowest indices.
     pub fn nearest(&mut self, boards: &[Board]) -> Option<PairClearance> {
         self.nearest_and_within(boards, f64::NEG_INFINITY).first().copied()
     }
@@ -90,14 +96,14 @@ impl ClearanceSearch {
         if boards.len() >= 3 {
             self.near.follow(boards);
             let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or([0, 2]);
-            let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]));
+            let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]) + EQUAL_M);
             if !self.near.reaches(limit_m) {
-                limit_m = reach_m.max(least_clearance_of(boards, last[0]).min(limit_m));
+                limit_m = reach_m.max((least_clearance_of(boards, last[0]) + EQUAL_M).min(limit_m));
             }
             self.collect(boards, reach_m, limit_m);
             self.last_nearest = self.found.first().map(|pair| pair.benches);
-            let within = self.found.partition_point(|pair| pair.clearance_m <= reach_m);
-            self.found.truncate(within.max(1));
+            let nearest = self.last_nearest;
+            self.found.retain(|pair| pair.clearance_m <= reach_m || Some(pair.benches) == nearest);
         }
         &self.found
     }
@@ -118,11 +124,23 @@ impl ClearanceSearch {
             }
             let pair = PairClearance::of(boards, benches);
             if pair.clearance_m <= limit_m {
-                limit_m = reach_m.max(pair.clearance_m);
+                limit_m = limit_m.min(reach_m.max(pair.clearance_m + EQUAL_M));
                 found.push(pair);
             }
         }
-        found.sort_unstable_by(PairClearance::order);
+        sort(found);
+    }
+}
+
+/// Sorts pairs by their clearances, and by their indices where the clearances differ only by rounding.
+fn sort(pairs: &mut [PairClearance]) {
+    pairs.sort_unstable_by(|one, other| one.clearance_m.total_cmp(&other.clearance_m));
+    let mut rest = pairs;
+    while let Some(&first) = rest.first() {
+        let equal = rest.partition_point(|pair| !first.is_nearer(pair));
+        let (alike, further) = std::mem::take(&mut rest).split_at_mut(equal);
+        alike.sort_unstable_by_key(|pair| pair.benches);
+        rest = further;
     }
 }
 

@@ -8,6 +8,7 @@
 //! Whether a link walks depends only on the parameter of its front handle, and all body links are alike. So a *fault* is a
 //! parameter of the route that a front handle cannot pass. The head's link and the body links have separate faults.
 
+use crate::number::{Fixed, Place};
 use std::fmt::{self, Display, Formatter};
 
 use glam::DVec2;
@@ -83,9 +84,8 @@ impl TightSpot {
 
 impl Display for TightSpot {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        // Rounds before printing, and adds 0, so that no zero has a sign.
-        let [travel_m, x, y] = [self.travel_m, self.point.x, self.point.y].map(|m| (m * 1000.0).round() / 1000.0 + 0.0);
-        write!(formatter, "bench {} cannot follow at {travel_m:.3} m of travel, at ({x:.3}, {y:.3}) m", self.bench)
+        let (travel_m, place) = (Fixed::<3>(self.travel_m), Place::<3>(self.point.to_array()));
+        write!(formatter, "bench {} cannot follow at {travel_m} m of travel, at {place}", self.bench)
     }
 }
 

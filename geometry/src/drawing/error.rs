@@ -3,7 +3,7 @@
 use glam::DVec2;
 use thiserror::Error;
 
-use crate::number::Number;
+use crate::number::{Number, Place};
 
 /// Reason why a drawing has no route.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -25,7 +25,7 @@ pub enum DrawingError {
     #[error("the path has no length")]
     Empty,
     /// A piece begins elsewhere than the one before ends.
-    #[error("the path is interrupted at {}: the next part begins {} m further", Place(*at), Rounded(*gap_m))]
+    #[error("the path is interrupted at {}: the next part begins {} m further", Place::<3>(at.to_array()), Rounded(*gap_m))]
     Gap {
         /// Where the path is interrupted.
         at: DVec2,
@@ -35,7 +35,7 @@ pub enum DrawingError {
     /// The path is to be closed, but its ends are apart.
     #[error(
         "closed: the path ends at {}, {} m from its beginning, at most {} m is allowed",
-        Place(*at), Rounded(*gap_m), Rounded(*limit_m)
+        Place::<3>(at.to_array()), Rounded(*gap_m), Rounded(*limit_m)
     )]
     Open {
         /// Where the path ends.
@@ -46,13 +46,13 @@ pub enum DrawingError {
         limit_m: f64,
     },
     /// The path runs back along itself.
-    #[error("the path turns back on itself at {}, which no radius rounds", Place(*at))]
+    #[error("the path turns back on itself at {}, which no radius rounds", Place::<3>(at.to_array()))]
     TurnsBack {
         /// Where it turns.
         at: DVec2,
     },
     /// There is a corner, and no radius to round it.
-    #[error("the path has a corner of {:.1}° at {}: set corner_radius_m to round it", turn.to_degrees(), Place(*at))]
+    #[error("the path has a corner of {:.1}° at {}: set corner_radius_m to round it", turn.to_degrees(), Place::<3>(at.to_array()))]
     Corner {
         /// Where the corner is.
         at: DVec2,
@@ -62,7 +62,7 @@ pub enum DrawingError {
     /// The radius of a corner is too large for the pieces next to it.
     #[error(
         "corner_radius_m is {}, does not fit into the corner of {:.1}° at {}: at most {largest_m:.3} m fits",
-        Number(*radius_m), turn.to_degrees(), Place(*at)
+        Number(*radius_m), turn.to_degrees(), Place::<3>(at.to_array())
     )]
     Radius {
         /// Where the corner is.
@@ -75,7 +75,7 @@ pub enum DrawingError {
         largest_m: f64,
     },
     /// The path turns more tightly than arcs within the tolerance can follow.
-    #[error("the path turns back or too sharply near {}", Place(*at))]
+    #[error("the path turns back or too sharply near {}", Place::<3>(at.to_array()))]
     Sharp {
         /// Where it turns.
         at: DVec2,
@@ -94,15 +94,6 @@ pub enum DrawingError {
         /// Distance of the best fit, in metres.
         error_m: f64,
     },
-}
-
-/// A point, for a message.
-struct Place(DVec2);
-
-impl std::fmt::Display for Place {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "({:.3}, {:.3}) m", self.0.x, self.0.y)
-    }
 }
 
 /// A length in metres, for a message: in whole millimetres, below a centimetre in whole micrometres.

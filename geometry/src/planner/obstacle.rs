@@ -1,5 +1,6 @@
 //! Obstacles: reasons why a dragon cannot pass a turn.
 
+use crate::number::Fixed;
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
@@ -40,12 +41,22 @@ pub enum Obstacle {
 impl Display for Obstacle {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Fault { travel_m, end, .. } => write!(formatter, "{end} after {travel_m:.6} m"),
+            Self::Fault { travel_m, end, .. } => {
+                write!(formatter, "{end} after {} m", Fixed::<6>(*travel_m))
+            }
             Self::Contact(Contact { travel_m, benches: [first, second], .. }) => {
-                write!(formatter, "benches {first} and {second} come too near each other after {travel_m:.6} m")
+                write!(
+                    formatter,
+                    "benches {first} and {second} come too near each other after {} m",
+                    Fixed::<6>(*travel_m)
+                )
             }
             Self::TooFast(LargestRatio { ratio, travel_m, handle }) => {
-                write!(formatter, "handle {handle} is {ratio:.6} times as fast as the head after {travel_m:.6} m")
+                write!(
+                    formatter,
+                    "handle {handle} is {ratio:.6} times as fast as the head after {} m",
+                    Fixed::<6>(*travel_m)
+                )
             }
             Self::Dragon(error) => write!(formatter, "{error}"),
         }

@@ -1,5 +1,6 @@
 //! The passage of a whole dragon through a turn, and its limits on clearance and speed.
 
+use crate::number::Fixed;
 use std::sync::Arc;
 
 use thiserror::Error;
@@ -28,7 +29,7 @@ pub enum Infeasible {
     #[error(transparent)]
     Dragon(DragonError),
     /// A handle cannot pass a parameter of the route.
-    #[error("{end} with the head at {travel_m:.6} m of travel")]
+    #[error("{end} with the head at {} m of travel", Fixed::<6>(*travel_m))]
     Fault {
         /// Travel of the head.
         travel_m: f64,

@@ -1,5 +1,6 @@
 //! The lines of JSON that `monitor` prints, and `show` reads.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, TimeHistogram};
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +31,7 @@ pub(crate) struct AlertLine {
     pub(crate) run_id: u64,
     /// The two benches, or null if the alert is not about a pair.
     pub(crate) benches: Option<[u32; 2]>,
-    /// The bench of an alert about one bench.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    /// The bench of an alert about one bench, or null.
     pub(crate) bench: Option<u32>,
     pub(crate) clearance_m: Option<f64>,
     /// Point midway between the two boards, point of the one board, or null.
@@ -65,7 +65,7 @@ impl AlertLine {
             (None, Some(bench)) => format!(", bench {bench}"),
             (None, None) => String::new(),
         };
-        format!("{:.6} s: {}{benches}", self.time_s, self.kind)
+        format!("{} s: {}{benches}", Fixed::<6>(self.time_s), self.kind)
     }
 }
 
@@ -82,8 +82,7 @@ pub(crate) struct MonitorProgress {
     pub(crate) least: Option<ClearanceReport>,
     /// Show time of the forecast contact, in seconds; null if none is known.
     pub(crate) forecast_s: Option<f64>,
-    /// Show time of the earliest contact that the play of the hinges allows, in seconds; absent without one.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    /// Show time of the earliest contact that the play of the hinges allows, in seconds; null without one.
     pub(crate) earliest_s: Option<f64>,
     /// Times from the instant at which a frame was due to the instant at which it was read.
     pub(crate) latency: TimesReport,
@@ -97,8 +96,7 @@ pub(crate) struct MonitorSummary {
     pub(crate) lost: u64,
     /// The first contact.
     pub(crate) contact: Option<ContactReport>,
-    /// Show time of the earliest contact that the play of the hinges allows, as last forecast; absent without one.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    /// Show time of the earliest contact that the play of the hinges allows, as last forecast; null without one.
     pub(crate) earliest_s: Option<f64>,
     /// Least clearance of all frames; null without a frame.
     pub(crate) least_clearance: Option<ClearanceReport>,
@@ -157,8 +155,8 @@ pub(crate) struct GuardReport {
 impl GuardReport {
     /// The known ones of clearance and forecast, and a margin that is not kept, in words that follow other words about this stop.
     pub(crate) fn details(&self) -> String {
-        let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {clearance_m:.6} m"));
-        let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {time_s:.6} s"));
+        let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {} m", Fixed::<6>(clearance_m)));
+        let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {} s", Fixed::<6>(time_s)));
         let unproved = ": margin_m is not proved to be kept here, so start or seek elsewhere".to_owned();
         clearance.into_iter().chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
     }

@@ -1,5 +1,6 @@
 //! The reports of a monitor: alerts, commands and progress during the run, and the summary at its end.
 
+use bench_dragon_geometry::number::Fixed;
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
@@ -86,7 +87,7 @@ impl MonitorReport {
             tracing::debug!("{}", line.text);
             return Ok(());
         }
-        let text = format!("{:>12.6} s  command    {}  {}", line.time_s, local_time(event), line.text);
+        let text = format!("{:>12} s  command    {}  {}", Fixed::<6>(line.time_s), local_time(event), line.text);
         print_report(self.format, &MonitorLine::Command(line), text)
     }
 
@@ -99,7 +100,7 @@ impl MonitorReport {
             is_margin_kept: rest.is_free,
         };
         self.summary.guard = Some(report);
-        let text = format!("{:>12.6} s  held by the guard permanently{}", report.held_at_s, report.details());
+        let text = format!("{:>12} s  held by the guard permanently{}", Fixed::<6>(report.held_at_s), report.details());
         print_report(self.format, &MonitorLine::Guard(report), text)
     }
 
@@ -136,16 +137,23 @@ impl MonitorReport {
         let grants = Counted(*grants, "grant");
         print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants}, {lost} lost"))?;
         if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m, .. }) = least_clearance {
-            print_line(format_args!("least clearance {clearance_m:.6} m at {time_s:.6} s, benches {a} and {b}"))?;
+            print_line(format_args!(
+                "least clearance {} m at {} s, benches {a} and {b}",
+                Fixed::<6>(*clearance_m),
+                Fixed::<6>(*time_s)
+            ))?;
         }
         match contact {
             Some(ContactReport { time_s, benches: [a, b] }) => {
-                print_line(format_args!("first contact at {time_s:.6} s, benches {a} and {b}"))?;
+                print_line(format_args!("first contact at {} s, benches {a} and {b}", Fixed::<6>(*time_s)))?;
             }
             None => print_line("no contact")?,
         }
         if let Some(earliest_s) = self.summary.earliest_s {
-            print_line(format_args!("earliest contact that the play of the hinges allows: {earliest_s:.6} s"))?;
+            print_line(format_args!(
+                "earliest contact that the play of the hinges allows: {} s",
+                Fixed::<6>(earliest_s)
+            ))?;
         }
         let MonitorSummary { faults, suppressed_alerts, unswept_frames, .. } = &self.summary;
         let left_out = [
@@ -161,16 +169,22 @@ impl MonitorReport {
 }
 
 fn alert_text(line: &AlertLine) -> String {
-    let mut text = format!("{:>12.6} s  {:<9}", line.time_s, line.kind);
+    let mut text = format!("{:>12} s  {:<9}", Fixed::<6>(line.time_s), line.kind);
     if let (Some([a, b]), Some(clearance_m), Some([x, y])) = (line.benches, line.clearance_m, line.point_m) {
         // Writing into a String cannot fail, here and below.
-        let _ = write!(text, "  benches {a} and {b}, clearance {clearance_m:.6} m at ({x:.3}, {y:.3})");
+        let _ = write!(
+            text,
+            "  benches {a} and {b}, clearance {} m at ({}, {})",
+            Fixed::<6>(clearance_m),
+            Fixed::<3>(x),
+            Fixed::<3>(y)
+        );
     }
     if let (Some(bench), Some([x, y])) = (line.bench, line.point_m) {
-        let _ = write!(text, "  bench {bench} leaves the stage at ({x:.3}, {y:.3})");
+        let _ = write!(text, "  bench {bench} leaves the stage at ({}, {})", Fixed::<3>(x), Fixed::<3>(y));
     }
     if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
-        let _ = write!(text, ", contact forecast at {forecast_s:.6} s");
+        let _ = write!(text, ", contact forecast at {} s", Fixed::<6>(forecast_s));
     }
     text
 }

@@ -2,6 +2,7 @@
 
 mod verification;
 
+use bench_dragon_geometry::number::Fixed;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -143,8 +144,9 @@ fn print_pass(format: Format, pass: PassSummary) -> anyhow::Result<()> {
     let PassSummary { frames, missing, sim_time_s, overruns, lateness_us, tick_us, .. } = pass;
     let missing = if missing > 0 { format!(" ({missing} missing in the recording)") } else { String::new() };
     let text = format!(
-        "{}{missing} to {sim_time_s:.6} s, {}, lateness {}, tick {} \u{b5}s",
+        "{}{missing} to {} s, {}, lateness {}, tick {} \u{b5}s",
         Counted(frames, "frame"),
+        Fixed::<6>(sim_time_s),
         Counted(overruns, "overrun"),
         percentiles(lateness_us),
         percentiles(tick_us)

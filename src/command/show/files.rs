@@ -13,7 +13,7 @@ use anyhow::Context as _;
 use super::summary::ShowSummary;
 use crate::command::flags::BadInput;
 use crate::config::Config;
-use crate::output::Counted;
+use crate::output::{Counted, json};
 use crate::recording::{BackgroundRepair, DiskSpace, Repair, RepairError};
 use crate::system::whole_file;
 
@@ -104,8 +104,7 @@ impl Folder {
 
     /// Writes the summary.
     pub(super) fn write_summary(&self, summary: &ShowSummary) -> anyhow::Result<()> {
-        let text = serde_json::to_string_pretty(summary)? + "\n";
-        whole_file::write(&self.path.join(SUMMARY), text.as_bytes())
+        whole_file::write(&self.path.join(SUMMARY), &json::indented(summary)?)
     }
 
     pub(super) fn report(&self) -> PathBuf {

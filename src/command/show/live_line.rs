@@ -1,5 +1,6 @@
 //! The output of a running show: the live line, and combined near alerts.
 
+use bench_dragon_geometry::number::Fixed;
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::FrameHeader;
@@ -45,11 +46,14 @@ impl LiveLine {
         self.measure_rate(header.tick);
         self.note_speed(header.head_speed_mps);
         let (sim_time_s, start_s, end_s) = (header.sim_time_s(), self.start_s, self.end_s(header));
-        let clearance = progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{clearance_m:.4} m"));
+        let clearance =
+            progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{} m", Fixed::<4>(clearance_m)));
         let state = header.show_state().map_or("unknown", |state| state.name());
         set_live_line(Some(format!(
-            "{} {sim_time_s:.2} of {end_s:.2} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
+            "{} {} of {} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
             bar((sim_time_s - start_s) / (end_s - start_s)),
+            Fixed::<2>(sim_time_s),
+            Fixed::<2>(end_s),
             self.rate_hz,
             progress.lost
         )));
@@ -136,9 +140,14 @@ impl NearAlerts {
         let Self { count, times_s: [from_s, to_s], nearest, .. } = std::mem::take(self);
         self.last_line = Some(now);
         let nearest = nearest.map_or(String::new(), |(clearance_m, [a, b])| {
-            format!(", raised at {:.1} mm or more, the nearest of benches {a} and {b}", 1000.0 * clearance_m)
+            format!(", raised at {} mm or more, the nearest of benches {a} and {b}", Fixed::<1>(1000.0 * clearance_m))
         });
-        Some(format!("{from_s:.6} to {to_s:.6} s: {}{nearest}", Counted(count, "more near alert")))
+        Some(format!(
+            "{} to {} s: {}{nearest}",
+            Fixed::<6>(from_s),
+            Fixed::<6>(to_s),
+            Counted(count, "more near alert")
+        ))
     }
 }
 

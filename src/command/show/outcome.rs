@@ -1,5 +1,6 @@
 //! The outcome of a show: why it ended, for programs and in one sentence for people.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::ShowState;
 use serde::Serialize;
 
@@ -41,20 +42,28 @@ pub(super) enum Ending {
 impl From<Ending> for Outcome {
     fn from(ending: Ending) -> Self {
         let text = match &ending {
-            Ending::Contact { time_s, benches: [a, b] } => format!("Benches {a} and {b} touched at {time_s:.6} s."),
+            Ending::Contact { time_s, benches: [a, b] } => {
+                format!("Benches {a} and {b} touched at {} s.", Fixed::<6>(*time_s))
+            }
             Ending::Guard { held_at_s, is_margin_kept: true } => {
                 format!(
-                    "The guard held the dragon permanently at {held_at_s:.6} s: beyond, margin_m is not proved to be kept."
+                    "The guard held the dragon permanently at {} s: beyond, margin_m is not proved to be kept.",
+                    Fixed::<6>(*held_at_s)
                 )
             }
             Ending::Guard { held_at_s, is_margin_kept: false } => {
                 format!(
-                    "The guard does not let the dragon walk from {held_at_s:.6} s: margin_m is not proved to be kept there. \
-                     Start or seek elsewhere."
+                    "The guard does not let the dragon walk from {} s: margin_m is not proved to be kept there. \
+                     Start or seek elsewhere.",
+                    Fixed::<6>(*held_at_s)
                 )
             }
-            Ending::EndOfRun { time_s } => format!("The dragon reached the end of its run at {time_s:.3} s."),
-            Ending::Until { time_s } => format!("The show reached its end time, {time_s:.3} s."),
+            Ending::EndOfRun { time_s } => {
+                format!("The dragon reached the end of its run at {} s.", Fixed::<3>(*time_s))
+            }
+            Ending::Until { time_s } => {
+                format!("The show reached its end time, {} s.", Fixed::<3>(*time_s))
+            }
             Ending::Stopped { sender, .. } if sender == "signal" => {
                 "A signal to the server's process stopped the show.".to_owned()
             }

@@ -7,6 +7,7 @@ use crate::command::monitor::lines::ContactReport;
 use crate::command::print::{behind, print_json, print_line};
 use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
+use bench_dragon_geometry::number::Fixed;
 
 pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Folder) -> anyhow::Result<()> {
     if format == Format::Json {
@@ -15,12 +16,12 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Fold
     let frames = &summary.frames;
     match summary.contact {
         Some(ContactReport { time_s, benches: [a, b] }) => {
-            print_line(format_args!("first contact   {time_s:.6} s, benches {a} and {b}"))?;
+            print_line(format_args!("first contact   {} s, benches {a} and {b}", Fixed::<6>(time_s)))?;
         }
         None => print_line("first contact   none")?,
     }
     if let Some(guard) = &summary.guard {
-        print_line(format_args!("held by guard   {:.6} s{}", guard.held_at_s, guard.details()))?;
+        print_line(format_args!("held by guard   {} s{}", Fixed::<6>(guard.held_at_s), guard.details()))?;
     }
     if let Some(outcome) = &summary.outcome {
         print_line(format_args!("outcome         {}", outcome.text))?;
@@ -50,7 +51,8 @@ fn print_restarts(summary: &ShowSummary) -> anyhow::Result<()> {
     counts.extend(others.filter(|(_, count)| **count > 0).map(|(name, count)| format!("{count} {name}")));
     print_line(format_args!("restarts        {}", counts.join(", ")))?;
     for RestartReport { role, reason, show_time_s, at, restarted } in &summary.restart_log {
-        let time = show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("at {time_s:.3} s"));
+        let time =
+            show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("at {} s", Fixed::<3>(time_s)));
         let given_up = if *restarted { "" } else { ", not started again" };
         print_line(format_args!("                {role} {time}, {at}: {reason}{given_up}"))?;
     }

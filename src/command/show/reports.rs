@@ -1,5 +1,6 @@
 //! The reports of the children, read from the lines that they print.
 
+use bench_dragon_geometry::number::Fixed;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -106,7 +107,7 @@ impl ChildReports {
             // The show reads the commands from the bus, so that it has them without a monitor.
             MonitorLine::Command(_) => {}
             MonitorLine::Guard(report) => {
-                log(&format!("{:.6} s: held by the guard permanently{}", report.held_at_s, report.details()));
+                log(&format!("{} s: held by the guard permanently{}", Fixed::<6>(report.held_at_s), report.details()));
                 self.totals.summary.guard = Some(report);
             }
             MonitorLine::Summary(summary) => {

@@ -1,5 +1,6 @@
 //! The supervision of a running show: handles the lines and the ends of its children, reads the bus, and restarts children.
 
+use bench_dragon_geometry::number::Fixed;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
@@ -98,7 +99,10 @@ impl Show<'_> {
             self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
             if self.is_performance && self.seen.finishes_with(header) {
-                log(&format!("{:.6} s: finished; only `ctl stop` or Ctrl-C ends this show", header.sim_time_s()));
+                log(&format!(
+                    "{} s: finished; only `ctl stop` or Ctrl-C ends this show",
+                    Fixed::<6>(header.sim_time_s())
+                ));
             }
             self.seen.see_frame(header);
         }

@@ -3,6 +3,7 @@
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
 use bench_dragon_geometry::dragon::Spent;
+use bench_dragon_geometry::number::{Fixed, Place};
 use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile, first_faster, near_misses};
 use clap::Args;
 use glam::DVec2;
@@ -60,10 +61,8 @@ struct ContactAnswer {
     benches: Option<[usize; 2]>,
     point_m: Option<[f64; 2]>,
     /// The requested clearance, in metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
     /// Show time at which the search ended early, because it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     searched_to_s: Option<f64>,
     #[serde(flatten)]
     play: Option<PlayAnswer>,
@@ -82,7 +81,6 @@ struct SpeedAnswer {
     max_ratio: f64,
     too_fast: Option<TooFast>,
     /// The reason for which the answer is unknown: it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     too_fast_undecided: Option<String>,
 }
 
@@ -103,7 +101,7 @@ impl SpeedAnswer {
         let over = format!("over {max_ratio} times as fast as the head");
         match (too_fast, too_fast_undecided) {
             (Some(TooFast { time_s, handle, .. }), _) => {
-                format!("first handle {over}: handle {handle} at {time_s:.6} s")
+                format!("first handle {over}: handle {handle} at {} s", Fixed::<6>(*time_s))
             }
             (None, Some(reason)) => format!("whether a handle is {over} is unknown: {reason}; --work allows more"),
             (None, None) => format!("no handle is {over}"),
@@ -178,7 +176,7 @@ fn draw(
         contact.context("--figure has nothing to show: no benches touch before the run ends")?;
     let what = args.clearance.map_or("contact,".to_owned(), |clearance_m| format!("within {clearance_m} m,"));
     let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
-    let title = format!("First {what} at {time_s:.6} s: benches {first} and {second}");
+    let title = format!("First {what} at {} s: benches {first} and {second}", Fixed::<6>(time_s));
     let caption = args.figure.caption(config, title);
     let dragon = config.dragon();
     let pair = pair(dragon, travel_m, Some(benches)).expect("it is the pair of these benches");
@@ -221,19 +219,25 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
     if let Some(&Contact { travel_m, benches: [first, second], point }) = contact {
         let time_s = config.timetable().time_s(travel_m);
         return format!(
-            "first {what} at {time_s:.6} s, benches {first} and {second}, at ({:.6}, {:.6}) m",
-            point.x, point.y
+            "first {what} at {} s, benches {first} and {second}, at {}",
+            Fixed::<6>(time_s),
+            Place::<6>(point.to_array())
         );
     }
     if let Some(spent) = spent {
         let reached_s = config.timetable().time_s(spent.reached_m);
-        return format!("no {what} up to {reached_s:.6} s; later times are unknown: {spent}; --work allows more");
+        return format!(
+            "no {what} up to {} s; later times are unknown: {spent}; --work allows more",
+            Fixed::<6>(reached_s)
+        );
     }
     let end_s = config.end_s();
     let end = config.dragon().run_end();
     match config.dragon().tight_spot() {
-        None => format!("no {what} before the run ends, at {end_s:.6} s"),
-        Some(spot) => format!("no {what} before the run ends, at {end_s:.6} s, where {end}: {spot}"),
+        None => format!("no {what} before the run ends, at {} s", Fixed::<6>(end_s)),
+        Some(spot) => {
+            format!("no {what} before the run ends, at {} s, where {end}: {spot}", Fixed::<6>(end_s))
+        }
     }
 }
 
@@ -248,10 +252,9 @@ struct Profile {
     points: Vec<Point>,
     near_misses: Vec<NearMiss>,
     /// Show time at which the profile ends early, because it took too much work.
-    #[serde(rename = "profile_to_s", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "profile_to_s")]
     points_to_s: Option<f64>,
     /// Show time at which the near misses end early, because they took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     near_misses_to_s: Option<f64>,
 }
 
@@ -316,11 +319,13 @@ impl Profile {
     /// The near misses, followed by the profile.
     fn text(&self) -> String {
         let row = |&Point { time_s, clearance_m, benches: [first, second] }: &Point| {
-            format!("{time_s:>12.6} {clearance_m:>14.9} {first:>6} {second:>7}")
+            format!("{:>12} {:>14} {first:>6} {second:>7}", Fixed::<6>(time_s), Fixed::<9>(clearance_m))
         };
-        let near_miss = |NearMiss { at, point_m: [x, y] }: &NearMiss| format!("{}  at ({x:.6}, {y:.6}) m", row(at));
+        let near_miss = |NearMiss { at, point_m }: &NearMiss| format!("{}  at {}", row(at), Place::<6>(*point_m));
         let ends = |what: &str, to_s: Option<f64>| {
-            to_s.map(|to_s| format!("{what} complete up to {to_s:.6} s: more takes too much work; --work allows more"))
+            to_s.map(|to_s| {
+                format!("{what} complete up to {} s: more takes too much work; --work allows more", Fixed::<6>(to_s))
+            })
         };
         let mut lines = vec![Counted(self.near_misses.len() as u64, "near miss").to_string()];
         lines.extend(self.near_misses.iter().map(near_miss));

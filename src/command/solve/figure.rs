@@ -1,5 +1,6 @@
 //! Shared parts of the figures of several questions: flags, captions, and the dragon in plan view.
 
+use bench_dragon_geometry::number::Fixed;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
@@ -170,7 +171,7 @@ fn speed_fact(speed_mps: f64, accel_mps2: Option<f64>) -> String {
 
 /// A number with up to six decimals, without trailing zeros.
 fn rounded(value: f64) -> String {
-    let text = format!("{value:.6}");
+    let text = Fixed::<6>(value).to_string();
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 

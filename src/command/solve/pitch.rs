@@ -1,5 +1,6 @@
 //! `solve pitch`: finds the smallest pitch of a spiral on which the head reaches a circle without a contact.
 
+use bench_dragon_geometry::number::{Fixed, Place};
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, SmallestPitch, guaranteed_pitch, smallest_pitch};
 use bench_dragon_geometry::route::{RouteShape, SpiralSpec};
 use clap::Args;
@@ -38,10 +39,8 @@ struct PitchAnswer {
     /// The obstacle at a slightly smaller pitch.
     limit: Option<Limit>,
     /// With play in the hinges: the smallest pitch without it. `pitch_m` is then one at which no pose touches.
-    #[serde(skip_serializing_if = "Option::is_none")]
     nominal_pitch_m: Option<f64>,
     /// The requested clearance, in metres.
-    #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
     infeasible: Option<String>,
 }
@@ -119,7 +118,7 @@ fn draw(
         PitchLimit::Stop | PitchLimit::Start | PitchLimit::Width => (end_m, None),
     };
     let time_s = tightest.timetable().time_s(travel_m);
-    let title = format!("The tightest spiral, pitch {pitch_m:.6} m, at {time_s:.6} s");
+    let title = format!("The tightest spiral, pitch {pitch_m:.6} m, at {} s", Fixed::<6>(time_s));
     let caption = args.answer.figure.caption(tightest, title);
     let name = format!("circle of diameter {turn_diameter_m} m");
     let centre = tightest.route().placement.position;
@@ -152,7 +151,7 @@ fn answer(
                 None | Some(0.0) => "touch".to_owned(),
                 Some(clearance_m) => format!("come within {clearance_m} m"),
             };
-            let words = format!("benches {first} and {second} would {how}, at ({:.6}, {:.6}) m", point.x, point.y);
+            let words = format!("benches {first} and {second} would {how}, at {}", Place::<6>(point.to_array()));
             ("contact", Some(contact), words)
         }
         PitchLimit::Stop => ("stop", None, "handle 1 would stop before the head reaches the circle".to_owned()),

@@ -4,6 +4,7 @@ use bench_dragon_geometry::clearance::{
     Contact, PlayEnd, TouchingPose, first_possible_touch, first_touching_pose, first_within,
 };
 use bench_dragon_geometry::dragon::{Dragon, Meter};
+use bench_dragon_geometry::number::Fixed;
 use serde::Serialize;
 
 use super::WorkArgs;
@@ -26,7 +27,6 @@ pub(super) struct PlayAnswer {
     /// The first contact with all links as long as the play allows; null if there is none.
     taut: Option<TautContact>,
     /// The reason for which an answer is unknown: it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     play_undecided: Option<String>,
     /// How far a hole may be from its pole.
     play_m: f64,
@@ -93,27 +93,31 @@ impl PlayAnswer {
         let play_mm = 1000.0 * self.play_m;
         let guaranteed = match (self.earliest_s, self.earliest_benches, &self.play_undecided) {
             (Some(time_s), Some([first, second]), _) => {
-                format!("no pose has a {what} before {time_s:.6} s; then benches {first} and {second} may have one")
+                format!(
+                    "no pose has a {what} before {} s; then benches {first} and {second} may have one",
+                    Fixed::<6>(time_s)
+                )
             }
             (Some(time_s), None, Some(reason)) => {
                 format!(
-                    "no pose has a {what} before {time_s:.6} s; later times are unknown: {reason}; --work allows more"
+                    "no pose has a {what} before {} s; later times are unknown: {reason}; --work allows more",
+                    Fixed::<6>(time_s)
                 )
             }
             (Some(time_s), None, None) => {
-                format!("no pose has a {what} before {time_s:.6} s; then a pole may stop or jump")
+                format!("no pose has a {what} before {} s; then a pole may stop or jump", Fixed::<6>(time_s))
             }
             (None, ..) => format!("no pose has a {what} before the run ends"),
         };
         let witness = match (self.witness_s, self.witness_benches) {
             (Some(time_s), Some([first, second])) => {
-                format!("\na pose with a {what} was found at {time_s:.6} s, benches {first} and {second}")
+                format!("\na pose with a {what} was found at {} s, benches {first} and {second}", Fixed::<6>(time_s))
             }
             _ => String::new(),
         };
         let taut = match &self.taut {
             Some(TautContact { time_s, benches: [first, second], .. }) => {
-                format!("{time_s:.6} s, benches {first} and {second}")
+                format!("{} s, benches {first} and {second}", Fixed::<6>(*time_s))
             }
             None => format!("no {what}"),
         };

@@ -1,5 +1,6 @@
 //! `solve route`: surveys a route of any kind, and how far the dragon gets on it.
 
+use bench_dragon_geometry::number::{Fixed, Place};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -178,18 +179,18 @@ impl RouteAnswer {
         let mut line = |name: &str, text: String| lines.push(format!("{name:<16} {text}"));
         line("route", kind(plan));
         line("length", format!("{:.6} m", self.length_m));
-        line("end", format!("at {}, heading {}°", point(self.end_m), decimal(self.end_heading_deg)));
+        line("end", format!("at {}, heading {}°", Place::<6>(self.end_m), Fixed::<6>(self.end_heading_deg)));
         match (self.tightest_radius_m, self.tightest_travel_m, self.tightest_m) {
             (Some(radius_m), Some(travel_m), Some(at)) => {
                 line(
                     "tightest bend",
-                    format!("radius {radius_m:.6} m, at {} m of travel, at {}", decimal(travel_m), point(at)),
+                    format!("radius {radius_m:.6} m, at {} m of travel, at {}", Fixed::<6>(travel_m), Place::<6>(at)),
                 );
             }
             _ => line("tightest bend", "none: the head walks straight on".to_owned()),
         }
         if let Some(DrawingFit { file, fit_error_m, tolerance_m, corners, size_m: [width_m, height_m], .. }) = drawing {
-            let size = format!("{width_m:.3} m x {height_m:.3} m");
+            let size = format!("{width_m:.3} m x {} m", Fixed::<3>(*height_m));
             let near = format!("at most {fit_error_m:.6} m from {}, allowed are {tolerance_m} m", file.display());
             line("drawing", format!("{size}, {near}; {}", Counted(*corners as u64, "rounded corner")));
         }
@@ -201,7 +202,7 @@ impl RouteAnswer {
             None => line("crossings", "unknown: the search took too much work; --work allows more".to_owned()),
         }
         for CrossingPoint { point_m, travels_m: [one, other] } in self.crossing_points.iter().take(SHOWN_CROSSINGS) {
-            line("crossing", format!("at {}, after {one:.6} m and {other:.6} m of travel", point(*point_m)));
+            line("crossing", format!("at {}, after {one:.6} m and {other:.6} m of travel", Place::<6>(*point_m)));
         }
         let hidden = self.crossing_points.len().saturating_sub(SHOWN_CROSSINGS);
         if hidden > 0 {
@@ -210,12 +211,20 @@ impl RouteAnswer {
         if let (Some(end_m), Some(end_s), Some(at), Some(reason)) =
             (self.run_end_m, self.run_end_s, self.run_end_point_m, &self.ends_because)
         {
-            line("run ends", format!("after {end_m:.6} m of travel, at {end_s:.6} s, at {}: {reason}", point(at)));
+            line(
+                "run ends",
+                format!(
+                    "after {} m of travel, at {} s, at {}: {reason}",
+                    Fixed::<6>(end_m),
+                    Fixed::<6>(end_s),
+                    Place::<6>(at)
+                ),
+            );
         }
         if let Some(TightPlace { bench, travel_m, point_m }) = self.cannot_follow {
             line(
                 "cannot follow",
-                format!("bench {bench}, at {} m of travel, at {}", decimal(travel_m), point(point_m)),
+                format!("bench {bench}, at {} m of travel, at {}", Fixed::<6>(travel_m), Place::<6>(point_m)),
             );
         }
         if let (Some(stage), None) = (&self.stage, &self.infeasible) {
@@ -224,15 +233,6 @@ impl RouteAnswer {
         self.infeasible.iter().for_each(|reason| line("infeasible", reason.clone()));
         lines.join("\n")
     }
-}
-
-/// A number with six decimals. A zero has no sign.
-fn decimal(value: f64) -> String {
-    format!("{:.6}", (value * 1e6).round() / 1e6 + 0.0)
-}
-
-fn point([x, y]: [f64; 2]) -> String {
-    format!("({}, {}) m", decimal(x), decimal(y))
 }
 
 /// Most crossings that the text lists.
@@ -246,11 +246,13 @@ impl HeightsAnswer {
 
     fn text(&self) -> String {
         let Self { lowest_m, highest_m, steepest_slope, steepest_travel_m, steepest_m } = *self;
-        let (percent, travel_m) = (100.0 * steepest_slope, decimal(steepest_travel_m));
-        let [lowest_m, highest_m] = [lowest_m, highest_m].map(|metres| (metres * 1e3).round() / 1e3 + 0.0);
+        let (percent, travel_m) = (100.0 * steepest_slope, Fixed::<6>(steepest_travel_m));
         format!(
-            "from {lowest_m:.3} m to {highest_m:.3} m, steepest {percent:.1} % at {travel_m} m of travel, at {}",
-            point(steepest_m)
+            "from {} m to {} m, steepest {} % at {travel_m} m of travel, at {}",
+            Fixed::<3>(lowest_m),
+            Fixed::<3>(highest_m),
+            Fixed::<1>(percent),
+            Place::<6>(steepest_m)
         )
     }
 }

@@ -1,5 +1,6 @@
 //! `solve speed-limit`: finds the greatest speed of the head at which no handle exceeds a limit.
 
+use bench_dragon_geometry::number::Fixed;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
@@ -44,7 +45,6 @@ struct SpeedLimitAnswer {
     handle: Option<usize>,
     infeasible: Option<String>,
     /// The reason for which the answer is unknown: it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<String>,
 }
 
@@ -101,8 +101,9 @@ fn answer(largest: &Result<LargestRatio, Infeasible>, limit_mps: f64, config: &C
             };
             let text = format!(
                 "the head may walk at {head_speed_mps:.6} m/s: then no handle is faster than {limit_mps} m/s\n\
-                 handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {time_s:.6} s with the \
-                 configured speed"
+                 handle {handle} is the fastest, {ratio:.6} times as fast as the head, at {} s with the \
+                 configured speed",
+                Fixed::<6>(time_s)
             );
             (answer, text)
         }

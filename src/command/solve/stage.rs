@@ -1,6 +1,7 @@
 //! The part of an answer about the outline of the stage.
 
 use bench_dragon_geometry::clearance::{StageExit, first_exit, standing_outside};
+use bench_dragon_geometry::number::{Fixed, Place};
 use serde::Serialize;
 
 use super::WorkArgs;
@@ -15,7 +16,6 @@ pub(super) struct StageAnswer {
     /// Number of boards that stand outside the stage at the start; null if the dragon cannot stand there.
     outside_at_start: Option<usize>,
     /// The reason for which the answer is unknown: it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     stage_undecided: Option<String>,
 }
 
@@ -52,8 +52,12 @@ impl StageAnswer {
 
     fn leaving_text(&self) -> String {
         match (&self.leaves_stage, &self.stage_undecided) {
-            (Some(Leaving { time_s, bench, point_m: [x, y] }), _) => {
-                format!("bench {bench} is the first that leaves it, at {time_s:.6} s, at ({x:.6}, {y:.6}) m")
+            (Some(Leaving { time_s, bench, point_m }), _) => {
+                format!(
+                    "bench {bench} is the first that leaves it, at {} s, at {}",
+                    Fixed::<6>(*time_s),
+                    Place::<6>(*point_m)
+                )
             }
             (None, Some(reason)) => format!("unknown whether a board leaves it: {reason}; --work allows more"),
             (None, None) => "no board leaves it".to_owned(),

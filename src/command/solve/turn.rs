@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use bench_dragon_geometry::dragon::Dimensions;
-use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::number::{Fixed, Number, Place};
 use bench_dragon_geometry::planner::{
     ClosestApproach, HeadTimetable, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio,
     passage_through, shortest_turn, shortest_turn_with_line, walk_through,
@@ -85,18 +85,14 @@ struct TurnAnswer {
     least_clearance: Option<Nearness>,
     /// The first contact of two benches, or the first pair within the required clearance.
     contact: Option<Touch>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     too_fast: Option<TooFast>,
     infeasible: Option<String>,
     /// The reason for which the answer is unknown: it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     undecided: Option<String>,
     /// Largest speed of any handle ÷ the head's speed, on the whole passage.
     largest_ratio: Option<f64>,
     /// The required limits of the turn: this clearance in metres, and the ratio of speeds below.
-    #[serde(skip_serializing_if = "Option::is_none")]
     clearance_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     max_ratio: Option<f64>,
     #[serde(flatten)]
     shortest: Option<Shortest>,
@@ -119,7 +115,6 @@ struct Shortest {
     /// The shortest S with a line; `None` if no line gives a shorter S.
     with_line: Option<ShortestOfKind>,
     /// The reason for which the shortest S with a line is unknown: it took too much work.
-    #[serde(skip_serializing_if = "Option::is_none")]
     with_line_undecided: Option<String>,
 }
 
@@ -295,7 +290,7 @@ impl Shortest {
     fn lines(&self) -> Vec<(&'static str, String)> {
         let Self { entry_radius_m, radius_ratio, saving_m, limits, arcs, with_line, with_line_undecided } = self;
         let begins = format!("at the radius {entry_radius_m:.6} m, with the radius ratio {radius_ratio:.6}");
-        let mut lines = vec![("begins", begins), ("saving", format!("{saving_m:.6} m"))];
+        let mut lines = vec![("begins", begins), ("saving", format!("{} m", Fixed::<6>(*saving_m)))];
         for (side, limit) in ["lower ratio", "higher ratio"].iter().zip(limits) {
             let limit = limit.as_deref().unwrap_or("none");
             lines.push(("limit", format!("at a smaller radius with a {side}: {limit}")));
@@ -304,7 +299,8 @@ impl Shortest {
             (.., Some(reason)) => ("with a line", format!("unknown: {reason}; --work allows more")),
             (Some(ShortestOfKind { length_m, .. }), Some(lined), None) => {
                 let (saved_m, percent) = (length_m - lined.length_m, 100.0 * (1.0 - lined.length_m / length_m));
-                let saved = format!("{length_m:.6} m; the line saves {saved_m:.6} m, {percent:.1} %");
+                let saved =
+                    format!("{length_m:.6} m; the line saves {} m, {} %", Fixed::<6>(saved_m), Fixed::<1>(percent));
                 ("without a line", saved)
             }
             (None, ..) => ("without a line", "no S keeps the limits".to_owned()),
@@ -332,7 +328,7 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
         TurnPassage::Infeasible(infeasible) => return args.answer.figure.refuse(&infeasible.to_string()),
     };
     let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
-    let title = format!("The dragon {what}, at {:.6} s", time_s(config, travel_m));
+    let title = format!("The dragon {what}, at {} s", Fixed::<6>(time_s(config, travel_m)));
     let plan = plan_of(config, &dragon, args.answer.figure.caption(config, title), travel_m);
     let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turnaround) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
@@ -376,7 +372,8 @@ impl TurnAnswer {
             TurnPassage::Infeasible(infeasible) => answer.infeasible = Some(infeasible.to_string()),
             TurnPassage::TooMuchWork(spent) => {
                 let reached_s = time_s(config, spent.reached_m);
-                let reason = format!("no benches touch up to {reached_s:.6} s; later times are unknown: {spent}");
+                let reason =
+                    format!("no benches touch up to {} s; later times are unknown: {spent}", Fixed::<6>(reached_s));
                 answer.undecided = Some(reason);
             }
         }
@@ -398,28 +395,34 @@ impl TurnAnswer {
         let mut lines = Vec::new();
         let mut line = |name: &str, text: String| lines.push(format!("{name:<16} {text}"));
         for (i, name) in ["entry arc", "exit arc"].into_iter().enumerate() {
-            let (radius_m, [x, y], degrees) = (self.radii_m[i], self.centres_m[i], self.angles[i].to_degrees());
-            line(name, format!("radius {radius_m:.6} m, centre ({x:.6}, {y:.6}) m, turns {degrees:.3}°"));
+            let (radius_m, degrees) = (self.radii_m[i], self.angles[i].to_degrees());
+            line(
+                name,
+                format!(
+                    "radius {radius_m:.6} m, centre {}, turns {}°",
+                    Place::<6>(self.centres_m[i]),
+                    Fixed::<3>(degrees)
+                ),
+            );
         }
-        let point = |[x, y]: [f64; 2]| format!("({x:.6}, {y:.6}) m");
         let place = |&Touch { time_s, benches: [first, second], point_m }: &Touch| {
-            format!("at {time_s:.6} s, benches {first} and {second}, at {}", point(point_m))
+            format!("at {} s, benches {first} and {second}, at {}", Fixed::<6>(time_s), Place::<6>(point_m))
         };
-        line("entry", point(self.entry_m));
-        line("exit", point(self.exit_m));
+        line("entry", Place::<6>(self.entry_m).to_string());
+        line("exit", Place::<6>(self.exit_m).to_string());
         if self.line_m > 0.0 {
             line("line", format!("{:.6} m between the arcs", self.line_m));
         }
         line("length", format!("{:.6} m", self.length_m));
         if let Some(Nearness { clearance_m, at }) = &self.least_clearance {
-            line("least clearance", format!("{clearance_m:.6} m {}", place(at)));
+            line("least clearance", format!("{} m {}", Fixed::<6>(*clearance_m), place(at)));
         }
         if let Some(contact) = &self.contact {
             let is_near = self.clearance_m.is_some_and(|clearance_m| clearance_m > 0.0);
             line(if is_near { "too near" } else { "first contact" }, place(contact));
         }
         if let Some(TooFast { time_s, handle, .. }) = self.too_fast {
-            line("too fast", format!("handle {handle} at {time_s:.6} s"));
+            line("too fast", format!("handle {handle} at {} s", Fixed::<6>(time_s)));
         }
         if let Some(ratio) = self.largest_ratio {
             line("speed", format!("the fastest handle is {ratio:.6} times as fast as the head"));

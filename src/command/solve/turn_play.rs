@@ -2,6 +2,7 @@
 
 use bench_dragon_geometry::clearance::{PlayEnd, first_possible_touch};
 use bench_dragon_geometry::dragon::{Dimensions, Meter};
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_geometry::planner::{Infeasible, passage_through};
 use bench_dragon_geometry::route::Turnaround;
 use serde::Serialize;
@@ -13,7 +14,6 @@ pub(super) struct TurnPlay {
     earliest_s: Option<f64>,
     earliest_benches: Option<[usize; 2]>,
     /// The reason for which the answer is unknown.
-    #[serde(skip_serializing_if = "Option::is_none")]
     play_undecided: Option<String>,
 }
 
@@ -31,10 +31,13 @@ impl TurnPlay {
         match (self.earliest_s, self.earliest_benches, &self.play_undecided) {
             (.., Some(reason)) => format!("unknown: {reason}"),
             (Some(time_s), Some([first, second]), _) => {
-                format!("a pose of benches {first} and {second} may come too near at {time_s:.6} s, none before")
+                format!(
+                    "a pose of benches {first} and {second} may come too near at {} s, none before",
+                    Fixed::<6>(time_s)
+                )
             }
             (Some(time_s), None, _) => {
-                format!("no pose comes too near before {time_s:.6} s; then a pole may stop or jump")
+                format!("no pose comes too near before {} s; then a pole may stop or jump", Fixed::<6>(time_s))
             }
             (None, ..) => "no pose that it allows comes too near".to_owned(),
         }

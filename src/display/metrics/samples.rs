@@ -71,7 +71,7 @@ fn metric<'a>(
         }
         let labels: Vec<String> = labels.iter().map(|(name, value)| format!("{name}=\"{}\"", escaped(value))).collect();
         let labels = if labels.is_empty() { String::new() } else { format!("{{{}}}", labels.join(",")) };
-        writeln!(text, "{PREFIX}{name}{suffix}{labels} {value}").expect("a string is always writable");
+        writeln!(text, "{PREFIX}{name}{suffix}{labels} {}", value + 0.0).expect("a string is always writable");
     }
     text
 }

@@ -1,6 +1,7 @@
 //! Whether benches touch now, or have touched within the last minute.
 
 use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_geometry::number::Fixed;
 
 use super::snapshot::{Snapshot, SourcePresence};
 
@@ -50,10 +51,10 @@ impl Contact {
         match *self {
             Self::Now { benches: [one, another], depth_m: 0.0 } => format!("benches {one} and {another} touch"),
             Self::Now { benches: [one, another], depth_m } => {
-                format!("benches {one} and {another} overlap by {:.1} mm", depth_m * 1e3)
+                format!("benches {one} and {another} overlap by {} mm", Fixed::<1>(depth_m * 1e3))
             }
             Self::Recent(PastContact { benches: [one, another], time_s, .. }) => {
-                format!("benches {one} and {another} touched at {time_s:.3} s")
+                format!("benches {one} and {another} touched at {} s", Fixed::<3>(time_s))
             }
         }
     }

@@ -1,5 +1,6 @@
 //! How the show stands: one word, how urgent it is, its cause, and what to do. Every display and `ctl status` show the same.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, SourceKind, Status, TimecodeState};
 use serde::Serialize;
 
@@ -192,7 +193,7 @@ fn stopping(snapshot: &Snapshot) -> String {
     };
     match snapshot.forecast {
         ShowForecast::Rest { at } => {
-            format!("{why}The head stops in {:.1} s, at {:.2} m of travel.", at.wall_s, at.travel_m)
+            format!("{why}The head stops in {:.1} s, at {} m of travel.", at.wall_s, Fixed::<2>(at.travel_m))
         }
         _ => format!("{why}The head brakes."),
     }

@@ -1,5 +1,6 @@
 //! The list of alerts, newest first, and the filter of its kinds.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Alert, AlertKind};
 use ratatui::text::{Line, Span};
 
@@ -60,7 +61,7 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     // An alert of an earlier run is no longer urgent.
     let style = if is_past { look.theme.faint() } else { look.theme.text(tone) };
     let line = Line::from(vec![
-        Span::raw(format!("{:>9.3} ", alert.sim_time_ns as f64 / 1e9)),
+        Span::raw(format!("{:>9} ", Fixed::<3>(alert.sim_time_ns as f64 / 1e9))),
         Span::styled(format!("{name:<9}"), style),
         Span::raw(benches),
     ]);

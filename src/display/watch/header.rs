@@ -1,5 +1,6 @@
 //! The first two lines: the state of the show, and the lamps.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::SourceKind;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -19,12 +20,12 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     let is_live = snapshot.presence == SourcePresence::Live;
     let style = if is_live { strong() } else { look.theme.faint() };
     if let Some(header) = snapshot.header() {
-        spans.push(Span::styled(format!("  t {:.3} s", header.sim_time_s()), style));
+        spans.push(Span::styled(format!("  t {} s", Fixed::<3>(header.sim_time_s())), style));
         spans.push(Span::styled(format!("   {:.3} m/s", header.head_speed_mps), Style::new()));
         let head = snapshot.frame.as_ref().and_then(|frame| frame.handles.first());
         let height_m = head.map_or(0.0, |head| head.position_m[2]);
         if height_m != 0.0 {
-            spans.push(Span::styled(format!("   height {height_m:.2} m"), Style::new()));
+            spans.push(Span::styled(format!("   height {} m", Fixed::<2>(height_m)), Style::new()));
         }
         spans.push(Span::raw(format!("   {} {}", look.glyphs.signs().cross, short(header.time_scale))));
     }

@@ -1,6 +1,7 @@
 //! The figures beside the plan: clearances, the forecast, and the rates and times of frames.
 
 use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::ShowState;
 use ratatui::text::{Line, Span};
 
@@ -52,21 +53,21 @@ fn nearest(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
 }
 
 fn least(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    let known = snapshot.least.map(|least| (least.clearance_m, format!("at {:.3} s", least.time_s)));
+    let known = snapshot.least.map(|least| (least.clearance_m, format!("at {} s", Fixed::<3>(least.time_s))));
     clearance("least", known, snapshot, look)
 }
 
 fn clearance(name: &str, known: Option<(f64, String)>, snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
     let Some((clearance_m, detail)) = known else { return figure(name, "unknown".to_owned(), None, "", look) };
     // To the micrometre.
-    figure(name, format!("{:.3} mm", clearance_m * 1e3), tone(clearance_m, near_m(snapshot)), &detail, look)
+    figure(name, format!("{} mm", Fixed::<3>(clearance_m * 1e3)), tone(clearance_m, near_m(snapshot)), &detail, look)
 }
 
 /// The forecast. If the guard has stopped the head, this takes precedence.
 fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
     let counted = |at: Arrival| countdown(snapshot, at);
-    let touching = |at: Arrival, [one, another]: [usize; 2]| format!("{one}-{another} at {:.3} s", at.time_s);
-    let standing = |at: Arrival| format!("at {:.2} m, {:.1} s", at.travel_m, at.time_s);
+    let touching = |at: Arrival, [one, another]: [usize; 2]| format!("{one}-{another} at {} s", Fixed::<3>(at.time_s));
+    let standing = |at: Arrival| format!("at {} m, {} s", Fixed::<2>(at.travel_m), Fixed::<1>(at.time_s));
     let (good, caution, danger) = (Some(Tone::Good), Some(Tone::Caution), Some(Tone::Danger));
     let has_ended = matches!(snapshot.state(), Some(ShowState::Finished | ShowState::Ended));
     let (name, value, tone, detail) = match (snapshot.guard, snapshot.forecast) {
@@ -79,10 +80,10 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
             ("contact", value.to_owned(), None, String::new())
         }
         (_, ShowForecast::Free { to, is_end: true }) => {
-            ("contact", "none ahead".to_owned(), good, format!("to the end, {:.2} s", to.time_s))
+            ("contact", "none ahead".to_owned(), good, format!("to the end, {} s", Fixed::<2>(to.time_s)))
         }
         (_, ShowForecast::Free { to, is_end: false }) => {
-            ("contact", "none found yet".to_owned(), None, format!("searched to {:.2} s", to.time_s))
+            ("contact", "none found yet".to_owned(), None, format!("searched to {} s", Fixed::<2>(to.time_s)))
         }
         (_, ShowForecast::Contact { at, benches }) => ("contact", counted(at), caution, touching(at, benches)),
         (_, ShowForecast::GuardStop { at, benches: Some(benches) }) => {
@@ -97,8 +98,8 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
         (_, ShowForecast::Rest { at }) => ("stop", format!("in {:.1} s", at.wall_s), caution, standing(at)),
     };
     let detail = match snapshot.possible_contact.filter(|_| name == "contact") {
-        Some(at) if detail.is_empty() => format!("possible from {:.3} s", at.time_s),
-        Some(at) => format!("{detail}, possible from {:.3} s", at.time_s),
+        Some(at) if detail.is_empty() => format!("possible from {} s", Fixed::<3>(at.time_s)),
+        Some(at) => format!("{detail}, possible from {} s", Fixed::<3>(at.time_s)),
         None => detail,
     };
     figure(name, value, tone, &detail, look)
@@ -166,7 +167,7 @@ pub(super) fn span(time_ns: u64, glyphs: Glyphs) -> String {
 
 /// Formats a number without trailing zeros.
 pub(super) fn short(value: f64) -> String {
-    let text = format!("{value:.2}");
+    let text = Fixed::<2>(value).to_string();
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 

@@ -1,5 +1,6 @@
 //! The state of the screen: the user's choices, and the past that it shows.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{AlertKind, CommandEvent, FrameHeader, Sender, Status};
 
 use super::alerts::AlertFilter;
@@ -109,7 +110,7 @@ impl Screen {
 
 fn contact(benches: [impl std::fmt::Display; 2], time_s: f64) -> String {
     let [one, another] = benches;
-    format!("CONTACT {one}-{another} at {time_s:.3} s")
+    format!("CONTACT {one}-{another} at {} s", Fixed::<3>(time_s))
 }
 
 /// The changing values of a snapshot that a screen shows, with the displayed precision. Equal appearances look alike.

@@ -1,5 +1,6 @@
 //! The order in which curves meet end to end.
 
+use bench_dragon_geometry::number::Place;
 use glam::DVec2;
 
 /// The order of curves in a path, and which are reversed, by the ends of each. Ends within `gap_m` of each other meet.
@@ -71,7 +72,7 @@ fn nearest_gap(ends: &[[DVec2; 2]], order: &[(usize, bool)], gap_m: f64) -> Opti
 
 /// A point, for a message.
 pub(super) fn place(at: DVec2) -> String {
-    format!("({:.3}, {:.3}) m", at.x, at.y)
+    Place::<3>(at.to_array()).to_string()
 }
 
 /// A length in metres, in whole micrometres.

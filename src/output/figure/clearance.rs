@@ -1,5 +1,6 @@
 //! Plot of the least clearance over time, with near misses and the contact.
 
+use bench_dragon_geometry::number::Fixed;
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
@@ -137,12 +138,12 @@ impl ClearanceOverTime {
             notes.keep_off(Rect::from_center_size(ring, Size::new(2.0 * RING_RADIUS, 2.0 * RING_RADIUS)));
         }
         if let Some(contact) = self.contact {
-            let words = [format!("contact at {:.6} s", contact.time_s), pair(contact.benches)];
+            let words = [format!("contact at {} s", Fixed::<6>(contact.time_s)), pair(contact.benches)];
             notes.write(drawing, &words, at(contact.time_s, 0.0));
         }
         for miss in self.named() {
             let (millimetres, time_s) = (1000.0 * miss.clearance_m, miss.time_s);
-            let words = [format!("{millimetres:.3} mm at {time_s:.3} s"), pair(miss.benches)];
+            let words = [format!("{} mm at {} s", Fixed::<3>(millimetres), Fixed::<3>(time_s)), pair(miss.benches)];
             notes.write(drawing, &words, at(miss.time_s, miss.clearance_m));
         }
     }

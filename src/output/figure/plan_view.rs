@@ -1,5 +1,6 @@
 //! Plan of the dragon on its route, and a larger plan of two of its benches.
 
+use bench_dragon_geometry::number::Fixed;
 use glam::DVec2;
 use kurbo::{Rect, Shape as _};
 
@@ -188,7 +189,7 @@ impl NearestPair {
         if self.touches() {
             format!("Benches {first} and {second} touch")
         } else {
-            format!("Benches {first} and {second}: clearance {:.3} mm", 1000.0 * self.clearance_m)
+            format!("Benches {first} and {second}: clearance {} mm", Fixed::<3>(1000.0 * self.clearance_m))
         }
     }
 

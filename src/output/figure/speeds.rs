@@ -1,5 +1,6 @@
 //! Plot of the speeds of handles over time.
 
+use bench_dragon_geometry::number::Fixed;
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
@@ -150,7 +151,7 @@ impl SpeedsOverTime {
             points.filter(|point| contains(plot.area, *point)).collect()
         };
         let lines: Vec<Vec<Point>> = self.handles.iter().map(|handle| inside(&handle.samples)).collect();
-        let words = [format!("{speed_mps:.6} m/s at {time_s:.3} s"), format!("handle {handle}")];
+        let words = [format!("{speed_mps:.6} m/s at {} s", Fixed::<3>(time_s)), format!("handle {handle}")];
         Notes::new(plot.area, &lines).write(drawing, &words, plot.at(DVec2::new(time_s, speed_mps)));
     }
 

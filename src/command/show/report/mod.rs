@@ -1,5 +1,6 @@
 //! The contents of `report.html`: the summary of a show, as words, tables and pictures.
 
+use bench_dragon_geometry::number::Fixed;
 use std::path::{Path, PathBuf};
 
 use super::course::CourseReport;
@@ -72,7 +73,7 @@ impl ReportSource<'_> {
         let mut words = outcome.as_ref().map_or_else(String::new, |Outcome { text, .. }| text.clone());
         if let (Some(contact), false) = (contact, matches!(ending, Some(Ending::Contact { .. }))) {
             let [a, b] = contact.benches;
-            words = format!("{words} Benches {a} and {b} touched at {:.6} s.", contact.time_s);
+            words = format!("{words} Benches {a} and {b} touched at {} s.", Fixed::<6>(contact.time_s));
         }
         let has_failed = matches!(ending, Some(Ending::Failed { .. }));
         let mut missing: Vec<&str> = restart_log.iter().filter(|end| !end.restarted).map(|end| &*end.role).collect();
@@ -104,9 +105,12 @@ impl ReportSource<'_> {
             Fact::new("Least clearance", least.map_or("not measured".to_owned(), |pair| millimetres(pair.clearance_m)))
                 .more(least.map_or_else(String::new, |pair| benches(pair.benches)))
                 .weighs(Weight::Danger, least.is_some_and(|pair| pair.clearance_m <= 0.0)),
-            Fact::new("First contact", contact.map_or("none".to_owned(), |contact| format!("{:.3} s", contact.time_s)))
-                .more(contact.map_or_else(String::new, |contact| benches(contact.benches)))
-                .weighs(Weight::Danger, contact.is_some()),
+            Fact::new(
+                "First contact",
+                contact.map_or("none".to_owned(), |contact| format!("{} s", Fixed::<3>(contact.time_s))),
+            )
+            .more(contact.map_or_else(String::new, |contact| benches(contact.benches)))
+            .weighs(Weight::Danger, contact.is_some()),
             Fact::new("Holds", (holds.len() as u64 + holds_left_out).to_string())
                 .more(holders(course))
                 .weighs(Weight::Attention, !holds.is_empty()),

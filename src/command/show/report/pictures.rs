@@ -9,6 +9,7 @@ use crate::command::solve::{in_plan, pair};
 use crate::config::Config;
 use crate::output::figure::{Caption, ContactView, Drawing, ShowTimeline};
 use crate::output::report::Block;
+use bench_dragon_geometry::number::Fixed;
 
 /// Most benches of a dragon in the picture of the nearest approach.
 const MOST_DRAWN: usize = 2000;
@@ -21,10 +22,17 @@ impl ReportSource<'_> {
         };
         let ClearanceReport { time_s, benches: pair, clearance_m, point_m: [x, y], .. } = *report;
         let (clearance, benches, time) = (millimetres(clearance_m), benches(pair), clock(&at.local()));
-        let words =
-            format!("{clearance} between {benches}, at show time {time_s:.3} s ({time}), near ({x:.3}, {y:.3}) m.");
+        let words = format!(
+            "{clearance} between {benches}, at show time {} s ({time}), near ({}, {}) m.",
+            Fixed::<3>(time_s),
+            Fixed::<3>(x),
+            Fixed::<3>(y)
+        );
         let picture = picture(self.config, report).map(|drawing| {
-            Block::Figure(drawing, format!("Plan of the dragon at {time_s:.3} s, with the surroundings of {benches}"))
+            Block::Figure(
+                drawing,
+                format!("Plan of the dragon at {} s, with the surroundings of {benches}", Fixed::<3>(time_s)),
+            )
         });
         std::iter::once(Block::Words(words)).chain(picture).collect()
     }
@@ -67,6 +75,6 @@ fn picture(config: &Config, report: &ClearanceReport) -> Option<Drawing> {
     let travel_m = report.travel_m.clamp(dragon.start_travel_m(), dragon.end_travel_m());
     let pair = pair(dragon, travel_m, Some(benches))?;
     let [a, b] = benches;
-    let title = format!("Benches {a} and {b} at show time {:.3} s", report.time_s);
+    let title = format!("Benches {a} and {b} at show time {} s", Fixed::<3>(report.time_s));
     Some(ContactView { caption: Caption::new(title), dragon: in_plan(config, dragon, travel_m), pair }.draw())
 }

@@ -1,5 +1,6 @@
 //! The tables of a report.
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::AlertKind;
 
 use super::ReportSource;
@@ -24,7 +25,7 @@ impl ReportSource<'_> {
             let lasted = hold.end.unwrap_or(self.summary.course.end).seconds_since(hold.begin);
             vec![
                 clock(&hold.begin.local()),
-                format!("{:.3}", hold.time_s),
+                Fixed::<3>(hold.time_s).to_string(),
                 sender(&hold.by, hold.by_pid),
                 released,
                 duration(lasted),
@@ -43,7 +44,7 @@ impl ReportSource<'_> {
         let rows = self.summary.restart_log.iter().map(|end| {
             vec![
                 WallTime::parse(&end.at).map_or_else(|| end.at.clone(), |at| clock(&at.local())),
-                end.show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("{time_s:.3}")),
+                end.show_time_s.map_or("before the first frame".to_owned(), |time_s| format!("{}", Fixed::<3>(time_s))),
                 end.role.clone(),
                 end.reason.clone(),
                 if end.restarted { "started again" } else { "not started again" }.to_owned(),
@@ -83,13 +84,14 @@ impl ReportSource<'_> {
                 (None, Some(bench)) => format!("bench {bench}"),
                 (None, None) => String::new(),
             };
-            let place = alert.point_m.map_or_else(String::new, |[x, y]| format!("({x:.3}, {y:.3})"));
+            let place =
+                alert.point_m.map_or_else(String::new, |[x, y]| format!("({}, {})", Fixed::<3>(x), Fixed::<3>(y)));
             vec![
                 clock(&at.local()),
-                format!("{:.3}", alert.time_s),
+                Fixed::<3>(alert.time_s).to_string(),
                 alert.kind.clone(),
                 who,
-                alert.clearance_m.map_or_else(String::new, |clearance_m| format!("{:.1}", 1000.0 * clearance_m)),
+                alert.clearance_m.map_or_else(String::new, |clearance_m| Fixed::<1>(1000.0 * clearance_m).to_string()),
                 place,
             ]
         });
@@ -111,7 +113,7 @@ impl ReportSource<'_> {
         let rows = commands[first..].iter().map(|line| {
             let what = line.text.strip_prefix(&format!("{}: ", line.sender)).unwrap_or(&line.text);
             let time = WallTime::parse(&line.wall_time).map_or_else(|| line.wall_time.clone(), |at| clock(&at.local()));
-            vec![time, format!("{:.3}", line.time_s), sender(&line.sender, line.pid), what.to_owned()]
+            vec![time, Fixed::<3>(line.time_s).to_string(), sender(&line.sender, line.pid), what.to_owned()]
         });
         let missing = commands_left_out + commands_lost + first as u64;
         Table {

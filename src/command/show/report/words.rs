@@ -1,5 +1,6 @@
 //! Values of a report in words.
 
+use bench_dragon_geometry::number::Fixed;
 use jiff::Zoned;
 
 use crate::command::show::course::CourseReport;
@@ -35,7 +36,7 @@ pub(super) fn benches([a, b]: [u32; 2]) -> String {
 }
 
 pub(super) fn millimetres(clearance_m: f64) -> String {
-    format!("{:.1} mm", 1000.0 * clearance_m)
+    format!("{} mm", Fixed::<1>(1000.0 * clearance_m))
 }
 
 pub(super) fn clock(time: &Zoned) -> String {

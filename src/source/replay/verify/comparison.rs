@@ -1,5 +1,6 @@
 //! Comparison of recorded frames with simulated ones: their bits and their due times.
 
+use bench_dragon_geometry::number::Fixed;
 use std::fmt;
 
 use bench_dragon_ipc::{CommandEvent, FrameHeader, HandleState, ShowState};
@@ -64,7 +65,7 @@ impl Difference {
 impl fmt::Display for Difference {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { tick, time_s, field, handle, recorded, simulated } = self;
-        write!(formatter, "at tick {tick} ({time_s:.6} s of show time), ")?;
+        write!(formatter, "at tick {tick} ({} s of show time), ", Fixed::<6>(*time_s))?;
         if let Some(handle) = handle {
             write!(formatter, "handle {handle}, ")?;
         }
