@@ -13,13 +13,13 @@
 //! | [`drawing`] | routes that are drawn, in SVG, DXF, CSV, GPX, KML and GeoJSON files |
 //! | [`height_map`] | heights of the ground, in GeoTIFF, ESRI ASCII and PNG files |
 //! | [`system`] | clocks, processors, signals, limits, input files, whole files |
-//! | `command` | one file per command, with its arguments, and the program's `main` |
+//! | `cli` | one file per subcommand, with its arguments, and the program's `main` |
 //!
 //! The rooms depend on each other in one direction only; `tests/rooms.rs` lists the order and checks it. The mathematics is in
 //! the crate `bench_dragon_geometry`, the bus in `bench_dragon_ipc`.
 
 pub mod bridge;
-mod command;
+mod cli;
 pub mod command_queue;
 pub mod config;
 pub mod display;
@@ -31,4 +31,4 @@ pub mod safety;
 pub mod source;
 pub mod system;
 
-pub use command::{RecordLine, RecordSummary, ServeLine, main};
+pub use cli::{RecordLine, RecordSummary, ServeLine, main};

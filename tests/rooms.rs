@@ -15,7 +15,7 @@ const ORDER: [&[&str]; 9] = [
     &["source"],
     &["safety", "command_queue"],
     &["display", "bridge"],
-    &["command"],
+    &["cli"],
 ];
 
 #[test]
@@ -38,12 +38,12 @@ fn no_room_uses_a_room_above_it() {
 
 #[test]
 fn upward_uses_are_found_alone_and_in_braces_and_not_in_comments() {
-    let text = "//! As in [`crate::command`].\nuse crate::config::{Config, command};\nuse crate::{\n    config::{Config, RATE_HZ},\n    \
+    let text = "//! As in [`crate::cli`].\nuse crate::config::{Config, cli};\nuse crate::{\n    config::{Config, RATE_HZ},\n    \
                 display::Look,\n    output::Counted,\n};\nlet it = crate::command_queue::open(); // crate::bridge\n";
     let found = |room| upward_uses(room, text);
     assert_eq!(found("output"), [(3, "display"), (8, "command_queue")].map(|(line, used)| (line, used.to_owned())));
     assert_eq!(found("bridge"), [(3, "display".to_owned())], "rooms of one row do not use each other");
-    assert_eq!(found("command"), []);
+    assert_eq!(found("cli"), []);
 }
 
 /// Returns the line and the room of each use of a room that is in the same row or a later one.

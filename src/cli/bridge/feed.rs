@@ -1,0 +1,110 @@
+//! The feed of a bridge: the newest frame of the bus at each release of the bridge's own rate.
+
+use std::time::Duration;
+
+use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
+
+use crate::bridge::{LatestFrame, StaleAfter, freshness};
+use crate::cli::follow::{WAIT_PERIOD, open_when_there};
+use crate::source::server::schedule::Schedule;
+use crate::system::clock::{monotonic_ns, sleep_until};
+use crate::system::stop::StopFlag;
+
+/// Statuses that are read per release: the present source's, and one that the last source may have left.
+const MAX_STATUSES: usize = 4;
+
+/// Polls the bus at a fixed rate, so that the server need not wake the bridge. After a server has ended, the feed repeats its
+/// last frame as stale. It goes on with the next server's frames.
+pub(super) struct Feed<'a> {
+    stop: &'a StopFlag,
+    frames: FrameSubscriber,
+    status: StatusReader,
+    /// Run id and rate of the last status.
+    rate: Option<(u64, u32)>,
+    /// Run id and distance of the last two frames that were read.
+    spacing: Option<(u64, Duration)>,
+    schedule: Schedule,
+    stale_after: StaleAfter,
+    latest: Option<LatestFrame>,
+}
+
+/// An instant at which to send.
+pub(super) struct Release<'a> {
+    pub(super) now_ns: u64,
+    pub(super) latest: &'a LatestFrame,
+}
+
+impl<'a> Feed<'a> {
+    /// Waits for a server, and counts releases from the instant at which it is found. `None` if a signal arrives first.
+    pub(super) fn open(
+        domain: &Domain,
+        name: &str,
+        rate_hz: u32,
+        stale_after: StaleAfter,
+        stop: &'a StopFlag,
+    ) -> Result<Option<Self>, BusError> {
+        let open = || Ok((StatusReader::open(domain, name)?, FrameSubscriber::open(domain, name)?));
+        let opened = open_when_there(domain.instance(), stop, open)?;
+        Ok(opened.map(|(status, frames)| Self {
+            stop,
+            frames,
+            status,
+            rate: None,
+            spacing: None,
+            schedule: Schedule::new(monotonic_ns(), rate_hz),
+            stale_after,
+            latest: None,
+        }))
+    }
+
+    /// Waits for the next release with a frame to send. `None` after a signal.
+    pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
+        let now_ns = loop {
+            if !self.sleep_until(self.schedule.due_ns()) {
+                return Ok(None);
+            }
+            for _ in 0..MAX_STATUSES {
+                let Some(status) = self.status.poll()? else { break };
+                self.rate = Some((status.run_id, status.rate_hz));
+            }
+            if let Some(frame) = self.frames.latest()? {
+                let (latest, next) = (self.latest.get_or_insert_default(), frame.header());
+                let apart_ns = next.scheduled_ns.saturating_sub(latest.header.scheduled_ns);
+                self.spacing =
+                    (latest.header.run_id == next.run_id).then(|| (next.run_id, Duration::from_nanos(apart_ns)));
+                latest.replace(&frame);
+            }
+            let now_ns = monotonic_ns();
+            self.schedule.advance(now_ns);
+            if let Some(latest) = &mut self.latest {
+                let header = &latest.header;
+                let described = self.rate.filter(|(run_id, _)| *run_id == header.run_id);
+                let period = described.and_then(|(_, rate_hz)| Duration::from_secs(1).checked_div(rate_hz));
+                // A status reaches a new reader a little later than the first frames.
+                let period =
+                    period.or(self.spacing.filter(|(run_id, _)| *run_id == header.run_id).map(|(_, apart)| apart));
+                latest.freshness = freshness(header.published_ns, now_ns, self.stale_after.limit(period));
+                break now_ns;
+            }
+        };
+        Ok(self.latest.as_ref().map(|latest| Release { now_ns, latest }))
+    }
+
+    /// Releases that the bridge missed because it was busy.
+    pub(super) fn missed(&self) -> u64 {
+        self.schedule.overruns()
+    }
+
+    /// Sleeps until an instant, in short pieces. Returns false after a signal.
+    fn sleep_until(&self, deadline_ns: u64) -> bool {
+        let piece_ns = WAIT_PERIOD.as_nanos() as u64;
+        while !self.stop.is_set() {
+            let now_ns = monotonic_ns();
+            if now_ns >= deadline_ns {
+                return true;
+            }
+            sleep_until(deadline_ns.min(now_ns + piece_ns));
+        }
+        false
+    }
+}

@@ -1,0 +1,203 @@
+//! The session of a packet bridge: sends and counts packets, and reports when sending fails and works again.
+
+use std::fmt::Display;
+use std::process::ExitCode;
+
+use serde::Serialize;
+
+use super::feed::Release;
+use crate::bridge::{BenchSelection, Freshness, Outage, OutageChange, Outlet, Packets};
+use crate::cli::flags::Format;
+use crate::cli::print::{complain, print_notice, print_report};
+use crate::output::Counted;
+use crate::system::clock::monotonic_ns;
+
+/// A line that `bridge psn` and `bridge osc` print.
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum BridgeLine {
+    /// A server is running, and the first frame is sent next.
+    Started {
+        to: String,
+        /// The instant of `CLOCK_MONOTONIC` from which the bridge's own timestamps count.
+        epoch_ns: u64,
+        /// All that an operator enters at the receiver.
+        settings: String,
+    },
+    /// The dragon has another number of benches than before.
+    Changed {
+        settings: String,
+    },
+    /// Sending has begun to fail, or works again.
+    Notice {
+        message: String,
+    },
+    /// No frame has arrived for too long: the last one is sent as stale.
+    Silent {
+        /// Seconds since the server sent that frame.
+        age_s: f64,
+    },
+    Resumed,
+    Summary(BridgeSummary),
+}
+
+/// Totals of a bridge.
+#[derive(Clone, Copy, Default, Serialize)]
+struct BridgeSummary {
+    /// Frames sent.
+    frames: u64,
+    /// Frames among these that were stale.
+    stale: u64,
+    /// Packets passed to the network.
+    packets: u64,
+    bytes: u64,
+    errors: u64,
+    /// Frames dropped because the receiver had not accepted the frame before.
+    dropped: u64,
+    /// Releases that the bridge missed because it was busy.
+    missed: u64,
+}
+
+pub(super) struct PacketSession {
+    format: Format,
+    /// The receiver, in words.
+    to: String,
+    rate_hz: u32,
+    epoch_ns: u64,
+    outlet: Box<dyn Outlet>,
+    /// Benches of the last frame's dragon; `None` before the first frame.
+    benches: Option<usize>,
+    outage: Outage,
+    /// Whether the last frame that was sent was stale.
+    is_stale: bool,
+    summary: BridgeSummary,
+}
+
+impl PacketSession {
+    pub(super) fn new(format: Format, to: impl Display, rate_hz: u32, outlet: Box<dyn Outlet>) -> Self {
+        Self {
+            format,
+            to: to.to_string(),
+            rate_hz,
+            epoch_ns: monotonic_ns(),
+            outlet,
+            benches: None,
+            outage: Outage::default(),
+            is_stale: false,
+            summary: BridgeSummary::default(),
+        }
+    }
+
+    /// Start of the bridge, in nanoseconds of `CLOCK_MONOTONIC`.
+    pub(super) fn epoch_ns(&self) -> u64 {
+        self.epoch_ns
+    }
+
+    /// Announces the receiver's settings at the first frame, and at the first frame of a dragon with another number of benches.
+    /// Reports chosen benches that the dragon does not have.
+    pub(super) fn note_dragon(
+        &mut self,
+        benches: usize,
+        chosen: &BenchSelection,
+        settings: impl FnOnce() -> anyhow::Result<String>,
+    ) -> anyhow::Result<()> {
+        if self.benches == Some(benches) {
+            return Ok(());
+        }
+        let settings = settings()?;
+        match self.benches.replace(benches) {
+            None => self.announce(settings)?,
+            Some(_) => print_notice(self.format, &BridgeLine::Changed { settings: settings.clone() }, &settings)?,
+        }
+        match missing(chosen, benches) {
+            Some(message) => self.notify(&message),
+            None => Ok(()),
+        }
+    }
+
+    fn announce(&self, settings: String) -> anyhow::Result<()> {
+        let Self { format, to, rate_hz, epoch_ns, .. } = self;
+        if *format == Format::Text {
+            complain(&settings);
+        }
+        let started = BridgeLine::Started { to: to.clone(), epoch_ns: *epoch_ns, settings };
+        print_notice(*format, &started, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
+    }
+
+    pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
+        self.note_freshness(release.latest.freshness)?;
+        let is_sent = self.send(packets, release.now_ns)?;
+        self.summary.frames += u64::from(is_sent);
+        self.summary.stale += u64::from(is_sent && !release.latest.freshness.is_fresh());
+        Ok(())
+    }
+
+    /// Sends packets. Returns whether at least one was sent.
+    pub(super) fn send(&mut self, packets: &Packets, now_ns: u64) -> anyhow::Result<bool> {
+        let delivery = self.outlet.send(packets, now_ns);
+        self.summary.packets += delivery.packets;
+        self.summary.bytes += delivery.bytes;
+        self.summary.errors += delivery.errors;
+        self.summary.dropped += u64::from(delivery.dropped);
+        let to = &self.to;
+        match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
+            (Some(OutageChange::Began), Some(error)) => {
+                self.notify(&format!("cannot send to {to}, still trying: {error}"))?;
+            }
+            (Some(OutageChange::Ended { failed_frames }), _) => {
+                self.notify(&format!(
+                    "sending to {to} works again, after {} with errors",
+                    Counted(failed_frames, "frame")
+                ))?;
+            }
+            _ => {}
+        }
+        Ok(delivery.packets > 0)
+    }
+
+    /// Reports the beginning and the end of the server's silence.
+    fn note_freshness(&mut self, freshness: Freshness) -> anyhow::Result<()> {
+        let was_stale = std::mem::replace(&mut self.is_stale, !freshness.is_fresh());
+        match freshness {
+            Freshness::Stale { age_ns } if !was_stale => {
+                let age_s = age_ns as f64 * 1e-9;
+                let text = format!("no frame for {age_s:.1} s: the last one is sent as stale, with all speeds 0");
+                print_notice(self.format, &BridgeLine::Silent { age_s }, &text)
+            }
+            Freshness::Fresh if was_stale => print_notice(self.format, &BridgeLine::Resumed, "frames arrive again"),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reports the totals. `missed` is the number of missed releases.
+    pub(super) fn finish(mut self, missed: u64) -> anyhow::Result<ExitCode> {
+        self.summary.missed = missed;
+        let BridgeSummary { frames, stale, packets, bytes, errors, dropped, missed } = self.summary;
+        let text = format!(
+            "{} ({stale} stale) in {} of {}, {}, {dropped} dropped, {} missed",
+            Counted(frames, "frame"),
+            Counted(packets, "packet"),
+            Counted(bytes, "byte"),
+            Counted(errors, "error"),
+            Counted(missed, "release")
+        );
+        print_report(self.format, &BridgeLine::Summary(self.summary), text)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn notify(&self, message: &str) -> anyhow::Result<()> {
+        print_notice(self.format, &BridgeLine::Notice { message: message.to_owned() }, message)
+    }
+}
+
+/// Describes the chosen benches that a dragon with `benches` benches does not have.
+fn missing(chosen: &BenchSelection, benches: usize) -> Option<String> {
+    let missing = chosen.missing(benches)?;
+    let last = benches.saturating_sub(1);
+    let message = if chosen.count(benches) == 0 {
+        format!("no bench is sent: --benches is {chosen}, the dragon's last bench is {last}")
+    } else {
+        format!("benches {missing} are not sent: the dragon's last bench is {last}")
+    };
+    Some(message)
+}

@@ -1,0 +1,142 @@
+//! Checks of the running show: the server, its clients, and the guard.
+
+use std::fs;
+use std::thread;
+use std::time::Duration;
+
+use bench_dragon_ipc::guard::GuardLock;
+use bench_dragon_ipc::{Census, Domain, GuardState, NodeEntry, Status, StatusReader};
+
+use super::{Finding, Target};
+
+/// Number of looks for the status of a server. The server sends its status ten times a second.
+const LOOKS: u32 = 50;
+/// Time between two looks.
+const LOOK_PERIOD: Duration = Duration::from_millis(20);
+
+/// The server and its clients.
+pub(super) fn server(target: &Target) -> Finding {
+    target.judge_census(|census| judge_server(census, census.source.is_some_and(was_replaced)))
+}
+
+/// Whether the program file of a process has been deleted or replaced.
+fn was_replaced(pid: u32) -> bool {
+    fs::read_link(format!("/proc/{pid}/exe")).is_ok_and(|program| program.to_string_lossy().ends_with(" (deleted)"))
+}
+
+fn judge_server(census: &Census, was_replaced: bool) -> Finding {
+    let clients = clients(census);
+    let Some(pid) = census.source else {
+        if census.has_source {
+            let clients = if clients.is_empty() { "no clients".to_owned() } else { clients };
+            return Finding::ok(
+                "runs",
+                format!("a server runs in another PID namespace, such as a container; {clients}"),
+            );
+        }
+        let message =
+            if clients.is_empty() { "no process is on the bus".to_owned() } else { format!("no server; {clients}") };
+        return Finding::ok("none", message);
+    };
+    let value = format!("pid {pid}");
+    let message =
+        if clients.is_empty() { format!("pid {pid}, and no clients") } else { format!("pid {pid}; {clients}") };
+    if was_replaced {
+        let message = format!("{message}; its program file was replaced after the start");
+        return Finding::warning(value, message, "restart the server, so that all programs have the same version");
+    }
+    Finding::ok(value, message)
+}
+
+/// The clients by name and process id.
+fn clients(census: &Census) -> String {
+    let name = |node: &NodeEntry| match node.pid {
+        Some(pid) => format!("{} ({pid})", node.name),
+        None => node.name.clone(),
+    };
+    let is_client = |node: &&NodeEntry| node.pid.is_none() || node.pid != census.source;
+    census.living.iter().filter(is_client).map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// Whether a guarded server has a guard.
+pub(super) fn guard(target: &Target) -> Finding {
+    let Ok(domain) = Domain::new(target.instance.clone()) else {
+        return Finding::not_known("the directory cannot be read");
+    };
+    let census = target.census.as_ref();
+    let has_server = census.is_ok_and(|census| census.has_source);
+    let guard = GuardLock::holder(&domain);
+    // Only the server's status shows whether it is guarded. Reading it joins the bus, which removes leftovers. The doctor must
+    // change nothing, so it reads the status only if it matters and there are no leftovers.
+    let is_clean = census.is_ok_and(|census| census.dead.is_empty() && census.half_made.is_empty());
+    let status = if has_server && guard.is_none() && is_clean { status(&domain) } else { None };
+    judge_guard(has_server, guard, status.and_then(|status| status.guard_state()))
+}
+
+/// Waits for the status of a domain's server, up to a second. `None` if it sends none.
+fn status(domain: &Domain) -> Option<Status> {
+    let reader = StatusReader::open(&domain.clone().for_operators(), "doctor").ok()?;
+    (0..LOOKS).find_map(|look| {
+        if look > 0 {
+            thread::sleep(LOOK_PERIOD);
+        }
+        reader.poll().ok().flatten()
+    })
+}
+
+/// Judges the guard by its lock and by the server's status. Only the status reports a guard of another PID namespace.
+fn judge_guard(has_server: bool, guard: Option<u32>, reported: Option<GuardState>) -> Finding {
+    match (has_server, guard, reported) {
+        (_, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the travel ahead")),
+        (false, None, _) => Finding::ok("none", "no server, and no guard"),
+        (true, None, Some(GuardState::None)) => Finding::ok("none", "the server is not guarded and needs no guard"),
+        (true, None, Some(GuardState::Running)) => {
+            Finding::ok("runs", "a guard runs in another PID namespace, and proves the travel ahead")
+        }
+        (true, None, Some(GuardState::Missing)) => Finding::problem(
+            "none",
+            "the server is guarded, but no guard runs: the head stops at the end of its last grant",
+            "start `bench-dragon monitor --guard`, or the server without --guarded",
+        ),
+        (true, None, None) => Finding::not_known(
+            "no guard runs; whether the server needs one is unknown: it sends no status, or leftovers prevent the check",
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::doctor::Verdict;
+
+    fn node(name: &str, pid: u32) -> NodeEntry {
+        NodeEntry { name: name.to_owned(), pid: Some(pid) }
+    }
+
+    #[test]
+    fn the_server_is_not_listed_among_its_clients() {
+        let living = vec![node("serve", 7), node("monitor", 8)];
+        let census = Census { source: Some(7), has_source: true, living, ..Census::default() };
+        assert_eq!(judge_server(&census, false), Finding::ok("pid 7", "pid 7; monitor (8)"));
+        assert_eq!(judge_server(&census, true).status, Verdict::Warning);
+    }
+
+    #[test]
+    fn only_a_guarded_server_without_a_guard_is_a_problem() {
+        for (has_server, guard, reported, expected) in [
+            (false, None, None, Verdict::Ok),
+            (true, None, Some(GuardState::None), Verdict::Ok),
+            (true, Some(7), Some(GuardState::Running), Verdict::Ok),
+            (true, Some(7), None, Verdict::Ok),
+            (true, None, Some(GuardState::Running), Verdict::Ok),
+            (true, None, Some(GuardState::Missing), Verdict::Problem),
+            (true, None, None, Verdict::NotKnown),
+        ] {
+            assert_eq!(
+                judge_guard(has_server, guard, reported).status,
+                expected,
+                "{has_server} {guard:?} {reported:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The pictures of a report: the dragon at its nearest approach, and the timeline.
+
+use super::ReportSource;
+use super::words::{benches, clock, millimetres, seconds_of_day};
+use crate::cli::monitor::lines::ClearanceReport;
+use crate::cli::show::course::{CourseReport, LeastReport};
+use crate::cli::show::wall_time::WallTime;
+use crate::cli::solve::{in_plan, pair};
+use crate::config::Config;
+use crate::output::figure::{Caption, ContactView, Drawing, ShowTimeline};
+use crate::output::report::Block;
+use bench_dragon_geometry::number::Fixed;
+
+/// Most benches of a dragon in the picture of the nearest approach.
+const MOST_DRAWN: usize = 2000;
+
+impl ReportSource<'_> {
+    /// The nearest approach in words, and its picture.
+    pub(super) fn nearest(&self) -> Vec<Block> {
+        let Some(LeastReport { at, pair: report }) = &self.summary.course.least_clearance else {
+            return vec![Block::Words("No monitor has measured a frame.".to_owned())];
+        };
+        let ClearanceReport { time_s, benches: pair, clearance_m, point_m: [x, y], .. } = *report;
+        let (clearance, benches, time) = (millimetres(clearance_m), benches(pair), clock(&at.local()));
+        let words = format!(
+            "{clearance} between {benches}, at show time {} s ({time}), near ({}, {}) m.",
+            Fixed::<3>(time_s),
+            Fixed::<3>(x),
+            Fixed::<3>(y)
+        );
+        let picture = picture(self.config, report).map(|drawing| {
+            Block::Figure(
+                drawing,
+                format!("Plan of the dragon at {} s, with the surroundings of {benches}", Fixed::<3>(time_s)),
+            )
+        });
+        std::iter::once(Block::Words(words)).chain(picture).collect()
+    }
+
+    pub(super) fn timeline(&self) -> Block {
+        let CourseReport { begin, end, least_clearance, alerts, commands, timeline, .. } = &self.summary.course;
+        let second = |at: WallTime| at.seconds_since(*begin);
+        let known = |text: &str| WallTime::parse(text).map(second);
+        let monitor = &self.config.tables().monitor;
+        let margin = monitor.guard.then(|| (monitor.margin_m, "margin of the guard".to_owned()));
+        let drawing = ShowTimeline {
+            caption: Caption::new("Clearance, states and events by the time of day"),
+            clock_s: seconds_of_day(&begin.local()),
+            end_s: second(*end),
+            clearance: timeline.clearance(),
+            limits: std::iter::once((monitor.near_m, "near".to_owned())).chain(margin).collect(),
+            states: timeline.states(),
+            lanes: vec![
+                ("commands".to_owned(), commands.iter().filter_map(|line| known(&line.wall_time)).collect()),
+                ("alerts".to_owned(), alerts.iter().map(|alert| second(alert.at)).collect()),
+                ("restarts".to_owned(), self.summary.restart_log.iter().filter_map(|end| known(&end.at)).collect()),
+            ],
+            least: least_clearance.as_ref().map(|least| glam::DVec2::new(second(least.at), least.pair.clearance_m)),
+        };
+        Block::Figure(
+            drawing.draw(),
+            "The clearance, the states and the events of the show over the time of day".to_owned(),
+        )
+    }
+}
+
+/// The dragon at its nearest approach; `None` for a dragon that is too long for a picture, or values out of its range.
+fn picture(config: &Config, report: &ClearanceReport) -> Option<Drawing> {
+    let dragon = config.dragon();
+    let benches = report.benches.map(|bench| bench as usize);
+    let count = dragon.dimensions().benches();
+    if count > MOST_DRAWN || benches.iter().any(|bench| *bench >= count) || !report.travel_m.is_finite() {
+        return None;
+    }
+    let travel_m = report.travel_m.clamp(dragon.start_travel_m(), dragon.end_travel_m());
+    let pair = pair(dragon, travel_m, Some(benches))?;
+    let [a, b] = benches;
+    let title = format!("Benches {a} and {b} at show time {} s", Fixed::<3>(report.time_s));
+    Some(ContactView { caption: Caption::new(title), dragon: in_plan(config, dragon, travel_m), pair }.draw())
+}

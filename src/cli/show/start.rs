@@ -1,0 +1,158 @@
+//! Starts the children of a show, for the first time and after they have ended.
+
+use std::net::{SocketAddr, TcpListener};
+
+use anyhow::Context as _;
+use bench_dragon_ipc::FrameHeader;
+use serde::Serialize;
+
+use super::Show;
+use super::children::ChildRole;
+use super::process::Launch;
+use super::wall_time::log;
+use crate::cli::print::print_report;
+use crate::cli::timecode::TimecodeArgs;
+use crate::cli::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
+use crate::display::view::Token;
+use crate::source::timecode::FrameRate;
+
+/// Period of the monitor's progress reports, in seconds.
+const PROGRESS_PERIOD_S: &str = "0.2";
+
+impl Show<'_> {
+    pub(super) fn start(&mut self, role: ChildRole) -> anyhow::Result<()> {
+        let launch = match role {
+            ChildRole::Serve => self.server(),
+            ChildRole::Monitor => {
+                let progress = ["--progress", PROGRESS_PERIOD_S].map(str::to_owned);
+                let guard = self.is_guarded().then(|| "--guard".to_owned());
+                self.launch("monitor", progress.into_iter().chain(guard).collect())
+            }
+            ChildRole::Record => {
+                let recording = self.folder.free_recording().display().to_string();
+                // The show finishes the recordings of killed recorders itself, and counts their frames.
+                self.launch("record", vec![recording, "--no-repair".to_owned()])
+            }
+            ChildRole::View => self.page(),
+            ChildRole::Also(number) => {
+                let command = &self.also[number];
+                let output = Some(self.folder.open_output(&command.name)?);
+                Launch { args: command.args.clone(), environment: Vec::new(), output, reads_last_line: false }
+            }
+        };
+        self.children.start(role, launch)
+    }
+
+    fn server(&self) -> Launch {
+        let mut args = self.timecode_args();
+        args.extend(["--config".to_owned(), self.folder.config().display().to_string()]);
+        // The show itself is one more reader.
+        args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
+        args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
+        args.extend(self.is_performance.then(|| "--stay".to_owned()));
+        if let Some(header) = self.seen.header {
+            args.extend(self.resumption(&header));
+        } else {
+            args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
+            args.extend(self.args.held.then(|| "--held".to_owned()));
+        }
+        self.launch("serve", args)
+    }
+
+    /// Arguments with which a restarted server continues.
+    fn resumption(&self, header: &FrameHeader) -> Vec<String> {
+        let mut args =
+            vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
+        args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
+        let follows = self.args.run.timecode.source.is_some();
+        // A show that stood still with its timecode follows again. One that an operator paused while the timecode ran is held.
+        let was_paused = self.seen.is_paused && follows && self.reports.has_timecode_run;
+        if self.seen.is_paused && !follows {
+            args.push("--paused".to_owned());
+        }
+        if self.seen.is_ready() {
+            args.push("--held".to_owned());
+        } else if !self.args.auto_resume || self.seen.is_held() || was_paused {
+            args.push("--restarted".to_owned());
+            let instance = self.domain.instance();
+            log(&format!(
+                "the dragon is held at its last position: `bench-dragon ctl release --instance {instance}` lets it walk on"
+            ));
+        }
+        args
+    }
+
+    /// A command of the program that prints JSON for the show.
+    pub(super) fn launch(&self, command: &str, args: Vec<String>) -> Launch {
+        let instance = self.domain.instance().to_string();
+        let common = ["--instance".to_owned(), instance, "--format".to_owned(), "json".to_owned()];
+        let args = [vec![command.to_owned()], args, common.to_vec()].concat();
+        Launch { args, environment: Vec::new(), output: None, reads_last_line: false }
+    }
+
+    fn timecode_args(&self) -> Vec<String> {
+        let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.run.timecode;
+        let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
+        // The sender of timecode still sends to the address of the first server.
+        let source = source.clone().map(|source| match self.reports.timecode_listen {
+            Some(listen) => source.at(listen),
+            None => source,
+        });
+        [
+            source.map(|source| format!("--timecode={source}")),
+            offset_s.map(|offset_s| format!("--timecode-offset={offset_s}")),
+            timeout_s.map(|timeout_s| format!("--timecode-timeout={timeout_s}")),
+            frames_per_second.map(|fps| format!("--timecode-fps={fps}")),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+}
+
+/// The page: its address and its token.
+pub(super) struct Page {
+    /// The requested address; after the page has announced itself, its actual address.
+    listen: SocketAddr,
+    token: Token,
+    pub(super) is_announced: bool,
+}
+
+impl Page {
+    /// Returns a page at a free address.
+    ///
+    /// # Errors
+    /// The address cannot be bound. The check here gives one line of error; without it the child and the show would each
+    /// report one.
+    pub(super) fn new(listen: SocketAddr) -> anyhow::Result<Self> {
+        drop(TcpListener::bind(listen).map_err(|error| cannot_listen(listen, &error))?);
+        let token = Token::random().context("cannot read random numbers from the kernel")?;
+        Ok(Self { listen, token, is_announced: false })
+    }
+}
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename = "view")]
+struct ViewLine {
+    url: String,
+}
+
+impl Show<'_> {
+    pub(super) fn page(&self) -> Launch {
+        let Page { listen, token, .. } = self.page.as_ref().expect("only a show with a page starts it");
+        let args = ["--outcome-from-stdin".to_owned(), "--listen".to_owned(), listen.to_string()];
+        let launch = self.launch("view", args.to_vec());
+        let environment = vec![(TOKEN_VARIABLE, token.secret().to_owned())];
+        Launch { environment, reads_last_line: true, ..launch }
+    }
+
+    /// Takes a line of the page, and announces the page's address once.
+    pub(super) fn announce_page(&mut self, line: &str) -> anyhow::Result<()> {
+        let Some(page) = self.page.as_mut().filter(|page| !page.is_announced) else { return Ok(()) };
+        let listening: ListeningLine = serde_json::from_str(line).with_context(|| format!("view printed {line:?}"))?;
+        let ListeningLine { url, address } = listening;
+        (page.listen, page.is_announced) = (address, true);
+        let text = url.clone();
+        print_report(self.args.format.format, &ViewLine { url }, text)
+    }
+}

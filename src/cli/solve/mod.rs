@@ -1,0 +1,189 @@
+//! `solve`: the questions to the planner, one file per question.
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf, absolute};
+use std::process::ExitCode;
+
+use anyhow::bail;
+use bench_dragon_geometry::dragon::Meter;
+use clap::{Args, Subcommand, ValueHint};
+use serde::Serialize;
+
+use self::figure::{FigureArgs, keep_drawing};
+use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
+use crate::cli::{in_file, load_document};
+use crate::config::{Config, ConfigDocument};
+use crate::output::terminal_text::Printable;
+use crate::system::whole_file;
+
+mod contact;
+mod figure;
+mod list;
+mod pitch;
+mod play;
+mod poses;
+mod route;
+mod sensitivity;
+mod speed_limit;
+mod stage;
+mod turn;
+mod turn_play;
+
+pub(super) use figure::{in_plan, pair};
+
+/// Answer a question about planning a show. Needs no server.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve poses --at 0,60,300 --format json
+  bench-dragon solve contact --config stage.toml
+  bench-dragon solve route --config eight.toml
+  bench-dragon solve pitch --turn-diameter 9
+  bench-dragon solve turn --shortest
+  bench-dragon solve speed-limit --limit 2 --save-config fast.toml
+  bench-dragon solve sensitivity --figure sensitivity.svg")]
+pub(crate) struct SolveArgs {
+    /// The question to answer.
+    #[command(subcommand)]
+    pub(crate) question: Question,
+}
+
+/// The questions to the planner.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum Question {
+    Poses(poses::PosesArgs),
+    Contact(contact::ContactArgs),
+    Route(route::RouteArgs),
+    Pitch(pitch::PitchArgs),
+    Turn(turn::TurnArgs),
+    SpeedLimit(speed_limit::SpeedLimitArgs),
+    Sensitivity(sensitivity::SensitivityArgs),
+}
+
+pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
+    match question {
+        Question::Poses(args) => poses::run(&args)?,
+        Question::Contact(args) => contact::run(&args)?,
+        Question::Route(args) => route::run(&args)?,
+        Question::Pitch(args) => pitch::run(&args)?,
+        Question::Turn(args) => turn::run(&args)?,
+        Question::SpeedLimit(args) => speed_limit::run(&args)?,
+        Question::Sensitivity(args) => sensitivity::run(&args)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The flags of a question whose answer may be a configuration.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct AnswerArgs {
+    /// Write the answer as a complete configuration, which `show --config` plays; an existing file is replaced.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) save_config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) figure: FigureArgs,
+    #[command(flatten)]
+    pub(crate) work: WorkArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// The flag for the work of an answer.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct WorkArgs {
+    /// Most work for the answer, in millions of steps of about 50 ns, 1 to 1000000000; if it is not enough, the answer states
+    /// how far it reached [default: 100; 300 for sensitivity and --shortest].
+    #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
+    pub(crate) work: Option<u64>,
+}
+
+impl WorkArgs {
+    /// A meter for one part of an answer.
+    pub(crate) fn meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_WORK) * STEPS)
+    }
+
+    /// Steps for finding the end of the dragon's run, if the flag is given.
+    fn placing_steps(self) -> Option<u64> {
+        self.work.map(|millions| millions * STEPS)
+    }
+
+    /// A meter for an answer that consists of many answers.
+    pub(crate) fn long_meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
+    }
+}
+
+/// Default work, in millions of steps: a few seconds on one core.
+const DEFAULT_WORK: u64 = 100;
+
+/// Default work for a question about many dragons, in millions of steps.
+const DEFAULT_LONG_WORK: u64 = 300;
+
+/// Steps in a million.
+const STEPS: u64 = 1_000_000;
+
+/// Allowed values of `--clearance`, in metres.
+const CLEARANCE_M: RangeInclusive<f64> = 0.0..=10.0;
+
+/// Allowed values of `--max-ratio`: a handle's speed ÷ the head's speed. Under 1 every run would fail, because the head itself
+/// has 1. A handle with a greater ratio than the upper limit jumps.
+const SPEED_RATIO: RangeInclusive<f64> = 1.0..=1000.0;
+
+/// A handle that exceeds `--max-ratio`, in an answer.
+#[derive(Serialize)]
+struct TooFast {
+    /// Its speed ÷ the head's speed.
+    ratio: f64,
+    time_s: f64,
+    handle: usize,
+}
+
+impl AnswerArgs {
+    /// Fails if an output would replace the drawing of the route, or another output.
+    fn keep_files_apart(&self, document: &ConfigDocument) -> Result<(), BadInput> {
+        self.figure.keep_drawing(document)?;
+        let Some(saved) = &self.save_config else { return Ok(()) };
+        let absolute = |path: &Path| absolute(path).unwrap_or_else(|_| path.to_owned());
+        if self.figure.figure.as_ref().is_some_and(|figure| absolute(&figure.path) == absolute(saved)) {
+            let file = Printable(saved);
+            return Err(BadInput(format!("--save-config is {file}, the file of --figure, must be another file")));
+        }
+        keep_drawing("--save-config", saved, document)
+    }
+}
+
+/// Reads the configuration of a question. `--work` limits the search for the end of the dragon's run.
+fn load_plan(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<Config> {
+    in_file(args, load_plan_document(args, work)?.build())
+}
+
+/// Reads the configuration of a question without a dragon on its route.
+fn load_plan_document(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<ConfigDocument> {
+    let document = load_document(args)?;
+    Ok(match work.placing_steps() {
+        Some(steps) => document.with_placing_steps(steps),
+        None => document,
+    })
+}
+
+/// Fails for a configuration with ground, for a question that is answered without it only.
+fn require_no_ground(config: &Config, question: &str) -> Result<(), BadInput> {
+    if config.route().ground.is_none() {
+        return Ok(());
+    }
+    Err(BadInput(format!("[ground] is present, must be absent for {question}")))
+}
+
+fn xlsx(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_xlsx = path.extension().is_some_and(|suffix| suffix.eq_ignore_ascii_case("xlsx"));
+    if is_xlsx { Ok(path) } else { Err("must end in .xlsx".to_owned()) }
+}
+
+/// Writes the answer as a configuration, if the arguments request it. Fails with the reason if there is no such answer.
+pub(super) fn save_config(args: &AnswerArgs, answer: Result<&Config, &str>) -> anyhow::Result<()> {
+    let Some(path) = &args.save_config else { return Ok(()) };
+    match answer {
+        Ok(config) => whole_file::write(path, config.to_toml().as_bytes()),
+        Err(reason) => bail!("--save-config has nothing to save: {reason}"),
+    }
+}
