@@ -177,7 +177,8 @@ fn of_boards_that_overlap_alike_the_first_are_named_whatever_the_rounding() {
         let mut search = ClearanceSearch::default();
         let nearest = search.nearest(&boards).expect("many pairs");
         assert!(nearest.clearance_m < -0.1, "{nearest:?}");
-        assert_eq!(nearest.benches, [0, 45], "at step {step}");
+        // Half a board further on a lap, boards lie askew and overlap deeper than in the same place.
+        assert_eq!(nearest.benches, [0, 22], "at step {step}");
         let overlaps = search.within(&boards, 0.0);
         assert_eq!(overlaps[0].benches, nearest.benches, "at step {step}");
         assert!(overlaps.len() > 30, "{}", overlaps.len());

@@ -242,7 +242,7 @@ fn warn_of_early_end(config: &Config) {
             tracing::warn!("the run ends at {} s, not at end_s {planned_s}: there {end}: {spot}", Fixed::<6>(end_s));
         }
         (None, _) => {
-            tracing::warn!("the run ends at {} s, before the route ends: there {end}: {spot}", Fixed::<6>(end_s))
+            tracing::warn!("the run ends at {} s, before the route ends: there {end}: {spot}", Fixed::<6>(end_s));
         }
     }
 }

@@ -43,7 +43,7 @@ impl fmt::Display for Gap {
         write!(formatter, "gap: {frames} {plural} missing, ticks {from_tick} to {to_tick} of run {run_id}")?;
         match (from_s, to_s) {
             (Some(from_s), Some(to_s)) => {
-                write!(formatter, ", show time {} to {} s", Fixed::<3>(*from_s), Fixed::<3>(*to_s))?
+                write!(formatter, ", show time {} to {} s", Fixed::<3>(*from_s), Fixed::<3>(*to_s))?;
             }
             (None, Some(to_s)) => write!(formatter, ", from its begin to show time {} s", Fixed::<3>(*to_s))?,
             (Some(from_s), None) => write!(formatter, ", from show time {} s to its end", Fixed::<3>(*from_s))?,

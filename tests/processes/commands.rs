@@ -42,7 +42,7 @@ impl Rehearsal {
         let ended = self.ctl(order).expect_clean();
         let reply = ended.last_json();
         let tick = reply["tick"].as_u64().expect("a tick");
-        assert_eq!(reply, json!({ "accepted": true, "run_id": self.server.run_id, "tick": tick }));
+        assert_eq!(reply, json!({ "accepted": true, "run_id": self.server.run_id, "tick": tick, "reason": null }));
         self.around(tick)
     }
 
@@ -179,7 +179,7 @@ fn a_server_that_waits_for_its_readers_answers_commands() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "10", "--readers", "1"]);
     let reply = stage.run(&["ctl", "--format", "json", "seek", "100"]).expect_clean().last_json();
-    assert_eq!(reply, json!({ "accepted": true, "run_id": server.run_id, "tick": 0 }));
+    assert_eq!(reply, json!({ "accepted": true, "run_id": server.run_id, "tick": 0, "reason": null }));
     let shots = Reader::join(&stage).read_to_tick(0);
     assert_eq!(shots[0].header.sim_time_ns, 100_000_000_000);
     server.stop();

@@ -348,7 +348,7 @@ fn a_spiral_that_never_touches_has_no_contact() {
     let file = stage.path("wide.toml").display().to_string();
     fs::write(&file, "[dragon]\nbenches = 4\n[route]\npitch_m = 2.0\nstart_turns = 4\n").expect("a file");
     let contact = answer(&["contact", "--config", &file]);
-    assert_eq!(contact, json!({ "time_s": null, "benches": null, "point_m": null }));
+    assert!(contact.as_object().expect("an object").values().all(Value::is_null), "{contact}");
 }
 
 #[test]
