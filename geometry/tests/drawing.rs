@@ -294,3 +294,30 @@ fn a_spline_is_its_bezier_curves() {
     assert!(Spline { degree: 4, ..spline.clone() }.beziers().is_none());
     assert!(Spline { weights: vec![-1.0; 7], ..spline }.beziers().is_none());
 }
+
+/// Lines and half circles whose coordinates have few decimals meet in tiny angles, on both sides of the arc.
+#[test]
+fn half_circles_between_lines_are_smooth_whatever_the_rounding_of_their_joints() {
+    for step in 0..=160 {
+        let kink = 10_f64.powf(-11.0 + 0.05 * f64::from(step));
+        for (radius_m, before, after) in
+            [(10.2, kink, kink), (20.3, -kink, kink), (5.0, kink, -kink), (13.319, 0.0, kink)]
+        {
+            // The arc begins at the origin, `before` off the direction of the first line.
+            let centre = DVec2::from_angle(before).rotate(point(0.0, radius_m));
+            let from_angle = (-centre).to_angle();
+            let turn = TAU / 2.0 - before + after;
+            let end = centre + DVec2::from_angle(from_angle + turn) * radius_m;
+            let pieces = vec![
+                Piece::Line { from: point(-60.0, 0.0), to: DVec2::ZERO },
+                Piece::Arc { centre, radius_m, from_angle, turn },
+                Piece::Line { from: end, to: end - point(60.0, 0.0) },
+            ];
+            let drawing = Drawing { pieces, is_closed: false };
+            let fit = drawing.fit(&SETTINGS).unwrap_or_else(|error| panic!("a kink of {kink:e}: {error}"));
+            let length_m = route(&fit, None).end_travel_m();
+            let exact_m = 120.0 + radius_m * turn;
+            assert!((length_m - exact_m).abs() < 0.01, "a kink of {kink:e}: {length_m} m, not {exact_m} m");
+        }
+    }
+}

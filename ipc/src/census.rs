@@ -58,6 +58,13 @@ pub struct NodeEntry {
     pub pid: Option<u32>,
 }
 
+impl NodeEntry {
+    /// Whether this is a process whose end an operator must see: a source, a monitor, a recorder, a bridge, or a supervisor.
+    pub(crate) fn is_part_of_show(&self) -> bool {
+        ["serve", "replay", "monitor", "record", "bridge-", "show"].iter().any(|part| self.name.starts_with(part))
+    }
+}
+
 /// Entries and files that [`clear`] removed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cleared {
@@ -144,7 +151,7 @@ pub fn clear(domain: &Domain) -> Result<Cleared, BusError> {
     domain
         .set_fallback_configuration()
         .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
-    cleared.nodes = remove_dead_nodes(domain)?;
+    cleared.nodes = remove_dead_nodes(domain, |_| true)?;
     drop(membership);
     if before.is_deserted() {
         // This process was the only member, so leaving has removed everything.

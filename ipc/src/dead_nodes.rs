@@ -42,16 +42,19 @@ const MAX_JOURNAL_LEN: u64 = 1 << 20;
 const READ_ONLY: u32 = 0o400;
 const READ_WRITE: u32 = 0o600;
 
-/// Removes all dead nodes that no other process is removing. Returns the removed ones.
+/// Removes the dead nodes that are to be removed and that no other process is removing. Returns the removed ones.
 ///
 /// # Errors
 /// [`DomainError::Io`] where the domain's directory cannot be written.
-pub(crate) fn remove_dead_nodes(domain: &Domain) -> Result<Vec<NodeEntry>, DomainError> {
+pub(crate) fn remove_dead_nodes(
+    domain: &Domain,
+    is_removed: impl Fn(&NodeEntry) -> bool,
+) -> Result<Vec<NodeEntry>, DomainError> {
     settle(domain);
-    remove_all(domain).map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })
+    remove_each(domain, is_removed).map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })
 }
 
-fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
+fn remove_each(domain: &Domain, is_removed: impl Fn(&NodeEntry) -> bool) -> io::Result<Vec<NodeEntry>> {
     for id in ids_of_journals(domain)? {
         // Opening a journal restores the node's missing files, so that the node is listed. Only one journal is locked at
         // a time, so a stopped process blocks at most one node.
@@ -61,6 +64,9 @@ fn remove_all(domain: &Domain) -> io::Result<Vec<NodeEntry>> {
     for state in list(domain) {
         let NodeState::Dead(node) = state else { continue };
         let (id, entry) = (node.id().value().to_string(), NodeEntry::of(&node));
+        if !is_removed(&entry) {
+            continue;
+        }
         let Some(journal) = Journal::open(domain, &id)? else { continue };
         match node.try_remove_stale_resources() {
             Ok(()) => removed.push(entry),

@@ -41,6 +41,13 @@ pub enum BusError {
         /// Process id of the other source; `None` where this process cannot see it, as from another container.
         pid: Option<u32>,
     },
+    /// Another `show` supervises this instance.
+    ShowRunning {
+        /// The instance.
+        instance: String,
+        /// Process id of the other show; `None` where this process cannot see it, as from another container.
+        pid: Option<u32>,
+    },
     /// Another guard watches over this instance.
     GuardRunning {
         /// The instance.
@@ -154,6 +161,15 @@ impl fmt::Display for BusError {
             Self::SourceRunning { instance, pid: None } => write!(
                 formatter,
                 "a server already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
+                 container: stop it there, or choose another --instance"
+            ),
+            Self::ShowRunning { instance, pid: Some(pid) } => write!(
+                formatter,
+                "a show already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
+            ),
+            Self::ShowRunning { instance, pid: None } => write!(
+                formatter,
+                "a show already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
                  container: stop it there, or choose another --instance"
             ),
             Self::GuardRunning { instance, pid: Some(pid) } => {

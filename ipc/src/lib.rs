@@ -51,6 +51,8 @@ pub mod guard {
 
 /// For programs that publish frames, and for programs that look whether one runs. Clients need none of it.
 pub mod source {
+    pub use crate::operator_reserve::OperatorReserve;
+    pub use crate::show_lock::ShowLock;
     pub use crate::source_lock::SourceLock;
 }
 
@@ -77,12 +79,14 @@ mod lock_holders;
 mod member;
 mod membership;
 mod open_files;
+mod operator_reserve;
 mod reader_report;
 mod reader_reports;
 mod replay_status;
 mod report_publisher;
 mod service_layout;
 mod shortage;
+mod show_lock;
 mod source_lock;
 mod source_state;
 mod space;

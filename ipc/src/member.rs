@@ -26,6 +26,7 @@ use crate::frame::{FrameHeader, HandleState};
 use crate::lock_file::if_there;
 use crate::membership::Membership;
 use crate::open_files::require_open_files;
+use crate::operator_reserve;
 use crate::reader_report::ReaderReport;
 use crate::replay_status::ReplayStatus;
 use crate::service::{
@@ -108,9 +109,7 @@ impl Member {
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;
-        // A killed source may own the very memory that this process needs.
-        remove_dead_nodes(domain)?;
-        require_shared_memory(domain, role.memory())?;
+        require_memory(domain, role.memory())?;
         let name = NodeName::new(name).map_err(|error| BusError::failed("the node's name", error))?;
         let node = NodeBuilder::new()
             .name(&name)
@@ -424,6 +423,26 @@ fn close_to_others(domain: &Domain) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// Checks that there is memory for a member's segments. Removes what killed processes have left, since it may be that very memory.
+///
+/// An operator's tool leaves the remains of the show's processes, from which every other tool sees that they were killed. If
+/// `/dev/shm` is full, it removes them too, and takes the memory that a source keeps for it.
+fn require_memory(domain: &Domain, needed: u64) -> Result<(), BusError> {
+    if !domain.is_operators() {
+        remove_dead_nodes(domain, |_| true)?;
+        return require_shared_memory(domain, needed);
+    }
+    remove_dead_nodes(domain, |node| !node.is_part_of_show())?;
+    match require_shared_memory(domain, needed) {
+        Err(BusError::SharedMemoryFull { .. }) => {
+            remove_dead_nodes(domain, |_| true)?;
+            operator_reserve::release(domain);
+            require_shared_memory(domain, needed)
+        }
+        outcome => outcome,
+    }
 }
 
 fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {

@@ -9,6 +9,7 @@ use crate::domain::Domain;
 use crate::domain_error::DomainError;
 use crate::guard_lock::GuardLock;
 use crate::lock_file::if_there;
+use crate::show_lock::ShowLock;
 use crate::source_lock::SourceLock;
 
 /// Folder of shared memory in the file system.
@@ -44,6 +45,8 @@ pub(crate) fn dissolve(domain: &Domain, members_lock: &Path) -> Result<(), Domai
     let root = domain.root().to_owned();
     SourceLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
     GuardLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
+    // The lock of a living supervisor stays, and with it the directory.
+    ShowLock::clear_abandoned(domain).map_err(failed(root.clone()))?;
     // A process that fails before it has a node leaves before it writes the file.
     if_there(fs::remove_file(domain.iceoryx2_toml_path())).map_err(failed(domain.iceoryx2_toml_path()))?;
     fs::remove_file(members_lock).map_err(failed(members_lock.to_owned()))?;

@@ -151,7 +151,7 @@ fn announce_page(args: &ViewArgs, token: &Token, address: SocketAddr) -> anyhow:
 const METRICS_SNAPSHOTS_HZ: u32 = 10;
 
 pub(super) fn metrics(args: &MetricsArgs) -> anyhow::Result<ExitCode> {
-    let domain = args.bus.domain()?;
+    let domain = args.bus.domain()?.for_operators();
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;
     let address = site.address;

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::service::{self, COMMAND_EVENT_BUFFER, Member, Role};
+use bench_dragon_ipc::source::OperatorReserve;
 use bench_dragon_ipc::{BusError, CommandEvent, Description, Domain, GuardState, SegmentWatch, SourceKind, Status};
 use crossbeam::channel::Receiver;
 use iceoryx2::port::publisher::Publisher;
@@ -17,6 +18,8 @@ use super::source_report::LoopGauges;
 
 /// Period of the status, and of the delivery of the description to late joiners.
 const REPORT_PERIOD: Duration = Duration::from_millis(100);
+/// Period at which the memory for operators is kept anew. Within it, a tool that has taken the memory creates its segments.
+const RESERVE_PERIOD: Duration = Duration::from_secs(10);
 
 pub(super) struct Reporter {
     description: Publisher<service::Service, [u8], u64>,
@@ -62,10 +65,16 @@ impl Reporter {
     pub(super) fn run(mut self, woken: &Receiver<()>) {
         let mut service_manager = ServiceManager::of_environment();
         let mut segments = SegmentWatch::new(&self.domain);
+        let reserve = OperatorReserve::keep(&self.domain);
+        let mut reserve_due = Instant::now() + RESERVE_PERIOD;
         while !self.gauges.is_finished.load(Ordering::Acquire) {
             let _ = woken.recv_timeout(REPORT_PERIOD);
             self.publish(COMMAND_EVENT_BUFFER / 2);
             segments.look();
+            if Instant::now() >= reserve_due {
+                reserve.refill();
+                reserve_due = Instant::now() + RESERVE_PERIOD;
+            }
             service_manager.look(self.gauges.beats.load(Ordering::Relaxed), || self.gauges.in_words());
         }
         self.publish(usize::MAX);

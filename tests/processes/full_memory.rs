@@ -113,6 +113,12 @@ fn a_show_goes_on_while_shared_memory_is_full() {
     assert_eq!(refused.code(), Some(1), "{}", refused.stdout);
     assert!(refused.stderr.starts_with("error: /dev/shm has less than the "), "{}", refused.stderr);
     confined.await_recorded("out/recording.mcap", 5.0);
+    // The server keeps memory for operators' tools.
+    for command in ["hold", "release", "hold"] {
+        confined.run(&["ctl", command]).expect_clean();
+    }
+    let status = confined.run(&["ctl", "status", "--format", "json"]).last_json();
+    assert_eq!(status["state"], "held", "{status}");
     confined.show.signal(Signal::INT);
     let ended = confined.show.end();
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);

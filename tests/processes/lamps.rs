@@ -343,6 +343,32 @@ fn without_a_server_nothing_proposes_to_start_the_papers_dragon() {
 }
 
 #[test]
+fn a_killed_recorder_stays_red_however_often_somebody_looks() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let recorder = stage.start(&["record", "show.mcap"]);
+    status_with(&stage, "the recorder", |json| lamp(json, "recorder").0 == "good");
+    recorder.kill();
+    status_with(&stage, "the killed recorder", |json| lamp(json, "recorder").0 == "danger");
+    for _ in 0..2 {
+        let (json, code) = status_with(&stage, "the killed recorder", |json| lamp(json, "recorder").0 != "off");
+        assert_eq!((code, lamp(&json, "recorder").0), (Some(1), "danger"), "{json}");
+        let standing = &json["standing"];
+        assert_eq!((&standing["level"], &standing["word"]), (&"caution".into(), &"RUNNING".into()), "{json}");
+        assert!(standing["cause"].as_str().is_some_and(|cause| cause.contains("The lamp recorder is red")), "{json}");
+    }
+    let exporter = Exporter::start(&stage);
+    await_level(&exporter, "recorder", 3);
+    exporter.stop();
+    // The next process of the show removes the remains.
+    let again = stage.start(&["record", "again.mcap"]);
+    status_with(&stage, "the next recorder", |json| lamp(json, "recorder").0 == "good");
+    again.terminate();
+    status_with(&stage, "no recorder", |json| lamp(json, "recorder").0 == "off");
+    server.stop();
+}
+
+#[test]
 fn a_fresh_look_finds_a_stopped_recorder_and_a_stopped_or_killed_server() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "50"]);

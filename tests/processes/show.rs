@@ -382,7 +382,7 @@ fn a_second_show_on_an_instance_is_refused_and_the_first_goes_on() {
     let playing = Playing::start(&[]);
     let second = playing.stage.run(&["show", "--out", "second"]);
     assert_eq!(second.code(), Some(1), "{}", second.stdout);
-    assert!(second.stderr.contains("a server already runs on instance"), "{}", second.stderr);
+    assert!(second.stderr.contains("a show already runs on instance"), "{}", second.stderr);
     let (summary, _) = playing.interrupt();
     assert_eq!(summary["restarts"], json!({ "serve": 0, "monitor": 0, "record": 0, "view": 0 }));
 }

@@ -28,6 +28,10 @@ const ATTEMPTS: [f64; 3] = [1.0, 0.7, 0.4];
 /// Shortest element of a path, in metres, and its turn. A shorter one is left out.
 const SHORTEST_M: f64 = 1e-6;
 const LEAST_TURN: f64 = 1e-9;
+/// Greatest distance by which an arc that turns by a slight kink too moves its end, relative to the tolerance: first one that nobody
+/// sees, and where no arc of its own fits, a larger one.
+const UNSEEN: f64 = 1e-3;
+const ABSORBED: f64 = 0.25;
 /// Number of times that the radius of a joint without a given radius is halved until it fits. An arc that bends to the same side as
 /// its neighbour must be tighter than that: from the greatest radius down to 0.1 µm.
 const HALVINGS: usize = 40;
@@ -90,36 +94,57 @@ fn round(
     after: &mut Vec<Element>,
     settings: &FitSettings,
 ) -> Result<Vec<Element>, DrawingError> {
+    if !corner.is_rounded && is_absorbed(corner.turn, before, after, UNSEEN * settings.tolerance_m) {
+        return Ok(vec![]);
+    }
     let mut radius_m = corner.radius_m;
-    let fits = |radius_m: f64| {
-        let found = Rounding::find(before, after, corner.turn, radius_m)?;
-        // Between straight neighbours a slight kink loses this length on each side. Far beyond, an arc would cut a bend.
-        let straight_m = radius_m * (0.5 * corner.turn.abs()).tan();
-        (corner.is_rounded || found.replaced_m(before, after) <= KINK_REACH * straight_m).then_some(found)
-    };
-    let mut found = fits(radius_m);
+    let mut found = fitting(corner, before, after, radius_m);
     if !corner.is_rounded {
         for _ in 0..HALVINGS {
             if found.is_some() {
                 break;
             }
             radius_m *= 0.5;
-            found = fits(radius_m);
+            found = fitting(corner, before, after, radius_m);
         }
     }
     let (at, turn) = (corner.at, corner.turn.abs());
     let Some(rounding) = found else {
+        if !corner.is_rounded && is_absorbed(corner.turn, before, after, ABSORBED * settings.tolerance_m) {
+            return Ok(vec![]);
+        }
         if !corner.is_rounded || settings.corner_radius_m.is_none() {
             return Err(DrawingError::Sharp { at });
         }
         let (mut low_m, mut high_m) = (0.0, radius_m);
         for _ in 0..40 {
             let middle_m = 0.5 * (low_m + high_m);
-            *(if fits(middle_m).is_some() { &mut low_m } else { &mut high_m }) = middle_m;
+            *(if fitting(corner, before, after, middle_m).is_some() { &mut low_m } else { &mut high_m }) = middle_m;
         }
         return Err(DrawingError::Radius { at, turn, radius_m, largest_m: (low_m * 1e3).floor() / 1e3 });
     };
     Ok(rounding.apply(before, after, corner.turn, radius_m))
+}
+
+/// The arc of a radius at a corner; `None` if none fits.
+fn fitting(corner: &Corner, before: &[Element], after: &[Element], radius_m: f64) -> Option<Rounding> {
+    let found = Rounding::find(before, after, corner.turn, radius_m)?;
+    // Between straight neighbours a slight kink loses this length on each side. Far beyond, an arc would cut a bend.
+    let straight_m = radius_m * (0.5 * corner.turn.abs()).tan();
+    (corner.is_rounded || found.replaced_m(before, after) <= KINK_REACH * straight_m).then_some(found)
+}
+
+/// Lets an arc beside a slight kink turn by the kink too, so that both sides have one direction at the joint. Returns whether one
+/// of the arcs can: this moves its far end by at most `limit_m`, half of its length times the angle.
+///
+/// A joint of coordinates with few decimals has an angle such as 1e-7, for which an arc of its own would be too short.
+fn is_absorbed(turn: f64, before: &mut [Element], after: &mut [Element], limit_m: f64) -> bool {
+    let can = |element: &Element| element.curvature != 0.0 && 0.5 * element.length_m * turn.abs() <= limit_m;
+    let bends = |element: &Element| (element.curvature * element.length_m).abs();
+    let sides = [before.last_mut(), after.first_mut()].into_iter().flatten().filter(|element| can(element));
+    let Some(arc) = sides.max_by(|a, b| bends(a).total_cmp(&bends(b))) else { return false };
+    arc.curvature += turn / arc.length_m;
+    true
 }
 
 /// The elements in walking order, divided at the rounded corners.

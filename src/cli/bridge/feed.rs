@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
-use crate::bridge::{LatestFrame, StaleAfter, freshness};
+use crate::bridge::{Freshness, LatestFrame, StaleAfter, freshness};
 use crate::cli::follow::{WAIT_PERIOD, open_when_there};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
@@ -26,12 +26,16 @@ pub(super) struct Feed<'a> {
     schedule: Schedule,
     stale_after: StaleAfter,
     latest: Option<LatestFrame>,
+    /// Whether the last frame has been sent as stale.
+    has_left: bool,
 }
 
 /// An instant at which to send.
 pub(super) struct Release<'a> {
     pub(super) now_ns: u64,
     pub(super) latest: &'a LatestFrame,
+    /// Whether the bridge ends after it.
+    pub(super) is_last: bool,
 }
 
 impl<'a> Feed<'a> {
@@ -54,14 +58,16 @@ impl<'a> Feed<'a> {
             schedule: Schedule::new(monotonic_ns(), rate_hz),
             stale_after,
             latest: None,
+            has_left: false,
         }))
     }
 
-    /// Waits for the next release with a frame to send. `None` after a signal.
+    /// Waits for the next release with a frame to send. After a signal, the last frame follows once more, as stale: receivers must
+    /// not go on with its speeds. Then `None`.
     pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
         let now_ns = loop {
             if !self.sleep_until(self.schedule.due_ns()) {
-                return Ok(None);
+                return Ok(self.farewell());
             }
             for _ in 0..MAX_STATUSES {
                 let Some(status) = self.status.poll()? else { break };
@@ -87,7 +93,17 @@ impl<'a> Feed<'a> {
                 break now_ns;
             }
         };
-        Ok(self.latest.as_ref().map(|latest| Release { now_ns, latest }))
+        Ok(self.latest.as_ref().map(|latest| Release { now_ns, latest, is_last: false }))
+    }
+
+    fn farewell(&mut self) -> Option<Release<'_>> {
+        let now_ns = monotonic_ns();
+        if std::mem::replace(&mut self.has_left, true) {
+            return None;
+        }
+        let latest = self.latest.as_mut()?;
+        latest.freshness = Freshness::Stale { age_ns: now_ns.saturating_sub(latest.header.published_ns) };
+        Some(Release { now_ns, latest, is_last: true })
     }
 
     /// Releases that the bridge missed because it was busy.

@@ -125,10 +125,12 @@ impl PacketSession {
     }
 
     pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
-        self.note_freshness(release.latest.freshness)?;
+        if !release.is_last {
+            self.note_freshness(release.latest.freshness)?;
+        }
         let is_sent = self.send(packets, release.now_ns)?;
         self.summary.frames += u64::from(is_sent);
-        self.summary.stale += u64::from(is_sent && !release.latest.freshness.is_fresh());
+        self.summary.stale += u64::from(is_sent && !release.is_last && !release.latest.freshness.is_fresh());
         Ok(())
     }
 

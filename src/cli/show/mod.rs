@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use bench_dragon_ipc::source::ShowLock;
 use bench_dragon_ipc::{Domain, Request};
 use clap::{Args, ValueHint};
 
@@ -118,6 +119,8 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let also = AlsoCommand::read_all(&config.also(), &args.run.bus.instance)?;
     let domain = args.run.bus.domain()?;
     let stop = StopFlag::on_signals()?;
+    // Held until the end: while this show restarts its server, no other one takes its place.
+    let _lock = ShowLock::take(&domain)?;
     let page = args.view.map(Page::new).transpose()?;
     let folder = Folder::claim(args.out.as_deref(), &config)?;
     let mut show = Show::new(args, &config, domain, folder, page, also, stop);

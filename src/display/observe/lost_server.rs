@@ -15,7 +15,11 @@ pub(super) fn remedy_of_lost_server(snapshot: &Snapshot, age_s: f64) -> String {
     if has_show(snapshot) && age_s <= RESTARTED_S {
         return "`show` starts it again, held where the dragon stood: then release.".to_owned();
     }
-    format!("`{}` starts it again where the dragon stood, held.", restart(snapshot))
+    let restart = restart(snapshot);
+    if snapshot.header().is_none() {
+        return format!("`{restart}` starts it again, held. SECONDS and METRES are where the dragon stands.");
+    }
+    format!("`{restart}` starts it again where the dragon stood, held.")
 }
 
 /// The remedy for a server that exists, but publishes nothing.
@@ -28,10 +32,10 @@ pub(super) fn remedy_of_hanging_server(snapshot: &Snapshot) -> String {
     format!("Continue it, `kill -CONT {pid}`; or kill it, and `{}` starts it again, held.", restart(snapshot))
 }
 
-/// Whether a `show` supervises the server. It is a reader of the frames.
-fn has_show(snapshot: &Snapshot) -> bool {
+/// Whether a `show` supervises the server.
+pub(super) fn has_show(snapshot: &Snapshot) -> bool {
     let reports = snapshot.readers.awaited().any(|report| report.name() == SUPERVISOR);
-    reports || snapshot.members.has(SUPERVISOR)
+    reports || snapshot.is_supervised
 }
 
 /// The command that starts a server where the last frame stood. The configuration's file is not known.
@@ -47,7 +51,7 @@ fn restart(snapshot: &Snapshot) -> String {
             words.push(format!("--start-travel={}", (header.head_travel_m * 1e3).round() / 1e3));
         }
     } else {
-        words.push("--start-at=SECONDS".to_owned());
+        words.push("--start-at=SECONDS --start-travel=METRES".to_owned());
     }
     let guard = snapshot.status.as_deref().and_then(Status::guard_state);
     if guard.is_some_and(|guard| guard != GuardState::None) {

@@ -20,7 +20,7 @@ pub struct Members {
 }
 
 impl Members {
-    /// The processes on the bus of a domain. An observer that joins the bus removes the remains, so take this first.
+    /// The processes on the bus of a domain, with the remains of killed ones: operators' tools leave those of the show's parts.
     pub fn of(domain: &Domain) -> Self {
         let Census { source, has_source, living, dead, .. } = Census::take(domain).unwrap_or_default();
         Self { source, has_source, living, dead }

@@ -10,6 +10,7 @@ use bench_dragon_ipc::{
 };
 
 use super::clearance_memory::ClearanceMemory;
+use super::members::Members;
 use super::observer_state::ObserverState;
 use super::snapshot::Snapshot;
 use crate::system::clock::monotonic_ns;
@@ -85,6 +86,8 @@ impl Observer {
         match Ports::open(&self.domain, self.name) {
             Ok(opened) => {
                 state.can_read(Some(monotonic_ns()));
+                // Operators' tools leave the remains of killed processes, so these are still there.
+                state.meet(Members::of(&self.domain));
                 *ports = Some(opened);
             }
             Err(error) if error.is_absent() => {

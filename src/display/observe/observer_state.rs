@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bench_dragon_ipc::source::SourceLock;
+use bench_dragon_ipc::source::{ShowLock, SourceLock};
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus,
     Request, ShowState, Status,
@@ -14,6 +14,7 @@ use super::contact::PastContact;
 use super::current_run::CurrentRun;
 use super::frame_statistics::FrameCounter;
 use super::guard_situation::GuardSituation;
+use super::members::Members;
 use super::observer::Ports;
 use super::planned_clearance::ClearancePlanner;
 use super::recent_overruns::OverrunLog;
@@ -144,6 +145,7 @@ impl ObserverState {
         if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
             self.source_asked_ns = now_ns;
             self.seen.has_source = SourceLock::holder(domain).is_some();
+            self.seen.is_supervised = ShowLock::holder(domain).is_some();
         }
         let Some(header) = self.seen.header() else { return };
         let age_ns = now_ns.saturating_sub(header.published_ns);
@@ -182,6 +184,11 @@ impl ObserverState {
         if matches!(self.seen.presence, SourcePresence::Failed { .. }) {
             self.seen.presence = SourcePresence::Waiting;
         }
+    }
+
+    /// Records the processes on the bus at the moment at which it was opened.
+    pub(super) fn meet(&mut self, members: Members) {
+        self.seen.members = Arc::new(members);
     }
 
     pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {

@@ -55,6 +55,8 @@ pub struct Snapshot {
     pub instance: String,
     /// Whether the process of a source exists.
     pub has_source: bool,
+    /// Whether a `show` supervises the server, also while there is none.
+    pub is_supervised: bool,
     /// Whether a status of a source has arrived, also without a frame.
     pub hears_source: bool,
     /// The processes on the bus when the observer joined it; empty for an observer that reads the bus all the time.

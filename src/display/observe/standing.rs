@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use super::contact::Contact;
 use super::guard_situation::GuardSituation;
-use super::lost_server::{remedy_of_hanging_server, remedy_of_lost_server};
+use super::lamps::{LampLevel, lamps};
+use super::lost_server::{has_show, remedy_of_hanging_server, remedy_of_lost_server};
 use super::reader_lamps::{has_full_disk, hung_monitor, short_room};
 use super::show_forecast::ShowForecast;
 use super::snapshot::{Snapshot, SourcePresence};
@@ -58,7 +59,7 @@ impl Standing {
             Some(standing) => return standing,
             None => Self::of_state(snapshot),
         };
-        standing.with_dangers(snapshot, now_ns).with_short_room(snapshot)
+        standing.with_dangers(snapshot, now_ns).with_red_lamps(snapshot, now_ns)
     }
 
     fn new(level: Level, word: &'static str, cause: impl Into<String>) -> Self {
@@ -84,6 +85,10 @@ impl Standing {
             SourcePresence::Waiting if snapshot.members.has_lost_server() => {
                 let cause = "The server was killed, and its last frame is not known.";
                 Self::new(Level::Danger, "SERVER LOST", cause).remedied(remedy_of_lost_server(snapshot, age_s))
+            }
+            SourcePresence::Waiting if has_show(snapshot) => {
+                Self::new(Level::Caution, "WAITING", "There is no server: the show starts it.")
+                    .remedied("Wait: it tries again within 30 s.")
             }
             SourcePresence::Waiting => {
                 let start = "Start the show with `bench-dragon show --config FILE --held`: it then stands still.";
@@ -162,12 +167,19 @@ impl Standing {
         Self { level: Level::Danger, ..self }
     }
 
-    /// Adds that the disk is full within a minute.
-    fn with_short_room(mut self, snapshot: &Snapshot) -> Self {
-        let Some(room_s) = short_room(snapshot) else { return self };
-        self.cause = format!("{} The disk is full in {room_s:.0} s.", self.cause);
-        self.remedy.get_or_insert_with(|| FREE_SPACE.to_owned());
-        Self { level: self.level.max(Level::Caution), ..self }
+    /// Adds the lamps that are red for a cause which is no danger to people, such as a killed recorder.
+    fn with_red_lamps(mut self, snapshot: &Snapshot, now_ns: u64) -> Self {
+        if self.level == Level::Danger {
+            return self;
+        }
+        for lamp in lamps(snapshot, now_ns).into_iter().filter(|lamp| lamp.level == LampLevel::Danger) {
+            self.level = Level::Caution;
+            self.cause = format!("{} The lamp {} is red: {}.", self.cause, lamp.name, lamp.text);
+        }
+        if self.level == Level::Caution && short_room(snapshot).is_some() {
+            self.remedy.get_or_insert_with(|| FREE_SPACE.to_owned());
+        }
+        self
     }
 }
 
@@ -414,7 +426,7 @@ mod tests {
         };
         let short = of(45.0);
         assert_eq!((short.level, short.word), (Level::Caution, "RUNNING"));
-        assert_eq!(short.cause, "The dragon walks. The disk is full in 45 s.");
+        assert_eq!(short.cause, "The dragon walks. The lamp recorder is red: 45 s of disk left.");
         assert_eq!(short.remedy.as_deref(), Some("Free some disk space."));
         assert_eq!(of(61.0).level, Level::Good);
     }
@@ -440,7 +452,8 @@ mod tests {
         let level = |published_ns, state, guard| at(published_ns, state, guard).level;
         assert_eq!(level(9_000_000_000, ShowState::Running, GuardSituation::Working), Level::Danger);
         assert_eq!(level(4_000_000_000, ShowState::Held, GuardSituation::Waiting), Level::Calm);
-        assert_eq!(level(9_000_000_000, ShowState::Finished, GuardSituation::Working), Level::Calm);
+        // The lamp of the monitor stays red, although nothing is to be proved any more.
+        assert_eq!(level(9_000_000_000, ShowState::Finished, GuardSituation::Working), Level::Caution);
     }
 
     #[test]
