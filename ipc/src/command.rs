@@ -292,6 +292,7 @@ impl Refusal {
     /// let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 432.758_716 };
     /// let text = refusal.explain(&Request::Seek { sim_time_s: 500.0 });
     /// assert_eq!(text, "the show time is 500 s, must be from 0 to 432.758 s");
+    /// assert!(refusal.explain(&Request::Seek { sim_time_s: 1e300 }).starts_with("the show time is 1e300 s, must"));
     /// ```
     pub fn explain(&self, request: &Request) -> String {
         let (lowest, highest) = match *self {
@@ -305,9 +306,14 @@ impl Refusal {
             Request::Pace { factor } => ("pace", factor, "times the recorded one"),
             _ => return self.to_string(),
         };
+        // Without an exponent, 1e300 would have 301 digits.
+        let value = if value.abs() < LONG_NUMBER { value.to_string() } else { format!("{value:e}") };
         format!("the {name} is {value} {unit}, must be from {lowest} to {highest} {unit}")
     }
 }
+
+/// A number from which on messages have an exponent.
+const LONG_NUMBER: f64 = 1e15;
 
 /// Rounds a limit to three decimals, towards the inside of the range.
 fn within(limit: f64, round: fn(f64) -> f64) -> f64 {

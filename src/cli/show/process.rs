@@ -12,7 +12,11 @@ use crossbeam::channel::Sender;
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 
 use super::children::ChildRole;
+use crate::cli::exit_status::DISK_FULL;
 use crate::cli::parent::kill_with_parent;
+
+/// The reason of a recorder that ended for want of room.
+const FULL_DISK: &str = "its disk is full";
 
 /// Longest time from the close of a child's stdout, or from the request to end, to the child's end.
 pub(super) const END_TIMEOUT: Duration = Duration::from_secs(30);
@@ -139,7 +143,8 @@ impl Process {
             Stdout::File | Stdout::Closed(_) => {}
         }
         let Some(status) = self.child.try_wait()? else { return Ok(None) };
-        Ok(Some(End { status, reason: self.killed.clone().unwrap_or_else(|| status.to_string()) }))
+        let exit = || if status.code() == Some(DISK_FULL.into()) { FULL_DISK.to_owned() } else { status.to_string() };
+        Ok(Some(End { status, reason: self.killed.clone().unwrap_or_else(exit) }))
     }
 
     fn send(&self, signal: Signal) {
