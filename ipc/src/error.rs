@@ -97,12 +97,12 @@ pub enum BusError {
     },
     /// This reader holds [`MAX_BORROWED_FRAMES`] frames.
     TooManyFrames,
-    /// The dragon was closed, perhaps by another thread.
+    /// The client was closed, perhaps by another thread.
     Closed {
         /// The instance.
         instance: String,
     },
-    /// The dragon was opened in a parent process, before this process was forked.
+    /// The client was opened in a parent process, before this process was forked.
     Inherited {
         /// The instance.
         instance: String,
@@ -210,9 +210,9 @@ impl fmt::Display for BusError {
                 formatter,
                 "{MAX_BORROWED_FRAMES} frames are held, the most that a reader may hold: release one, or keep copies"
             ),
-            Self::Closed { instance } => write!(formatter, "the dragon of instance {instance:?} is closed"),
+            Self::Closed { instance } => write!(formatter, "the client of instance {instance:?} is closed"),
             Self::Inherited { instance } => {
-                write!(formatter, "the dragon of instance {instance:?} was opened in another process: open one here")
+                write!(formatter, "the client of instance {instance:?} was opened in another process: open one here")
             }
             Self::Failed { service, reason } => write!(formatter, "{service}: {reason}"),
         }

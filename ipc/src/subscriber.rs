@@ -35,7 +35,7 @@ const OVERDUE_PERIODS: u64 = 2;
 /// about ten microseconds and one allocation; reading itself does not allocate. The times in the frames serve as its
 /// clock. A report that cannot be sent has no effect on reading.
 ///
-/// One thread uses a subscriber, the one that opened it; [`Dragon`](crate::Dragon) is for several threads.
+/// One thread uses a subscriber, the one that opened it; [`Show`](crate::Show) is for several threads.
 #[derive(Debug)]
 pub struct FrameSubscriber {
     // Dropped in this order: first the port that sends the last report, and all ports before their node.

@@ -32,23 +32,23 @@ use shared::{Commands, ReaderPorts, Readers, Shared};
 const MAX_NAME_LEN: usize = 128;
 /// Period in which a call looks for a server, a description or a status, while it waits for one.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
-/// Longest time for which a call that waits for alerts does not notice that the dragon was closed.
+/// Longest time for which a call that waits for alerts does not notice that the client was closed.
 const ALERT_SLICE: Duration = Duration::from_millis(20);
 
 /// A client of one instance: its frames, description, status and alerts, and commands to its server.
 ///
-/// Any thread may use it, also while others wait. Each frame goes to one of the threads that read. [`Dragon::close`] from
-/// any thread ends every wait. A dragon outlives its server: the frames of the next server follow with
+/// Any thread may use it, also while others wait. Each frame goes to one of the threads that read. [`Show::close`] from
+/// any thread ends every wait. A client outlives its server: the frames of the next server follow with
 /// [`Continuity::Restarted`].
 ///
-/// A forked child inherits the dragon without a membership: every call fails with [`BusError::Inherited`], and dropping it
+/// A forked child inherits the client without a membership: every call fails with [`BusError::Inherited`], and dropping it
 /// has no effect.
 #[derive(Debug)]
-pub struct Dragon {
+pub struct Show {
     shared: Arc<Shared>,
 }
 
-impl Dragon {
+impl Show {
     /// Opens an instance under a node name that `iox2 node list` shows. Waits for a server at most `timeout`; 0 does not
     /// wait.
     ///
@@ -94,7 +94,7 @@ impl Dragon {
     /// lost. Never waits.
     ///
     /// # Errors
-    /// As [`Dragon::receive`].
+    /// As [`Show::receive`].
     pub fn latest(&self) -> Result<Option<LentFrame>, BusError> {
         self.empty_descriptor();
         self.lend(FrameSubscriber::latest)
@@ -104,12 +104,12 @@ impl Dragon {
     /// early.
     ///
     /// # Errors
-    /// As [`Dragon::receive`]. [`BusError::Closed`] as soon as another thread closes the dragon.
+    /// As [`Show::receive`]. [`BusError::Closed`] as soon as another thread closes the client.
     pub fn wait(&self, timeout: Duration) -> Result<Option<LentFrame>, BusError> {
         wake_word::wait(&*self.shared.wake, timeout, || self.receive())
     }
 
-    /// Number of frames that the dragon has lost; see [`FrameSubscriber::lost`].
+    /// Number of frames that the client has lost; see [`FrameSubscriber::lost`].
     pub fn lost(&self) -> u64 {
         self.shared.lost.load(Relaxed)
     }
@@ -143,7 +143,7 @@ impl Dragon {
     /// sends it to new readers within a tenth of a second: one that is killed before leaves none.
     ///
     /// # Errors
-    /// As [`Dragon::description`].
+    /// As [`Show::description`].
     pub fn status(&self, timeout: Duration) -> Result<Option<Status>, BusError> {
         self.latest_value(timeout, |ports| {
             while let Some(status) = ports.statuses.poll()? {
@@ -206,11 +206,11 @@ impl Dragon {
         self.call_unless(request, timeout, || false)
     }
 
-    /// Does the same as [`Dragon::call`], but also stops waiting as soon as `is_given_up` returns `true`. The command may
+    /// Does the same as [`Show::call`], but also stops waiting as soon as `is_given_up` returns `true`. The command may
     /// still be executed.
     ///
     /// # Errors
-    /// As [`Dragon::call`].
+    /// As [`Show::call`].
     pub fn call_unless(
         &self,
         request: Request,
@@ -258,8 +258,8 @@ impl Dragon {
     }
 
     /// A file descriptor that is readable when a frame may be unread, for `poll`, `epoll` and event loops. It also becomes
-    /// readable when the dragon is closed. Call [`Dragon::receive`] until it returns `None`: that makes the descriptor
-    /// unreadable again. It belongs to the dragon, and ends with it.
+    /// readable when the client is closed. Call [`Show::receive`] until it returns `None`: that makes the descriptor
+    /// unreadable again. It belongs to the client, and ends with it.
     ///
     /// The first call starts a thread that sleeps until frames arrive. The server is not affected.
     ///
@@ -320,7 +320,7 @@ impl Dragon {
         let read = read(&mut ports.frames);
         self.shared.lost.store(ports.frames.lost(), Relaxed);
         let read = read?;
-        // A first frame too may be of another source than the one that ran when the dragon was opened.
+        // A first frame too may be of another source than the one that ran when the client was opened.
         let begins = |frame: &Frame| matches!(frame.continuity(), Continuity::First | Continuity::Restarted);
         if read.as_ref().is_some_and(begins) {
             ports.connect();
@@ -376,7 +376,7 @@ impl Dragon {
     }
 }
 
-impl Drop for Dragon {
+impl Drop for Show {
     fn drop(&mut self) {
         self.close();
     }

@@ -1,4 +1,4 @@
-//! Opens and closes an instance. C holds a number in place of a pointer, so that a call on a closed dragon is an error and
+//! Opens and closes an instance. C holds a number in place of a pointer, so that a call on a closed client is an error and
 //! not an access to freed memory.
 
 use core::ffi::{CStr, c_char};
@@ -10,76 +10,76 @@ use std::os::fd::RawFd;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Domain, Dragon, Instance, SourceState};
+use bench_dragon_ipc::{BusError, Domain, Instance, Show, SourceState};
 
 use crate::result::{Failure, answer, bd_result_t};
 
 /// A client of one instance of the bus.
 ///
 /// Any thread may use it, also while other threads wait. Each frame goes to one of the threads that read. Close it with
-/// `bd_dragon_close`, from any thread. A forked child must open its own.
+/// `bd_show_close`, from any thread. A forked child must open its own.
 #[derive(Debug)]
-pub struct bd_dragon_t {
+pub struct bd_show_t {
     _private: (),
 }
 
-/// The open dragons by their numbers, which are never used again.
-static DRAGONS: RwLock<BTreeMap<usize, Arc<Dragon>>> = RwLock::new(BTreeMap::new());
+/// The open clients by their numbers, which are never used again.
+static SHOWS: RwLock<BTreeMap<usize, Arc<Show>>> = RwLock::new(BTreeMap::new());
 
-/// Returns the open dragon of a handle.
-pub(crate) fn opened(handle: *const bd_dragon_t) -> Result<Arc<Dragon>, Failure> {
+/// Returns the open client of a handle.
+pub(crate) fn opened(handle: *const bd_show_t) -> Result<Arc<Show>, Failure> {
     if handle.is_null() {
-        return Err(Failure::missing("dragon"));
+        return Err(Failure::missing("show"));
     }
-    let dragons = DRAGONS.read().unwrap_or_else(PoisonError::into_inner);
-    let closed = || Failure::new(bd_result_t::BD_CLOSED, "the dragon is closed");
-    dragons.get(&handle.addr()).map(Arc::clone).ok_or_else(closed)
+    let shows = SHOWS.read().unwrap_or_else(PoisonError::into_inner);
+    let closed = || Failure::new(bd_result_t::BD_CLOSED, "the client is closed");
+    shows.get(&handle.addr()).map(Arc::clone).ok_or_else(closed)
 }
 
-fn open(instance: Option<&str>, name: &str, timeout_ns: u64) -> Result<*mut bd_dragon_t, Failure> {
+fn open(instance: Option<&str>, name: &str, timeout_ns: u64) -> Result<*mut bd_show_t, Failure> {
     static NUMBER: AtomicUsize = AtomicUsize::new(1);
     let instance = instance.map_or_else(|| Ok(Instance::default()), Instance::new).map_err(BusError::from)?;
     let domain = Domain::new(instance).map_err(BusError::from)?;
-    let dragon = Dragon::open(&domain, name, Duration::from_nanos(timeout_ns))?;
+    let show = Show::open(&domain, name, Duration::from_nanos(timeout_ns))?;
     let number = NUMBER.fetch_add(1, Relaxed);
-    DRAGONS.write().unwrap_or_else(PoisonError::into_inner).insert(number, Arc::new(dragon));
+    SHOWS.write().unwrap_or_else(PoisonError::into_inner).insert(number, Arc::new(show));
     Ok(core::ptr::without_provenance_mut(number))
 }
 
 /// Opens an instance of the bus as a client. `instance` is 1 to 24 characters of a-z, 0-9 and -; NULL is the default,
 /// "dragon". `name` has 1 to 128 printable ASCII characters and identifies this client in lists of processes.
 ///
-/// Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open dragon outlives its server: the frames
+/// Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open client outlives its server: the frames
 /// of the next server follow, with `BD_RESTARTED`.
 ///
 /// `BD_NO_SERVER` if no server appeared in time, `BD_INVALID_ARGUMENT` for a bad name, or another error of `bd_result_t`.
-/// `dragon` is NULL unless the result is `BD_OK`.
+/// `show` is NULL unless the result is `BD_OK`.
 ///
 /// `instance` and `name` are strings in UTF-8 with a terminating zero. They are copied.
 #[expect(clippy::missing_safety_doc, reason = "the documentation is that of the C header")]
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn bd_dragon_open(
+pub unsafe extern "C" fn bd_show_open(
     instance: *const c_char,
     name: *const c_char,
     timeout_ns: u64,
-    dragon: Option<&mut MaybeUninit<*mut bd_dragon_t>>,
+    show: Option<&mut MaybeUninit<*mut bd_show_t>>,
 ) -> bd_result_t {
     answer(|| {
-        let dragon = dragon.ok_or_else(|| Failure::missing("dragon"))?.write(core::ptr::null_mut());
+        let show = show.ok_or_else(|| Failure::missing("show"))?.write(core::ptr::null_mut());
         // SAFETY: the caller passes NULL or a string.
         let (instance, name) = unsafe { (text("instance", instance)?, text("name", name)?) };
         let name = name.ok_or_else(|| Failure::missing("name"))?;
-        *dragon = open(instance, name, timeout_ns)?;
+        *show = open(instance, name, timeout_ns)?;
         Ok(Some(()))
     })
 }
 
-/// Closes a dragon, from any thread. Every wait of other threads ends with `BD_CLOSED`, and so does every later call on
-/// the dragon. Held frames stay valid until they are released. NULL and a closed dragon have no effect.
+/// Closes a client, from any thread. Every wait of other threads ends with `BD_CLOSED`, and so does every later call on
+/// the client. Held frames stay valid until they are released. NULL and a closed client have no effect.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_close(dragon: *mut bd_dragon_t) {
-    let closed = DRAGONS.write().unwrap_or_else(PoisonError::into_inner).remove(&dragon.addr());
-    answer(|| Ok(closed.map(|dragon| dragon.close())));
+pub extern "C" fn bd_show_close(show: *mut bd_show_t) {
+    let closed = SHOWS.write().unwrap_or_else(PoisonError::into_inner).remove(&show.addr());
+    answer(|| Ok(closed.map(|show| show.close())));
 }
 
 /// Whether the source publishes, and if not, why.
@@ -96,18 +96,18 @@ pub enum bd_source_state_t {
     BD_SOURCE_LOST = 3,
 }
 
-/// Returns in `state` whether the source publishes, and if not, why. Call it after `bd_dragon_wait` has returned
+/// Returns in `state` whether the source publishes, and if not, why. Call it after `bd_show_wait` has returned
 /// `BD_NOTHING`: frames that were not read yet do not count. `limit_ns` is the age in nanoseconds from which the newest
 /// frame is old: several periods of the server.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_source(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_source(
+    show: *const bd_show_t,
     limit_ns: u64,
     state: Option<&mut MaybeUninit<bd_source_state_t>>,
 ) -> bd_result_t {
     answer(|| {
         let state = state.ok_or_else(|| Failure::missing("state"))?;
-        state.write(match opened(dragon)?.source_state(Duration::from_nanos(limit_ns))? {
+        state.write(match opened(show)?.source_state(Duration::from_nanos(limit_ns))? {
             SourceState::Publishing => bd_source_state_t::BD_SOURCE_PUBLISHING,
             SourceState::Hanging { .. } => bd_source_state_t::BD_SOURCE_HANGING,
             SourceState::Ended => bd_source_state_t::BD_SOURCE_ENDED,
@@ -118,18 +118,18 @@ pub extern "C" fn bd_dragon_source(
 }
 
 /// Returns in `descriptor` a file descriptor that is readable when a frame may be unread, for `poll`, `epoll` and event
-/// loops. It also becomes readable when the dragon is closed. Call `bd_dragon_next` until it returns `BD_NOTHING`: that
-/// makes the descriptor unreadable again. Do not read or close it. It ends with the dragon.
+/// loops. It also becomes readable when the client is closed. Call `bd_show_next` until it returns `BD_NOTHING`: that
+/// makes the descriptor unreadable again. Do not read or close it. It ends with the client.
 ///
 /// The first call starts a thread that sleeps until frames arrive. The server is not affected.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_descriptor(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_descriptor(
+    show: *const bd_show_t,
     descriptor: Option<&mut MaybeUninit<RawFd>>,
 ) -> bd_result_t {
     answer(|| {
         let descriptor = descriptor.ok_or_else(|| Failure::missing("descriptor"))?;
-        descriptor.write(opened(dragon)?.descriptor()?);
+        descriptor.write(opened(show)?.descriptor()?);
         Ok(Some(()))
     })
 }

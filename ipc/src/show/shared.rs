@@ -1,4 +1,4 @@
-//! State that a dragon shares with the frames that it has lent.
+//! State that a client shares with the frames that it has lent.
 
 #![allow(unsafe_code, reason = "ports are dropped in one process only")]
 
@@ -21,7 +21,7 @@ use crate::subscriber::{Frame, FrameSubscriber};
 use crate::wake_descriptor::WakeDescriptor;
 use crate::wake_page::WakePage;
 
-/// State that a dragon shares with the frames that it has lent.
+/// State that a client shares with the frames that it has lent.
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) domain: Domain,
@@ -58,7 +58,7 @@ impl Commands {
 #[derive(Debug)]
 pub(super) struct Readers {
     pub(super) lent: [Option<Frame>; MAX_BORROWED_FRAMES],
-    /// `None` after the dragon was closed.
+    /// `None` after the client was closed.
     pub(super) ports: Option<ReaderPorts>,
 }
 
@@ -109,7 +109,7 @@ impl Shared {
         }
     }
 
-    /// Marks a frame as released. Waits for no reader, unless the dragon is closed.
+    /// Marks a frame as released. Waits for no reader, unless the client is closed.
     pub(super) fn take_back(&self, slot: usize) {
         self.returned[slot].store(true, SeqCst);
         // After the closing, nobody reads any more.

@@ -1,4 +1,4 @@
-"""The dragon of an instance: its frames, description, status and alerts, and commands to its server."""
+"""The client of an instance: its frames, description, status and alerts, and commands to its server."""
 
 import asyncio
 import atexit
@@ -27,25 +27,25 @@ _LIMIT_S = 1.0
 _PROOF_PERIOD_S = 0.02
 
 
-class Dragon:
+class Show:
     """Client of an instance: reads its frames, oldest first, and commands its server.
 
     No reader ever delays the server. A reader that falls behind loses its own oldest frames, and counts them in `lost`.
-    A dragon outlives a server: the frames of the next server follow with `Continuity.RESTARTED`.
+    A client outlives a server: the frames of the next server follow with `Continuity.RESTARTED`.
 
-    Use it in a `with` block, or call `close`. Any thread may use a dragon, also while other threads wait; each frame
-    goes to one of the threads that read. A dragon lends four frames in all, and a loop holds two. `close` from any
-    thread ends every wait with `ValueError`. For asyncio, use `async for frame in dragon`; for other event loops,
+    Use it in a `with` block, or call `close`. Any thread may use a client, also while other threads wait; each frame
+    goes to one of the threads that read. A client lends four frames in all, and a loop holds two. `close` from any
+    thread ends every wait with `ValueError`. For asyncio, use `async for frame in show`; for other event loops,
     `fileno`.
 
-    A forked child must open its own dragon. The inherited one does no harm to the parent, even when the child exits.
+    A forked child must open its own client. The inherited one does no harm to the parent, even when the child exits.
     In the child, `close` has no effect, and other methods raise `ValueError`. Inherited arrays stay valid only while
     the parent keeps its own.
 
     Every method raises `BusError` or a subclass if the bus cannot be used.
 
-    >>> with Dragon("dragon") as dragon:  # doctest: +SKIP
-    ...     for frame in dragon:
+    >>> with Show("dragon") as show:  # doctest: +SKIP
+    ...     for frame in show:
     ...         x, y, _ = frame.positions[0]
     """
 
@@ -81,7 +81,7 @@ class Dragon:
     async def __aiter__(self) -> AsyncIterator[Frame]:
         """Yields frame after frame, oldest first, in an asyncio task. Cancelling the task ends the wait. After `close`,
         raises `ValueError`."""
-        # Readable when a frame may be unread. This copy stays open when another thread closes the dragon.
+        # Readable when a frame may be unread. This copy stays open when another thread closes the client.
         descriptor = os.dup(self.fileno())
         try:
             while True:
@@ -115,7 +115,7 @@ class Dragon:
         return _frame(self._bus.wait(_ns(timeout_s)))
 
     def fileno(self) -> int:
-        """Returns a file descriptor that is readable when a frame may be unread, or when the dragon is closed: for
+        """Returns a file descriptor that is readable when a frame may be unread, or when the client is closed: for
         `select` and event loops. Call `receive` until it returns `None`: that makes the descriptor unreadable again. Do
         not read or close it. The first call starts a thread; the server is not affected."""
         return self._bus.descriptor()
@@ -274,24 +274,24 @@ class Dragon:
         return self._bus.call(kind, value, _ns(timeout_s))
 
 
-_OPEN: weakref.WeakSet[Dragon] = weakref.WeakSet()
+_OPEN: weakref.WeakSet[Show] = weakref.WeakSet()
 
 
 @atexit.register
 def _close_all() -> None:
     """Leaves every instance at the end of the process, where Python does not destroy all objects."""
-    for dragon in list(_OPEN):
-        dragon.close()
+    for show in list(_OPEN):
+        show.close()
 
 
-def _opened(instance: str, name: str, timeout_ns: int | None) -> _bus.Dragon:
+def _opened(instance: str, name: str, timeout_ns: int | None) -> _bus.Show:
     try:
-        return _bus.Dragon(instance, name, 0)
+        return _bus.Show(instance, name, 0)
     except NoServer as error:
         if timeout_ns == 0:
             raise
         _LOG.warning("waiting: %s", error)
-    return _bus.Dragon(instance, name, timeout_ns)
+    return _bus.Show(instance, name, timeout_ns)
 
 
 def _frame(lent: _bus.Frame | None) -> Frame | None:

@@ -17,17 +17,17 @@ const SLICE: Duration = Duration::from_millis(100);
 /// A client of one instance. Timeouts are nanoseconds; `None` waits without a limit.
 #[pyclass(frozen, module = "bench_dragon._bus")]
 #[derive(Debug)]
-pub(crate) struct Dragon {
-    bus: bench_dragon_ipc::Dragon,
+pub(crate) struct Show {
+    bus: bench_dragon_ipc::Show,
 }
 
 #[pymethods]
-impl Dragon {
+impl Show {
     #[new]
     #[pyo3(signature = (instance, name, timeout_ns))]
     fn open(py: Python<'_>, instance: &str, name: &str, timeout_ns: Option<u64>) -> PyResult<Self> {
         let domain = Instance::new(instance).and_then(Domain::new).map_err(|error| raised(py, &error.into()))?;
-        let open = |slice| match bench_dragon_ipc::Dragon::open(&domain, name, slice) {
+        let open = |slice| match bench_dragon_ipc::Show::open(&domain, name, slice) {
             Ok(bus) => Ok(Some(Self { bus })),
             Err(error) if error.is_absent() && slice == SLICE => Ok(None),
             Err(error) => Err(error),
@@ -109,7 +109,7 @@ impl Dragon {
     }
 }
 
-impl Dragon {
+impl Show {
     /// Calls the server, and looks for signals meanwhile. The outer error is the exception of a signal's handler.
     fn call_until_signal(&self, request: Request, timeout: Duration) -> PyResult<Result<CommandReply, BusError>> {
         let (looked, raised) = (Cell::new(Instant::now()), Cell::new(None));

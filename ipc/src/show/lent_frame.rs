@@ -1,4 +1,4 @@
-//! A frame that a dragon has lent.
+//! A frame that a client has lent.
 
 #![allow(unsafe_code, reason = "frames are lent across threads")]
 
@@ -11,14 +11,14 @@ use crate::continuity::Continuity;
 use crate::frame::{FrameHeader, HandleState};
 use crate::subscriber::Frame;
 
-/// A frame that a [`Dragon`](super::Dragon) has lent, in place in shared memory. Nothing in it changes while it is held. Any
-/// thread may read and release it, also after the dragon and the server have ended.
+/// A frame that a [`Show`](super::Show) has lent, in place in shared memory. Nothing in it changes while it is held. Any
+/// thread may read and release it, also after the client and the server have ended.
 #[derive(Debug)]
 pub struct LentFrame {
     header: NonNull<FrameHeader>,
     handles: NonNull<[HandleState]>,
     continuity: Continuity,
-    /// Slot in which the dragon keeps the sample while this frame exists.
+    /// Slot in which the client keeps the sample while this frame exists.
     slot: usize,
     shared: Arc<Shared>,
 }
@@ -36,7 +36,7 @@ impl LentFrame {
 
     /// Values of the frame that concern the whole dragon.
     pub fn header(&self) -> &FrameHeader {
-        // SAFETY: the pointer is into the sample, which the dragon keeps until `self` is dropped.
+        // SAFETY: the pointer is into the sample, which the client keeps until `self` is dropped.
         unsafe { self.header.as_ref() }
     }
 
