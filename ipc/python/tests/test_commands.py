@@ -3,14 +3,12 @@
 import itertools
 import json
 import os
-import re
 import signal
 import subprocess
 import threading
-from pathlib import Path
 
 import pytest
-from bench_dragon import Show, NoAnswer, NoServer, Refusal, Refused, ShowState
+from bench_dragon import NoAnswer, NoServer, Refusal, Refused, Show, ShowState
 from stage import PATIENCE_S, read_until
 
 
@@ -165,8 +163,3 @@ def test_a_hold_does_not_wait_for_the_command_of_another_thread(stage):
         for thread in threads:
             thread.join(PATIENCE_S)
     server.stop()
-
-
-def test_every_refusal_of_the_rust_crate_has_a_number():
-    source = (Path(__file__).parents[2] / "src" / "command.rs").read_text()
-    assert set(map(int, re.findall(r"Self \{ refusal: (\d+), .*\.\.reply \}", source))) == set(Refusal)

@@ -7,7 +7,7 @@ import threading
 
 import numpy as np
 import pytest
-from bench_dragon import Continuity, Show, NoServer, ShowState, TooManyFramesHeld
+from bench_dragon import Continuity, NoServer, Show, ShowState, TooManyFramesHeld
 from stage import PATIENCE_S, read_until, wait_for_tick
 
 

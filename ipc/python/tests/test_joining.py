@@ -11,8 +11,8 @@ from bench_dragon import (
     BusError,
     Domain,
     DomainError,
-    Show,
     NoServer,
+    Show,
     ShowState,
     TooManyClients,
     VersionMismatch,
@@ -172,7 +172,7 @@ def test_too_few_open_files_are_out_of_resources(stage):
     server = stage.serve("--rate", "50")
     script = f"""
 import resource
-from bench_dragon import Show, OutOfResources
+from bench_dragon import OutOfResources, Show
 resource.setrlimit(resource.RLIMIT_NOFILE, (16, 16))
 try:
     Show("{stage.instance}")

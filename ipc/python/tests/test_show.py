@@ -11,12 +11,12 @@ import pytest
 from bench_dragon import (
     Alert,
     AlertKind,
-    Show,
     EventKind,
     NoServer,
     Refusal,
     Refused,
     Sender,
+    Show,
     ShowState,
     SourceState,
 )
