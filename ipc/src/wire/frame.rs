@@ -72,6 +72,12 @@ pub struct HandleState {
 const _: () = assert!(size_of::<HandleState>() == 48 && align_of::<HandleState>() == 8);
 
 impl HandleState {
+    /// Position seen from above, in metres.
+    pub fn plan_view_m(&self) -> [f64; 2] {
+        let [x, y, _] = self.position_m;
+        [x, y]
+    }
+
     /// Speed in metres per show second.
     pub fn speed_mps(&self) -> f64 {
         let [x, y, z] = self.velocity_mps;
