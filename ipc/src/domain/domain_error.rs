@@ -115,7 +115,7 @@ impl fmt::Display for DomainError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::InvalidInstance { name } => {
-                write!(formatter, "instance is {name:?}, must be 1 to {} of a-z, 0-9 and -", MAX_INSTANCE_LEN)
+                write!(formatter, "instance is {name:?}, must be 1 to {MAX_INSTANCE_LEN} of a-z, 0-9 and -")
             }
             Self::RootPath { root } => write!(
                 formatter,
