@@ -3,10 +3,10 @@
 import contextlib
 import sys
 
-from bench_dragon import Dragon, ShowState
+from bench_dragon import Show, ShowState
 
-with contextlib.suppress(KeyboardInterrupt), Dragon(*sys.argv[1:]) as dragon:
-    for frame in dragon.frames(timeout_s=5):  # raises NoServer after five seconds without a frame
+with contextlib.suppress(KeyboardInterrupt), Show(*sys.argv[1:]) as show:
+    for frame in show.frames(timeout_s=5):  # raises NoServer after five seconds without a frame
         x, y, _ = frame.positions[0]  # (N + 1, 3) metres, in shared memory
         cx, cy, _ = frame.benches.centres[0]  # (N, 3) metres
         time_s, state = frame.header.sim_time_s, frame.header.show_state

@@ -6,17 +6,17 @@
 #include <time.h>
 
 int main(int argc, char **argv) {
-  bd_dragon_t *dragon;
+  bd_show_t *show;
   long frames = argc > 2 ? atol(argv[2]) : 0;
   double sum = 0.0;
-  if (argc < 3 || bd_dragon_open(argv[1], "reader-c", 60000000000ull, &dragon) != BD_OK) {
+  if (argc < 3 || bd_show_open(argv[1], "reader-c", 60000000000ull, &show) != BD_OK) {
     fprintf(stderr, "%s\n", bd_last_error());
     return 1;
   }
   while (frames > 0) {
     bd_frame_t *frame;
     struct timespec now;
-    const bd_result_t result = bd_dragon_wait(dragon, 60000000000ull, &frame);
+    const bd_result_t result = bd_show_wait(show, 60000000000ull, &frame);
     if (result == BD_NOTHING) {
       continue;
     }
@@ -30,6 +30,6 @@ int main(int argc, char **argv) {
     bd_frame_release(frame);
     --frames;
   }
-  bd_dragon_close(dragon);
+  bd_show_close(show);
   return sum == 0.0;
 }

@@ -3,12 +3,12 @@
 import sys
 import time
 
-from bench_dragon import Dragon
+from bench_dragon import Show
 
 total, latencies_ns = 0.0, []
-with Dragon(sys.argv[1], name="reader-python", timeout_s=60) as dragon:
+with Show(sys.argv[1], name="reader-python", timeout_s=60) as show:
     while len(latencies_ns) < int(sys.argv[2]):
-        frame = dragon.wait(60)
+        frame = show.wait(60)
         total += frame.positions[0, 0]
         now_ns = time.monotonic_ns()
         latencies_ns.append(now_ns - frame.header.published_ns)

@@ -42,90 +42,36 @@
 //! }
 //! ```
 
-pub mod service;
-
 /// For the program's guard, and for programs that look whether one runs. Clients need none of it.
 pub mod guard {
-    pub use crate::guard_lock::GuardLock;
+    pub use crate::domain::GuardLock;
 }
 
 /// For programs that publish frames, and for programs that look whether one runs. Clients need none of it.
 pub mod source {
-    pub use crate::operator_reserve::OperatorReserve;
-    pub use crate::show_lock::ShowLock;
-    pub use crate::source_lock::SourceLock;
+    pub use crate::domain::{OperatorReserve, ShowLock, SourceLock};
 }
 
-mod alert;
-mod bench;
-mod census;
 mod client;
-mod command;
-mod command_event;
-mod confined;
-mod continuity;
-mod dead_nodes;
 mod domain;
-mod domain_error;
-mod domain_secret;
-mod dragon;
-mod error;
-mod forks;
-mod frame;
-mod guard_lock;
-mod half_made_segments;
-mod lock_file;
-mod lock_holders;
-mod member;
-mod membership;
-mod open_files;
-mod operator_reserve;
-mod reader_report;
-mod reader_reports;
-mod replay_status;
-mod report_publisher;
-mod service_layout;
-mod shortage;
-mod show_lock;
-mod source_lock;
-mod source_state;
-mod space;
-mod status;
-mod subscriber;
-mod sweep;
-mod time_histogram;
-mod trouble;
-mod wake_descriptor;
-mod wake_page;
-mod wake_word;
+pub mod service;
+mod wake;
+mod wire;
 
-pub use alert::{Alert, AlertKind};
-pub use bench::BenchState;
-pub use census::{Census, Cleared, ForeignFile, NodeEntry, clear};
 pub use client::{
-    AlertSubscriber, CommandClient, CommandEventReader, Description, DescriptionReader, ReplayStatusReader,
-    StatusReader,
+    AlertSubscriber, CommandClient, CommandEventReader, Continuity, ContinuityTracker, Description, DescriptionReader,
+    Frame, FrameSubscriber, LentFrame, ReaderReports, ReplayStatusReader, Show, SourceState, StatusReader,
 };
-pub use command::{Command, CommandReply, Refusal, Request, Sender};
-pub use command_event::{CommandEvent, EventKind, RunStart};
-pub use continuity::{Continuity, ContinuityTracker};
-pub use domain::{Domain, Instance, MAX_ROOT_PATH_LEN};
-pub use domain_error::DomainError;
-pub use dragon::{Dragon, LentFrame};
-pub use error::BusError;
-pub use frame::{FrameHeader, HandleState, ShowState, frame_bytes};
-pub use half_made_segments::SegmentWatch;
-pub use open_files::require_open_files;
-pub use reader_report::ReaderReport;
-pub use reader_reports::ReaderReports;
-pub use replay_status::ReplayStatus;
-pub use service_layout::ServiceLayout;
-pub use source_state::SourceState;
-pub use space::require_shared_memory;
-pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
-pub use subscriber::{Frame, FrameSubscriber};
-pub use time_histogram::TimeHistogram;
-pub use wake_page::WakePage;
+pub use domain::{
+    BusError, Census, Cleared, Domain, DomainError, ForeignFile, Instance, MAX_ROOT_PATH_LEN, NodeEntry, SegmentWatch,
+    ServiceLayout, clear, require_open_files, require_shared_memory,
+};
+pub use wake::WakePage;
+pub use wire::{
+    Alert, AlertKind, BenchState, Command, CommandEvent, CommandReply, EventKind, FrameHeader, GuardState, HandleState,
+    ReaderReport, Refusal, ReplayStatus, Request, RunStart, Sender, ShowState, SourceKind, Status, Stops,
+    TimeHistogram, TimecodeKind, TimecodeState, frame_bytes,
+};
 /// Traits that convert the bus's layouts to and from their bytes.
 pub use zerocopy::{FromBytes, IntoBytes};
 

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, ContactSearch, PairClearance, PairEvent};
 use bench_dragon_geometry::dragon::{Board, Dragon, Meter};
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::alerts::AlertLimit;
 use super::forecast::Forecast;
@@ -169,7 +169,7 @@ impl Monitor {
 
     /// Measures the frame and updates the watched pairs.
     fn measure(&mut self, header: &FrameHeader, handles: &[HandleState], forecast_ns: i64) -> Option<PairClearance> {
-        self.dragon.place_boards_at(handles, in_space, &mut self.boards);
+        self.dragon.place_boards_at(handles, |handle| handle.position_m.into(), &mut self.boards);
         let unwatch_m = self.near_m * UNWATCH_RATIO;
         let found = self.clearances.nearest_and_within(&self.boards, unwatch_m);
         let mut watched = BTreeMap::new();
@@ -260,14 +260,4 @@ fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, sim_time_
     let pair = PairClearance { benches: touch.benches, clearance_m: 0.0, point: touch.point };
     let forecast_ns = if kind == AlertKind::Contact { sim_time_ns } else { Alert::NO_FORECAST };
     Alert { sim_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
-}
-
-/// Position of a handle, in metres.
-pub fn in_space(handle: &HandleState) -> DVec3 {
-    handle.position_m.into()
-}
-
-/// Position of a handle seen from above, in metres.
-pub fn plan_view(handle: &HandleState) -> DVec2 {
-    DVec2::new(handle.position_m[0], handle.position_m[1])
 }

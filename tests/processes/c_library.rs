@@ -143,7 +143,7 @@ fn line_of_event(event: CommandEvent) -> String {
 }
 
 #[test]
-fn a_frame_that_a_c_client_holds_outlives_the_server_and_the_dragon() {
+fn a_frame_that_a_c_client_holds_outlives_the_server_and_its_client() {
     if !has_programs(&COMPILERS) {
         return;
     }
@@ -244,7 +244,7 @@ fn a_c_client_gets_the_same_alerts_as_rust() {
 }
 
 #[test]
-fn threads_share_a_dragon_and_each_has_its_own_last_error() {
+fn threads_share_a_client_and_each_has_its_own_last_error() {
     if !has_programs(&COMPILERS) {
         return;
     }

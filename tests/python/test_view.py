@@ -12,7 +12,7 @@ import time
 
 import numpy
 import pytest
-from bench_dragon import Dragon, ShowState
+from bench_dragon import Show, ShowState
 from view import TIMEOUT_S, next_frame, viewing
 from websockets.exceptions import ConnectionClosed
 
@@ -29,8 +29,8 @@ def view():
 
 def newest(is_wanted=lambda header: True):
     """Returns copies of the header and the handles' positions of the first wanted frame on the bus."""
-    with Dragon(INSTANCE) as dragon:
-        for frame in dragon:
+    with Show(INSTANCE) as show:
+        for frame in show:
             if is_wanted(frame.header):
                 return frame.header, frame.positions.copy()
 

@@ -14,22 +14,22 @@ static void print(const bd_frame_t *frame) {
 
 int main(int argc, char **argv) {
   const char *instance = argc > 1 ? argv[1] : NULL;
-  bd_dragon_t *dragon;
+  bd_show_t *show;
   bd_result_t result;
   bd_source_state_t source = BD_SOURCE_PUBLISHING;
 
   do {
-    result = bd_dragon_open(instance, "head-printer", SECOND_NS, &dragon);
+    result = bd_show_open(instance, "head-printer", SECOND_NS, &show);
   } while (result == BD_NO_SERVER);
 
   while ((result == BD_OK || result == BD_NOTHING) && source != BD_SOURCE_ENDED && source != BD_SOURCE_LOST) {
     bd_frame_t *frame;
-    result = bd_dragon_wait(dragon, SECOND_NS, &frame);
+    result = bd_show_wait(show, SECOND_NS, &frame);
     if (result == BD_OK) {
       print(frame);
       bd_frame_release(frame);
     } else if (result == BD_NOTHING) {
-      result = bd_dragon_source(dragon, SECOND_NS, &source);
+      result = bd_show_source(show, SECOND_NS, &source);
     }
   }
 
@@ -38,6 +38,6 @@ int main(int argc, char **argv) {
   } else if (source != BD_SOURCE_ENDED) {
     fprintf(stderr, "%s\n", bd_last_error());
   }
-  bd_dragon_close(dragon);
+  bd_show_close(show);
   return source == BD_SOURCE_ENDED ? 0 : 1;
 }

@@ -9,10 +9,10 @@
 namespace {
 
 struct Release {
-  void operator()(bd_dragon_t *dragon) const { bd_dragon_close(dragon); }
+  void operator()(bd_show_t *show) const { bd_show_close(show); }
   void operator()(bd_frame_t *frame) const { bd_frame_release(frame); }
 };
-using Dragon = std::unique_ptr<bd_dragon_t, Release>;
+using Show = std::unique_ptr<bd_show_t, Release>;
 using Frame = std::unique_ptr<bd_frame_t, Release>;
 
 // Returns true for BD_OK and false for BD_NOTHING. Throws the error text for every other result.
@@ -23,16 +23,16 @@ bool check(bd_result_t result) {
   return result == BD_OK;
 }
 
-Dragon open(const char *instance) {
-  bd_dragon_t *dragon;
-  check(bd_dragon_open(instance, "bench-printer", 0, &dragon));
-  return Dragon(dragon);
+Show open(const char *instance) {
+  bd_show_t *show;
+  check(bd_show_open(instance, "bench-printer", 0, &show));
+  return Show(show);
 }
 
-Frame next(const Dragon &dragon) {
+Frame next(const Show &show) {
   constexpr std::uint64_t second_ns = 1'000'000'000;
   bd_frame_t *frame;
-  while (!check(bd_dragon_wait(dragon.get(), second_ns, &frame))) {
+  while (!check(bd_show_wait(show.get(), second_ns, &frame))) {
   }
   return Frame(frame);
 }
@@ -40,8 +40,8 @@ Frame next(const Dragon &dragon) {
 }  // namespace
 
 int main(int argc, char **argv) try {
-  const Dragon dragon = open(argc > 1 ? argv[1] : nullptr);
-  const Frame frame = next(dragon);
+  const Show show = open(argc > 1 ? argv[1] : nullptr);
+  const Frame frame = next(show);
   for (std::uint32_t index = 0; index < bd_frame_header(frame.get())->bench_count; ++index) {
     bd_bench_state_t bench;
     check(bd_frame_bench(frame.get(), index, &bench));

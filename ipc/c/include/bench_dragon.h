@@ -7,21 +7,21 @@
  * of all hinges, called handles, into shared memory. A client opens an instance (a named server) and
  * reads frame after frame. A client never delays the server:
  *
- *     bd_dragon_t *dragon;
+ *     bd_show_t *show;
  *     bd_frame_t *frame;
  *     bd_source_state_t source = BD_SOURCE_PUBLISHING;
- *     bd_result_t result = bd_dragon_open(NULL, "hinge-printer", 0, &dragon);
+ *     bd_result_t result = bd_show_open(NULL, "hinge-printer", 0, &show);
  *     while (source == BD_SOURCE_PUBLISHING && (result == BD_OK || result == BD_NOTHING)) {
- *       result = bd_dragon_wait(dragon, 1000000000, &frame);
+ *       result = bd_show_wait(show, 1000000000, &frame);
  *       if (result == BD_OK) {
  *         const bd_handle_state_t *front_hinge = bd_frame_handles(frame, NULL);
  *         printf("%.3f %.3f\n", front_hinge->position_m[0], front_hinge->position_m[1]);
  *         bd_frame_release(frame);
  *       } else if (result == BD_NOTHING) {
- *         result = bd_dragon_source(dragon, 1000000000, &source);
+ *         result = bd_show_source(show, 1000000000, &source);
  *       }
  *     }
- *     bd_dragon_close(dragon);
+ *     bd_show_close(show);
  *
  * Units: metres, seconds, radians; x right, y away, z up; angles counter-clockwise from +x. Times are
  * integers in nanoseconds. Speeds are metres per show second; multiply them by the header's time_scale
@@ -29,23 +29,23 @@
  *
  * Results: BD_OK is 0. BD_NOTHING is not an error. After every other result bd_last_error() returns
  * the text. Unless the result is BD_OK, pointer results are NULL and other results are unchanged; only
- * bd_dragon_command also writes the reply after BD_REFUSED.
+ * bd_show_command also writes the reply after BD_REFUSED.
  *
- * Lifetimes: the caller releases every object once: a dragon with bd_dragon_close, a frame with
+ * Lifetimes: the caller releases every object once: a client with bd_show_close, a frame with
  * bd_frame_release, a description with bd_description_release. Frames are lent from shared memory, at
  * most 4 at a time. A frame stays valid until it is released, even after the server has ended and after
- * bd_dragon_close. The process remains a member of the bus until it has released its last frame. After
+ * bd_show_close. The process remains a member of the bus until it has released its last frame. After
  * a client is killed or crashes, the next process on the bus removes its remains.
  *
  * The end: the last frame of a run that ends in order has the state BD_ENDED. A server that was killed
- * sends no such frame. bd_dragon_source distinguishes ended, lost and hanging servers.
+ * sends no such frame. bd_show_source distinguishes ended, lost and hanging servers.
  *
  * Threads: every function may be called from any thread, and objects may be used, released and closed by
  * other threads than those that opened them. Several threads may wait for frames; each frame goes to one
- * of them. Calls for alerts exclude each other; four commands may wait at a time. bd_dragon_close ends every wait with
- * BD_CLOSED, and so ends every later call on that dragon. No thread may use a frame or a description
+ * of them. Calls for alerts exclude each other; four commands may wait at a time. bd_show_close ends every wait with
+ * BD_CLOSED, and so ends every later call on that client. No thread may use a frame or a description
  * after its release. Each thread has its own text of bd_last_error. A child process after fork() must
- * open its own dragon: calls on an inherited one fail with BD_INVALID_ARGUMENT.
+ * open its own client: calls on an inherited one fail with BD_INVALID_ARGUMENT.
  */
 
 #ifndef BENCH_DRAGON_H
@@ -123,7 +123,7 @@ typedef enum {
    */
   BD_FAILED = 12,
   /**
-   * The dragon is closed.
+   * The client is closed.
    */
   BD_CLOSED = 13,
 } bd_result_t;
@@ -452,17 +452,17 @@ typedef enum {
 typedef struct bd_description_t bd_description_t;
 
 /**
- * A client of one instance of the bus.
- *
- * Any thread may use it, also while other threads wait. Each frame goes to one of the threads that read. Close it with
- * `bd_dragon_close`, from any thread. A forked child must open its own.
- */
-typedef struct bd_dragon_t bd_dragon_t;
-
-/**
  * A frame. Nothing is copied, and nothing in it changes while it is held. Any thread may read and release it.
  */
 typedef struct bd_frame_t bd_frame_t;
+
+/**
+ * A client of one instance of the bus.
+ *
+ * Any thread may use it, also while other threads wait. Each frame goes to one of the threads that read. Close it with
+ * `bd_show_close`, from any thread. A forked child must open its own.
+ */
+typedef struct bd_show_t bd_show_t;
 
 /**
  * Values of a frame that concern the whole dragon. 72 bytes.
@@ -808,43 +808,43 @@ const char *bd_version(void);
  * Opens an instance of the bus as a client. `instance` is 1 to 24 characters of a-z, 0-9 and -; NULL is the default,
  * "dragon". `name` has 1 to 128 printable ASCII characters and identifies this client in lists of processes.
  *
- * Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open dragon outlives its server: the frames
+ * Waits for a server at most `timeout_ns` nanoseconds; 0 does not wait. An open client outlives its server: the frames
  * of the next server follow, with `BD_RESTARTED`.
  *
  * `BD_NO_SERVER` if no server appeared in time, `BD_INVALID_ARGUMENT` for a bad name, or another error of `bd_result_t`.
- * `dragon` is NULL unless the result is `BD_OK`.
+ * `show` is NULL unless the result is `BD_OK`.
  *
  * `instance` and `name` are strings in UTF-8 with a terminating zero. They are copied.
  */
-bd_result_t bd_dragon_open(const char *instance,
-                           const char *name,
-                           uint64_t timeout_ns,
-                           bd_dragon_t **dragon);
+bd_result_t bd_show_open(const char *instance,
+                         const char *name,
+                         uint64_t timeout_ns,
+                         bd_show_t **show);
 
 /**
- * Closes a dragon, from any thread. Every wait of other threads ends with `BD_CLOSED`, and so does every later call on
- * the dragon. Held frames stay valid until they are released. NULL and a closed dragon have no effect.
+ * Closes a client, from any thread. Every wait of other threads ends with `BD_CLOSED`, and so does every later call on
+ * the client. Held frames stay valid until they are released. NULL and a closed client have no effect.
  */
-void bd_dragon_close(bd_dragon_t *dragon);
+void bd_show_close(bd_show_t *show);
 
 /**
- * Returns in `state` whether the source publishes, and if not, why. Call it after `bd_dragon_wait` has returned
+ * Returns in `state` whether the source publishes, and if not, why. Call it after `bd_show_wait` has returned
  * `BD_NOTHING`: frames that were not read yet do not count. `limit_ns` is the age in nanoseconds from which the newest
  * frame is old: several periods of the server.
  */
-bd_result_t bd_dragon_source(const bd_dragon_t *dragon,
-                             uint64_t limit_ns,
-                             bd_source_state_t *state);
+bd_result_t bd_show_source(const bd_show_t *show,
+                           uint64_t limit_ns,
+                           bd_source_state_t *state);
 
 /**
  * Returns in `descriptor` a file descriptor that is readable when a frame may be unread, for `poll`, `epoll` and event
- * loops. It also becomes readable when the dragon is closed. Call `bd_dragon_next` until it returns `BD_NOTHING`: that
- * makes the descriptor unreadable again. Do not read or close it. It ends with the dragon.
+ * loops. It also becomes readable when the client is closed. Call `bd_show_next` until it returns `BD_NOTHING`: that
+ * makes the descriptor unreadable again. Do not read or close it. It ends with the client.
  *
  * The first call starts a thread that sleeps until frames arrive. The server is not affected.
  */
-bd_result_t bd_dragon_descriptor(const bd_dragon_t *dragon,
-                                 int *descriptor);
+bd_result_t bd_show_descriptor(const bd_show_t *show,
+                               int *descriptor);
 
 /**
  * Returns the oldest unread frame in `frame`. Never waits.
@@ -852,8 +852,8 @@ bd_result_t bd_dragon_descriptor(const bd_dragon_t *dragon,
  * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
  * `BD_OK`.
  */
-bd_result_t bd_dragon_next(const bd_dragon_t *dragon,
-                           bd_frame_t **frame);
+bd_result_t bd_show_next(const bd_show_t *show,
+                         bd_frame_t **frame);
 
 /**
  * Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
@@ -861,29 +861,29 @@ bd_result_t bd_dragon_next(const bd_dragon_t *dragon,
  * `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
  * `BD_OK`.
  */
-bd_result_t bd_dragon_latest(const bd_dragon_t *dragon,
-                             bd_frame_t **frame);
+bd_result_t bd_show_latest(const bd_show_t *show,
+                           bd_frame_t **frame);
 
 /**
  * Returns the oldest unread frame in `frame`. Waits for one at most `timeout_ns` nanoseconds.
  *
  * A signal ends the wait early with `BD_NOTHING`. The wait lasts through a restart of the server. One system call of the
  * server wakes all readers that wait; a reader that only polls costs the server nothing. After `BD_NOTHING`,
- * `bd_dragon_source` returns whether the server has ended, is lost, or hangs.
+ * `bd_show_source` returns whether the server has ended, is lost, or hangs.
  *
- * `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the dragon, `BD_TOO_MANY_FRAMES` if 4
+ * `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the client, `BD_TOO_MANY_FRAMES` if 4
  * frames are held. `frame` is NULL unless the result is `BD_OK`.
  */
-bd_result_t bd_dragon_wait(const bd_dragon_t *dragon,
-                           uint64_t timeout_ns,
-                           bd_frame_t **frame);
+bd_result_t bd_show_wait(const bd_show_t *show,
+                         uint64_t timeout_ns,
+                         bd_frame_t **frame);
 
 /**
  * Returns the number of frames that this reader has lost, over all runs; 0 for NULL and for a
- * closed dragon. Lost frames were published between
+ * closed client. Lost frames were published between
  * the first and the last frame that the reader has read, but it did not receive them.
  */
-uint64_t bd_dragon_lost(const bd_dragon_t *dragon);
+uint64_t bd_show_lost(const bd_show_t *show);
 
 /**
  * Returns the header of a frame; NULL for NULL. Valid until the frame is released.
@@ -929,9 +929,9 @@ bd_result_t bd_frame_continuity(const bd_frame_t *frame,
  *
  * `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server.
  */
-bd_result_t bd_dragon_description(const bd_dragon_t *dragon,
-                                  uint64_t timeout_ns,
-                                  bd_description_t **description);
+bd_result_t bd_show_description(const bd_show_t *show,
+                                uint64_t timeout_ns,
+                                bd_description_t **description);
 
 /**
  * Returns the run of a description; 0 for NULL.
@@ -955,23 +955,23 @@ void bd_description_release(bd_description_t *description);
  *
  * `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server. On error `status` is unchanged.
  */
-bd_result_t bd_dragon_status(const bd_dragon_t *dragon,
-                             uint64_t timeout_ns,
-                             bd_status_t *status);
+bd_result_t bd_show_status(const bd_show_t *show,
+                           uint64_t timeout_ns,
+                           bd_status_t *status);
 
 /**
  * Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal
  * ends the wait early.
  *
- * Alerts are received from the first call on, so call it once with a timeout of 0 directly after `bd_dragon_open`.
+ * Alerts are received from the first call on, so call it once with a timeout of 0 directly after `bd_show_open`.
  * Monitors send alerts; without a running monitor there are none.
  *
  * `BD_NOTHING` if no alert arrived in time. `BD_NO_SERVER` if the first call found no server. On error `alert` is
  * unchanged.
  */
-bd_result_t bd_dragon_alert(const bd_dragon_t *dragon,
-                            uint64_t timeout_ns,
-                            bd_alert_t *alert);
+bd_result_t bd_show_alert(const bd_show_t *show,
+                          uint64_t timeout_ns,
+                          bd_alert_t *alert);
 
 /**
  * Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
@@ -982,11 +982,11 @@ bd_result_t bd_dragon_alert(const bd_dragon_t *dragon,
  * server is connected, or none replied in time. After such a timeout the server may have executed the command
  * nevertheless. `BD_INVALID_ARGUMENT` if `command` is not a `bd_command_t`.
  */
-bd_result_t bd_dragon_command(const bd_dragon_t *dragon,
-                              int32_t command,
-                              double value,
-                              uint64_t timeout_ns,
-                              bd_reply_t *reply);
+bd_result_t bd_show_command(const bd_show_t *show,
+                            int32_t command,
+                            double value,
+                            uint64_t timeout_ns,
+                            bd_reply_t *reply);
 
 /**
  * Returns the oldest unread event of a command in `event`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A
@@ -996,9 +996,9 @@ bd_result_t bd_dragon_command(const bd_dragon_t *dragon,
  *
  * `BD_NOTHING` if no event arrived in time. `BD_NO_SERVER` if the first call found no server. On error `event` is unchanged.
  */
-bd_result_t bd_dragon_command_event(const bd_dragon_t *dragon,
-                                    uint64_t timeout_ns,
-                                    bd_command_event_t *event);
+bd_result_t bd_show_command_event(const bd_show_t *show,
+                                  uint64_t timeout_ns,
+                                  bd_command_event_t *event);
 
 #ifdef __cplusplus
 }  // extern "C"

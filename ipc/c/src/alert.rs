@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use bench_dragon_ipc::Alert;
 
-use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
+use crate::show::{bd_show_t, opened};
 
 /// Value of `bench_a` and `bench_b` in an alert without benches, and of `bench_b` in an alert about one bench.
 pub const BD_NO_BENCH: u32 = 0xFFFF_FFFF;
@@ -67,20 +67,20 @@ pub enum bd_alert_kind_t {
 /// Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal
 /// ends the wait early.
 ///
-/// Alerts are received from the first call on, so call it once with a timeout of 0 directly after `bd_dragon_open`.
+/// Alerts are received from the first call on, so call it once with a timeout of 0 directly after `bd_show_open`.
 /// Monitors send alerts; without a running monitor there are none.
 ///
 /// `BD_NOTHING` if no alert arrived in time. `BD_NO_SERVER` if the first call found no server. On error `alert` is
 /// unchanged.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_alert(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_alert(
+    show: *const bd_show_t,
     timeout_ns: u64,
     alert: Option<&mut MaybeUninit<bd_alert_t>>,
 ) -> bd_result_t {
     answer(|| {
         let alert = alert.ok_or_else(|| Failure::missing("alert"))?;
-        let received = opened(dragon)?.alert(Duration::from_nanos(timeout_ns))?;
+        let received = opened(show)?.alert(Duration::from_nanos(timeout_ns))?;
         Ok(received.map(|received| {
             alert.write((&received).into());
         }))

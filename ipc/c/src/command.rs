@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{BusError, CommandReply, Request};
 
-use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
+use crate::show::{bd_show_t, opened};
 
 /// Kind of a command to the server.
 #[repr(C)]
@@ -96,17 +96,17 @@ pub enum bd_refusal_t {
 /// server is connected, or none replied in time. After such a timeout the server may have executed the command
 /// nevertheless. `BD_INVALID_ARGUMENT` if `command` is not a `bd_command_t`.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_command(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_command(
+    show: *const bd_show_t,
     command: i32,
     value: f64,
     timeout_ns: u64,
     reply: Option<&mut MaybeUninit<bd_reply_t>>,
 ) -> bd_result_t {
     answer(|| {
-        let dragon = opened(dragon)?;
+        let show = opened(show)?;
         let request = request(command, value)?;
-        let outcome = dragon.call(request, Duration::from_nanos(timeout_ns));
+        let outcome = show.call(request, Duration::from_nanos(timeout_ns));
         let answered = match &outcome {
             Ok(answered) | Err(BusError::Refused { reply: answered, .. }) => Some(answered),
             Err(_) => None,

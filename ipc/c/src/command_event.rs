@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use bench_dragon_ipc::CommandEvent;
 
-use crate::dragon::{bd_dragon_t, opened};
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
+use crate::show::{bd_show_t, opened};
 
 /// `kind` of an event for a command that the source does not support.
 pub const BD_EVENT_UNKNOWN: u32 = 0xFFFF_FFFF;
@@ -135,14 +135,14 @@ pub enum bd_sender_t {
 ///
 /// `BD_NOTHING` if no event arrived in time. `BD_NO_SERVER` if the first call found no server. On error `event` is unchanged.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_command_event(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_command_event(
+    show: *const bd_show_t,
     timeout_ns: u64,
     event: Option<&mut MaybeUninit<bd_command_event_t>>,
 ) -> bd_result_t {
     answer(|| {
         let event = event.ok_or_else(|| Failure::missing("event"))?;
-        let received = opened(dragon)?.command_event(Duration::from_nanos(timeout_ns))?;
+        let received = opened(show)?.command_event(Duration::from_nanos(timeout_ns))?;
         Ok(received.map(|received| {
             event.write((&received).into());
         }))

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use bench_dragon_ipc::Description;
 
-use crate::dragon::{bd_dragon_t, opened};
 use crate::result::{Failure, answer, bd_result_t, release};
+use crate::show::{bd_show_t, opened};
 
 /// Configuration of a run, as the server published it.
 #[derive(Clone, Debug)]
@@ -35,14 +35,14 @@ impl bd_description_t {
 ///
 /// `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_description(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_description(
+    show: *const bd_show_t,
     timeout_ns: u64,
     description: Option<&mut MaybeUninit<*mut bd_description_t>>,
 ) -> bd_result_t {
     answer(|| {
         let description = description.ok_or_else(|| Failure::missing("description"))?.write(core::ptr::null_mut());
-        let latest = opened(dragon)?.description(Duration::from_nanos(timeout_ns))?;
+        let latest = opened(show)?.description(Duration::from_nanos(timeout_ns))?;
         let latest = latest.map(bd_description_t::of).transpose()?;
         Ok(latest.map(|latest| *description = Box::into_raw(Box::new(latest))))
     })

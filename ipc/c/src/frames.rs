@@ -3,22 +3,22 @@
 use core::mem::MaybeUninit;
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Dragon, LentFrame};
+use bench_dragon_ipc::{BusError, LentFrame, Show};
 
-use crate::dragon::{bd_dragon_t, opened};
 use crate::frame::bd_frame_t;
 use crate::result::{Failure, answer, bd_result_t};
+use crate::show::{bd_show_t, opened};
 
 /// Returns the oldest unread frame in `frame`. Never waits.
 ///
 /// `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
 /// `BD_OK`.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_next(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_next(
+    show: *const bd_show_t,
     frame: Option<&mut MaybeUninit<*mut bd_frame_t>>,
 ) -> bd_result_t {
-    read(dragon, frame, Dragon::receive)
+    read(show, frame, Show::receive)
 }
 
 /// Returns the newest unread frame in `frame`. Older frames are dropped unread and do not count as lost. Never waits.
@@ -26,47 +26,47 @@ pub extern "C" fn bd_dragon_next(
 /// `BD_NOTHING` if all frames are read, `BD_TOO_MANY_FRAMES` if 4 frames are held. `frame` is NULL unless the result is
 /// `BD_OK`.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_latest(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_latest(
+    show: *const bd_show_t,
     frame: Option<&mut MaybeUninit<*mut bd_frame_t>>,
 ) -> bd_result_t {
-    read(dragon, frame, Dragon::latest)
+    read(show, frame, Show::latest)
 }
 
 /// Returns the oldest unread frame in `frame`. Waits for one at most `timeout_ns` nanoseconds.
 ///
 /// A signal ends the wait early with `BD_NOTHING`. The wait lasts through a restart of the server. One system call of the
 /// server wakes all readers that wait; a reader that only polls costs the server nothing. After `BD_NOTHING`,
-/// `bd_dragon_source` returns whether the server has ended, is lost, or hangs.
+/// `bd_show_source` returns whether the server has ended, is lost, or hangs.
 ///
-/// `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the dragon, `BD_TOO_MANY_FRAMES` if 4
+/// `BD_NOTHING` if no frame arrived, `BD_CLOSED` as soon as another thread closes the client, `BD_TOO_MANY_FRAMES` if 4
 /// frames are held. `frame` is NULL unless the result is `BD_OK`.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_wait(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_wait(
+    show: *const bd_show_t,
     timeout_ns: u64,
     frame: Option<&mut MaybeUninit<*mut bd_frame_t>>,
 ) -> bd_result_t {
-    read(dragon, frame, |dragon| dragon.wait(Duration::from_nanos(timeout_ns)))
+    read(show, frame, |show| show.wait(Duration::from_nanos(timeout_ns)))
 }
 
 /// Returns the number of frames that this reader has lost, over all runs; 0 for NULL and for a
-/// closed dragon. Lost frames were published between
+/// closed client. Lost frames were published between
 /// the first and the last frame that the reader has read, but it did not receive them.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_lost(dragon: *const bd_dragon_t) -> u64 {
-    opened(dragon).map_or(0, |dragon| dragon.lost())
+pub extern "C" fn bd_show_lost(show: *const bd_show_t) -> u64 {
+    opened(show).map_or(0, |show| show.lost())
 }
 
 /// Writes the found frame, or NULL.
 fn read(
-    dragon: *const bd_dragon_t,
+    show: *const bd_show_t,
     frame: Option<&mut MaybeUninit<*mut bd_frame_t>>,
-    read: impl FnOnce(&Dragon) -> Result<Option<LentFrame>, BusError>,
+    read: impl FnOnce(&Show) -> Result<Option<LentFrame>, BusError>,
 ) -> bd_result_t {
     answer(|| {
         let frame = frame.ok_or_else(|| Failure::missing("frame"))?.write(core::ptr::null_mut());
-        let lent = read(&*opened(dragon)?)?;
+        let lent = read(&*opened(show)?)?;
         Ok(lent.map(|lent| *frame = Box::into_raw(Box::new(bd_frame_t::from(lent)))))
     })
 }

@@ -7,7 +7,7 @@
 //! Unsafe parts, and why they are sound:
 //!
 //! - *Pointers from C* are optional references. A C pointer is one if the caller keeps the contract.
-//! - *Dragons* are numbers in the place of pointers, so a closed one is an error ([`dragon`]).
+//! - *Clients* are numbers in the place of pointers, so a closed one is an error ([`show`]).
 //! - *Headers of frames* are passed on as types of the same layout ([`frame`]).
 //! - *Panics* become an error code ([`result`]) and never reach C.
 
@@ -20,10 +20,10 @@ pub mod command;
 pub mod command_event;
 pub mod continuity;
 pub mod description;
-pub mod dragon;
 pub mod frame;
 pub mod frames;
 pub mod result;
+pub mod show;
 pub mod status;
 
 mod layout;

@@ -38,7 +38,7 @@ pub enum bd_result_t {
     BD_DIRECTORY = 11,
     /// Any other error.
     BD_FAILED = 12,
-    /// The dragon is closed.
+    /// The client is closed.
     BD_CLOSED = 13,
 }
 
@@ -164,8 +164,8 @@ mod tests {
 
     #[test]
     fn each_thread_has_its_own_error_text() {
-        assert_eq!(answer(|| Err(Failure::missing("dragon"))), bd_result_t::BD_INVALID_ARGUMENT);
+        assert_eq!(answer(|| Err(Failure::missing("show"))), bd_result_t::BD_INVALID_ARGUMENT);
         let elsewhere = std::thread::spawn(last_error).join().expect("it does not panic");
-        assert_eq!((elsewhere.as_str(), last_error().as_str()), ("", "dragon is NULL, must not be"));
+        assert_eq!((elsewhere.as_str(), last_error().as_str()), ("", "show is NULL, must not be"));
     }
 }

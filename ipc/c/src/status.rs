@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use bench_dragon_ipc::Status;
 
-use crate::dragon::{bd_dragon_t, opened};
 use crate::result::{Failure, answer, bd_result_t};
+use crate::show::{bd_show_t, opened};
 
 /// State and timing of the server. Published ten times a second and once more at the end.
 #[repr(C)]
@@ -91,14 +91,14 @@ impl From<&Status> for bd_status_t {
 ///
 /// `BD_NOTHING` if none arrived in time, `BD_NO_SERVER` if there is no server. On error `status` is unchanged.
 #[unsafe(no_mangle)]
-pub extern "C" fn bd_dragon_status(
-    dragon: *const bd_dragon_t,
+pub extern "C" fn bd_show_status(
+    show: *const bd_show_t,
     timeout_ns: u64,
     status: Option<&mut MaybeUninit<bd_status_t>>,
 ) -> bd_result_t {
     answer(|| {
         let status = status.ok_or_else(|| Failure::missing("status"))?;
-        let latest = opened(dragon)?.status(Duration::from_nanos(timeout_ns))?;
+        let latest = opened(show)?.status(Duration::from_nanos(timeout_ns))?;
         Ok(latest.map(|latest| {
             status.write((&latest).into());
         }))

@@ -2,26 +2,26 @@
 
 #include "client.h"
 
-static const char *const MISSING = "dragon is NULL, must not be";
+static const char *const MISSING = "show is NULL, must not be";
 
-static void null_is_refused_as_a_dragon(void) {
-  bd_dragon_t *const none = NULL;
+static void null_is_refused_as_a_client(void) {
+  bd_show_t *const none = NULL;
   bd_frame_t *frame = (bd_frame_t *)&frame;
   bd_description_t *description = (bd_description_t *)&description;
   bd_status_t status;
   bd_alert_t alert;
 
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_next(none, &frame));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_next(none, &frame));
   REQUIRE(frame == NULL);
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_latest(none, &frame));
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_wait(none, 0, &frame));
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_description(none, 0, &description));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_latest(none, &frame));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_wait(none, 0, &frame));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_description(none, 0, &description));
   REQUIRE(description == NULL);
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_status(none, 0, &status));
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_alert(none, 0, &alert));
-  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_dragon_command(none, BD_COMMAND_PAUSE, 0.0, 0, NULL));
-  REQUIRE(bd_dragon_lost(none) == 0);
-  bd_dragon_close(none);
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_status(none, 0, &status));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_alert(none, 0, &alert));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_command(none, BD_COMMAND_PAUSE, 0.0, 0, NULL));
+  REQUIRE(bd_show_lost(none) == 0);
+  bd_show_close(none);
 }
 
 static void null_is_refused_as_a_frame(void) {
@@ -44,36 +44,36 @@ static void null_is_harmless_as_a_description(void) {
 }
 
 static void bad_names_are_refused(const char *instance) {
-  bd_dragon_t *dragon = (bd_dragon_t *)&dragon;
+  bd_show_t *show = (bd_show_t *)&show;
   char long_name[130];
 
   COMPLAINS(BD_INVALID_ARGUMENT, "instance is \"No Dragon\", must be 1 to 24 of a-z, 0-9 and -",
-            bd_dragon_open("No Dragon", "c-test", 0, &dragon));
-  REQUIRE(dragon == NULL);
-  COMPLAINS(BD_INVALID_ARGUMENT, "instance is \"\\xff\", must be UTF-8", bd_dragon_open("\xff", "c-test", 0, &dragon));
-  COMPLAINS(BD_INVALID_ARGUMENT, "name is NULL, must not be", bd_dragon_open(instance, NULL, 0, &dragon));
+            bd_show_open("No Dragon", "c-test", 0, &show));
+  REQUIRE(show == NULL);
+  COMPLAINS(BD_INVALID_ARGUMENT, "instance is \"\\xff\", must be UTF-8", bd_show_open("\xff", "c-test", 0, &show));
+  COMPLAINS(BD_INVALID_ARGUMENT, "name is NULL, must not be", bd_show_open(instance, NULL, 0, &show));
   COMPLAINS(BD_INVALID_ARGUMENT, "name is \"\", must be 1 to 128 printable ASCII characters",
-            bd_dragon_open(instance, "", 0, &dragon));
+            bd_show_open(instance, "", 0, &show));
   memset(long_name, 'a', sizeof long_name - 1);
   long_name[sizeof long_name - 1] = '\0';
-  EXPECT(BD_INVALID_ARGUMENT, bd_dragon_open(instance, long_name, 0, &dragon));
-  COMPLAINS(BD_INVALID_ARGUMENT, "dragon is NULL, must not be", bd_dragon_open(instance, "c-test", 0, NULL));
+  EXPECT(BD_INVALID_ARGUMENT, bd_show_open(instance, long_name, 0, &show));
+  COMPLAINS(BD_INVALID_ARGUMENT, "show is NULL, must not be", bd_show_open(instance, "c-test", 0, NULL));
 }
 
 static void a_missing_server_is_reported(const char *instance) {
-  bd_dragon_t *dragon;
+  bd_show_t *show;
   char text[300];
   sprintf(text, "no server runs on instance \"%.24s\": start the show, or by hand `bench-dragon serve --config FILE --held "
           "--instance %.24s`", instance, instance);
-  COMPLAINS(BD_NO_SERVER, text, bd_dragon_open(instance, "c-test", 0, &dragon));
-  REQUIRE(dragon == NULL);
-  COMPLAINS(BD_NO_SERVER, text, bd_dragon_open(instance, "c-test", 30 * 1000 * 1000, &dragon));
+  COMPLAINS(BD_NO_SERVER, text, bd_show_open(instance, "c-test", 0, &show));
+  REQUIRE(show == NULL);
+  COMPLAINS(BD_NO_SERVER, text, bd_show_open(instance, "c-test", 30 * 1000 * 1000, &show));
 }
 
 int main(int argc, char **argv) {
   const char *instance = argc > 1 ? argv[1] : "dragon";
   REQUIRE(strcmp(bd_last_error(), "") == 0);
-  null_is_refused_as_a_dragon();
+  null_is_refused_as_a_client();
   null_is_refused_as_a_frame();
   null_is_harmless_as_a_description();
   bad_names_are_refused(instance);

@@ -40,19 +40,19 @@ static inline void complains(const char *text, const char *call, const char *fil
   }
 }
 
-static inline bd_dragon_t *join(const char *instance) {
-  bd_dragon_t *dragon;
-  EXPECT(BD_OK, bd_dragon_open(instance, "c-test", PATIENCE_NS, &dragon));
-  REQUIRE(dragon != NULL);
-  return dragon;
+static inline bd_show_t *join(const char *instance) {
+  bd_show_t *show;
+  EXPECT(BD_OK, bd_show_open(instance, "c-test", PATIENCE_NS, &show));
+  REQUIRE(show != NULL);
+  return show;
 }
 
 /* Returns the next frame. Waits without a limit. */
-static inline bd_frame_t *next_frame(const bd_dragon_t *dragon) {
+static inline bd_frame_t *next_frame(const bd_show_t *show) {
   bd_frame_t *frame;
   bd_result_t result;
   do {
-    result = bd_dragon_wait(dragon, SECOND_NS, &frame);
+    result = bd_show_wait(show, SECOND_NS, &frame);
     REQUIRE((result == BD_OK) == (frame != NULL));
   } while (result == BD_NOTHING);
   EXPECT(BD_OK, result);
@@ -60,10 +60,10 @@ static inline bd_frame_t *next_frame(const bd_dragon_t *dragon) {
 }
 
 /* Returns the header of the frame at a tick, which must be unread. */
-static inline bd_frame_header_t header_at(const bd_dragon_t *dragon, uint64_t tick) {
+static inline bd_frame_header_t header_at(const bd_show_t *show, uint64_t tick) {
   bd_frame_header_t header;
   do {
-    bd_frame_t *frame = next_frame(dragon);
+    bd_frame_t *frame = next_frame(show);
     header = *bd_frame_header(frame);
     bd_frame_release(frame);
   } while (header.tick < tick);

@@ -3,13 +3,13 @@
 #include "client.h"
 
 int main(int argc, char **argv) {
-  bd_dragon_t *dragon = join(argc > 1 ? argv[1] : NULL);
+  bd_show_t *show = join(argc > 1 ? argv[1] : NULL);
   bd_command_event_t event;
 
-  EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_SPEED, 0.75, PATIENCE_NS, NULL));
-  EXPECT(BD_REFUSED, bd_dragon_command(dragon, BD_COMMAND_RELEASE, 0.0, PATIENCE_NS, NULL));
+  EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_SPEED, 0.75, PATIENCE_NS, NULL));
+  EXPECT(BD_REFUSED, bd_show_command(show, BD_COMMAND_RELEASE, 0.0, PATIENCE_NS, NULL));
   do {
-    EXPECT(BD_OK, bd_dragon_command_event(dragon, PATIENCE_NS, &event));
+    EXPECT(BD_OK, bd_show_command_event(show, PATIENCE_NS, &event));
     printf("%" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIx64 " %" PRIx64 " %" PRIu64 " ", event.run_id, event.number, event.tick,
            (uint64_t)event.sim_time_ns, (uint64_t)event.wall_ns, event.overruns);
     printf("%" PRIx64 " %" PRIx64 " %" PRIx64 " %" PRIx64 " ", bits(event.values[0]), bits(event.values[1]),
@@ -19,8 +19,8 @@ int main(int argc, char **argv) {
            event.refusal, event.flags);
   } while (event.kind != BD_EVENT_RELEASE);
   REQUIRE(event.sender == BD_SENDER_CLIENT && event.refusal == BD_REFUSED_NOT_HELD);
-  EXPECT(BD_NOTHING, bd_dragon_command_event(dragon, 0, &event));
-  EXPECT(BD_INVALID_ARGUMENT, bd_dragon_command_event(dragon, 0, NULL));
-  bd_dragon_close(dragon);
+  EXPECT(BD_NOTHING, bd_show_command_event(show, 0, &event));
+  EXPECT(BD_INVALID_ARGUMENT, bd_show_command_event(show, 0, NULL));
+  bd_show_close(show);
   return 0;
 }

@@ -53,13 +53,13 @@ static void print_frame(FILE *file, const bd_frame_t *frame) {
 }
 
 int main(int argc, char **argv) {
-  bd_dragon_t *dragon = join(argc > 1 ? argv[1] : NULL);
+  bd_show_t *show = join(argc > 1 ? argv[1] : NULL);
   FILE *file = fopen(argc > 2 ? argv[2] : "frames", "w");
   uint32_t state;
   int begun = 0;
   REQUIRE(file != NULL);
   do {
-    bd_frame_t *frame = next_frame(dragon);
+    bd_frame_t *frame = next_frame(show);
     print_frame(file, frame);
     state = bd_frame_header(frame)->state;
     if (begun == 0) {
@@ -69,8 +69,8 @@ int main(int argc, char **argv) {
     }
     bd_frame_release(frame);
   } while (state != BD_ENDED);
-  REQUIRE(bd_dragon_lost(dragon) == 0);
-  bd_dragon_close(dragon);
+  REQUIRE(bd_show_lost(show) == 0);
+  bd_show_close(show);
   REQUIRE(fclose(file) == 0);
   return 0;
 }

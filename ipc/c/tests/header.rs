@@ -9,7 +9,7 @@ const WRITE: &str = "BENCH_DRAGON_WRITE_HEADER";
 /// Source files in the order of the header. Each function is in the file of its types.
 const SOURCES: [&str; 11] = [
     "result",
-    "dragon",
+    "show",
     "frames",
     "frame",
     "bench",

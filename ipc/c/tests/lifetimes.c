@@ -10,11 +10,11 @@ typedef struct {
   bd_handle_state_t head;
 } note_t;
 
-static note_t take(const bd_dragon_t *dragon) {
+static note_t take(const bd_show_t *show) {
   note_t note;
   bd_result_t result;
   do {
-    result = bd_dragon_wait(dragon, UINT64_MAX, &note.frame);
+    result = bd_show_wait(show, UINT64_MAX, &note.frame);
   } while (result == BD_NOTHING);
   EXPECT(BD_OK, result);
   note.tick = bd_frame_header(note.frame)->tick;
@@ -27,25 +27,25 @@ static void require_unchanged(const note_t *note) {
   REQUIRE(memcmp(bd_frame_handles(note->frame, NULL), &note->head, sizeof note->head) == 0);
 }
 
-static void at_most_four_frames_are_lent(const bd_dragon_t *dragon, note_t *notes) {
+static void at_most_four_frames_are_lent(const bd_show_t *show, note_t *notes) {
   bd_frame_t *frame;
   int index;
   for (index = 0; index < HELD; ++index) {
-    notes[index] = take(dragon);
+    notes[index] = take(show);
   }
   COMPLAINS(BD_TOO_MANY_FRAMES, "4 frames are held, the most that a reader may hold: release one, or keep copies",
-            bd_dragon_wait(dragon, PATIENCE_NS, &frame));
+            bd_show_wait(show, PATIENCE_NS, &frame));
   REQUIRE(frame == NULL);
   bd_frame_release(notes[0].frame);
-  notes[0] = take(dragon);
+  notes[0] = take(show);
   REQUIRE(notes[0].tick == notes[HELD - 1].tick + 1);
 }
 
-static void the_latest_frame_is_newer_than_any_other(const bd_dragon_t *dragon, const note_t *notes) {
+static void the_latest_frame_is_newer_than_any_other(const bd_show_t *show, const note_t *notes) {
   bd_frame_t *frame;
   bd_result_t result;
   do {
-    result = bd_dragon_latest(dragon, &frame);
+    result = bd_show_latest(show, &frame);
   } while (result == BD_NOTHING);
   EXPECT(BD_OK, result);
   REQUIRE(bd_frame_header(frame)->tick > notes[0].tick);
@@ -63,55 +63,55 @@ static void there_is_one_bench_fewer_than_handles(const bd_frame_t *frame) {
   COMPLAINS(BD_INVALID_ARGUMENT, "bench is NULL, must not be", bd_frame_bench(frame, 0, NULL));
 }
 
-static void the_caller_owns_the_description(const bd_dragon_t *dragon, uint64_t run_id) {
+static void the_caller_owns_the_description(const bd_show_t *show, uint64_t run_id) {
   bd_description_t *first, *second;
   bd_status_t status;
-  EXPECT(BD_OK, bd_dragon_description(dragon, PATIENCE_NS, &first));
-  EXPECT(BD_OK, bd_dragon_description(dragon, 0, &second));
+  EXPECT(BD_OK, bd_show_description(show, PATIENCE_NS, &first));
+  EXPECT(BD_OK, bd_show_description(show, 0, &second));
   bd_description_release(second);
   REQUIRE(bd_description_run_id(first) == run_id);
-  EXPECT(BD_OK, bd_dragon_status(dragon, PATIENCE_NS, &status));
+  EXPECT(BD_OK, bd_show_status(show, PATIENCE_NS, &status));
   REQUIRE(status.run_id == run_id);
   printf("%" PRIu32 "\n%" PRIu32 "\n%s", status.pid, status.rate_hz, bd_description_toml(first));
   bd_description_release(first);
 }
 
-static void a_closed_dragon_is_refused(bd_dragon_t *dragon) {
+static void a_closed_client_is_refused(bd_show_t *show) {
   bd_frame_t *frame;
   bd_status_t status;
   bd_source_state_t state;
-  COMPLAINS(BD_CLOSED, "the dragon is closed", bd_dragon_wait(dragon, PATIENCE_NS, &frame));
+  COMPLAINS(BD_CLOSED, "the client is closed", bd_show_wait(show, PATIENCE_NS, &frame));
   REQUIRE(frame == NULL);
-  EXPECT(BD_CLOSED, bd_dragon_status(dragon, 0, &status));
-  EXPECT(BD_CLOSED, bd_dragon_source(dragon, 0, &state));
-  EXPECT(BD_CLOSED, bd_dragon_command(dragon, BD_COMMAND_PAUSE, 0.0, 0, NULL));
-  bd_dragon_close(dragon);
+  EXPECT(BD_CLOSED, bd_show_status(show, 0, &status));
+  EXPECT(BD_CLOSED, bd_show_source(show, 0, &state));
+  EXPECT(BD_CLOSED, bd_show_command(show, BD_COMMAND_PAUSE, 0.0, 0, NULL));
+  bd_show_close(show);
 }
 
 int main(int argc, char **argv) {
-  bd_dragon_t *dragon = join(argc > 1 ? argv[1] : NULL);
+  bd_show_t *show = join(argc > 1 ? argv[1] : NULL);
   note_t notes[HELD];
   bd_frame_t *frame;
   int index;
 
-  at_most_four_frames_are_lent(dragon, notes);
+  at_most_four_frames_are_lent(show, notes);
   there_is_one_bench_fewer_than_handles(notes[0].frame);
   for (index = 1; index < HELD - 1; ++index) {
     bd_frame_release(notes[index].frame);
   }
-  the_latest_frame_is_newer_than_any_other(dragon, notes);
-  the_caller_owns_the_description(dragon, bd_frame_header(notes[0].frame)->run_id);
+  the_latest_frame_is_newer_than_any_other(show, notes);
+  the_caller_owns_the_description(show, bd_frame_header(notes[0].frame)->run_id);
 
-  EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_STOP, 0.0, PATIENCE_NS, NULL));
-  while (bd_dragon_latest(dragon, &frame) == BD_OK) {
+  EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_STOP, 0.0, PATIENCE_NS, NULL));
+  while (bd_show_latest(show, &frame) == BD_OK) {
     bd_frame_release(frame);
   }
   require_unchanged(&notes[0]);
   require_unchanged(&notes[HELD - 1]);
   bd_frame_release(notes[HELD - 1].frame);
-  bd_dragon_close(dragon);
+  bd_show_close(show);
   require_unchanged(&notes[0]);
-  a_closed_dragon_is_refused(dragon);
+  a_closed_client_is_refused(show);
   bd_frame_release(notes[0].frame);
   return 0;
 }

@@ -3,25 +3,25 @@
 #include "client.h"
 
 int main(int argc, char **argv) {
-  bd_dragon_t *dragon = join(argc > 1 ? argv[1] : NULL);
+  bd_show_t *show = join(argc > 1 ? argv[1] : NULL);
   bd_continuity_t continuity = BD_FIRST;
   bd_reply_t reply;
   uint64_t run_id = 0;
 
   while (continuity != BD_RESTARTED) {
-    bd_frame_t *frame = next_frame(dragon);
+    bd_frame_t *frame = next_frame(show);
     EXPECT(BD_OK, bd_frame_continuity(frame, &continuity, NULL));
     run_id = bd_frame_header(frame)->run_id;
     bd_frame_release(frame);
     if (continuity == BD_FIRST) {
-      EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, NULL));
+      EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, NULL));
       printf("%" PRIu64 "\n", run_id);
       fflush(stdout);
     }
   }
-  EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, &reply));
+  EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, &reply));
   REQUIRE(reply.run_id == run_id);
   printf("%" PRIu64 "\n", run_id);
-  bd_dragon_close(dragon);
+  bd_show_close(show);
   return 0;
 }

@@ -1,4 +1,4 @@
-// Several threads use one dragon: threads INSTANCE. Ends the server.
+// Several threads use one client: threads INSTANCE. Ends the server.
 
 #include "client.h"
 
@@ -11,10 +11,10 @@
 namespace {
 
 struct Release {
-  void operator()(bd_dragon_t *dragon) const { bd_dragon_close(dragon); }
+  void operator()(bd_show_t *show) const { bd_show_close(show); }
   void operator()(bd_frame_t *frame) const { bd_frame_release(frame); }
 };
-using Dragon = std::unique_ptr<bd_dragon_t, Release>;
+using Show = std::unique_ptr<bd_show_t, Release>;
 using Frame = std::unique_ptr<bd_frame_t, Release>;
 
 // Queue of at most one frame, from the thread that reads frames to the thread that checks them. Each thread holds one more, so
@@ -43,9 +43,9 @@ class Passage {
 
 constexpr std::uint64_t FRAMES = 60;
 
-void read(const bd_dragon_t *dragon, Passage &passage) {
+void read(const bd_show_t *show, Passage &passage) {
   for (std::uint64_t count = 0; count < FRAMES; ++count) {
-    passage.put(Frame(next_frame(dragon)));
+    passage.put(Frame(next_frame(show)));
   }
   // No call has failed in this thread; failures of other threads do not appear here.
   REQUIRE(strcmp(bd_last_error(), "") == 0);
@@ -61,47 +61,47 @@ void look(Passage &passage) {
   }
 }
 
-void command(const bd_dragon_t *dragon, const std::atomic<bool> &done) {
+void command(const bd_show_t *show, const std::atomic<bool> &done) {
   while (!done) {
-    EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, nullptr));
-    EXPECT(BD_OK, bd_dragon_command(dragon, BD_COMMAND_RESUME, 0.0, PATIENCE_NS, nullptr));
-    COMPLAINS(BD_INVALID_ARGUMENT, "command is 99, must be 0 to 6", bd_dragon_command(dragon, 99, 0.0, 0, nullptr));
+    EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_PAUSE, 0.0, PATIENCE_NS, nullptr));
+    EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_RESUME, 0.0, PATIENCE_NS, nullptr));
+    COMPLAINS(BD_INVALID_ARGUMENT, "command is 99, must be 0 to 6", bd_show_command(show, 99, 0.0, 0, nullptr));
     bd_status_t status;
-    EXPECT(BD_OK, bd_dragon_status(dragon, PATIENCE_NS, &status));
+    EXPECT(BD_OK, bd_show_status(show, PATIENCE_NS, &status));
   }
 }
 
 }  // namespace
 
 int main(int argc, char **argv) {
-  Dragon dragon(join(argc > 1 ? argv[1] : nullptr));
+  Show show(join(argc > 1 ? argv[1] : nullptr));
   Passage passage;
   std::atomic<bool> done{false};
-  std::thread reader(read, dragon.get(), std::ref(passage));
+  std::thread reader(read, show.get(), std::ref(passage));
   std::thread looker(look, std::ref(passage));
-  std::thread commander(command, dragon.get(), std::cref(done));
-  std::thread second_commander(command, dragon.get(), std::cref(done));
+  std::thread commander(command, show.get(), std::cref(done));
+  std::thread second_commander(command, show.get(), std::cref(done));
   reader.join();
   looker.join();
   done = true;
   commander.join();
   second_commander.join();
-  REQUIRE(bd_dragon_lost(dragon.get()) == 0);
+  REQUIRE(bd_show_lost(show.get()) == 0);
 
-  Frame last(next_frame(dragon.get()));
+  Frame last(next_frame(show.get()));
   const std::uint64_t tick = bd_frame_header(last.get())->tick;
-  EXPECT(BD_OK, bd_dragon_command(dragon.get(), BD_COMMAND_STOP, 0.0, PATIENCE_NS, nullptr));
+  EXPECT(BD_OK, bd_show_command(show.get(), BD_COMMAND_STOP, 0.0, PATIENCE_NS, nullptr));
   // Closing ends the wait of another thread. Frames still arrive until the server has ended.
-  std::thread waiting([handle = dragon.get()] {
+  std::thread waiting([handle = show.get()] {
     bd_result_t result;
     do {
       bd_frame_t *frame;
-      result = bd_dragon_wait(handle, UINT64_MAX, &frame);
+      result = bd_show_wait(handle, UINT64_MAX, &frame);
       bd_frame_release(frame);
     } while (result == BD_OK || result == BD_NOTHING);
     COMPLAINS(BD_CLOSED, bd_last_error(), result);
   });
-  std::thread([&dragon] { dragon.reset(); }).join();
+  std::thread([&show] { show.reset(); }).join();
   waiting.join();
   std::thread([&last, tick] {
     REQUIRE(bd_frame_header(last.get())->tick == tick);

@@ -4,9 +4,9 @@
 //! shared memory; the package has their fields. Every call that may wait lets other Python threads run, and looks for
 //! signals ten times a second.
 
-mod dragon;
 mod errors;
 mod frame;
+mod show;
 
 use std::path::PathBuf;
 
@@ -23,7 +23,7 @@ fn domain(py: Python<'_>, instance: &str) -> PyResult<(PathBuf, String)> {
 #[pymodule]
 fn _bus(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<dragon::Dragon>()?;
+    module.add_class::<show::Show>()?;
     module.add_class::<frame::Frame>()?;
     module.add_function(wrap_pyfunction!(domain, module)?)
 }

@@ -109,11 +109,11 @@ class Server:
         return json.loads(last)
 
 
-def read_until(dragon, what, is_wanted):
+def read_until(show, what, is_wanted):
     """Returns the headers of all frames up to the first wanted one. `what` completes "waited until"."""
     headers = []
     deadline_s = time.monotonic() + PATIENCE_S
-    for frame in dragon.frames(PATIENCE_S):
+    for frame in show.frames(PATIENCE_S):
         headers.append(frame.header)
         if is_wanted(frame.header):
             return headers
@@ -121,9 +121,9 @@ def read_until(dragon, what, is_wanted):
     raise AssertionError(f"no frame for {PATIENCE_S} s while waiting until {what}; received {len(headers)} before")
 
 
-def wait_for_tick(dragon, tick):
+def wait_for_tick(show, tick):
     """Waits until the server has published a tick, without reading frames."""
     deadline_s = time.monotonic() + PATIENCE_S
-    while (seen := dragon.status(PATIENCE_S).tick) < tick:
+    while (seen := show.status(PATIENCE_S).tick) < tick:
         assert time.monotonic() < deadline_s, f"waited {PATIENCE_S} s until tick {tick}; the last published tick is {seen}"
         time.sleep(0.02)

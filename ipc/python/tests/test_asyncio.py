@@ -5,75 +5,75 @@ import select
 import threading
 
 import pytest
-from bench_dragon import Dragon, ShowState
+from bench_dragon import Show, ShowState
 from stage import PATIENCE_S
 
 
 def test_a_task_reads_every_frame(stage):
     server = stage.serve("--readers", "1", "--rate", "200", "--until", "1")
 
-    async def read(dragon):
+    async def read(show):
         ticks = []
-        async for frame in dragon:
+        async for frame in show:
             ticks.append(frame.header.tick)
             if frame.header.show_state is ShowState.ENDED:
                 return ticks
 
-    with Dragon(stage.instance) as dragon:
-        ticks = asyncio.run(asyncio.wait_for(read(dragon), PATIENCE_S))
+    with Show(stage.instance) as show:
+        ticks = asyncio.run(asyncio.wait_for(read(show), PATIENCE_S))
     assert ticks == list(range(server.summary()["frames"]))
 
 
-def test_cancelling_a_task_ends_its_wait_and_the_dragon_can_still_be_read(stage):
+def test_cancelling_a_task_ends_its_wait_and_the_client_can_still_be_read(stage):
     first = stage.serve("--rate", "50")
 
-    async def wait(dragon):
-        reading = asyncio.create_task(anext(aiter(dragon)))
+    async def wait(show):
+        reading = asyncio.create_task(anext(aiter(show)))
         await asyncio.sleep(0)
         reading.cancel()
         with pytest.raises(asyncio.CancelledError):
             await reading
 
-    with Dragon(stage.instance) as dragon:
+    with Show(stage.instance) as show:
         first.stop()
-        dragon.latest()
-        asyncio.run(asyncio.wait_for(wait(dragon), PATIENCE_S))
+        show.latest()
+        asyncio.run(asyncio.wait_for(wait(show), PATIENCE_S))
         second = stage.serve("--rate", "50")
-        assert dragon.wait(PATIENCE_S).header.run_id == second.run_id
+        assert show.wait(PATIENCE_S).header.run_id == second.run_id
     second.stop()
 
 
 def test_closing_from_another_thread_ends_the_wait_of_a_task(stage):
     server = stage.serve("--rate", "50")
 
-    async def wait(dragon):
-        closing = threading.Thread(target=dragon.close)
+    async def wait(show):
+        closing = threading.Thread(target=show.close)
         closing.start()
         with pytest.raises(ValueError, match="is closed"):
-            await anext(aiter(dragon))
+            await anext(aiter(show))
         closing.join(PATIENCE_S)
 
-    dragon = Dragon(stage.instance)
+    show = Show(stage.instance)
     server.stop()
-    dragon.latest()
-    asyncio.run(asyncio.wait_for(wait(dragon), PATIENCE_S))
+    show.latest()
+    asyncio.run(asyncio.wait_for(wait(show), PATIENCE_S))
 
 
 def test_the_descriptor_is_readable_as_long_as_a_frame_may_be_unread(stage):
     server = stage.serve("--rate", "50")
-    with Dragon(stage.instance) as dragon:
+    with Show(stage.instance) as show:
         poll = select.poll()
-        poll.register(dragon, select.POLLIN)
+        poll.register(show, select.POLLIN)
         for _ in range(5):
             assert poll.poll(PATIENCE_S * 1000) != []
-            while dragon.receive() is not None:
+            while show.receive() is not None:
                 pass
         server.stop()
         assert poll.poll(PATIENCE_S * 1000) != []
         states = []
-        while (frame := dragon.receive()) is not None:
+        while (frame := show.receive()) is not None:
             states.append(frame.header.show_state)
         assert states[-1] is ShowState.ENDED
         del frame
-        assert dragon.receive() is None
+        assert show.receive() is None
         assert poll.poll(0) == []

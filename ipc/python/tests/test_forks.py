@@ -1,4 +1,4 @@
-"""A forked child inherits a dragon. Whatever the child does with it, the parent continues to read."""
+"""A forked child inherits a client. Whatever the child does with it, the parent continues to read."""
 
 import os
 import subprocess
@@ -10,23 +10,23 @@ WAIT = "assert os.waitpid(child, 0)[1] == 0"
 
 PARENT = """
 import gc, os, signal, sys
-from bench_dragon import Dragon
-dragon = Dragon(sys.argv[1])
-frame = dragon.wait(60)
+from bench_dragon import Show
+show = Show(sys.argv[1])
+frame = show.wait(60)
 positions, before = frame.positions, frame.positions.tolist()
-dragon.description(60), dragon.status(60), dragon.alerts(), dragon.resume(60)
+show.description(60), show.status(60), show.alerts(), show.resume(60)
 if (child := os.fork()) == 0:
     # Ends a child that hangs.
     signal.alarm(60)
     {child}
 {wait}
-tick = dragon.pause(60)
-for next_frame in dragon.frames(60):
+tick = show.pause(60)
+for next_frame in show.frames(60):
     if next_frame.header.tick >= tick:
         break
 assert positions.tolist() == before
-assert dragon.description(0).run_id == dragon.status(0).run_id == frame.header.run_id
-dragon.alerts(0.01)
+assert show.description(0).run_id == show.status(0).run_id == frame.header.run_id
+show.alerts(0.01)
 print("read on", flush=True)
 {end}
 """
@@ -34,8 +34,8 @@ print("read on", flush=True)
 CHILDREN = {
     "exits": "sys.exit()",
     "drops everything": """
-    dragon.close()
-    del dragon, frame, positions
+    show.close()
+    del show, frame, positions
     gc.collect()
     os._exit(0)
 """,
@@ -45,12 +45,12 @@ CHILDREN = {
     sys.exit(os.waitpid(grandchild, 0)[1])
 """,
     "uses it": """
-    with dragon:
-        for use in (dragon.receive, dragon.status, dragon.alerts, dragon.pause, lambda: next(dragon.frames())):
+    with show:
+        for use in (show.receive, show.status, show.alerts, show.pause, lambda: next(show.frames())):
             try:
                 use()
             except ValueError as error:
-                text = f'the dragon of instance "{sys.argv[1]}" was opened in another process: open one here'
+                text = f'the client of instance "{sys.argv[1]}" was opened in another process: open one here'
                 assert str(error) == text
             else:
                 os._exit(1)
@@ -58,7 +58,7 @@ CHILDREN = {
     sys.exit()
 """,
     "opens its own": """
-    with Dragon(sys.argv[1]) as own:
+    with Show(sys.argv[1]) as own:
         assert own.wait(60).header.run_id == frame.header.run_id
         own.resume(60)
     del own
@@ -66,7 +66,7 @@ CHILDREN = {
 """,
 }
 
-EXITS, CLOSES = "sys.exit()", "del frame, next_frame, positions; dragon.close(); sys.exit()"
+EXITS, CLOSES = "sys.exit()", "del frame, next_frame, positions; show.close(); sys.exit()"
 IS_KILLED = "os.kill(os.getpid(), signal.SIGKILL)"
 
 

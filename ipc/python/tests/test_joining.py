@@ -11,8 +11,8 @@ from bench_dragon import (
     BusError,
     Domain,
     DomainError,
-    Dragon,
     NoServer,
+    Show,
     ShowState,
     TooManyClients,
     VersionMismatch,
@@ -21,9 +21,9 @@ from stage import EXAMPLES, PATIENCE_S, read_until
 
 LOOP = """
 import sys
-from bench_dragon import Dragon
-dragon = Dragon(sys.argv[1])
-for frame in dragon:
+from bench_dragon import Show
+show = Show(sys.argv[1])
+for frame in show:
     positions = frame.positions
     print(frame.header.tick, flush=True)
 """
@@ -37,22 +37,22 @@ def test_the_domain_of_an_instance_is_the_one_that_the_program_prints(stage):
 @pytest.mark.parametrize("name", ["", "Dragon", "a b", "a/b", "..", "dragön", "a\n", "a" * 25])
 def test_a_bad_name_is_refused(name):
     with pytest.raises(DomainError, match="must be 1 to 24 of a-z, 0-9 and -"):
-        Dragon(name)
+        Show(name)
 
 
-def test_without_a_server_a_dragon_raises_no_server_and_leaves_no_files(stage):
+def test_without_a_server_a_client_raises_no_server_and_leaves_no_files(stage):
     for timeout_s in (0, 0.1):
         with pytest.raises(NoServer, match=f'no server runs on instance "{stage.instance}"'):
-            Dragon(stage.instance, timeout_s=timeout_s)
+            Show(stage.instance, timeout_s=timeout_s)
     assert stage.remains() == []
 
 
-def test_a_dragon_waits_for_a_server_that_starts_later(stage):
+def test_a_client_waits_for_a_server_that_starts_later(stage):
     run_ids = []
 
     def read():
-        with Dragon(stage.instance) as dragon:
-            run_ids.append(dragon.wait(PATIENCE_S).header.run_id)
+        with Show(stage.instance) as show:
+            run_ids.append(show.wait(PATIENCE_S).header.run_id)
 
     reader = threading.Thread(target=read)
     reader.start()
@@ -63,14 +63,14 @@ def test_a_dragon_waits_for_a_server_that_starts_later(stage):
     server.stop()
 
 
-def test_a_closed_dragon_reads_no_more(stage):
+def test_a_closed_client_reads_no_more(stage):
     server = stage.serve("--rate", "50")
-    with Dragon(stage.instance) as dragon:
-        assert dragon.wait(PATIENCE_S) is not None
-    dragon.close()
-    with pytest.raises(ValueError, match=f'the dragon of instance "{stage.instance}" is closed'):
-        dragon.receive()
-    assert dragon.lost == 0
+    with Show(stage.instance) as show:
+        assert show.wait(PATIENCE_S) is not None
+    show.close()
+    with pytest.raises(ValueError, match=f'the client of instance "{stage.instance}" is closed'):
+        show.receive()
+    assert show.lost == 0
     server.stop()
 
 
@@ -78,7 +78,7 @@ def test_others_may_not_write_into_the_directory(stage):
     server = stage.serve("--rate", "50")
     stage.root.chmod(0o777)
     with pytest.raises(DomainError, match="has mode 0777, must not be writable by others: chmod 0700 it"):
-        Dragon(stage.instance)
+        Show(stage.instance)
     stage.root.chmod(0o700)
     server.stop()
 
@@ -88,7 +88,7 @@ def test_the_directory_must_be_the_users_own(stage):
     server = stage.serve("--rate", "50")
     os.chown(stage.root, 12345, -1)
     with pytest.raises(DomainError, match=r"belongs to user 12345, must belong to user 0"):
-        Dragon(stage.instance)
+        Show(stage.instance)
     os.chown(stage.root, 0, -1)
     server.stop()
 
@@ -96,17 +96,17 @@ def test_the_directory_must_be_the_users_own(stage):
 def test_the_runtime_directory_must_exist_and_be_short(stage, monkeypatch):
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/nowhere")
     with pytest.raises(DomainError, match="XDG_RUNTIME_DIR is /nowhere, must be an existing directory"):
-        Dragon(stage.instance, timeout_s=0)
+        Show(stage.instance, timeout_s=0)
     monkeypatch.setenv("XDG_RUNTIME_DIR", "/" + "a" * 60)
     with pytest.raises(DomainError, match="under 60 bytes"):
-        Dragon(stage.instance)
+        Show(stage.instance)
 
 
 @pytest.mark.parametrize(("name", "shown"), [(b"\xff", "\ufffd"), ("\u00fc".encode(), "\u00fc"), (b'"', '"'), (b"*", "*"), (b"\x1b", "\ufffd")])
 def test_a_runtime_directory_with_other_characters_is_refused_as_by_the_program(stage, monkeypatch, name, shown):
     monkeypatch.setenv("XDG_RUNTIME_DIR", os.fsdecode(b"/tmp/" + name))
     with pytest.raises(DomainError) as refused:
-        Dragon(stage.instance)
+        Show(stage.instance)
     assert str(refused.value).startswith(f"the bus directory is /tmp/{shown}/bench-dragon/{stage.instance}, must be")
     assert str(refused.value) in stage.run("iox2-config").stderr
 
@@ -144,38 +144,38 @@ def test_a_server_with_another_layout_is_a_version_mismatch(stage):
     stage.root.parent.chmod(0o700)
     other = start_stock(stage, OTHER_LAYOUT, "created")
     with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout than this program's"):
-        Dragon(stage.instance)
+        Show(stage.instance)
     other.kill()
     other.wait(PATIENCE_S)
     with pytest.raises(NoServer):
-        Dragon(stage.instance, timeout_s=0)
+        Show(stage.instance, timeout_s=0)
 
 
 @pytest.mark.parametrize("name", ["", "x" * 129, "b\u00e4r", "a\nb"])
 def test_a_bad_name_of_a_client_is_refused(stage, name):
     server = stage.serve("--rate", "50")
     with pytest.raises(ValueError, match="^name is \".*\", must be 1 to 128 printable ASCII characters$"):
-        Dragon(stage.instance, name=name)
+        Show(stage.instance, name=name)
     server.stop()
 
 
 @pytest.mark.parametrize("end", ["stop", "kill"])
 def test_the_services_that_another_reader_keeps_are_no_server(stage, end):
     server = stage.serve("--rate", "50")
-    with Dragon(stage.instance):
+    with Show(stage.instance):
         getattr(server, end)()
         with pytest.raises(NoServer):
-            Dragon(stage.instance, timeout_s=0)
+            Show(stage.instance, timeout_s=0)
 
 
 def test_too_few_open_files_are_out_of_resources(stage):
     server = stage.serve("--rate", "50")
     script = f"""
 import resource
-from bench_dragon import Dragon, OutOfResources
+from bench_dragon import OutOfResources, Show
 resource.setrlimit(resource.RLIMIT_NOFILE, (16, 16))
 try:
-    Dragon("{stage.instance}")
+    Show("{stage.instance}")
 except OutOfResources as error:
     print(error)
 """
@@ -198,10 +198,10 @@ sys.stdin.read()
 
 def test_a_frame_with_fewer_handles_than_its_header_has_is_refused(stage):
     server = stage.serve("--rate", "10")
-    with Dragon(stage.instance) as dragon:
+    with Show(stage.instance) as show:
         other = start_stock(stage, LIE, "published")
         with pytest.raises(VersionMismatch, match="bench-dragon/frames has another layout"):
-            read_until(dragon, "another dragon", lambda header: header.bench_count != 223)
+            read_until(show, "another dragon", lambda header: header.bench_count != 223)
         other.kill()
         other.wait(PATIENCE_S)
     server.stop()
@@ -211,9 +211,9 @@ def test_one_reader_too_many_is_refused(stage):
     server = stage.serve("--rate", "10")
     with contextlib.ExitStack() as crowd:
         for _ in range(24):
-            crowd.enter_context(Dragon(stage.instance))
+            crowd.enter_context(Show(stage.instance))
         with pytest.raises(TooManyClients, match="has as many clients as it allows: stop one of them"):
-            Dragon(stage.instance)
+            Show(stage.instance)
     server.stop()
 
 
@@ -227,7 +227,7 @@ def test_ctrl_c_ends_the_example(stage):
 
 
 def test_ctrl_c_ends_a_wait_for_a_server(stage):
-    script = "import sys; from bench_dragon import Dragon; print(flush=True); Dragon(sys.argv[1])"
+    script = "import sys; from bench_dragon import Show; print(flush=True); Show(sys.argv[1])"
     waiting = stage.start_python("-c", script, stage.instance)
     waiting.stdout.readline()
     waiting.send_signal(signal.SIGINT)
@@ -246,9 +246,9 @@ def test_the_last_process_to_leave_removes_everything_even_while_it_holds_a_fram
     assert stage.remains() == []
 
 
-def test_two_dragons_of_one_process_leave_one_by_one(stage):
+def test_two_clients_of_one_process_leave_one_by_one(stage):
     server = stage.serve("--rate", "50")
-    first, second = Dragon(stage.instance), Dragon(stage.instance)
+    first, second = Show(stage.instance), Show(stage.instance)
     server.stop()
     first.close()
     assert stage.remains() != []
@@ -263,8 +263,8 @@ def test_the_server_removes_the_files_of_a_killed_reader(stage):
     reader.stdout.readline()
     reader.kill()
     reader.wait(PATIENCE_S)
-    with Dragon(stage.instance) as dragon:
-        assert dragon.wait(PATIENCE_S) is not None
+    with Show(stage.instance) as show:
+        assert show.wait(PATIENCE_S) is not None
     server.stop()
     assert stage.remains() == []
 
@@ -277,7 +277,7 @@ def test_the_next_process_removes_the_files_of_a_reader_killed_after_the_server_
     reader.kill()
     reader.wait(PATIENCE_S)
     with pytest.raises(NoServer):
-        Dragon(stage.instance, timeout_s=0)
+        Show(stage.instance, timeout_s=0)
     assert stage.remains() == []
 
 
@@ -285,50 +285,50 @@ def test_the_next_process_removes_the_files_of_a_killed_server(stage):
     server = stage.serve("--rate", "50")
     server.kill()
     with pytest.raises(NoServer):
-        Dragon(stage.instance, timeout_s=0)
+        Show(stage.instance, timeout_s=0)
     assert stage.remains() == []
 
 
 @pytest.mark.parametrize("timeout_s", [-1, float("nan")])
 def test_a_negative_timeout_or_nan_is_refused(timeout_s):
     with pytest.raises(ValueError, match="timeout_s is .*, must be at least 0"):
-        Dragon("nobody-is-there", timeout_s=timeout_s)
+        Show("nobody-is-there", timeout_s=timeout_s)
 
 
-@pytest.mark.parametrize("use", [Dragon.wait, lambda dragon: next(iter(dragon)), lambda dragon: dragon.alerts(None)])
+@pytest.mark.parametrize("use", [Show.wait, lambda show: next(iter(show)), lambda show: show.alerts(None)])
 def test_closing_from_another_thread_ends_every_wait(stage, use):
     server = stage.serve("--rate", "50")
-    dragon = Dragon(stage.instance)
-    dragon.alerts()
+    show = Show(stage.instance)
+    show.alerts()
     server.stop()
-    dragon.latest()
+    show.latest()
     ended = []
 
     def wait():
-        with pytest.raises(ValueError, match=f'the dragon of instance "{stage.instance}" is closed'):
-            use(dragon)
+        with pytest.raises(ValueError, match=f'the client of instance "{stage.instance}" is closed'):
+            use(show)
         ended.append(True)
 
     threads = [threading.Thread(target=wait) for _ in range(3)]
     for thread in threads:
         thread.start()
-    dragon.close()
+    show.close()
     for thread in threads:
         thread.join(PATIENCE_S)
     assert ended == [True] * 3
 
 
-def test_several_threads_read_one_dragon_and_each_frame_goes_to_one_of_them(stage):
+def test_several_threads_read_one_client_and_each_frame_goes_to_one_of_them(stage):
     server = stage.serve("--readers", "1", "--rate", "200", "--until", "1")
     ticks = []
-    with Dragon(stage.instance) as dragon:
+    with Show(stage.instance) as show:
 
         def read():
             with contextlib.suppress(ValueError):
-                for frame in dragon:
+                for frame in show:
                     ticks.append(frame.header.tick)
                     if frame.header.show_state is ShowState.ENDED:
-                        dragon.close()
+                        show.close()
 
         # Each holds two frames: the current and the next one.
         threads = [threading.Thread(target=read) for _ in range(2)]
@@ -340,7 +340,7 @@ def test_several_threads_read_one_dragon_and_each_frame_goes_to_one_of_them(stag
 
 
 def test_waiting_for_a_server_is_logged_once(stage):
-    script = "import sys; from bench_dragon import Dragon; Dragon(sys.argv[1], timeout_s=0.3)"
+    script = "import sys; from bench_dragon import Show; Show(sys.argv[1], timeout_s=0.3)"
     waiting = stage.start_python("-c", script, stage.instance, stderr=subprocess.PIPE)
     lines = waiting.communicate(timeout=PATIENCE_S)[1].splitlines()
     command = f"`bench-dragon serve --config FILE --held --instance {stage.instance}`"

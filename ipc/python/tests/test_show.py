@@ -11,12 +11,12 @@ import pytest
 from bench_dragon import (
     Alert,
     AlertKind,
-    Dragon,
     EventKind,
     NoServer,
     Refusal,
     Refused,
     Sender,
+    Show,
     ShowState,
     SourceState,
 )
@@ -28,22 +28,22 @@ def test_the_description_is_the_configuration(stage):
     path = stage.folder / "small.toml"
     path.write_text(config)
     server = stage.serve("--config", str(path))
-    with Dragon(stage.instance) as dragon:
-        description = dragon.description(PATIENCE_S)
+    with Show(stage.instance) as show:
+        description = show.description(PATIENCE_S)
         assert description.run_id == server.run_id
         assert description.config["dragon"]["benches"] == 12
         assert description.config["serve"]["rate_hz"] == 20
         route = description.config["route"]
         assert (route["kind"], route["pitch_m"], route["start_turns"]) == ("spiral", 0.55, 16.0)
-        assert dragon.description() == description
-        assert dragon.wait(PATIENCE_S).positions.shape == (13, 3)
+        assert show.description() == description
+        assert show.wait(PATIENCE_S).positions.shape == (13, 3)
     server.stop()
 
 
 def test_the_status_is_the_servers(stage):
     server = stage.serve("--rate", "20", "--catch-up", "10")
-    with Dragon(stage.instance) as dragon:
-        before, status = dragon.status(PATIENCE_S), dragon.status(PATIENCE_S)
+    with Show(stage.instance) as show:
+        before, status = show.status(PATIENCE_S), show.status(PATIENCE_S)
         assert (status.run_id, status.pid, status.rate_hz) == (server.run_id, server.process.pid, 20)
         assert status.tick >= before.tick and status.show_state is ShowState.RUNNING
         assert status.sim_time_ns == (status.tick + status.overruns) * 50_000_000
@@ -61,75 +61,75 @@ def test_the_status_is_the_servers(stage):
 
 def test_the_latest_status_is_returned_at_once_and_outlives_its_server(stage):
     first = stage.serve("--rate", "20")
-    with Dragon(stage.instance) as dragon:
-        dragon.status(PATIENCE_S)
-        dragon.status(0)
+    with Show(stage.instance) as show:
+        show.status(PATIENCE_S)
+        show.status(0)
         frames = first.stop()["frames"]
-        last = dragon.status(0)
+        last = show.status(0)
         assert (last.run_id, last.tick) == (first.run_id, frames - 1)
-        assert dragon.status(0).tick == last.tick
+        assert show.status(0).tick == last.tick
         second = stage.serve("--rate", "20")
-        for frame in dragon.frames(PATIENCE_S):
-            if dragon.status(0).run_id == second.run_id:
+        for frame in show.frames(PATIENCE_S):
+            if show.status(0).run_id == second.run_id:
                 break
             assert frame.header.tick < 20 * PATIENCE_S
         del frame
     second.stop()
 
 
-@pytest.mark.parametrize("read", [Dragon.description, Dragon.status])
+@pytest.mark.parametrize("read", [Show.description, Show.status])
 @pytest.mark.parametrize("end", ["stop", "kill"])
 def test_the_last_description_and_status_of_a_server_are_returned_also_if_they_were_never_read(stage, read, end):
     server = stage.serve("--rate", "20")
-    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
+    with Show(stage.instance) as show, Show(stage.instance) as witness:
         # The server sends both to all readers alike.
         witness.description(PATIENCE_S), witness.status(PATIENCE_S)
         getattr(server, end)()
-        assert read(dragon, 0).run_id == server.run_id
+        assert read(show, 0).run_id == server.run_id
 
 
-@pytest.mark.parametrize("read", [Dragon.description, Dragon.status])
+@pytest.mark.parametrize("read", [Show.description, Show.status])
 def test_what_a_killed_server_has_sent_is_returned_also_after_another_client_has_cleaned_up(stage, read):
     server = stage.serve("--rate", "20")
-    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
+    with Show(stage.instance) as show, Show(stage.instance) as witness:
         witness.description(PATIENCE_S), witness.status(PATIENCE_S)
         server.kill()
         with pytest.raises(NoServer):
-            Dragon(stage.instance, timeout_s=0)
-        assert read(dragon, 0).run_id == server.run_id
+            Show(stage.instance, timeout_s=0)
+        assert read(show, 0).run_id == server.run_id
 
 
 # At 1 Hz the reader gets no frame of the first server, so that the second one's frame is its first.
 @pytest.mark.parametrize("rate", ["20", "1"])
 def test_what_a_killed_second_server_has_sent_is_returned_to_a_reader_of_frames(stage, rate):
     first = stage.serve("--rate", rate)
-    with Dragon(stage.instance) as dragon, Dragon(stage.instance) as witness:
-        dragon.status(PATIENCE_S)
+    with Show(stage.instance) as show, Show(stage.instance) as witness:
+        show.status(PATIENCE_S)
         first.kill()
         second = stage.serve("--rate", "20")
-        while dragon.wait(PATIENCE_S).header.run_id != second.run_id:
+        while show.wait(PATIENCE_S).header.run_id != second.run_id:
             pass
         while witness.status(PATIENCE_S).run_id != second.run_id or witness.description().run_id != second.run_id:
             assert witness.wait(PATIENCE_S) is not None
         second.kill()
         with pytest.raises(NoServer):
-            Dragon(stage.instance, timeout_s=0)
-        assert (dragon.status(0).run_id, dragon.description(0).run_id) == (second.run_id, second.run_id)
+            Show(stage.instance, timeout_s=0)
+        assert (show.status(0).run_id, show.description(0).run_id) == (second.run_id, second.run_id)
 
 
 def test_the_events_of_commands_have_sender_and_outcome(stage):
     server = stage.serve("--rate", "20")
-    with Dragon(stage.instance) as dragon:
-        tick = dragon.speed(0.75)
+    with Show(stage.instance) as show:
+        tick = show.speed(0.75)
         with pytest.raises(Refused):
-            dragon.release()
+            show.release()
         stage.run("ctl", "hold")
         events = []
         while not events or events[-1].event_kind is not EventKind.HOLD:
-            news = dragon.command_events(PATIENCE_S)
+            news = show.command_events(PATIENCE_S)
             assert news != [], "no event in time, although a command was sent"
             events += news
-        assert dragon.command_events() == []
+        assert show.command_events() == []
     start, speed, release, hold = events
     assert [event.number for event in events] == [0, 1, 2, 3]
     assert {event.run_id for event in events} == {server.run_id}
@@ -145,14 +145,14 @@ def test_the_events_of_commands_have_sender_and_outcome(stage):
 def test_alerts_wait_for_a_server(stage):
     first = stage.serve("--rate", "20")
     servers = []
-    with Dragon(stage.instance) as dragon:
+    with Show(stage.instance) as show:
         first.stop()
         for timeout_s in (0, 0.1):
             with pytest.raises(NoServer, match=f'no server runs on instance "{stage.instance}"'):
-                dragon.alerts(timeout_s)
+                show.alerts(timeout_s)
         thread = threading.Thread(target=lambda: servers.append(serve_with_alerts(stage)))
         thread.start()
-        news = dragon.alerts(PATIENCE_S)
+        news = show.alerts(PATIENCE_S)
         thread.join(PATIENCE_S)
         assert not thread.is_alive(), f"the other thread still runs after {PATIENCE_S} s"
         [(second, monitor)] = servers
@@ -170,18 +170,18 @@ def serve_with_alerts(stage):
 
 def test_the_alerts_are_those_that_the_monitor_prints(stage):
     server = stage.serve("--readers", "2", "--rate", "50", "--time-scale", "4", "--start-at", "412", "--until", "413")
-    with Dragon(stage.instance) as dragon:
-        assert dragon.alerts() == []
+    with Show(stage.instance) as show:
+        assert show.alerts() == []
         monitor = stage.start("monitor", "--format", "json")
         heard = []
         while AlertKind.CONTACT not in [alert.alert_kind for alert in heard]:
-            news = dragon.alerts(PATIENCE_S)
+            news = show.alerts(PATIENCE_S)
             assert news != [], "no alert in time, although a contact lies ahead"
             heard += news
         server.summary()
         monitor.terminate()
         lines = map(json.loads, monitor.stdout.read().splitlines())
-        heard += dragon.alerts()
+        heard += show.alerts()
         assert [line_of(alert) for alert in heard] == [line for line in lines if line["type"] == "alert"]
         [contact] = [alert for alert in heard if alert.alert_kind is AlertKind.CONTACT]
         assert abs(contact.sim_time_s - 412.473838) < 1e-6
@@ -220,14 +220,14 @@ def line_of(alert):
 )
 def test_ended_lost_and_hanging_servers_differ(stage, end, state, text):
     server = stage.serve("--rate", "50")
-    with Dragon(stage.instance) as dragon:
-        assert dragon.wait(PATIENCE_S) is not None
-        assert dragon.source(PATIENCE_S) is SourceState.PUBLISHING
+    with Show(stage.instance) as show:
+        assert show.wait(PATIENCE_S) is not None
+        assert show.source(PATIENCE_S) is SourceState.PUBLISHING
         getattr(server, end)()
         with pytest.raises(NoServer, match=text):
-            for _ in dragon.frames(0.1):
+            for _ in show.frames(0.1):
                 pass
-        assert dragon.source(0.1) is state
+        assert show.source(0.1) is state
     if end == "suspend":
         server.process.send_signal(signal.SIGCONT)
         server.stop()
@@ -235,9 +235,9 @@ def test_ended_lost_and_hanging_servers_differ(stage, end, state, text):
 
 def test_a_reader_reports_what_it_has_read(stage):
     server = stage.serve("--rate", "50")
-    with Dragon(stage.instance, name="py-reader") as dragon:
+    with Show(stage.instance, name="py-reader") as show:
         deadline_s = time.monotonic() + PATIENCE_S
-        for _ in dragon.frames(PATIENCE_S):
+        for _ in show.frames(PATIENCE_S):
             lamps = json.loads(stage.run("ctl", "status", "--format", "json").stdout)["lamps"]
             [readers] = [lamp for lamp in lamps if lamp["name"] == "readers"]
             if readers["level"] == "good":

@@ -15,7 +15,6 @@ use super::show_forecast::ShowForecast;
 use super::snapshot::LeastClearance;
 use crate::config::Config;
 use crate::safety::forecast::Forecaster;
-use crate::safety::monitor::in_space;
 
 /// Greatest wall time between the last frame of a run and the first frame of the run that continues it, in seconds.
 const LONGEST_BREAK_S: f64 = 1.0;
@@ -101,7 +100,7 @@ impl CurrentRun {
         if handles.len() != dragon.dimensions().handles() {
             return None;
         }
-        dragon.place_boards_at(handles, in_space, &mut self.boards);
+        dragon.place_boards_at(handles, |handle| handle.position_m.into(), &mut self.boards);
         let nearest = self.clearances.nearest(&self.boards)?;
         Arc::make_mut(&mut self.chart).note(self.time_s, nearest.clearance_m);
         if self.least.is_none_or(|least| nearest.clearance_m < least.clearance_m) {

@@ -8,7 +8,6 @@ use ratatui::layout::Rect;
 
 use super::look::Glyphs;
 use crate::display::observe::{FrameCopy, Snapshot};
-use crate::safety::monitor::plan_view;
 
 /// Factor of one zoom step, and range of the zoom. At 1, all of the route is in view.
 const ZOOM_STEP: f64 = 1.25;
@@ -124,7 +123,9 @@ impl Extent {
     pub(super) fn of(snapshot: &Snapshot) -> Option<Self> {
         match &snapshot.run {
             Some(run) => Self::around(run.view.into_iter()),
-            None => Self::around(snapshot.frame.iter().flat_map(|frame| &frame.handles).map(plan_view)),
+            None => Self::around(
+                snapshot.frame.iter().flat_map(|frame| &frame.handles).map(|handle| handle.plan_view_m().into()),
+            ),
         }
     }
 
@@ -146,7 +147,7 @@ impl Extent {
 }
 
 pub(super) fn head(frame: &FrameCopy) -> Option<DVec2> {
-    frame.handles.first().map(plan_view)
+    frame.handles.first().map(|handle| handle.plan_view_m().into())
 }
 
 #[cfg(test)]

@@ -13,7 +13,6 @@ use super::look::{Theme, Tone, strong};
 use super::panel::{near_m, short, tone};
 use super::screen::Screen;
 use crate::display::observe::{DescribedRun, FrameCopy, Snapshot};
-use crate::safety::monitor::{in_space, plan_view};
 
 /// Width in dots from which on a board is drawn as an outline. A narrower board is drawn as a line.
 const OUTLINED_DOTS: f64 = 3.0;
@@ -66,7 +65,7 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
 fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy, snapshot: &Snapshot, theme: Theme) {
     let (handles, mut boards) = (&copy.handles, Vec::new());
     if let Some(run) = snapshot.run.as_ref().filter(|run| run.config.dragon().dimensions().handles() == handles.len()) {
-        run.config.dragon().place_boards_at(handles, in_space, &mut boards);
+        run.config.dragon().place_boards_at(handles, |handle| handle.position_m.into(), &mut boards);
     }
     let mut draw = |bench: usize, colour: Color| {
         let colour = theme.colour(colour);
@@ -74,7 +73,7 @@ fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy
             draw_board(context, viewport, board, colour);
         } else if let [front, rear] = handles.get(bench..bench + 2).unwrap_or_default() {
             // Without a description, only the links are known.
-            line(context, [plan_view(front), plan_view(rear)], colour);
+            line(context, [front, rear].map(|handle| handle.plan_view_m().into()), colour);
         }
     };
     for bench in (0..handles.len().saturating_sub(1)).rev() {

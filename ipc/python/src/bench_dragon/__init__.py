@@ -1,7 +1,7 @@
 """The bench dragon's poses as numpy arrays on shared memory, and commands to its server.
 
 A bench dragon is a chain of N benches, hinged end to end, that walks along a route. Its N + 1 hinges are called
-handles. A server publishes the state of every handle at a fixed rate into iceoryx2 shared memory. A `Dragon` reads it
+handles. A server publishes the state of every handle at a fixed rate into iceoryx2 shared memory. A `Show` reads it
 in place, without a copy.
 
 - *Waiting:* no reader ever delays the server. A reader that falls behind by more than its buffer loses its own oldest
@@ -20,7 +20,6 @@ from bench_dragon.command_event import CommandEvent, EventKind, Sender
 from bench_dragon.continuity import Continuity
 from bench_dragon.description import Description
 from bench_dragon.domain import Domain
-from bench_dragon.dragon import Dragon
 from bench_dragon.errors import (
     BusError,
     DomainError,
@@ -35,6 +34,7 @@ from bench_dragon.errors import (
     VersionMismatch,
 )
 from bench_dragon.frame import Frame, FrameHeader, HandleState, ShowState
+from bench_dragon.show import Show
 from bench_dragon.source import SourceState
 from bench_dragon.status import (
     GuardState,
@@ -56,7 +56,6 @@ __all__ = [
     "Description",
     "Domain",
     "DomainError",
-    "Dragon",
     "EventKind",
     "Frame",
     "FrameHeader",
@@ -70,6 +69,7 @@ __all__ = [
     "Refusal",
     "Refused",
     "Sender",
+    "Show",
     "ShowState",
     "SourceKind",
     "SourceState",

@@ -10,19 +10,19 @@ class EventKind(WireCode):
     """Kind of an event."""
 
     PAUSE = 0
-    """`Dragon.pause`."""
+    """`Show.pause`."""
     RESUME = 1
-    """`Dragon.resume`."""
+    """`Show.resume`."""
     SPEED = 2
-    """`Dragon.speed`."""
+    """`Show.speed`."""
     SEEK = 3
-    """`Dragon.seek`."""
+    """`Show.seek`."""
     HOLD = 4
-    """`Dragon.hold`."""
+    """`Show.hold`."""
     RELEASE = 5
-    """`Dragon.release`."""
+    """`Show.release`."""
     STOP = 6
-    """`Dragon.stop`."""
+    """`Show.stop`."""
     GRANT = 7
     """The guard has proved a travel, from the first to the second value in metres."""
     STAND = 8

@@ -9,7 +9,7 @@ class BusError(Exception):
 
 
 class NoServer(BusError):
-    """No server publishes on this instance. `Dragon.source` reports whether its run has ended or was cut off."""
+    """No server publishes on this instance. `Show.source` reports whether its run has ended or was cut off."""
 
 
 class NoAnswer(NoServer):

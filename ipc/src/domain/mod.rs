@@ -1,0 +1,45 @@
+//! The domain of an instance: where it is, who holds its locks, who is a member, and what is cleaned away.
+
+mod bus_error;
+mod census;
+mod dead_nodes;
+mod domain_error;
+mod forks;
+mod guard_lock;
+mod half_made_segments;
+mod instance;
+mod lock_file;
+mod lock_holders;
+mod membership;
+mod open_files;
+mod operator_reserve;
+mod place;
+mod secret;
+mod service_layout;
+mod shortage;
+mod show_lock;
+mod source_lock;
+mod space;
+mod sweep;
+
+pub use bus_error::BusError;
+pub use census::{Census, Cleared, ForeignFile, clear};
+pub use dead_nodes::NodeEntry;
+pub(crate) use dead_nodes::remove_dead_nodes;
+pub use domain_error::{DomainError, MAX_ROOT_PATH_LEN};
+pub(crate) use forks::Process;
+pub use guard_lock::GuardLock;
+pub use half_made_segments::SegmentWatch;
+pub use instance::Instance;
+pub(crate) use lock_file::if_there;
+pub(crate) use membership::Membership;
+pub use open_files::require_open_files;
+pub use operator_reserve::OperatorReserve;
+pub(crate) use operator_reserve::release_operator_reserve;
+pub use place::Domain;
+pub use service_layout::ServiceLayout;
+pub(crate) use shortage::SHARED_MEMORY;
+pub use show_lock::ShowLock;
+pub use source_lock::SourceLock;
+pub use space::require_shared_memory;
+pub(crate) use space::reserve_segments;

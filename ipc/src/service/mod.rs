@@ -1,0 +1,7 @@
+//! Names, types and limits of the services, and the [`Member`] that opens or creates them.
+
+mod member;
+mod trouble;
+
+pub use crate::wire::services::*;
+pub use member::{Member, Role};

@@ -1,0 +1,9 @@
+//! The wake word: how a source wakes all readers that wait, with one system call and none where nobody waits.
+
+mod descriptor;
+mod page;
+mod word;
+
+pub(crate) use descriptor::WakeDescriptor;
+pub use page::WakePage;
+pub(crate) use word::wait;

@@ -1,0 +1,352 @@
+//! Commands to the server and its replies: the `bench-dragon/commands` service.
+
+use core::fmt;
+use core::mem::discriminant;
+
+use iceoryx2::prelude::ZeroCopySend;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+
+use super::wire_enum::wire_enum;
+
+/// A command in its shared-memory layout. Build it with [`Request::to_wire`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[type_name("bench_dragon.Command.v3")]
+pub struct Command {
+    /// Number of the [`Request`] variant, see [`Request::to_wire`].
+    pub kind: u32,
+    /// A [`Sender`] as its number: the kind of program that sends it.
+    pub sender: u32,
+    /// Run for which the request is meant; 0 for any run.
+    pub run_id: u64,
+    /// Values of the request in their order; 0 for unused ones.
+    pub values: [f64; 2],
+    /// Process id of the sender.
+    pub pid: u32,
+    /// 1 for a grant whose proven travel ends permanently, else 0.
+    pub flags: u32,
+}
+
+const _: () = assert!(size_of::<Command>() == 40 && align_of::<Command>() == 8);
+
+wire_enum! {
+    /// The kind of program that sends a command.
+    #[derive(Default)]
+    Sender {
+        /// A client of the library, in Rust, C or Python, without a more specific kind.
+        #[default]
+        Client = 0, "client";
+        /// `bench-dragon ctl`.
+        Ctl = 1, "ctl";
+        /// A browser page of `bench-dragon view`.
+        Page = 2, "page";
+        /// `bench-dragon watch`.
+        Watch = 3, "watch";
+        /// A program on another host, through `bench-dragon bridge zenoh`.
+        Zenoh = 4, "zenoh";
+        /// The timecode that the server follows.
+        Timecode = 5, "timecode";
+        /// The guard, `bench-dragon monitor --guard`.
+        Guard = 6, "guard";
+        /// A signal to the server's process, such as Ctrl-C.
+        Signal = 7, "signal";
+        /// The server itself.
+        Server = 8, "server";
+    }
+}
+
+/// The server's reply in its shared-memory layout. Read it with [`CommandReply::outcome`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[type_name("bench_dragon.CommandReply.v1")]
+pub struct CommandReply {
+    /// Run of the server that replies.
+    pub run_id: u64,
+    /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
+    pub tick: u64,
+    /// Least allowed value, where a value was out of range.
+    pub lowest: f64,
+    /// Greatest allowed value, where a value was out of range.
+    pub highest: f64,
+    /// 0 where the command was accepted, else a [`Refusal`] as its number.
+    pub refusal: u32,
+    /// Always 0.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<CommandReply>() == 40 && align_of::<CommandReply>() == 8);
+
+/// A request to the server.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Request {
+    /// Stop walking until `Resume`.
+    Pause,
+    /// Walk on after `Pause`.
+    Resume,
+    /// Walk at this speed of the head, in metres per show second, 0 to 10.
+    Speed {
+        /// The speed.
+        speed_mps: f64,
+    },
+    /// Seek to this show time in seconds. The travel becomes the configured speed times the show time. On a replay: to this
+    /// position in the recording, see [`ReplayStatus`](crate::ReplayStatus); a position beyond the end is the end.
+    Seek {
+        /// The show time.
+        sim_time_s: f64,
+    },
+    /// Stop for safety. Only `Release` lifts the hold.
+    Hold,
+    /// Lift a `Hold`, or start a show that is [ready](crate::ShowState::Ready).
+    Release,
+    /// End the server. The head comes to rest first, and the last frame of the run has the state
+    /// [`ShowState::Ended`](crate::ShowState::Ended).
+    Stop,
+    /// The guard's proof that on an interval of travel all benches keep their distance from each other. The proof depends
+    /// only on the run's geometry, not on how the head walks there, so it is never withdrawn. A guarded server moves the
+    /// head only within granted travel, and `Seek` may jump into it.
+    ///
+    /// For the guard alone: a client that sends a grant lets the dragon walk where nobody has proved anything.
+    #[doc(hidden)]
+    Grant {
+        /// Run whose description the guard used for the proof.
+        run_id: u64,
+        /// Start of the proven interval, in metres of travel.
+        from_m: f64,
+        /// End of the proven interval, in metres of travel.
+        to_m: f64,
+        /// Whether the proven travel ends there permanently: no later grant reaches further.
+        is_final: bool,
+    },
+    /// Replay at this pace, in recorded seconds per second, 0.01 to 100. Only a replay accepts it.
+    Pace {
+        /// The pace.
+        factor: f64,
+    },
+}
+
+impl Request {
+    /// Greatest allowed speed of the head, in metres per show second.
+    pub const MAX_SPEED_MPS: f64 = 10.0;
+
+    /// Returns the wire form with [`Sender::Client`] as the sender.
+    pub fn to_wire(self) -> Command {
+        let plain = |kind| Command { kind, ..Command::default() };
+        match self {
+            Self::Pause => plain(0),
+            Self::Resume => plain(1),
+            Self::Speed { speed_mps } => Command { values: [speed_mps, 0.0], ..plain(2) },
+            Self::Seek { sim_time_s } => Command { values: [sim_time_s, 0.0], ..plain(3) },
+            Self::Hold => plain(4),
+            Self::Release => plain(5),
+            Self::Stop => plain(6),
+            Self::Grant { run_id, from_m, to_m, is_final } => {
+                Command { run_id, values: [from_m, to_m], flags: is_final.into(), ..plain(7) }
+            }
+            // The kinds of command events have the numbers from 8 to 11.
+            Self::Pace { factor } => Command { values: [factor, 0.0], ..plain(12) },
+        }
+    }
+
+    /// Returns the request of a wire form, or `None` for a kind that this version does not support.
+    ///
+    /// Values are not checked and may be NaN: the server refuses values that are out of range.
+    pub fn from_wire(command: &Command) -> Option<Self> {
+        let [value, second] = command.values;
+        Some(match command.kind {
+            0 => Self::Pause,
+            1 => Self::Resume,
+            2 => Self::Speed { speed_mps: value },
+            3 => Self::Seek { sim_time_s: value },
+            4 => Self::Hold,
+            5 => Self::Release,
+            6 => Self::Stop,
+            7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second, is_final: command.flags & 1 != 0 },
+            12 => Self::Pace { factor: value },
+            _ => return None,
+        })
+    }
+}
+
+/// Reason for which a server refuses a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// The server does not support this kind of command.
+    Unknown,
+    /// The value is outside this range, or NaN.
+    OutOfRange {
+        /// Least allowed value.
+        lowest: f64,
+        /// Greatest allowed value.
+        highest: f64,
+    },
+    /// The show is held. Only `release` lifts the hold.
+    Held,
+    /// There is no hold to release, and the show does not wait at its start.
+    NotHeld,
+    /// The show is finished. A `seek` starts it again.
+    Finished,
+    /// The server accepts no grants, because it was started without `--guarded`.
+    NotGuarded,
+    /// The server is guarded, and the guard has not yet proved that the benches are apart at the sought travel. The
+    /// refused seek asks the guard to prove it. The same seek is accepted a little later, unless the benches are not
+    /// apart there.
+    NotProved,
+    /// The grant is for another run.
+    OtherRun,
+    /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a seek
+    /// moves it.
+    HeldByGuard,
+    /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
+    Replayed,
+    /// The source is on another host, which does not answer.
+    Unreachable,
+    /// The source is on another host, and its bridge accepts no commands: it was started without `--allow-commands`.
+    NotTaken,
+    /// More commands at a time than a bridge forwards to another host.
+    TooMany,
+    /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
+    Followed,
+    /// The show waits at its start. Only `release` starts it.
+    Ready,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown => formatter.write_str("the server does not support this command"),
+            Self::OutOfRange { lowest, highest } => {
+                write!(formatter, "the value must be from {lowest} to {highest}")
+            }
+            Self::Held => formatter.write_str("the show is held: release it first"),
+            Self::NotHeld => formatter.write_str("the show is not held"),
+            Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
+            Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
+            Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
+            Self::OtherRun => formatter.write_str("the grant is for another run"),
+            Self::HeldByGuard => formatter.write_str(
+                "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it",
+            ),
+            Self::Replayed => formatter
+                .write_str("the source replays a recording: it accepts only pause, resume, seek, pace and stop"),
+            Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
+            Self::NotTaken => formatter
+                .write_str("the server is on another host: start its bridge with --allow-commands to send commands"),
+            Self::TooMany => {
+                formatter.write_str("more commands at a time than the bridge forwards to another host: try again")
+            }
+            Self::Followed => formatter.write_str("the show follows timecode: seek on the device that sends it"),
+            Self::Ready => formatter.write_str("the show waits at its start: release it first"),
+        }
+    }
+}
+
+impl Refusal {
+    /// All refusals in the order of their numbers on the wire, from 1. A value out of range has these limits.
+    fn by_number(lowest: f64, highest: f64) -> [Self; 15] {
+        [
+            Self::Unknown,
+            Self::OutOfRange { lowest, highest },
+            Self::Held,
+            Self::NotHeld,
+            Self::Finished,
+            Self::NotGuarded,
+            Self::NotProved,
+            Self::OtherRun,
+            Self::HeldByGuard,
+            Self::Replayed,
+            Self::Unreachable,
+            Self::NotTaken,
+            Self::TooMany,
+            Self::Followed,
+            Self::Ready,
+        ]
+    }
+
+    /// The number on the wire.
+    fn number(&self) -> u32 {
+        let place = Self::by_number(0.0, 0.0).iter().position(|known| discriminant(known) == discriminant(self));
+        place.expect("every refusal has a number") as u32 + 1
+    }
+
+    /// Returns the reason in words for the refused request. For a value out of range, the text has the value, its unit
+    /// and the allowed range.
+    ///
+    /// ```
+    /// use bench_dragon_ipc::{Refusal, Request};
+    ///
+    /// let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 432.758_716 };
+    /// let text = refusal.explain(&Request::Seek { sim_time_s: 500.0 });
+    /// assert_eq!(text, "the show time is 500 s, must be from 0 to 432.758 s");
+    /// assert!(refusal.explain(&Request::Seek { sim_time_s: 1e300 }).starts_with("the show time is 1e300 s, must"));
+    /// ```
+    pub fn explain(&self, request: &Request) -> String {
+        let (lowest, highest) = match *self {
+            Self::OutOfRange { lowest, highest } => (within(lowest, f64::ceil), within(highest, f64::floor)),
+            _ => return self.to_string(),
+        };
+        let (name, value, unit) = match *request {
+            Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
+            Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
+            Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
+            Request::Pace { factor } => ("pace", factor, "times the recorded one"),
+            _ => return self.to_string(),
+        };
+        // Without an exponent, 1e300 would have 301 digits.
+        let value = if value.abs() < LONG_NUMBER { value.to_string() } else { format!("{value:e}") };
+        format!("the {name} is {value} {unit}, must be from {lowest} to {highest} {unit}")
+    }
+}
+
+/// A number from which on messages have an exponent.
+const LONG_NUMBER: f64 = 1e15;
+
+/// Rounds a limit to three decimals, towards the inside of the range.
+fn within(limit: f64, round: fn(f64) -> f64) -> f64 {
+    // Adding 0 removes the sign of a negative zero.
+    round(limit * 1e3) / 1e3 + 0.0
+}
+
+impl CommandReply {
+    /// Returns the reply to a command that holds from `tick` on.
+    pub fn accepted(run_id: u64, tick: u64) -> Self {
+        Self { run_id, tick, ..Self::default() }
+    }
+
+    /// Returns the reply to a command that was refused at `tick`.
+    pub fn refused(run_id: u64, tick: u64, refusal: Refusal) -> Self {
+        let (lowest, highest) = match refusal {
+            Refusal::OutOfRange { lowest, highest } => (lowest, highest),
+            _ => (0.0, 0.0),
+        };
+        Self { run_id, tick, lowest, highest, refusal: refusal.number(), reserved: 0 }
+    }
+
+    /// Returns the tick from which the command holds.
+    ///
+    /// # Errors
+    /// The reason of the refusal; [`Refusal::Unknown`] for a number that this version does not support.
+    pub fn outcome(&self) -> Result<u64, Refusal> {
+        match self.refusal.checked_sub(1) {
+            None => Ok(self.tick),
+            Some(index) => {
+                let known = Refusal::by_number(self.lowest, self.highest);
+                Err(known.get(index as usize).copied().unwrap_or(Refusal::Unknown))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_refusal_is_the_same_after_its_way_over_the_wire() {
+        for (index, refusal) in Refusal::by_number(-0.5, 2.5).into_iter().enumerate() {
+            let reply = CommandReply::refused(7, 41, refusal);
+            assert_eq!((reply.refusal as usize, reply.outcome()), (index + 1, Err(refusal)));
+        }
+        let newer = CommandReply { refusal: 16, ..CommandReply::accepted(7, 41) };
+        assert_eq!((newer.outcome(), CommandReply::accepted(7, 41).outcome()), (Err(Refusal::Unknown), Ok(41)));
+    }
+}

@@ -1,0 +1,24 @@
+//! Types that cross processes: their layouts in shared memory, the numbers of their enums, and the services that carry
+//! them. Nothing here reads a file or a clock.
+
+mod alert;
+mod bench;
+mod command;
+mod command_event;
+mod frame;
+mod reader_report;
+mod replay_status;
+pub(crate) mod services;
+mod status;
+mod time_histogram;
+mod wire_enum;
+
+pub use alert::{Alert, AlertKind};
+pub use bench::BenchState;
+pub use command::{Command, CommandReply, Refusal, Request, Sender};
+pub use command_event::{CommandEvent, EventKind, RunStart};
+pub use frame::{FrameHeader, HandleState, ShowState, frame_bytes};
+pub use reader_report::ReaderReport;
+pub use replay_status::ReplayStatus;
+pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
+pub use time_histogram::TimeHistogram;
