@@ -193,8 +193,10 @@ fn refuse_look() -> Response {
     refuse(StatusCode::UNAUTHORIZED, "this view needs the token that `bench-dragon view` printed")
 }
 
+type MakeHandler = fn() -> MethodRouter<View>;
+
 /// The paths beside the page's files, in the order of their description, and what answers them.
-const INTERFACE: [(&str, fn() -> MethodRouter<View>); 7] = [
+const INTERFACE: [(&str, MakeHandler); 7] = [
     ("/access", || get(report_access)),
     ("/frame", || get(report_frame)),
     ("/status", || get(report_status)),
