@@ -204,7 +204,7 @@ def line_of(alert):
         "tick": alert.tick,
         "run_id": alert.run_id,
         "benches": alert.pair and list(alert.pair),
-        "bench": None,
+        "bench": alert.bench,
         "clearance_m": alert.pair and alert.clearance_m,
         "point_m": alert.pair and list(alert.point_m),
         "forecast_s": alert.forecast_s,
