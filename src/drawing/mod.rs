@@ -135,7 +135,7 @@ impl DrawingFormat {
 /// # Errors
 /// The file cannot be read, is too long, or does not have the path.
 pub fn read(file: &Path, choice: &PathChoice<'_>) -> Result<Drawing, DrawingFileError> {
-    let format = DrawingFormat::of(file).ok_or_else(unknown_format)?;
+    let format = format_of(file)?;
     parse(&input_file::read(file)?, format, choice)
 }
 
@@ -173,7 +173,7 @@ pub struct PathList {
 /// # Errors
 /// The file cannot be read.
 pub fn list(file: &Path, choice: &PathChoice<'_>) -> Result<PathList, DrawingFileError> {
-    let format = DrawingFormat::of(file).ok_or_else(unknown_format)?;
+    let format = format_of(file)?;
     let bytes = input_file::read(file)?;
     content::require(&bytes)?;
     let in_metres = |paths| PathList { paths, is_in_metres: true };
@@ -195,8 +195,15 @@ fn text(bytes: &[u8]) -> Result<&str, DrawingFileError> {
     utf8(bytes).map_err(|error| content::declared_encoding(bytes).unwrap_or_else(|| error.into()))
 }
 
-fn unknown_format() -> DrawingFileError {
-    DrawingFileError(format!("has no known format, must be {FORMATS}"))
+/// The format of a file by its name. The error names a format that the content shows, such as that of a `.dwg`.
+fn format_of(file: &Path) -> Result<DrawingFormat, DrawingFileError> {
+    if let Some(format) = DrawingFormat::of(file) {
+        return Ok(format);
+    }
+    if let Ok(bytes) = input_file::read(file) {
+        content::require(&bytes)?;
+    }
+    Err(DrawingFileError(format!("has no known format, must be {FORMATS}")))
 }
 
 /// Whether a file has points of a curve, and not the lines between them.

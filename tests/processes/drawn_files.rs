@@ -388,6 +388,10 @@ fn what_a_file_really_is_is_told() {
         ("a.dxf", b"AC1032\0\0\0\0", "is a DWG file: save it as DXF in text form"),
         ("a.dxf", b"AutoCAD Binary DXF\r\n\x1a\0", "is a binary DXF file, must be in text form"),
         ("a.csv", b"PK\x03\x04", "is a ZIP archive"),
+        ("a.svgz", b"\x1f\x8b\x08\0", "is compressed by gzip"),
+        ("a.dwg", b"AC1032\0\0\0\0", "is a DWG file: save it as DXF in text form"),
+        ("a.kmz", b"PK\x03\x04", "is a ZIP archive"),
+        ("a.svg", b"<kml xmlns=\"http://www.opengis.net/kml/2.2\"/>", "begins with the element \"kml\", must be svg"),
         ("a.shp", b"x", "has no known format, must be .svg, .dxf, .csv, .gpx, .kml or .geojson"),
     ] {
         assert_refused(&of_text(name, bytes, ""), reason);

@@ -1,10 +1,13 @@
 //! Files of other users in shared memory, with the names that this user's processes would use.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::os::unix::fs::{lchown, symlink};
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
+use tempfile::tempdir;
+use test_support::process::Process;
 use test_support::skip::skip;
 
 use crate::reader::Reader;
@@ -58,6 +61,46 @@ fn a_file_of_another_user_keeps_no_process_from_starting() {
             if taken.is_dir() { fs::remove_dir(&taken) } else { fs::remove_file(&taken) }.expect("root may do this");
         }
     }
+}
+
+#[test]
+fn a_name_that_another_user_has_seen_and_occupied_is_taken_no_more() {
+    // The random part belongs to the user, so this test has a folder of its own for it.
+    let (stage, runtime) = (Stage::new(), tempdir().expect("a folder"));
+    let start = |args: &[&str]| {
+        let mut command = stage.command(args);
+        command.env("XDG_RUNTIME_DIR", runtime.path());
+        Process::start(command)
+    };
+    let serve = || {
+        let mut server = start(&["serve", "--format", "json", "--rate", "50"]);
+        assert_eq!(server.json()["type"], "started");
+        server
+    };
+    let segments = || {
+        let prefix = stage.domain().prefix();
+        let entries = fs::read_dir("/dev/shm").expect("shared memory").flatten().map(|entry| entry.path());
+        let is_state = |path: &PathBuf| {
+            let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+            name.starts_with(&prefix) && name.ends_with(STATE)
+        };
+        entries.filter(is_state).collect::<Vec<PathBuf>>()
+    };
+    let server = serve();
+    let found = segments();
+    let [seen] = &found[..] else { panic!("there is one state") };
+    server.terminate().expect_clean();
+    fs::write(seen, "").expect("shared memory");
+    if lchown(seen, Some(ANOTHER_USER), None).is_err() {
+        fs::remove_file(seen).expect("its user may remove it");
+        return skip("only root may give files away");
+    }
+    let server = serve();
+    start(&["echo", "--count", "1"]).end().expect_clean();
+    let states = segments();
+    assert!(states.len() == 2 && states.contains(seen), "the server has another name: {states:?}");
+    server.terminate().expect_clean();
+    fs::remove_file(seen).expect("root may do this");
 }
 
 fn finding<'a>(findings: &'a Value, check: &str) -> &'a Value {

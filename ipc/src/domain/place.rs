@@ -17,6 +17,8 @@ use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 use super::domain_error::{DomainError, MAX_ROOT_PATH_LEN};
 use super::instance::Instance;
 use super::secret;
+use super::shortage::SHARED_MEMORY;
+use super::sweep::{foreign_owner, named_as_ours};
 
 /// iceoryx2 domain of an instance.
 #[derive(Clone, Debug)]
@@ -132,6 +134,20 @@ impl Domain {
         self.create(self.directories()[0])?;
         let path = self.secret_path();
         secret::ensure(&path).map_err(|error| DomainError::Io { path, error })
+    }
+
+    /// Takes a new random number if another user has occupied the name that contains the present one.
+    ///
+    /// # Errors
+    /// [`DomainError::Io`] where shared memory cannot be listed or the number cannot be written.
+    pub(crate) fn renew_occupied_secret(&self) -> Result<(), DomainError> {
+        let Some(suffix) = self.state_suffix() else { return Ok(()) };
+        let is_occupied = named_as_ours(Path::new(SHARED_MEMORY), self)?.iter().any(|entry| {
+            let is_state = entry.file_name().to_str().is_some_and(|name| name.ends_with(&suffix));
+            is_state && foreign_owner(&entry.path(), self).is_some()
+        });
+        let path = self.secret_path();
+        if is_occupied { secret::renew(&path).map_err(|error| DomainError::Io { path, error }) } else { Ok(()) }
     }
 
     /// Path of the domain's iceoryx2 configuration file, which exists while a process is in the domain.

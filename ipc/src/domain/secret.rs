@@ -7,6 +7,9 @@
 //! The number is in a file beside the directories of the instances, and stays there when the last process leaves: a stock
 //! client's copy of the configuration remains true. A client with another number, or without one, finds the bus too. It then has
 //! a state of its own, which is sound: the unique numbers of two processes differ by their process ids.
+//!
+//! Another user sees the number in `/dev/shm` while a show runs, and can occupy the name for later. So a process that finds the
+//! name occupied takes a new number.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, ErrorKind, Write as _};
@@ -31,6 +34,15 @@ pub(crate) fn ensure(path: &Path) -> io::Result<()> {
     if read(path).is_some() {
         return Ok(());
     }
+    create(path, put)
+}
+
+/// Replaces the number in the file at a path by a new one. A running process keeps the old one, which does no harm.
+pub(crate) fn renew(path: &Path) -> io::Result<()> {
+    create(path, |draft, path| fs::rename(draft, path))
+}
+
+fn create(path: &Path, put: fn(&Path, &Path) -> io::Result<()>) -> io::Result<()> {
     let number = random_number()?;
     let draft = path.with_extension(format!("{number}.draft"));
     let drafted = write(&draft, &number).and_then(|()| put(&draft, path));

@@ -96,6 +96,7 @@ impl Member {
                 (entered, _) => break entered?,
             }
         };
+        domain.renew_occupied_secret()?;
         domain
             .set_fallback_configuration()
             .map_err(|error| DomainError::Io { path: domain.iceoryx2_toml_path(), error })?;

@@ -122,7 +122,7 @@ fn judge_foreign_files(census: &Census) -> Finding {
     Finding::warning(
         &value,
         format!("{value} {noun} of other users with this instance's prefix; one is {one:?} of user {owner}"),
-        "this program's names cannot be occupied; a stock iceoryx2 client needs the present output of `bench-dragon iox2-config`; \
+        "this program takes another name where one is occupied; a stock iceoryx2 client needs the present output of `bench-dragon iox2-config`; \
          the owner or root can remove such a file",
     )
 }

@@ -88,6 +88,10 @@ pub(super) fn list(text: &str, choice: &PathChoice<'_>) -> Result<Vec<ListedPath
 impl<'a> File<'a> {
     fn read(document: &'a Document<'a>) -> Result<Self, DrawingFileError> {
         let by_id = by_id(document);
+        let root = document.root_element().tag_name().name();
+        if root != "svg" {
+            return Err(DrawingFileError(format!("begins with the element {}, must be svg", quoted(root))));
+        }
         let Reduced { text, faults, fault, data, sizes } = reduced(document, &by_id)?;
         let failed = |error: usvg::Error| DrawingFileError(format!("is not a valid SVG file: {error}"));
         let tree = Tree::from_xmltree(&parsed(&text)?, &options()).map_err(failed)?;
