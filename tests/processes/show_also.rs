@@ -8,6 +8,7 @@ use serde_json::json;
 use test_support::eventually::eventually;
 
 use crate::children::{await_child, children, kill, send};
+use crate::ctl_status::{lamp, status_with};
 use crate::show::Playing;
 use crate::stage::Stage;
 
@@ -55,6 +56,9 @@ fn a_show_continues_without_a_command_that_keeps_failing() {
     let show = stage.start(&["show", "--config", "stage.toml", "--rate", "50", "--out", "out", "--format", "json"]);
     let given_up = "bridge psn ended with exit status: 1: the show goes on without it";
     show.complaint_with(given_up);
+    let (status, code) = status_with(&stage, "the missing bridge", |json| lamp(json, "psn").0 == "danger");
+    assert_eq!((code, lamp(&status, "psn").1), (Some(1), "configured, but does not run"));
+    assert_eq!(lamp(&status, "osc"), ("off", "not started"));
     show.signal(Signal::INT);
     let ended = show.end();
     assert_eq!(ended.code(), Some(1), "{}", ended.stderr);

@@ -130,7 +130,8 @@ impl fmt::Display for DomainError {
             Self::NotADirectory { path } => write!(formatter, "{} is not a directory: remove it", path.display()),
             Self::ForeignOwner { path, owner, user } => write!(
                 formatter,
-                "the bus directory {} belongs to user {owner}, must belong to user {user}: run as that user or remove it",
+                "the bus directory {} belongs to user {owner}, must belong to user {user}: remove it, run as its owner, or \
+                 set XDG_RUNTIME_DIR to a folder of your own for every program",
                 path.display()
             ),
             Self::WritableByOthers { path, mode } => write!(

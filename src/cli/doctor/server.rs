@@ -16,7 +16,25 @@ const LOOK_PERIOD: Duration = Duration::from_millis(20);
 
 /// The server and its clients.
 pub(super) fn server(target: &Target) -> Finding {
-    target.judge_census(|census| judge_server(census, census.source.is_some_and(was_replaced)))
+    target.judge_census(|census| {
+        let is_stopped = census.source.is_some_and(is_stopped);
+        if is_stopped { stopped_server(census) } else { judge_server(census, census.source.is_some_and(was_replaced)) }
+    })
+}
+
+/// Whether a process is stopped by a signal (`proc(5)`: the field after the name in parentheses).
+fn is_stopped(pid: u32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with('T'))
+}
+
+fn stopped_server(census: &Census) -> Finding {
+    let pid = census.source.map_or("PID".to_owned(), |pid| pid.to_string());
+    Finding::problem(
+        format!("pid {pid}"),
+        format!("pid {pid} is stopped by a signal, and publishes nothing"),
+        format!("continue it: kill -CONT {pid}"),
+    )
 }
 
 /// Whether the program file of a process has been deleted or replaced.
@@ -87,7 +105,8 @@ fn status(domain: &Domain) -> Option<Status> {
 /// Judges the guard by its lock and by the server's status. Only the status reports a guard of another PID namespace.
 fn judge_guard(has_server: bool, guard: Option<u32>, reported: Option<GuardState>) -> Finding {
     match (has_server, guard, reported) {
-        (_, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the travel ahead")),
+        (true, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} proves the travel ahead")),
+        (false, Some(pid), _) => Finding::ok(format!("pid {pid}"), format!("pid {pid} waits for a server")),
         (false, None, _) => Finding::ok("none", "no server, and no guard"),
         (true, None, Some(GuardState::None)) => Finding::ok("none", "the server is not guarded and needs no guard"),
         (true, None, Some(GuardState::Running)) => {
@@ -106,6 +125,10 @@ fn judge_guard(has_server: bool, guard: Option<u32>, reported: Option<GuardState
 
 #[cfg(test)]
 mod tests {
+    use std::process::Command;
+
+    use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
+
     use super::*;
     use crate::cli::doctor::Verdict;
 
@@ -119,6 +142,20 @@ mod tests {
         let census = Census { source: Some(7), has_source: true, living, ..Census::default() };
         assert_eq!(judge_server(&census, false), Finding::ok("pid 7", "pid 7; monitor (8)"));
         assert_eq!(judge_server(&census, true).status, Verdict::Warning);
+    }
+
+    #[test]
+    fn a_stopped_server_is_a_problem() {
+        let census = Census { source: Some(7), has_source: true, ..Census::default() };
+        assert_eq!(stopped_server(&census).status, Verdict::Problem);
+        let mut child = Command::new("sleep").arg("600").spawn().expect("a process");
+        assert!(!is_stopped(child.id()));
+        kill_process(Pid::from_child(&child), Signal::STOP).expect("a child");
+        let stopped =
+            waitpid(Some(Pid::from_child(&child)), WaitOptions::UNTRACED).expect("a child").expect("a change");
+        assert!(stopped.1.stopped() && is_stopped(child.id()));
+        child.kill().expect("a child");
+        child.wait().expect("a child");
     }
 
     #[test]

@@ -68,6 +68,11 @@ impl HoldLog {
                 self.begin(HoldKind::Safety, report(event, at, sender_name(event), pid(event)));
             }
             Some(EventKind::Release) => self.close(at, Some(event)),
+            // It moves the head away from the guard's stop.
+            Some(EventKind::Seek) if self.open == Some(HoldKind::GrantEnd) => {
+                self.close(at, None);
+                self.has_walked = false;
+            }
             Some(EventKind::Start) => {
                 self.has_walked = false;
                 let is_held = event.run_start().is_some_and(|start| start.is_held && start.is_restarted);
@@ -190,6 +195,21 @@ mod tests {
         assert_eq!(words(&log), ["ctl, released by watch"]);
         let hold = &log.reports()[0];
         assert_eq!((hold.time_s, hold.by_pid, hold.released_by_pid), (3.0, Some(7), Some(7)));
+    }
+
+    #[test]
+    fn a_seek_ends_a_stop_of_the_guard_also_while_the_show_is_paused() {
+        let mut log = HoldLog::default();
+        log.take(&start(false, false));
+        let guarded = Stops { guard_limit: true, ..Stops::default() };
+        let at = |second| WallTime::of(&event(EventKind::Stop, Sender::Server, second));
+        log.see(&status(ShowState::Running, Stops::default()), at(21));
+        log.see(&status(ShowState::Held, guarded), at(22));
+        log.take(&event(EventKind::Pause, Sender::Ctl, 23));
+        log.take(&event(EventKind::Seek, Sender::Ctl, 24));
+        log.see(&status(ShowState::Held, guarded), at(25));
+        assert_eq!(words(&log), ["guard, ended"]);
+        assert_eq!(log.reports()[0].end, Some(at(24)));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use bench_dragon_ipc::{SourceKind, Status, TimecodeState};
 use serde::Serialize;
 
 use super::contact::Contact;
+use super::described_run::DescribedRun;
 use super::guard_situation::GuardSituation;
 use super::reader_lamps::{MONITOR, OPTIONAL, Readers, hung_monitor};
 use super::recent_overruns::RecentOverruns;
@@ -69,12 +70,21 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
         readers.lamp("monitor", MONITOR, (LampLevel::Warning, "missing")),
         guard(snapshot, &presence, now_ns),
         readers.recorder(),
-        readers.lamp("psn", "bridge-psn", OPTIONAL),
-        readers.lamp("osc", "bridge-osc", OPTIONAL),
-        readers.lamp("zenoh", "bridge-zenoh", OPTIONAL),
+        readers.lamp("psn", "bridge-psn", missing_bridge(snapshot, "psn")),
+        readers.lamp("osc", "bridge-osc", missing_bridge(snapshot, "osc")),
+        readers.lamp("zenoh", "bridge-zenoh", missing_bridge(snapshot, "zenoh")),
         timecode(snapshot, &presence),
         readers.losing(),
     ]
+}
+
+/// The lamp of a bridge that does not run: red if the supervised show has a command for it.
+fn missing_bridge(snapshot: &Snapshot, name: &str) -> (LampLevel, &'static str) {
+    let is_configured = |run: &DescribedRun| {
+        run.config.also().iter().any(|command| command.split_whitespace().take(2).eq(["bridge", name]))
+    };
+    let is_wanted = snapshot.is_supervised && snapshot.run.as_deref().is_some_and(is_configured);
+    if is_wanted { (LampLevel::Danger, "configured, but does not run") } else { OPTIONAL }
 }
 
 fn server(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Lamp {
