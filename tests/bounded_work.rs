@@ -117,7 +117,7 @@ fn ask(what: &str, text: &str, handles: usize, question: impl FnOnce(&Meter)) {
 /// Checks all questions about a configuration. Returns whether the configuration is valid.
 fn is_bounded(text: &str) -> bool {
     let Ok(config) = Config::from_toml(text) else { return false };
-    let dragon = config.dragon();
+    let dragon = config.lead();
     let (start_m, end_m, handles) = (dragon.start_travel_m(), dragon.end_travel_m(), dragon.dimensions().handles());
     let ask = |what: &str, question: &dyn Fn(&Meter)| ask(what, text, handles, question);
     ask("the first contact", &|meter| {
@@ -185,7 +185,7 @@ fn is_bounded(text: &str) -> bool {
 
 /// Checks a monitor of some frames with increasing gaps.
 fn watch(config: &Config, text: &str) {
-    let dragon = config.dragon();
+    let dragon = config.lead();
     let mut solver = ChainSolver::new(dragon);
     let mut header =
         FrameHeader { run_id: 1, bench_count: dragon.dimensions().benches() as u32, ..FrameHeader::default() };

@@ -37,7 +37,7 @@ struct Rehearsal<'a> {
 
 impl<'a> Rehearsal<'a> {
     fn new(config: &'a Config, start_travel_m: f64, lag_ticks: usize) -> Self {
-        let dragon: &Dragon = config.dragon();
+        let dragon: &Dragon = config.lead();
         let plan = MotionSettings {
             speed_mps: config.tables().head.speed_mps,
             start_speed_mps: config.tables().head.speed_mps,
@@ -54,7 +54,7 @@ impl<'a> Rehearsal<'a> {
             dragon,
             motion: Motion::new(MotionPlan::new(plan).expect("the settings are sound")),
             guard: guard(config),
-            check: ClearanceCheck::new(Arc::clone(config.dragon())),
+            check: ClearanceCheck::new(Arc::clone(config.lead())),
             tick: 0,
             lag_ticks,
             late: VecDeque::new(),
@@ -150,7 +150,7 @@ impl<'a> Rehearsal<'a> {
 }
 
 fn guard(config: &Config) -> Guard<'_> {
-    Guard::new(config.dragon(), config, RUN_ID)
+    Guard::new(config.lead(), config, RUN_ID)
 }
 
 /// Configurations with both kinds of routes. Most of them have a contact.
@@ -215,7 +215,7 @@ proptest! {
         lag_ticks in 0..30_usize,
         events in events(),
     ) {
-        let dragon = Arc::clone(config.dragon());
+        let dragon = Arc::clone(config.lead());
         let at = |share: f64| dragon.start_travel_m() + share * (dragon.end_travel_m() - dragon.start_travel_m());
         let mut rehearsal = Rehearsal::new(&config, at(start), lag_ticks);
         for (ticks, event) in events {

@@ -25,17 +25,17 @@ impl Rehearsal {
         let plan = MotionSettings {
             start_s,
             start_travel_m: start_s,
-            ..MotionSettings::plain(config.tick_s(), 0.0, config.dragon().end_travel_m())
+            ..MotionSettings::plain(config.tick_s(), 0.0, config.lead().end_travel_m())
         };
         Self {
             simulation: Simulation::new(
-                config.dragon().clone(),
+                config.lead().clone(),
                 MotionPlan::new(plan).expect("the settings are sound"),
                 config.tables().serve.rate_hz,
                 time_scale,
             ),
             monitor: Monitor::new(&config),
-            handles: vec![HandleState::default(); config.dragon().dimensions().benches() + 1],
+            handles: vec![HandleState::default(); config.lead().dimensions().benches() + 1],
             tick: 0,
             alerts: Vec::new(),
         }

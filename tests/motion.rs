@@ -1,7 +1,7 @@
 //! The motion of the head, tick by tick: requests, grants, ends and missed releases.
 
 use bench_dragon::source::server::motion::{FASTEST, HeadState, Motion, MotionPlan, MotionSettings};
-use bench_dragon_geometry::planner::HeadTimetable;
+use bench_dragon_geometry::formation::Timetable;
 use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
 use proptest::prelude::*;
 use test_support::property::random_cases;
@@ -179,7 +179,7 @@ proptest! {
         tick_s in 0.01..0.5_f64,
     ) {
         let (start_travel_m, end_travel_m) = (speed_mps * start_s, speed_mps * start_s + run_m);
-        let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, end_travel_m);
+        let timetable = Timetable::new(speed_mps, accel_mps2, start_s, end_travel_m);
         let (first_s, last_s) = (start_s, end_travel_m / speed_mps);
         let paces = MotionSettings { speed_mps, accel_mps2, tick_s, start_speed_mps: speed_mps, ..plan() };
         let mut motion = start(MotionSettings { start_s, start_travel_m, first_s, last_s, end_travel_m, ..paces });

@@ -8,6 +8,7 @@
 //! | [`route`] | the curves that the handles follow |
 //! | [`drawing`] | drawn curves, and the routes that follow them |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
+//! | [`formation`] | all dragons of a show, and the numbers of their benches and handles |
 //! | [`outline`] | the outline of a stage, and whether a board is inside |
 //! | [`clearance`] | distances of boards, first contact, and proofs about intervals of travel |
 //! | [`planner`] | answers to a choreographer's questions |
@@ -18,6 +19,7 @@
 pub mod clearance;
 pub mod dragon;
 pub mod drawing;
+pub mod formation;
 pub mod ground;
 pub mod number;
 mod numerics;

@@ -1,12 +1,12 @@
 //! The head's timetable, with and without ramps.
 
-use bench_dragon_geometry::planner::HeadTimetable;
+use bench_dragon_geometry::formation::Timetable;
 use proptest::prelude::*;
 use test_support::property::random_cases;
 
 #[test]
 fn without_an_acceleration_time_is_travel_over_speed_to_the_bit() {
-    let timetable = HeadTimetable::new(0.7, None, -3.0, 51.3);
+    let timetable = Timetable::new(0.7, None, -3.0, 51.3);
     for travel_m in [-2.1, 0.0, 0.1, 17.3, 51.3] {
         assert_eq!(timetable.time_s(travel_m), travel_m / 0.7);
     }
@@ -15,14 +15,14 @@ fn without_an_acceleration_time_is_travel_over_speed_to_the_bit() {
 
 #[test]
 fn a_run_too_short_for_the_planned_speed_brakes_from_its_middle() {
-    let timetable = HeadTimetable::new(5.0, Some(1.0), 0.0, 4.0);
+    let timetable = Timetable::new(5.0, Some(1.0), 0.0, 4.0);
     assert_eq!((timetable.end_s(), timetable.time_s(2.0)), (4.0, 2.0));
     assert_eq!((timetable.speed_mps(2.0), timetable.travel_m(3.0)), (2.0, 3.5));
 }
 
 #[test]
 fn a_run_without_length_is_over_at_once() {
-    let timetable = HeadTimetable::new(2.0, Some(1.0), 3.0, 6.0);
+    let timetable = Timetable::new(2.0, Some(1.0), 3.0, 6.0);
     assert_eq!((timetable.end_s(), timetable.time_s(6.0), timetable.travel_m(9.0)), (3.0, 3.0, 6.0));
 }
 
@@ -37,7 +37,7 @@ proptest! {
         run_m in 0.01..500.0_f64,
         part in 0.0..1.0_f64,
     ) {
-        let timetable = HeadTimetable::new(speed_mps, accel_mps2, start_s, speed_mps * start_s + run_m);
+        let timetable = Timetable::new(speed_mps, accel_mps2, start_s, speed_mps * start_s + run_m);
         let travel_m = speed_mps * start_s + part * run_m;
         let again_m = timetable.travel_m(timetable.time_s(travel_m));
         prop_assert!((again_m - travel_m).abs() < 1e-9, "{travel_m} becomes {again_m}");

@@ -66,7 +66,7 @@ fn frames_of_another_layout_are_a_version_mismatch() {
     assert!(error.to_string().contains("run the same version of bench-dragon on both sides"), "{error}");
     drop((other, node));
     // The last member of this library removes the remains.
-    drop(Member::join(&domain, "test", Role::Source { bench_count: 1 }).expect("the domain is usable"));
+    drop(Member::join(&domain, "test", Role::Source { handle_count: 2 }).expect("the domain is usable"));
     assert_left_empty(&domain);
 }
 
@@ -84,7 +84,7 @@ fn a_second_source_is_refused_with_the_pid_of_the_first() {
 #[test]
 fn one_reader_too_many_is_refused_and_operators_have_places_of_their_own() {
     let domain = own_domain();
-    let member = Member::join(&domain, "source", Role::Source { bench_count: 1 }).expect("the domain is usable");
+    let member = Member::join(&domain, "source", Role::Source { handle_count: 2 }).expect("the domain is usable");
     let frames = member.frames().expect("the frames can be made");
     let readers: Vec<_> = (0..bench_dragon_ipc::service::MAX_READERS)
         .map(|_| FrameSubscriber::open(&domain, "test").expect("the service has room"))
@@ -107,7 +107,7 @@ fn one_reader_too_many_is_refused_and_operators_have_places_of_their_own() {
 #[test]
 fn a_command_without_a_connected_server_fails_with_no_server() {
     let domain = own_domain();
-    let member = Member::join(&domain, "source", Role::Source { bench_count: 1 }).expect("the domain is usable");
+    let member = Member::join(&domain, "source", Role::Source { handle_count: 2 }).expect("the domain is usable");
     let commands = member.commands().expect("the commands can be made");
     let client = CommandClient::open(&domain, "test").expect("the service exists");
     let error = client

@@ -295,8 +295,8 @@ impl RecordSession {
         {
             self.recorder.describe(run_id, &description.toml)?;
             if let Ok(document) = ConfigDocument::from_toml(&description.toml) {
-                let benches = document.dimensions().benches();
-                self.recorder.expect_growth(walking_bytes_per_s(benches, document.tables().serve.rate_hz));
+                let rate_hz = document.tables().serve.rate_hz;
+                self.recorder.expect_growth(walking_bytes_per_s(&document.layout(), rate_hz));
             }
         }
         self.newest = Some((run_id, tick));

@@ -207,7 +207,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     match args.start_travel {
         // The speed was changed earlier, so show time does not determine the travel.
         Some(travel_m) => {
-            let dragon = config.dragon();
+            let dragon = config.lead();
             require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
             args.run.pace.until.map_or(Ok(()), |until_s| require_from("--until", until_s, config.start_s()))?;
         }
@@ -234,8 +234,8 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
 
 /// Warns if the dragon cannot walk up to the planned end. On a spiral without an end, no dragon reaches the centre.
 fn warn_of_early_end(config: &Config) {
-    let Some(spot) = config.dragon().tight_spot() else { return };
-    let (end_s, end) = (config.end_s(), config.dragon().run_end());
+    let Some(spot) = config.lead().tight_spot() else { return };
+    let (end_s, end) = (config.end_s(), config.lead().run_end());
     match (config.route().end_s, &config.route().shape) {
         (None, RouteShape::Spiral(_)) => {}
         (Some(planned_s), _) => {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use bench_dragon_geometry::formation::Timetable;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
@@ -62,6 +63,13 @@ pub struct HeadTable {
     /// Greatest acceleration of the head in m/s²; without one it starts and stops at once.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accel_mps2: Option<f64>,
+}
+
+impl HeadTable {
+    /// Timetable of a run that begins at a show time, at the travel of the planned speed, and ends at a travel.
+    pub fn timetable(&self, start_s: f64, end_travel_m: f64) -> Timetable {
+        Timetable::new(self.speed_mps, self.accel_mps2, start_s, end_travel_m)
+    }
 }
 
 /// `[serve]` of the document.

@@ -16,10 +16,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd};
+use bench_dragon_geometry::formation::{Formation, Layout, Planned, Timetable};
 use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
-use bench_dragon_geometry::planner::HeadTimetable;
 use bench_dragon_geometry::route::{Route, RouteError, RouteShape, RouteSpec};
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 
@@ -73,11 +73,11 @@ pub struct ConfigDocument {
     placing_steps: Option<u64>,
 }
 
-/// A valid configuration: the document's tables, and the dragon on its route.
+/// A valid configuration: the document's tables, and the formation of its dragon.
 #[derive(Clone, Debug)]
 pub struct Config {
     document: ConfigDocument,
-    dragon: Arc<Dragon>,
+    formation: Arc<Formation>,
 }
 
 impl ConfigDocument {
@@ -151,6 +151,11 @@ impl ConfigDocument {
         &self.dimensions
     }
 
+    /// The numbers of all benches and handles.
+    pub fn layout(&self) -> Layout {
+        Layout::of([self.dimensions.benches()])
+    }
+
     /// The curve of the route, with room for the dragon behind its beginning.
     ///
     /// # Errors
@@ -180,7 +185,9 @@ impl ConfigDocument {
             DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}")),
             error => ConfigError(error.to_string()),
         })?;
-        Ok(Config { document: self, dragon: Arc::new(dragon) })
+        let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
+        let formation = Formation::of_one(Planned { dragon: Arc::new(dragon), timetable });
+        Ok(Config { document: self, formation: Arc::new(formation) })
     }
 
     /// Places the dragon on the curve of its route.
@@ -281,9 +288,14 @@ impl Config {
         &self.document.tables
     }
 
-    /// The dragon on its route.
-    pub fn dragon(&self) -> &Arc<Dragon> {
-        &self.dragon
+    /// All dragons of the show.
+    pub fn formation(&self) -> &Arc<Formation> {
+        &self.formation
+    }
+
+    /// The dragon that leads, on its route.
+    pub fn lead(&self) -> &Arc<Dragon> {
+        self.formation.lead()
     }
 
     /// Show seconds that one running tick advances.
@@ -319,7 +331,7 @@ impl Config {
 
     /// That a clearance is less than the play of the hinges, in words; `None` if it is not.
     pub fn under_play(&self, name: &str, clearance_m: f64) -> Option<String> {
-        let play_m = self.dragon.dimensions().play_m();
+        let play_m = self.lead().dimensions().play_m();
         let [clearance, play] = [clearance_m, (play_m * 1e9).round() / 1e9].map(Number);
         (clearance_m < play_m).then(|| format!("{name} is {clearance}, less than the play of the hinges, {play} m"))
     }
@@ -329,19 +341,14 @@ impl Config {
         self.document.route.start_s
     }
 
-    /// Timetable of the head on a run from the start.
-    pub fn timetable(&self) -> HeadTimetable {
-        self.timetable_from(self.start_s())
+    /// Timetable of the leading head on a run from the start.
+    pub fn timetable(&self) -> &Timetable {
+        self.formation.timetable()
     }
 
-    /// Timetable of the head on a run that begins at a later show time, at the travel of the planned speed.
-    pub fn timetable_from(&self, start_s: f64) -> HeadTimetable {
-        HeadTimetable::new(
-            self.tables().head.speed_mps,
-            self.tables().head.accel_mps2,
-            start_s,
-            self.dragon.end_travel_m(),
-        )
+    /// The same for a run that begins at a later show time, at the travel of the planned speed.
+    pub fn timetable_from(&self, start_s: f64) -> Timetable {
+        self.tables().head.timetable(start_s, self.lead().end_travel_m())
     }
 
     /// Show time in seconds at which a run from the start ends: at the planned end, or where the dragon can walk no
@@ -353,9 +360,9 @@ impl Config {
     /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
     /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
-        match (self.document.route.end_s, self.dragon.run_end()) {
+        match (self.document.route.end_s, self.lead().run_end()) {
             (Some(end_s), RunEnd::RouteEnd) => end_s,
-            _ => self.dragon.end_travel_m() / self.tables().head.speed_mps,
+            _ => self.lead().end_travel_m() / self.tables().head.speed_mps,
         }
     }
 
@@ -435,7 +442,7 @@ mod tests {
     #[test]
     fn the_document_without_keys_is_the_papers_dragon() {
         let config = Config::from_toml("").expect("every key has a default");
-        assert_eq!(config.dragon().dimensions().benches(), 223);
+        assert_eq!(config.lead().dimensions().benches(), 223);
         assert_eq!(
             (config.tables().serve.rate_hz, config.tables().serve.time_scale, config.tables().head.speed_mps),
             (1000, 1.0, 1.0)

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use bench_dragon_geometry::formation::Layout;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 
 use super::progress::{DiskSpace, SpaceForecast};
@@ -18,10 +19,10 @@ const VIEWED_BYTES: usize = 40;
 const VIEWED_HZ: u32 = 30;
 
 /// Estimates the growth of the recording of a walking dragon, in bytes per second of wall time.
-pub fn walking_bytes_per_s(benches: usize, rate_hz: u32) -> f64 {
-    let frame_bytes = size_of::<FrameHeader>() + (benches + 1) * size_of::<HandleState>();
+pub fn walking_bytes_per_s(layout: &Layout, rate_hz: u32) -> f64 {
+    let frame_bytes = size_of::<FrameHeader>() + layout.handles() * size_of::<HandleState>();
     let frames = frame_bytes as f64 * COMPRESSED * f64::from(rate_hz);
-    frames + (benches * VIEWED_BYTES) as f64 * f64::from(rate_hz.min(VIEWED_HZ))
+    frames + (layout.benches() * VIEWED_BYTES) as f64 * f64::from(rate_hz.min(VIEWED_HZ))
 }
 
 /// Measures the growth rate of the recording, and forecasts when the disk will be full.
@@ -146,7 +147,7 @@ mod tests {
     fn a_recording_grows_as_measured() {
         // Measured: 23.7 GB an hour at 1 kHz, and 2.35 GB at 60 Hz.
         for (rate_hz, measured_gb_per_h) in [(1000, 23.7), (60, 2.35)] {
-            let gb_per_h = walking_bytes_per_s(223, rate_hz) * 3600.0 * 1e-9;
+            let gb_per_h = walking_bytes_per_s(&Layout::of([223]), rate_hz) * 3600.0 * 1e-9;
             assert!((gb_per_h / measured_gb_per_h - 1.0).abs() < 0.05, "{gb_per_h} GB an hour at {rate_hz} Hz");
         }
     }

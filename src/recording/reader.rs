@@ -290,7 +290,7 @@ impl FrameReader {
 
 /// Whether a frame has the number of handles that its header states.
 fn is_whole((header, handles): &(FrameHeader, Vec<HandleState>)) -> bool {
-    handles.len() == header.bench_count as usize + 1
+    handles.len() == header.handle_count()
 }
 
 impl Iterator for FrameReader {

@@ -237,7 +237,7 @@ mod tests {
     fn a_hold_at_the_end_of_the_run_is_not_the_stop_of_the_guard() {
         let config =
             Config::from_toml("[dragon]\nbenches = 2\n[monitor]\nguard = true\n").expect("a sound configuration");
-        let dragon: &Dragon = config.dragon();
+        let dragon: &Dragon = config.lead();
         let mut guard = Guard::new(dragon, &config, 7);
         let head_travel_m = dragon.end_travel_m();
         for state in [ShowState::Finished, ShowState::Held] {

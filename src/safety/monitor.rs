@@ -75,13 +75,13 @@ pub struct Monitor {
 impl Monitor {
     /// A monitor of a run with its published configuration.
     pub fn new(config: &Config) -> Self {
-        let dragon = Arc::clone(config.dragon());
+        let dragon = Arc::clone(config.lead());
         let sweeping = Meter::of(SWEEP_STEPS);
         Self {
             source: SourceMotion::of(config),
             near_m: config.tables().monitor.near_m,
             planned_speed_mps: config.tables().head.speed_mps,
-            clearances: ClearanceSearch::with_room(MAX_WATCHED),
+            clearances: ClearanceSearch::default().with_room(MAX_WATCHED),
             contacts: ContactSearch::new(&dragon.metered(&sweeping)),
             boards: Vec::with_capacity(dragon.dimensions().benches()),
             pairs: BTreeMap::new(),

@@ -42,11 +42,11 @@ impl Reporter {
         domain: Domain,
         kind: SourceKind,
         description: &Description,
-        bench_count: usize,
+        handle_count: usize,
         gauges: Arc<LoopGauges>,
         commands: Consumer<CommandEvent>,
     ) -> Result<Self, BusError> {
-        let member = Member::join(&domain, &format!("{}-report", node_name(kind)), Role::Source { bench_count })?;
+        let member = Member::join(&domain, &format!("{}-report", node_name(kind)), Role::Source { handle_count })?;
         let events = member.command_events()?.publisher_builder().create();
         Ok(Self {
             events: events.map_err(|error| failed(service::COMMAND_EVENTS, &error))?,

@@ -65,10 +65,10 @@ impl SourcePorts {
         domain: &Domain,
         kind: SourceKind,
         toml: &str,
-        bench_count: usize,
+        handle_count: usize,
         rate_hz: u32,
     ) -> Result<Self, BusError> {
-        let member = Member::join(domain, node_name(kind), Role::Source { bench_count })?;
+        let member = Member::join(domain, node_name(kind), Role::Source { handle_count })?;
         let run_id = random_run_id();
         let description = Description { run_id, toml: toml.to_owned() };
         let command_service = member.commands()?;
@@ -77,12 +77,11 @@ impl SourcePorts {
         let alerts = (member.alerts()?, member.alert_events()?);
         let (readers, replay) = (member.readers()?, member.replay()?);
         require_shared_memory(domain, service::description_memory(toml.len()))?;
-        let report = SourceReport::start(kind, domain.clone(), description, bench_count, rate_hz)?;
-        require_shared_memory(domain, service::frame_memory(bench_count))?;
+        let report = SourceReport::start(kind, domain.clone(), description, handle_count, rate_hz)?;
+        require_shared_memory(domain, service::frame_memory(handle_count))?;
         let wake = member.wake_page()?;
         // These services are created last: clients take their existence as the sign that all services exist.
         let (frames, frame_events) = (member.frames()?, member.frame_events()?);
-        let handle_count = bench_count + 1;
         let publisher = frames
             .publisher_builder()
             .initial_max_slice_len(handle_count)

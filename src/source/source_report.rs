@@ -39,7 +39,7 @@ impl SourceReport {
         kind: SourceKind,
         domain: Domain,
         description: Description,
-        bench_count: usize,
+        handle_count: usize,
         rate_hz: u32,
     ) -> Result<Self, BusError> {
         let gauges = Arc::new(LoopGauges::new(rate_hz));
@@ -47,7 +47,7 @@ impl SourceReport {
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);
-        let work = move || match Reporter::open(domain, kind, &description, bench_count, shared, events) {
+        let work = move || match Reporter::open(domain, kind, &description, handle_count, shared, events) {
             Ok(mut reporter) => {
                 reporter.publish(0);
                 let _ = ready.send(Ok(()));

@@ -8,7 +8,7 @@ pub(crate) fn check(input: &[u8]) {
     let text = String::from_utf8_lossy(input);
     match Config::from_toml(&text) {
         Ok(config) => {
-            let dragon = config.dragon();
+            let dragon = config.lead();
             assert!(dragon.start_travel_m().is_finite() && dragon.end_travel_m().is_finite());
             assert!(config.start_s() <= config.end_s());
             let written = config.to_toml();

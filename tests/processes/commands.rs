@@ -293,7 +293,7 @@ fn a_finished_show_refuses_to_resume_and_is_started_again_by_a_seek() {
     let finished = rehearsal.reader.read_to_end();
     rehearsal.shots.extend(finished);
     let end = rehearsal.shots.last().expect("the last frame").header;
-    let end_m = Config::from_toml("").expect("the paper's dragon").dragon().end_travel_m();
+    let end_m = Config::from_toml("").expect("the paper's dragon").lead().end_travel_m();
     assert_eq!(end.head_travel_m, end_m, "the show ends exactly at the end of the run");
     assert_eq!(rehearsal.refuse(&["resume"]), "the show is finished: seek to start it again");
     let [_, at] = rehearsal.accept(&["seek", "0"]);

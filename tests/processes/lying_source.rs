@@ -33,7 +33,7 @@ pub(crate) struct LyingSource {
 impl LyingSource {
     pub(crate) fn start(domain: &Domain) -> Self {
         let lock = SourceLock::take(domain).expect("the instance has no other source");
-        let member = Member::join(domain, "liar", Role::Source { bench_count: BENCHES }).expect("a domain");
+        let member = Member::join(domain, "liar", Role::Source { handle_count: BENCHES + 1 }).expect("a domain");
         let config = Config::from_toml("[monitor]\nguard = true\n").expect("a valid configuration");
         let services = (
             member.frames().expect("a service"),
@@ -53,7 +53,7 @@ impl LyingSource {
         *sample.user_header_mut() = RUN_ID;
         sample.send().expect("the send succeeds");
         let commands = services.5.server_builder().create().expect("a port");
-        let dragon = Arc::clone(config.dragon());
+        let dragon = Arc::clone(config.lead());
         let mut solver = ChainSolver::new(&dragon);
         let solved = solver.solve(&dragon, 0.0).expect("the start is in the run");
         let handles = solved

@@ -44,7 +44,7 @@ fn mismatch(service: &str) -> String {
 #[test]
 fn frames_of_another_layout_are_reported_by_every_reader_and_by_a_source() {
     let stage = Stage::new();
-    let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
+    let member = Member::join(stage.domain(), "other", Role::Source { handle_count: 2 }).expect("a member");
     let node = node(stage.domain());
     let frames = node.service_builder(&name(FRAMES)).publish_subscribe::<[OtherHandle]>();
     let frames = frames.user_header::<FrameHeader>().create().expect("the service can be created");
@@ -61,7 +61,7 @@ fn frames_of_another_layout_are_reported_by_every_reader_and_by_a_source() {
 #[test]
 fn commands_of_another_layout_are_reported_by_ctl() {
     let stage = Stage::new();
-    let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
+    let member = Member::join(stage.domain(), "other", Role::Source { handle_count: 2 }).expect("a member");
     let node = node(stage.domain());
     let commands = node.service_builder(&name(COMMANDS)).request_response::<OtherCommand, u64>();
     let commands = commands.create().expect("the service can be created");

@@ -16,7 +16,7 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
     let server = stage.serve(&["--rate", "2000"]);
     let (mut slow, mut diligent) = (Reader::join(&stage), Reader::join(&stage));
     let first = slow.next();
-    let buffer = frame_buffer(PAPER_BENCHES) as u64;
+    let buffer = frame_buffer(PAPER_BENCHES + 1) as u64;
 
     let mut watched = vec![diligent.next()];
     watched.extend(diligent.read_to_tick(first.header.tick + buffer + BEYOND));
@@ -35,7 +35,7 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
 #[test]
 fn a_show_that_fits_into_the_buffer_is_read_completely_after_its_end() {
     let stage = Stage::new();
-    let releases = frame_buffer(PAPER_BENCHES);
+    let releases = frame_buffer(PAPER_BENCHES + 1);
     let until_s = (releases - 1) as f64 / 1000.0;
     let server = stage.serve(&["--rate", "1000", "--until", &until_s.to_string(), "--readers", "2"]);
     let (mut first, mut second) = (Reader::join(&stage), Reader::join(&stage));

@@ -32,7 +32,7 @@ pub(crate) fn assert_near(live: [f64; 3], solved: DVec2) {
 fn every_handle_of_every_frame_equals_the_solution() {
     let stage = Stage::new();
     let shots = play(&stage, 178, &["--start-at", "123.4", "--time-scale", "1000", "--until", "300"]);
-    let dragon = Config::from_toml("").expect("the paper's dragon").dragon().clone();
+    let dragon = Config::from_toml("").expect("the paper's dragon").lead().clone();
     let mut solver = ChainSolver::new(&dragon);
     for Shot { header, handles, .. } in &shots {
         let chain = solver.solve(&dragon, header.head_travel_m).expect("the travel is in the run");

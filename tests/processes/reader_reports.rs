@@ -115,7 +115,7 @@ fn a_recorder_reports_its_written_bytes() {
 #[test]
 fn frames_of_a_source_without_reports_are_read() {
     let stage = Stage::new();
-    let member = Member::join(stage.domain(), "other", Role::Source { bench_count: 1 }).expect("a member");
+    let member = Member::join(stage.domain(), "other", Role::Source { handle_count: 2 }).expect("a member");
     let frames = member.frames().expect("the service can be created");
     let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("the frames are there");
     let publisher = frames.publisher_builder().initial_max_slice_len(2).create().expect("a publisher");

@@ -166,7 +166,7 @@ fn a_configuration_is_played_and_kept_in_the_shows_folder() {
     let kept = fs::read_to_string(stage.path("out/config.toml")).expect("a configuration");
     let config = bench_dragon::config::Config::from_toml(&kept).expect("a whole configuration");
     assert_eq!(
-        (config.tables().serve.rate_hz, config.tables().serve.time_scale, config.dragon().dimensions().benches()),
+        (config.tables().serve.rate_hz, config.tables().serve.time_scale, config.lead().dimensions().benches()),
         (50, 2.0, 20)
     );
     assert_eq!(record::read(&stage.path("out/recording.mcap")).0[0].bench_count, 20);

@@ -23,7 +23,7 @@ fn serve(stage: &Stage, rate_hz: usize, readers: usize) -> Server {
 /// Reads on until the server has published more frames than the buffer of a reader that reads nothing holds.
 fn read_beyond_a_buffer(witness: &mut Reader, shots: &mut Vec<Shot>) {
     let tick = shots.last().expect("the witness has read a frame").header.tick;
-    shots.extend(witness.read_to_tick(tick + 2 * frame_buffer(PAPER_BENCHES) as u64));
+    shots.extend(witness.read_to_tick(tick + 2 * frame_buffer(PAPER_BENCHES + 1) as u64));
 }
 
 /// Stops a server and fails unless the witness has read all its frames: one at each release that the server did not skip.

@@ -57,7 +57,7 @@ fn every_handle_on_the_turn_equals_the_solution() {
     assert_released(&served, 81);
     assert_eq!(served["frames"], shots.len());
     let text = fs::read_to_string(stage.path("turn.toml")).expect("the configuration");
-    let dragon = Config::from_toml(&text).expect("a turnaround").dragon().clone();
+    let dragon = Config::from_toml(&text).expect("a turnaround").lead().clone();
     let mut solver = ChainSolver::new(&dragon);
     for shot in &shots {
         let chain = solver.solve(&dragon, shot.header.head_travel_m).expect("the travel is in the run");

@@ -246,7 +246,7 @@ fn nearest_pair(shot: &Shot) -> PairClearance {
     let config = Config::from_toml("").expect("the paper's dragon");
     let mut boards = Vec::new();
     let position = |handle: &bench_dragon_ipc::HandleState| DVec3::from(handle.position_m);
-    config.dragon().place_boards_at(&shot.handles, position, &mut boards);
+    config.lead().place_boards_at(&shot.handles, position, &mut boards);
     ClearanceSearch::default().nearest(&boards).expect("more than two benches")
 }
 

@@ -45,7 +45,7 @@ fn nearest_of(shot: &Shot) -> [String; 2] {
     let config = Config::load(None, |_| ()).expect("the paper's");
     let mut boards = Vec::new();
     let seen = |handle: &bench_dragon_ipc::HandleState| DVec3::from(handle.position_m);
-    config.dragon().place_boards_at(&shot.handles, seen, &mut boards);
+    config.lead().place_boards_at(&shot.handles, seen, &mut boards);
     let nearest = ClearanceSearch::default().nearest(&boards).expect("the dragon has at least three boards");
     let [one, another] = nearest.benches;
     [format!("clearance {:.3} mm", nearest.clearance_m * 1e3), format!("benches {one} and {another}")]

@@ -66,7 +66,7 @@ impl Tape {
                 tape.record(CommandEvent::answered(&command, &reply), schedule.overruns());
             }
             let header = simulation.header(RUN_ID, tick, schedule.due_ns());
-            let mut handles = vec![HandleState::default(); config.dragon().dimensions().handles()];
+            let mut handles = vec![HandleState::default(); config.lead().dimensions().handles()];
             simulation.write(&mut handles);
             tape.frames.push((header, handles));
         }

@@ -139,7 +139,7 @@ fn frames(node: &Node<Service>) -> FrameService {
     node.service_builder(&"frames".try_into().expect("a valid name"))
         .publish_subscribe::<[HandleState]>()
         .user_header::<FrameHeader>()
-        .subscriber_max_buffer_size(frame_buffer(BENCHES))
+        .subscriber_max_buffer_size(frame_buffer(BENCHES + 1))
         .open_or_create()
         .expect("both sides request the same settings")
 }

@@ -11,8 +11,8 @@ use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 use super::grid::{Disc, Grid};
-use crate::dragon::Dimensions;
 use crate::dragon::board::Board;
+use crate::formation::Layout;
 
 /// Number of poses for which a list is made, if the boards move on as before. More poses make lists longer, fewer make them
 /// more frequent.
@@ -51,6 +51,8 @@ impl NearPair {
 /// The list, and the boards from which it was made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NearPairs {
+    /// Layout of the formation whose first benches the boards are.
+    layout: Layout,
     stood: Vec<Board>,
     pairs: Vec<NearPair>,
     /// Lower bound on the gap of every pair that is not in the list.
@@ -70,9 +72,14 @@ pub(super) struct NearPairs {
 }
 
 impl NearPairs {
-    /// A list that is reduced to this number of pairs once it has more than twice as many.
-    pub(super) fn with_room(pairs: usize) -> Self {
-        Self { room: Some(pairs), ..Self::default() }
+    /// A list for the boards of the first benches of a formation.
+    pub(super) fn of(layout: &Layout) -> Self {
+        Self { layout: layout.clone(), ..Self::default() }
+    }
+
+    /// The same list, which is reduced to this number of pairs once it has more than twice as many.
+    pub(super) fn with_room(self, pairs: usize) -> Self {
+        Self { room: Some(pairs), ..self }
     }
 
     /// Returns the steps of work since the last call.
@@ -139,7 +146,7 @@ impl NearPairs {
     /// Gathers all pairs up to the horizon. If there are so many that another round with a smaller horizon is faster, it
     /// reduces the horizon and breaks.
     fn gather_round(&mut self, boards: &[Board]) -> ControlFlow<()> {
-        let Self { discs, grid, pairs, horizon_m, steps, room, .. } = self;
+        let Self { layout, discs, grid, pairs, horizon_m, steps, room, .. } = self;
         let most = room.unwrap_or(MAX_PAIRS);
         let reach_m = horizon_m.max(0.0);
         grid.fill(discs, reach_m);
@@ -154,7 +161,7 @@ impl NearPairs {
             for &second in others {
                 let gap_m = board.gap_m(&boards[second as usize]);
                 pairs[count] = NearPair { benches: [first.min(second), first.max(second)], gap_m };
-                count += usize::from(Dimensions::is_pair(first as usize, second as usize) && gap_m <= *horizon_m);
+                count += usize::from(layout.is_pair(first as usize, second as usize) && gap_m <= *horizon_m);
             }
             if count > 2 * most {
                 let (_, last, _) = pairs[..count].select_nth_unstable_by(most - 1, NearPair::order);

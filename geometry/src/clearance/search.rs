@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use super::near_pairs::{MAX_PAIRS, NearPairs};
 use crate::dragon::board::{Approach, Board};
+use crate::formation::Layout;
 
 /// Largest difference of equal clearances, in metres. The same pose differs by rounding, about 10⁻¹² m, between a solved chain, a
 /// stepped one and a part of one. So the order of pairs that lie alike, as on two laps of a circle, does not depend on rounding.
@@ -46,27 +47,34 @@ impl PairClearance {
 /// Then most pairs are known to be apart (see `near_pairs`), and the last nearest pair bounds the least clearance.
 #[derive(Clone, Debug, Default)]
 pub struct ClearanceSearch {
+    layout: Layout,
     near: NearPairs,
     found: Vec<PairClearance>,
     last_nearest: Option<[usize; 2]>,
 }
 
 impl ClearanceSearch {
-    /// A search whose list is reduced to the `pairs` nearest pairs once it has more than twice as many. The default is about
-    /// two million.
+    /// A search of the boards of the first benches of a formation. The default is that of one dragon, of any number of benches.
+    pub fn of(layout: &Layout) -> Self {
+        Self { layout: layout.clone(), near: NearPairs::of(layout), ..Self::default() }
+    }
+
+    /// The same search, whose list is reduced to the `pairs` nearest pairs once it has more than twice as many. The default is
+    /// about two million.
     ///
     /// # Panics
     /// Panics if `pairs` is 0 or above 2 097 152.
-    pub fn with_room(pairs: usize) -> Self {
+    #[must_use]
+    pub fn with_room(self, pairs: usize) -> Self {
         assert!((1..=MAX_PAIRS).contains(&pairs), "room for {pairs} pairs, must be from 1 to {MAX_PAIRS}");
-        Self { near: NearPairs::with_room(pairs), ..Self::default() }
+        Self { near: self.near.with_room(pairs), ..self }
     }
 
     /// Every pair with a clearance of at most `reach_m`, nearest first. Pairs whose clearances differ only by rounding are in
     /// the order of their indices. If there are more than about two million, only the nearest of them.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
-        if boards.len() >= 3 {
+        if self.layout.first_pair(boards.len()).is_some() {
             self.near.follow(boards);
             self.collect(boards, reach_m, reach_m);
         }
@@ -83,22 +91,22 @@ impl ClearanceSearch {
         self.near.take_steps() + self.found.len() as u64
     }
 
-    /// The pair with the least clearance; `None` with fewer than three boards. Of pairs whose clearances differ only by rounding,
+    /// The pair with the least clearance; `None` without a pair. Of pairs whose clearances differ only by rounding,
     /// at most 10⁻¹⁰ m, it is that with the lowest indices.
     pub fn nearest(&mut self, boards: &[Board]) -> Option<PairClearance> {
         self.nearest_and_within(boards, f64::NEG_INFINITY).first().copied()
     }
 
     /// The nearest pair at any distance, and every other pair with a clearance of at most `reach_m`. It combines
-    /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Empty with fewer than three boards.
+    /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Empty without a pair.
     pub fn nearest_and_within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
-        if boards.len() >= 3 {
+        if let Some(first) = self.layout.first_pair(boards.len()) {
             self.near.follow(boards);
-            let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or([0, 2]);
+            let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or(first);
             let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]) + EQUAL_M);
             if !self.near.reaches(limit_m) {
-                limit_m = reach_m.max((least_clearance_of(boards, last[0]) + EQUAL_M).min(limit_m));
+                limit_m = reach_m.max((self.least_clearance_of(boards, last[0]) + EQUAL_M).min(limit_m));
             }
             self.collect(boards, reach_m, limit_m);
             self.last_nearest = self.found.first().map(|pair| pair.benches);
@@ -106,6 +114,19 @@ impl ClearanceSearch {
             self.found.retain(|pair| pair.clearance_m <= reach_m || Some(pair.benches) == nearest);
         }
         &self.found
+    }
+
+    /// The least clearance of one bench's pairs. If boards lie close, it is hardly more than the least of all.
+    fn least_clearance_of(&self, boards: &[Board], bench: usize) -> f64 {
+        let mut least_m = f64::INFINITY;
+        for other in (0..boards.len()).filter(|&other| self.layout.is_pair(other, bench)) {
+            // The order is fixed, because rounding may depend on it.
+            let (first, second) = (&boards[bench.min(other)], &boards[bench.max(other)]);
+            if first.gap_m(second) < least_m {
+                least_m = first.clearance(second).min(least_m);
+            }
+        }
+        least_m
     }
 
     /// Finds all pairs within `reach_m`. Without such pairs it finds some pairs within `limit_m`, including the nearest.
@@ -142,17 +163,4 @@ fn sort(pairs: &mut [PairClearance]) {
         alike.sort_unstable_by_key(|pair| pair.benches);
         rest = further;
     }
-}
-
-/// The least clearance of one bench's pairs. If boards lie close, it is hardly more than the least of all.
-fn least_clearance_of(boards: &[Board], bench: usize) -> f64 {
-    let mut least_m = f64::INFINITY;
-    for other in (0..boards.len()).filter(|other| other.abs_diff(bench) > 1) {
-        // The order is fixed, because rounding may depend on it.
-        let (first, second) = (&boards[bench.min(other)], &boards[bench.max(other)]);
-        if first.gap_m(second) < least_m {
-            least_m = first.clearance(second).min(least_m);
-        }
-    }
-    least_m
 }

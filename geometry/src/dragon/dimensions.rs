@@ -188,11 +188,6 @@ impl Dimensions {
         self.benches + 1
     }
 
-    /// Whether two benches form a pair, whose clearance counts. Neighbours on a hinge do not.
-    pub(crate) fn is_pair(one: usize, other: usize) -> bool {
-        one.abs_diff(other) > 1
-    }
-
     /// The benches behind `bench` that form a pair with it, in a dragon of `benches` benches.
     pub(crate) fn partners(bench: usize, benches: usize) -> Range<usize> {
         bench + 2..benches

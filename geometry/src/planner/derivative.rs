@@ -24,8 +24,8 @@ use super::pitch::PitchLimit;
 use super::speed_limit::LargestRatio;
 use crate::clearance::{ClearanceSearch, Contact};
 use crate::dragon::RunEnd;
+use crate::formation::Timetable;
 use crate::numerics::try_turning_point;
-use crate::planner::HeadTimetable;
 
 /// Largest distance in travel at which an extremum counts as at an end of the passage, or a handle as on a seam, in metres.
 const TRAVEL_TOLERANCE_M: f64 = 1e-8;
@@ -47,7 +47,7 @@ pub struct Undefined(pub &'static str);
 pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];
 
 /// Derivatives of the time of the first contact of a run.
-pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &HeadTimetable) -> Derivatives {
+pub(super) fn of_contact_time(varied: &VariedDragon, contact: &Contact, timetable: &Timetable) -> Derivatives {
     let rates = touching_rates(varied, contact);
     let there = timetable
         .speed_and_time_rate(contact.travel_m)

@@ -17,7 +17,6 @@ mod setting;
 mod shortest_turn;
 mod speed_limit;
 mod strides;
-mod timetable;
 mod turn_line;
 
 pub use answers::{Quantity, Unanswered};
@@ -35,5 +34,4 @@ pub use sensitivity::{Curve, NoDerivative, Response, Sample, Sensitivity};
 pub use setting::{Parameter, Setting};
 pub use shortest_turn::{ShortestTurn, shortest_turn};
 pub use speed_limit::{LargestRatio, first_faster, largest_speed_ratio};
-pub use timetable::HeadTimetable;
 pub use turn_line::shortest_turn_with_line;

@@ -2,8 +2,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use super::HeadTimetable;
 use crate::dragon::{Dimensions, DimensionsError};
+use crate::formation::Timetable;
 use crate::route::RouteSpec;
 
 /// A planned dragon and its planned route.
@@ -21,8 +21,8 @@ pub struct Setting {
 
 impl Setting {
     /// Timetable of the head on a run to `end_travel_m`.
-    pub(super) fn timetable(&self, end_travel_m: f64) -> HeadTimetable {
-        HeadTimetable::new(self.speed_mps, self.accel_mps2, self.route.start_s, end_travel_m)
+    pub(super) fn timetable(&self, end_travel_m: f64) -> Timetable {
+        Timetable::new(self.speed_mps, self.accel_mps2, self.route.start_s, end_travel_m)
     }
 
     /// Whether the plan has a parameter. A path has no pitch.

@@ -73,7 +73,7 @@ impl FrameSubscriber {
             self.report(1);
             return Ok(None);
         };
-        if sample.payload().len() != sample.user_header().bench_count as usize + 1 {
+        if sample.payload().len() != sample.user_header().handle_count() {
             return Err(BusError::VersionMismatch { service: FRAMES });
         }
         self.report(OVERDUE_PERIODS);

@@ -39,10 +39,10 @@ const TRY_PERIOD: Duration = Duration::from_millis(10);
 /// Side of the services on which a process is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Creates missing services. The number of benches determines how many frames are buffered.
+    /// Creates missing services. The number of handles determines how many frames are buffered.
     Source {
-        /// Number of benches of the dragon.
-        bench_count: usize,
+        /// Number of handle states of a frame.
+        handle_count: usize,
     },
     /// Opens existing services only.
     Client,
@@ -143,7 +143,7 @@ impl Member {
                 .user_header::<FrameHeader>()
                 .enable_safe_overflow(true)
         };
-        let create = |bench_count| limit(builder(), frame_buffer(bench_count), MAX_BORROWED_FRAMES, 0).create();
+        let create = |handle_count| limit(builder(), frame_buffer(handle_count), MAX_BORROWED_FRAMES, 0).create();
         if self.role != Role::Client {
             // Readers expect the page as soon as the frames exist.
             self.wake_page()?;
@@ -348,8 +348,8 @@ impl Member {
         create: impl Fn(usize) -> Result<Factory, CreateError>,
     ) -> Result<Factory, BusError> {
         let once = || match (open(), self.role) {
-            (Err(error), Role::Source { bench_count }) if error.trouble() == Trouble::Absent => {
-                create(bench_count).map_err(|error| (error.trouble(), self.sort(service, &error)))
+            (Err(error), Role::Source { handle_count }) if error.trouble() == Trouble::Absent => {
+                create(handle_count).map_err(|error| (error.trouble(), self.sort(service, &error)))
             }
             (opened, _) => opened.map_err(|error| (error.trouble(), self.sort(service, &error))),
         };

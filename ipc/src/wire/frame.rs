@@ -45,6 +45,11 @@ impl FrameHeader {
         ShowState::from_wire(self.state)
     }
 
+    /// Number of handle states of the frame: one more than benches.
+    pub fn handle_count(&self) -> usize {
+        self.bench_count as usize + 1
+    }
+
     /// Show time in seconds.
     pub fn sim_time_s(&self) -> f64 {
         self.sim_time_ns as f64 / 1e9

@@ -100,16 +100,16 @@ pub type CommandEventService = publish_subscribe::PortFactory<Service, CommandEv
 /// Creates notifiers and listeners.
 pub type EventService = event::PortFactory<Service>;
 
-/// Returns the number of unread frames that are kept for each reader of a dragon of this many benches.
-pub fn frame_buffer(bench_count: usize) -> usize {
-    let for_all_readers = ALL_READERS * frame_bytes(bench_count);
+/// Returns the number of unread frames of this many handles that are kept for each reader.
+pub fn frame_buffer(handle_count: usize) -> usize {
+    let for_all_readers = ALL_READERS * frame_bytes(handle_count);
     (FRAME_MEMORY / for_all_readers).saturating_sub(MAX_BORROWED_FRAMES).clamp(LEAST_FRAME_BUFFER, FRAME_BUFFER)
 }
 
-/// Returns the greatest shared memory of the frames of a dragon of this many benches, in bytes.
-pub fn frame_memory(bench_count: usize) -> u64 {
-    let frames = ALL_READERS * (frame_buffer(bench_count) + MAX_BORROWED_FRAMES) + 2;
-    (frames * frame_bytes(bench_count)) as u64
+/// Returns the greatest shared memory of frames of this many handles, in bytes.
+pub fn frame_memory(handle_count: usize) -> u64 {
+    let frames = ALL_READERS * (frame_buffer(handle_count) + MAX_BORROWED_FRAMES) + 2;
+    (frames * frame_bytes(handle_count)) as u64
 }
 
 /// Returns the greatest shared memory of a description of this length, in bytes.
@@ -119,6 +119,6 @@ pub fn description_memory(len: usize) -> u64 {
 }
 
 /// Returns the size of one frame in shared memory, in bytes: iceoryx2's header, the frame header and the handles.
-fn frame_bytes(bench_count: usize) -> usize {
-    ICEORYX2_HEADER + size_of::<FrameHeader>() + (bench_count + 1) * size_of::<HandleState>()
+fn frame_bytes(handle_count: usize) -> usize {
+    ICEORYX2_HEADER + size_of::<FrameHeader>() + handle_count * size_of::<HandleState>()
 }

@@ -27,7 +27,7 @@ pub(super) struct ReceivedRun {
     alerts: AlertPublisher,
     pub(super) ports: SourcePorts,
     pub(super) remote: RemoteRun,
-    pub(super) bench_count: usize,
+    pub(super) handle_count: usize,
     toml: String,
     tick_bound: TickBound,
     clock: RemoteClock,
@@ -45,16 +45,16 @@ impl ReceivedRun {
         domain: &Domain,
         described: Described,
         toml: String,
-        bench_count: usize,
+        handle_count: usize,
     ) -> Result<Self, BusError> {
-        let ports = SourcePorts::open(domain, SourceKind::Remote, &toml, bench_count, sent_hz(described))?;
+        let ports = SourcePorts::open(domain, SourceKind::Remote, &toml, handle_count, sent_hz(described))?;
         let tick_bound = TickBound::new(described.rate_hz);
         let most_hz = tick_bound.rate_hz * MAX_SPEEDUP;
         Ok(Self {
             alerts: AlertPublisher::open(domain)?,
             ports,
             remote: RemoteRun::new(described),
-            bench_count,
+            handle_count,
             toml,
             tick_bound,
             clock: RemoteClock::default(),
@@ -107,7 +107,7 @@ impl ReceivedRun {
         summary: &mut ReceiverSummary,
     ) -> Result<bool, BusError> {
         let begun_ns = monotonic_ns();
-        if header.bench_count as usize != self.bench_count {
+        if header.handle_count() != self.handle_count {
             summary.malformed += 1;
         } else if !self.frame_limit.allows(begun_ns) || !self.tick_bound.allows(header.tick, begun_ns) {
             summary.too_fast += 1;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bench_dragon_ipc::service::frame_memory;
 use bench_dragon_ipc::source::SourceLock;
-use bench_dragon_ipc::{BusError, Domain, HandleState};
+use bench_dragon_ipc::{BusError, Domain, FrameHeader, HandleState};
 use zenoh::pubsub::Subscriber;
 
 use super::command_relay::{CommandRelay, MAX_ASKED};
@@ -138,7 +138,7 @@ impl ReceivingBridge {
             return Ok(());
         };
         if self.run.as_ref().is_none_or(|run| run.remote_run_id() != header.run_id) {
-            self.begin(header.run_id, header.bench_count);
+            self.begin(&header);
         }
         let Some(run) = self.run.as_mut().filter(|run| run.remote_run_id() == header.run_id) else { return Ok(()) };
         if run.take(&header, &self.handles, arrival.arrived_ns, &mut self.summary)? {
@@ -154,11 +154,12 @@ impl ReceivingBridge {
 
     /// Begins to receive the run of a frame, if the run is described and not over. Otherwise counts the frame as foreign or
     /// malformed. A run that the bus has no room for is reported, and counts as over.
-    fn begin(&mut self, remote_run_id: u64, bench_count: u32) {
+    fn begin(&mut self, header: &FrameHeader) {
+        let FrameHeader { run_id: remote_run_id, bench_count, .. } = *header;
         let now_ns = monotonic_ns();
         match self.others.decide(remote_run_id, bench_count, now_ns) {
             RunDecision::Next(described, toml) => {
-                let Err(error) = self.replace_run(described, toml, bench_count as usize) else { return };
+                let Err(error) = self.replace_run(described, toml, header.handle_count()) else { return };
                 self.others.end(remote_run_id);
                 self.reports.push(ZenohReport::Refused { remote_run_id, reason: error.to_string() });
             }
@@ -175,11 +176,11 @@ impl ReceivingBridge {
     /// Replaces the received run. The services of the old run are removed before those of the new run are created; if readers
     /// keep them open, the new run takes them over. If the new run cannot begin after the old run has ended, the old run begins
     /// again with its next frame.
-    fn replace_run(&mut self, described: Described, toml: String, bench_count: usize) -> Result<(), BusError> {
-        let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.bench_count));
-        require_room(frame_memory(bench_count).saturating_sub(freed))?;
+    fn replace_run(&mut self, described: Described, toml: String, handle_count: usize) -> Result<(), BusError> {
+        let freed = self.run.as_ref().map_or(0, |run| frame_memory(run.handle_count));
+        require_room(frame_memory(handle_count).saturating_sub(freed))?;
         let before = self.end_run();
-        let run = match ReceivedRun::begin(&self.domain, described, toml, bench_count) {
+        let run = match ReceivedRun::begin(&self.domain, described, toml, handle_count) {
             Ok(run) => run,
             Err(error) => {
                 if let Some((described, toml)) = before {

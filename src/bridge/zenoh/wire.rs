@@ -40,7 +40,7 @@ pub const MAX_EVERY: u64 = FASTEST_HZ as u64;
 pub(super) fn decode_frame(bytes: &[u8], handles: &mut Vec<HandleState>) -> Option<FrameHeader> {
     let (head, body) = bytes.split_at_checked(HEADER_BYTES)?;
     let header = decode_header(head)?;
-    let handle_count = header.bench_count as usize + 1;
+    let handle_count = header.handle_count();
     if body.len() != handle_count * HANDLE_BYTES {
         return None;
     }
@@ -199,7 +199,7 @@ mod tests {
 
     fn any_frame() -> impl Strategy<Value = (FrameHeader, Vec<HandleState>)> {
         any_header().prop_flat_map(|header| {
-            let count = header.bench_count as usize + 1;
+            let count = header.handle_count();
             (Just(header), proptest::collection::vec(any_handle(), count))
         })
     }

@@ -244,8 +244,8 @@ impl Target {
 
     /// Shared memory, in bytes, of a server of this dragon with the greatest number of readers.
     fn shared_memory(&self) -> u64 {
-        let benches = self.config.dragon().dimensions().benches();
-        service::frame_memory(benches) + service::SOURCE_MEMORY + service::ALERT_MEMORY
+        let handles = self.config.formation().layout().handles();
+        service::frame_memory(handles) + service::SOURCE_MEMORY + service::ALERT_MEMORY
     }
 
     /// The command that removes leftovers.

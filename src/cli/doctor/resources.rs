@@ -110,11 +110,11 @@ fn judge_memory_limit(group: Option<&Group>, needed: u64) -> Finding {
 
 /// The recording time for which the disk of the show's folder has room.
 pub(super) fn disk(target: &Target) -> Finding {
-    let benches = target.config.dragon().dimensions().benches();
+    let layout = target.config.formation().layout();
     let rate_hz = target.config.tables().serve.rate_hz;
     let folder = existing(&target.out);
     let space = File::open(folder).and_then(|folder| DiskSpace::around(&folder));
-    judge_disk(&target.out, space, walking_bytes_per_s(benches, rate_hz))
+    judge_disk(&target.out, space, walking_bytes_per_s(layout, rate_hz))
 }
 
 /// The folder itself, or its nearest parent that exists: `show` creates the folder there.

@@ -48,14 +48,14 @@ const MOST_NEWS: usize = 8;
 impl GuardThread {
     /// Starts the guard of a run.
     pub(super) fn start(domain: &Domain, config: Config, run_id: u64) -> io::Result<Self> {
-        let check = ClearanceCheck::new(Arc::clone(config.dragon()));
+        let check = ClearanceCheck::new(Arc::clone(config.lead()));
         let newest = Arc::new(ArrayQueue::new(1));
         let has_fault = Arc::new(AtomicBool::new(false));
         let (wake, woken) = channel::bounded(1);
         let (sender, news) = channel::bounded(MOST_NEWS);
         let (domain, frames, stop) = (domain.clone(), Arc::clone(&newest), Arc::clone(&has_fault));
         let guard = move || {
-            let dragon = config.dragon().metered(&Meter::of(STEPS_AT_A_TIME));
+            let dragon = config.lead().metered(&Meter::of(STEPS_AT_A_TIME));
             let guard = Guard::new(&dragon, &config, run_id);
             let ended = match GuardWorker::open(&domain, frames, stop, woken) {
                 Ok(worker) => worker.keep(guard, &sender),

@@ -161,7 +161,7 @@ impl MonitorSession<'_> {
                 "{fact}: the guard keeps the margin in every pose that the play allows, so it may stop early"
             );
         }
-        let (described, sent) = (config.dragon().dimensions().benches(), header.bench_count as usize);
+        let (described, sent) = (config.formation().layout().benches(), header.bench_count as usize);
         ensure!(described == sent, "the description on the bus has {described} benches, the frames have {sent}");
         let monitor = Monitor::new(&config);
         let run_id = header.run_id;

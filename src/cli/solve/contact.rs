@@ -86,7 +86,7 @@ struct SpeedAnswer {
 
 impl SpeedAnswer {
     fn of(config: &Config, max_ratio: f64, work: WorkArgs) -> Self {
-        let searched = first_faster(&config.dragon().metered(&work.meter()), max_ratio);
+        let searched = first_faster(&config.lead().metered(&work.meter()), max_ratio);
         let too_fast = |LargestRatio { ratio, travel_m, handle }| TooFast {
             ratio,
             time_s: config.timetable().time_s(travel_m),
@@ -112,7 +112,7 @@ impl SpeedAnswer {
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
     let config = load_plan(&args.config, args.work)?;
     args.figure.keep_drawing(config.document())?;
-    let dragon = config.dragon();
+    let dragon = config.lead();
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let clearance_m = args.clearance.unwrap_or(0.0);
     if let Some(fact) = args.clearance.and_then(|clearance_m| config.under_play("--clearance", clearance_m)) {
@@ -166,7 +166,7 @@ fn draw(
     if let Some(profile) = profile {
         ensure!(profile.has_points(), "--figure has nothing to show: all benches of the dragon are neighbours");
         ensure!(
-            to_m > config.dragon().start_travel_m(),
+            to_m > config.lead().start_travel_m(),
             "--figure has nothing to show: benches touch at the start already"
         );
         let figure = clearance_over_time(args, config, to_m, contact, &profile.near_misses);
@@ -178,7 +178,7 @@ fn draw(
     let (time_s, [first, second]) = (config.timetable().time_s(travel_m), benches);
     let title = format!("First {what} at {} s: benches {first} and {second}", Fixed::<6>(time_s));
     let caption = args.figure.caption(config, title);
-    let dragon = config.dragon();
+    let dragon = config.lead();
     let pair = pair(dragon, travel_m, Some(benches)).expect("it is the pair of these benches");
     let view = ContactView { caption, dragon: in_plan(config, dragon, travel_m), pair };
     args.figure.save_and_tell(view.draw(), args.format.format)
@@ -192,7 +192,7 @@ fn clearance_over_time(
     contact: Option<&Contact>,
     near_misses: &[NearMiss],
 ) -> ClearanceOverTime {
-    let (dragon, timetable) = (config.dragon().metered(&args.work.meter()), config.timetable());
+    let (dragon, timetable) = (config.lead().metered(&args.work.meter()), config.timetable());
     let points = clearance_profile(&dragon, &even_travels(&dragon, dragon.start_travel_m(), to_m), || ());
     let sample = |point: &ClosestApproach| DVec2::new(timetable.time_s(point.travel_m), point.pair.clearance_m);
     let near_miss = |&NearMiss { at: Point { time_s, clearance_m, benches }, .. }: &NearMiss| NearMissMark {
@@ -232,8 +232,8 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
         );
     }
     let end_s = config.end_s();
-    let end = config.dragon().run_end();
-    match config.dragon().tight_spot() {
+    let end = config.lead().run_end();
+    match config.lead().tight_spot() {
         None => format!("no {what} before the run ends, at {} s", Fixed::<6>(end_s)),
         Some(spot) => {
             format!("no {what} before the run ends, at {} s, where {end}: {spot}", Fixed::<6>(end_s))
@@ -275,7 +275,7 @@ struct NearMiss {
 impl Profile {
     /// The profile up to a travel: the contact, the run's end, or the early end of the search. This travel is its last time.
     fn of(config: &Config, to_m: f64, args: &ContactArgs) -> Result<Self, BadInput> {
-        let (dragon, timetable) = (config.dragon(), config.timetable());
+        let (dragon, timetable) = (config.lead(), config.timetable());
         let from_m = dragon.start_travel_m();
         let step_s = args.step as f64 / NANOSECONDS;
         let count = ((timetable.time_s(to_m) - config.start_s()) / step_s).ceil();

@@ -282,7 +282,7 @@ mod tests {
     fn captions_have_the_facts_of_the_configuration() {
         let text = "[dragon]\nbenches = 1\nwidth_m = 0.25\n[head]\nspeed_mps = 1.5\naccel_mps2 = 0.5\n";
         let config = Config::from_toml(text).expect("valid");
-        let facts = dragon_facts(config.dragon().dimensions());
+        let facts = dragon_facts(config.lead().dimensions());
         assert_eq!(facts, ["1 bench", "head 3.41 m, others 2.2 m", "0.25 m wide", "holes at 0.275 m"]);
         assert_eq!(route_fact(config.route()), "spiral, pitch 0.55 m");
         assert_eq!(

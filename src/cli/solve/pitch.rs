@@ -64,7 +64,7 @@ pub(super) fn run(args: &PitchArgs) -> anyhow::Result<()> {
         return in_file(&args.config, Err(error));
     };
     let turn_diameter_m = args.turn_diameter.unwrap_or(config.route().turn_diameter_m());
-    let (dimensions, clearance_m) = (config.dragon().dimensions(), args.clearance.unwrap_or(0.0));
+    let (dimensions, clearance_m) = (config.lead().dimensions(), args.clearance.unwrap_or(0.0));
     let (rigid, meter) = (dimensions.without_play(), args.answer.work.meter());
     let found = smallest_pitch(&rigid, start_turns, turn_diameter_m, clearance_m, &meter);
     let found = match found {
@@ -123,8 +123,8 @@ fn draw(
     let name = format!("circle of diameter {turn_diameter_m} m");
     let centre = tightest.route().placement.position;
     let circle = Circle { centre, radius_m: 0.5 * turn_diameter_m, name };
-    let pair = pair(tightest.dragon(), travel_m, benches);
-    let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest, tightest.dragon(), caption, travel_m) };
+    let pair = pair(tightest.lead(), travel_m, benches);
+    let view = PlanView { circle: Some(circle), pair, ..plan_of(tightest, tightest.lead(), caption, travel_m) };
     args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)
 }
 
@@ -159,7 +159,7 @@ fn answer(
             ("start", None, "the spiral would start inside the circle, or too near to its centre".to_owned())
         }
         PitchLimit::Width => {
-            let width_m = config.dragon().dimensions().width_m();
+            let width_m = config.lead().dimensions().width_m();
             let words =
                 format!("it would not exceed width_m, {width_m}: this rule is the limit, not a pair of benches");
             ("width", None, words)
@@ -179,7 +179,7 @@ fn answer(
     let text = match guaranteed {
         None => format!("{nominal}\nwith a smaller pitch, {words}"),
         Some(found) => {
-            let play_mm = 1000.0 * config.dragon().dimensions().play_m();
+            let play_mm = 1000.0 * config.lead().dimensions().play_m();
             let widened = match found {
                 Ok(widened_m) => format!(
                     "at pitch {widened_m:.6} m, no pose that play of {play_mm:.3} mm allows touches before the head reaches the circle"

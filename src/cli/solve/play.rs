@@ -43,7 +43,7 @@ impl PlayAnswer {
     /// The answer for benches within a clearance, with the contact without play; `None` for hinges without play.
     pub(super) fn of(config: &Config, nominal: Option<&Contact>, clearance_m: f64, work: WorkArgs) -> Option<Self> {
         let meter = work.meter();
-        let dragon = config.dragon().metered(&meter);
+        let dragon = config.lead().metered(&meter);
         let (taut, compact) = (dragon.taut()?, dragon.compact()?);
         let time_s = |travel_m| config.timetable().time_s(travel_m);
         let mut answer = Self {

@@ -100,7 +100,7 @@ struct Handle {
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     let config = load_plan(&args.config, args.work)?;
     args.figure.keep_drawing(config.document())?;
-    let mut most = MAX_POSITIONS / config.dragon().dimensions().handles();
+    let mut most = MAX_POSITIONS / config.lead().dimensions().handles();
     if args.xlsx.is_some() {
         // The first column has the row's name.
         most = most.min(table::MAX_COLUMNS - 1);
@@ -128,7 +128,7 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
 /// The dragon on its route, which may be a turnaround.
 fn plan_view(args: &FigureArgs, config: &Config, time_s: f64) -> anyhow::Result<PlanView> {
     let caption = args.caption(config, format!("The dragon at {time_s} s"));
-    let plan = plan_of(config, config.dragon(), caption, travel_m(time_s, config));
+    let plan = plan_of(config, config.lead(), caption, travel_m(time_s, config));
     let turnaround = config.route().planned_turnaround(config.tables().head.speed_mps)?;
     Ok(match turnaround {
         Some(turnaround) => on_turn(plan, &turnaround),
@@ -146,15 +146,15 @@ fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
 
 /// Travel at a time of the run, in metres, clamped to the run because rounding may exceed it.
 fn travel_m(time_s: f64, config: &Config) -> f64 {
-    let dragon = config.dragon();
+    let dragon = config.lead();
     config.timetable().travel_m(time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
 }
 
 impl PosesAnswer {
     fn at(times_s: &[f64], config: &Config) -> Self {
-        let mut chain = ChainSolver::new(config.dragon());
+        let mut chain = ChainSolver::new(config.lead());
         let poses = times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect();
-        Self { poses, has_heights: config.dragon().route().is_on_ground() }
+        Self { poses, has_heights: config.lead().route().is_on_ground() }
     }
 
     /// A table with a row for every handle at every time.
@@ -217,7 +217,7 @@ impl PosesAnswer {
 impl Pose {
     fn at(time_s: f64, config: &Config, chain: &mut ChainSolver) -> Self {
         let head_speed_mps = config.timetable().speed_mps(time_s);
-        let handles = chain.solve(config.dragon(), travel_m(time_s, config)).expect("the travel is in the run");
+        let handles = chain.solve(config.lead(), travel_m(time_s, config)).expect("the travel is in the run");
         let handles = handles.iter().enumerate().map(|(index, handle)| Handle {
             index,
             x_m: handle.position.x,

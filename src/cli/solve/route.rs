@@ -113,7 +113,7 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     args.answer.keep_files_apart(&document)?;
     let route = in_file(&args.config, document.curve())?;
     let placed = place(&document, &route);
-    let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.dragon()));
+    let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.lead()));
     let survey = RouteSurvey::of(&route, document.route(), standing_m, &args.answer.work.meter());
     let stage = match &placed {
         Ok(config) => StageAnswer::of(config, args.answer.work),
@@ -148,7 +148,7 @@ impl RouteAnswer {
     fn of(document: &ConfigDocument, survey: &RouteSurvey, placed: Result<&Config, &DragonError>) -> Self {
         let RouteSurvey { length_m, end, tightest, heights, crossings } = survey;
         let config = placed.ok();
-        let dragon = config.map(Config::dragon);
+        let dragon = config.map(Config::lead);
         let run_end_m = dragon.map(|dragon| dragon.end_travel_m());
         let head = dragon.map(|dragon| dragon.route().point(dragon.end_parameter()).position);
         Self {
@@ -272,7 +272,7 @@ impl TightPlace {
 /// The first place that a bench cannot follow, at the start or at the end of the run.
 fn tight_spot(placed: Result<&Config, &DragonError>) -> Option<TightSpot> {
     match placed {
-        Ok(config) => config.dragon().tight_spot(),
+        Ok(config) => config.lead().tight_spot(),
         Err(DragonError::CannotStand { at, .. }) => Some(*at),
         Err(_) => None,
     }
@@ -303,9 +303,9 @@ fn draw(
         return Ok(());
     }
     let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
-    let walked_to_m = placed.as_ref().map_or(start_m, |config| config.dragon().end_travel_m());
+    let walked_to_m = placed.as_ref().map_or(start_m, |config| config.lead().end_travel_m());
     let title = format!("The route, {:.3} m from the head's start", survey.length_m);
-    let dragon = placed.as_ref().map(|config| in_plan(config, config.dragon(), config.dragon().end_travel_m()));
+    let dragon = placed.as_ref().map(|config| in_plan(config, config.lead(), config.lead().end_travel_m()));
     let view = RouteView {
         caption: figure.caption_of(document, title),
         dragon: DragonInPlan {

@@ -92,7 +92,7 @@ pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
 fn sensitivity(config: &Config, args: &SensitivityArgs) -> Result<Sensitivity, BadInput> {
     let planned_diameter_m = config.route().turn_diameter_m();
     let setting = Setting {
-        dimensions: *config.dragon().dimensions(),
+        dimensions: *config.lead().dimensions(),
         route: config.route().clone(),
         speed_mps: config.tables().head.speed_mps,
         accel_mps2: config.tables().head.accel_mps2,

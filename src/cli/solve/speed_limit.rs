@@ -77,12 +77,12 @@ fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>,
         let config = load_plan(&ConfigArgs { config: plan.config.clone() }, args.answer.work)?;
         // On ground the planned run is the passage: a turn is planned for level ground.
         if config.route().as_turnaround().is_none() || config.route().ground.is_some() {
-            let dragon = Arc::new(config.dragon().metered(&args.answer.work.meter()));
+            let dragon = Arc::new(config.lead().metered(&args.answer.work.meter()));
             return Ok((config, Ok(dragon)));
         }
     }
     let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
-    let passage = passage_through(turnaround, *config.dragon().dimensions(), &args.answer.work.meter());
+    let passage = passage_through(turnaround, *config.lead().dimensions(), &args.answer.work.meter());
     Ok((config, passage.map(Arc::new)))
 }
 

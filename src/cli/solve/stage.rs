@@ -30,8 +30,8 @@ impl StageAnswer {
     /// The answer for a configuration; `None` if its stage has no outline.
     pub(super) fn of(config: &Config, work: WorkArgs) -> Option<Self> {
         let outline = config.outline()?;
-        let answer = Self { outside_at_start: Some(standing_outside(config.dragon(), outline)), ..Self::default() };
-        Some(match first_exit(&config.dragon().metered(&work.meter()), outline) {
+        let answer = Self { outside_at_start: Some(standing_outside(config.lead(), outline)), ..Self::default() };
+        Some(match first_exit(&config.lead().metered(&work.meter()), outline) {
             Ok(exit) => Self { leaves_stage: exit.map(|exit| Leaving::of(&exit, config)), ..answer },
             Err(spent) => Self { stage_undecided: Some(spent.to_string()), ..answer },
         })

@@ -6,8 +6,8 @@ use anyhow::{Context as _, bail};
 use bench_dragon_geometry::dragon::Dimensions;
 use bench_dragon_geometry::number::{Fixed, Number, Place};
 use bench_dragon_geometry::planner::{
-    ClosestApproach, HeadTimetable, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio,
-    passage_through, shortest_turn, shortest_turn_with_line, walk_through,
+    ClosestApproach, LargestRatio, ShortestTurn, Staging, TurnPassage, largest_speed_ratio, passage_through,
+    shortest_turn, shortest_turn_with_line, walk_through,
 };
 use bench_dragon_geometry::route::{CircularArc, RouteShape, Turnaround, TurnaroundSpec};
 use clap::{Args, ValueHint};
@@ -20,7 +20,7 @@ use super::{AnswerArgs, CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, load_plan, 
 use crate::cli::flags::{BadInput, ConfigArgs, finite, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_report};
-use crate::config::Config;
+use crate::config::{Config, HeadTable};
 use crate::output::figure::PlanView;
 
 /// Check whether the dragon passes a turnaround, and find its least clearance and its largest speed.
@@ -163,7 +163,7 @@ const SHORTEST_MAX_RATIO: f64 = 2.0;
 pub(super) fn run(args: &TurnArgs) -> anyhow::Result<()> {
     let (config, plan, planned) = planned_turn(&args.plan, args.answer.work)?;
     args.answer.keep_files_apart(config.document())?;
-    let dimensions = *config.dragon().dimensions();
+    let dimensions = *config.lead().dimensions();
     let margin_m = config.tables().monitor.margin_m;
     let default = |limit: f64| args.shortest.then_some(limit);
     // The guard stops the head where the clearance falls under its margin. So the shortest turn keeps at least the margin.
@@ -327,7 +327,7 @@ fn draw(args: &TurnArgs, config: &Config, turnaround: &Turnaround, passage: &Tur
         TurnPassage::TooMuchWork(spent) => bail!("--figure has nothing to show: {spent}"),
         TurnPassage::Infeasible(infeasible) => return args.answer.figure.refuse(&infeasible.to_string()),
     };
-    let dragon = passage_through(*turnaround, *config.dragon().dimensions(), &args.answer.work.meter())?;
+    let dragon = passage_through(*turnaround, *config.lead().dimensions(), &args.answer.work.meter())?;
     let title = format!("The dragon {what}, at {} s", Fixed::<6>(time_s(config, travel_m)));
     let plan = plan_of(config, &dragon, args.answer.figure.caption(config, title), travel_m);
     let view = PlanView { pair: pair(&dragon, travel_m, benches), ..on_turn(plan, turnaround) };
@@ -498,11 +498,11 @@ pub(super) fn planned_turn(
 /// Show time, in seconds, at which a head of this planned speed reaches a travel of a passage. A passage may extend beyond the
 /// planned run. There it is the time at which the head would reach the travel if the run continued.
 pub(super) fn passage_time_s(config: &Config, speed_mps: f64, travel_m: f64) -> f64 {
-    let timetable = |start_s, end_m| HeadTimetable::new(speed_mps, config.tables().head.accel_mps2, start_s, end_m);
-    let (start_s, end_m) = (config.start_s(), config.dragon().end_travel_m());
+    let head = HeadTable { speed_mps, accel_mps2: config.tables().head.accel_mps2 };
+    let (start_s, end_m) = (config.start_s(), config.lead().end_travel_m());
     if (speed_mps * start_s..=end_m).contains(&travel_m) {
-        timetable(start_s, end_m).time_s(travel_m)
+        head.timetable(start_s, end_m).time_s(travel_m)
     } else {
-        timetable(start_s.min(travel_m / speed_mps), f64::INFINITY).time_s(travel_m)
+        head.timetable(start_s.min(travel_m / speed_mps), f64::INFINITY).time_s(travel_m)
     }
 }

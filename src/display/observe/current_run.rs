@@ -56,10 +56,10 @@ impl CurrentRun {
     ) -> io::Result<Self> {
         earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
         let planner = match earlier.as_mut().and_then(|earlier| earlier.planner.take()) {
-            None if plans => Some(ClearancePlanner::start(config.dragon(), config.tables().monitor.near_m)?),
+            None if plans => Some(ClearancePlanner::start(config.lead(), config.tables().monitor.near_m)?),
             planner => planner,
         };
-        let forecaster = Forecaster::start(config.dragon(), 0.0, header.head_travel_m)?;
+        let forecaster = Forecaster::start(config.lead(), 0.0, header.head_travel_m)?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
@@ -96,11 +96,11 @@ impl CurrentRun {
     pub(super) fn measure(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Option<PairClearance> {
         self.time_s = header.sim_time_s();
         self.walking_speed.note(header.head_speed_mps);
-        let dragon = self.run.config.dragon();
-        if handles.len() != dragon.dimensions().handles() {
+        let formation = self.run.config.formation();
+        if handles.len() != formation.layout().handles() {
             return None;
         }
-        dragon.place_boards_at(handles, |handle| handle.position_m.into(), &mut self.boards);
+        formation.place_boards(handles, |handle| handle.position_m.into(), &mut self.boards);
         let nearest = self.clearances.nearest(&self.boards)?;
         Arc::make_mut(&mut self.chart).note(self.time_s, nearest.clearance_m);
         if self.least.is_none_or(|least| nearest.clearance_m < least.clearance_m) {
@@ -123,7 +123,7 @@ impl CurrentRun {
         let forecast = self.forecaster.latest();
         self.forecaster.follow(&forecast, travel_m, is_found);
         let motion = HeadMotion::new(header, self.clock(header), self.run.config.tables().head.accel_mps2);
-        let end_m = self.run.config.dragon().end_travel_m();
+        let end_m = self.run.config.lead().end_travel_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
         (ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded), possible)
     }
@@ -139,7 +139,7 @@ impl CurrentRun {
         if clearance_m == self.looked_for_m {
             return;
         }
-        match Forecaster::start(self.run.config.dragon(), clearance_m, from_m) {
+        match Forecaster::start(self.run.config.lead(), clearance_m, from_m) {
             Ok(forecaster) => {
                 self.forecaster = forecaster;
                 self.looked_for_m = clearance_m;
@@ -195,7 +195,7 @@ mod tests {
 
     fn handles(time_s: f64) -> Vec<HandleState> {
         let config = paper();
-        let chain = config.dragon().chain(time_s).expect("within the run");
+        let chain = config.lead().chain(time_s).expect("within the run");
         chain.map(|at| HandleState { position_m: at.in_space().into(), ..HandleState::default() }).collect()
     }
 

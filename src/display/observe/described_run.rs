@@ -30,7 +30,7 @@ pub struct DescribedRun {
 impl DescribedRun {
     /// Returns the run of this number, with this configuration.
     pub fn new(run_id: u64, config: Config) -> Self {
-        let (dragon, dimensions) = (config.dragon(), config.dragon().dimensions());
+        let (dragon, dimensions) = (config.lead(), config.lead().dimensions());
         let (start_m, end_m) = (dragon.start_travel_m(), dragon.route().end_travel_m());
         let from_m = start_m - dimensions.links_m();
         let least_step_m = (end_m - from_m) / (MAX_POINTS - 3) as f64;

@@ -173,7 +173,7 @@ mod tests {
     /// The plan after each step.
     fn planned(toml: &str, near_m: f64) -> Vec<PlannedClearance> {
         let mut plans = Vec::new();
-        work_out(Config::from_toml(toml).expect("a valid text").dragon(), near_m, |plan| {
+        work_out(Config::from_toml(toml).expect("a valid text").lead(), near_m, |plan| {
             plans.push(plan.clone());
             true
         });
@@ -219,7 +219,7 @@ mod tests {
     fn a_seam_between_two_searches_neither_loses_nor_doubles_a_near_miss() {
         const FAR_M: f64 = 0.08;
         let config = Config::from_toml("").expect("the paper's");
-        let dragon = config.dragon();
+        let dragon = config.lead();
         let plan = planned("", FAR_M).pop().expect("a plan");
         let contact_m = plan.contact.expect("a contact").travel_m;
         let at_once = near_misses(dragon, dragon.start_travel_m(), contact_m, FAR_M, |_| ()).approaches;

@@ -22,7 +22,7 @@ pub(super) const UNKNOWN: &str = "unknown";
 /// Encodes the constant properties of a run. The view sends it once per run. Units are metres and seconds.
 pub(super) fn run_message(run: &DescribedRun) -> Value {
     let config = &run.config;
-    let dimensions = config.dragon().dimensions();
+    let dimensions = config.lead().dimensions();
     json!({
         "type": "run",
         "run_id": run.run_id,

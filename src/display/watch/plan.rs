@@ -64,8 +64,8 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
 /// Draws the boards from the tail to the head, so that the head is on top, and then the nearest pair.
 fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy, snapshot: &Snapshot, theme: Theme) {
     let (handles, mut boards) = (&copy.handles, Vec::new());
-    if let Some(run) = snapshot.run.as_ref().filter(|run| run.config.dragon().dimensions().handles() == handles.len()) {
-        run.config.dragon().place_boards_at(handles, |handle| handle.position_m.into(), &mut boards);
+    if let Some(run) = snapshot.run.as_ref().filter(|run| run.config.formation().layout().handles() == handles.len()) {
+        run.config.formation().place_boards(handles, |handle| handle.position_m.into(), &mut boards);
     }
     let mut draw = |bench: usize, colour: Color| {
         let colour = theme.colour(colour);
@@ -103,7 +103,7 @@ fn line(context: &mut Context<'_>, [from, to]: [DVec2; 2], colour: Color) {
 }
 
 fn turns_are_apart(run: &DescribedRun, viewport: &Viewport) -> bool {
-    run.config.dragon().route().pitch_m() >= ROUTE_DOTS * viewport.dot_m
+    run.config.lead().route().pitch_m() >= ROUTE_DOTS * viewport.dot_m
 }
 
 /// A scale of a round length, and whether the camera follows the head.

@@ -19,7 +19,7 @@ use crate::safety::monitor::{run_alert, walking_frame};
 /// The paper's dragon at a show time, live.
 pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
     let run = DescribedRun::new(7, Config::load(None, |_| ()).expect("the paper's"));
-    let dragon = run.config.dragon();
+    let dragon = run.config.lead();
     let positions: Vec<_> = dragon.chain(time_s).expect("within the run").map(|handle| handle.in_space()).collect();
     let mut boards = Vec::new();
     dragon.place_boards_at(&positions, |position| *position, &mut boards);

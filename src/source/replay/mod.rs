@@ -152,7 +152,7 @@ impl Replay {
         let Some(run) = self.next_run(stop)? else { return Ok(None) };
         let toml = &run.configuration.toml;
         let rate_hz = published_rate_hz(described_rate_hz(toml), self.steering.pace);
-        let ports = SourcePorts::open(&self.domain, SourceKind::Replay, toml, run.bench_count, rate_hz)?;
+        let ports = SourcePorts::open(&self.domain, SourceKind::Replay, toml, run.handle_count, rate_hz)?;
         if run.lap != self.lap {
             self.lap = run.lap;
             self.clock.begin_lap();

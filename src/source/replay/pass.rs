@@ -300,7 +300,7 @@ impl<'a> Pass<'a> {
         // Also for another pass: the recorded times of its frames are far from those before the seek.
         self.replay.clock.begin_elsewhere();
         let Some(run) = self.replay.next_run(stop)? else { return Ok(false) };
-        let is_same = run.configuration.run_id == self.recorded_run_id() && run.bench_count == self.run.bench_count;
+        let is_same = run.configuration.run_id == self.recorded_run_id() && run.handle_count == self.run.handle_count;
         if !is_same || run.lap != self.run.lap {
             self.replay.sought_run = Some(run);
             return Ok(false);

@@ -26,7 +26,7 @@ const MOST_EARLY: usize = 1 << 12;
 #[derive(Debug)]
 pub(super) struct RecordedRun {
     pub(super) configuration: Configuration,
-    pub(super) bench_count: usize,
+    pub(super) handle_count: usize,
     /// Number of finished laps before this run.
     pub(super) lap: u64,
     pub(super) items: Receiver<Planned>,
@@ -195,10 +195,10 @@ impl Excerpt {
             let (items, items_read) = channel::bounded(in_flight);
             // Capacity for all frames that exist: those in flight, one being read and two being played.
             let (played, done) = channel::bounded(in_flight + 3);
-            let FrameHeader { run_id, bench_count, .. } = first.frame.header;
+            let FrameHeader { run_id, .. } = first.frame.header;
             let run = RecordedRun {
                 configuration: self.configuration(run_id)?,
-                bench_count: bench_count as usize,
+                handle_count: first.frame.header.handle_count(),
                 lap: first.lap,
                 items: items_read,
                 played,

@@ -105,9 +105,9 @@ impl Server {
     /// its services.
     pub fn create(domain: &Domain, settings: ServerSettings) -> Result<Self, BusError> {
         let lock = take_instance(domain)?;
-        let bench_count = settings.config.dragon().dimensions().benches();
+        let handle_count = settings.config.formation().layout().handles();
         let (toml, rate_hz) = (settings.config.to_toml(), settings.config.tables().serve.rate_hz);
-        let ports = SourcePorts::open(domain, SourceKind::Server, &toml, bench_count, rate_hz)?;
+        let ports = SourcePorts::open(domain, SourceKind::Server, &toml, handle_count, rate_hz)?;
         let simulation = Simulation::of_run(&settings.config, &settings.start, ports.run_id)
             .expect("the caller has checked the start of the run");
         let server = Self { simulation, ports, _lock: lock, following: None, is_ending: false, settings };

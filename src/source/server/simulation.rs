@@ -66,7 +66,7 @@ impl Simulation {
     pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Result<Self, MotionPlanError> {
         let plan = MotionPlan::of_run(config, start, run_id)?;
         let serve = &config.tables().serve;
-        let mut simulation = Self::new(config.dragon().clone(), plan, serve.rate_hz, serve.time_scale);
+        let mut simulation = Self::new(config.lead().clone(), plan, serve.rate_hz, serve.time_scale);
         if start.follows_timecode {
             simulation.follow();
         }

@@ -122,7 +122,7 @@ impl Search<'_> {
         // A hole leaves its pole by the play, a corner by more, and the poles turn the link.
         let lever = dimensions.length_m(0).max(dimensions.length_m(1)) / dimensions.link_m(0).min(dimensions.link_m(1));
         let reach_m = self.clearance_m + 8.0 * lever * dimensions.play_m() + (self.end_m - self.begin_m);
-        let mut near = NearPairs::with_room(MAX_PAIRS);
+        let mut near = NearPairs::default().with_room(MAX_PAIRS);
         near.renew(&pose.boards, reach_m);
         dragon.meter().add(near.take_steps());
         let mut pairs: Vec<(f64, [usize; 2])> = near.list().iter().map(|pair| (pair.gap_m, pair.benches())).collect();

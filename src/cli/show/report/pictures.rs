@@ -66,7 +66,7 @@ impl ReportSource<'_> {
 
 /// The dragon at its nearest approach; `None` for a dragon that is too long for a picture, or values out of its range.
 fn picture(config: &Config, report: &ClearanceReport) -> Option<Drawing> {
-    let dragon = config.dragon();
+    let dragon = config.lead();
     let benches = report.benches.map(|bench| bench as usize);
     let count = dragon.dimensions().benches();
     if count > MOST_DRAWN || benches.iter().any(|bench| *bench >= count) || !report.travel_m.is_finite() {

@@ -55,7 +55,7 @@ impl RunCheck {
         Ok(Self {
             run_id,
             simulation: Simulation::of_run(&config, &start, run_id).map_err(|error| error.to_string())?,
-            handles: vec![HandleState::default(); config.dragon().dimensions().handles()],
+            handles: vec![HandleState::default(); config.formation().layout().handles()],
             releases: Releases::at(config.tables().serve.rate_hz),
             config,
             start,
@@ -160,7 +160,7 @@ impl RunCheck {
 
 /// Checks the start of the run as a server checks its arguments.
 fn require_start(config: &Config, start: &RunStart) -> Result<(), String> {
-    let dragon = config.dragon();
+    let dragon = config.lead();
     let travels = dragon.start_travel_m()..=dragon.end_travel_m();
     let is_sound = start.start_s.is_finite()
         && travels.contains(&start.travel_m)

@@ -131,7 +131,7 @@ impl MotionPlan {
             start_speed_mps: start.speed_mps,
             first_s: config.start_s(),
             last_s: config.last_seek_s(),
-            end_travel_m: config.dragon().end_travel_m(),
+            end_travel_m: config.lead().end_travel_m(),
             until_s: start.until_s,
             stays: start.stays,
             held: start.is_held,

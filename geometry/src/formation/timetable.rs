@@ -7,7 +7,7 @@
 
 /// Travel of the head over show time, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeadTimetable {
+pub struct Timetable {
     start_s: f64,
     start_m: f64,
     end_m: f64,
@@ -25,15 +25,15 @@ struct Ramps {
     length_m: f64,
 }
 
-impl HeadTimetable {
+impl Timetable {
     /// A run that begins at a show time and ends at a travel. It begins at the travel that the planned speed gives: `speed_mps`
     /// × `start_s`. The speed, and the acceleration if there is one, must be above 0.
     ///
     /// ```
-    /// use bench_dragon_geometry::planner::HeadTimetable;
+    /// use bench_dragon_geometry::formation::Timetable;
     ///
     /// // 2 s and 1 m to reach 1 m/s, 8 s at it, and 2 s to rest.
-    /// let timetable = HeadTimetable::new(1.0, Some(0.5), 0.0, 10.0);
+    /// let timetable = Timetable::new(1.0, Some(0.5), 0.0, 10.0);
     /// assert_eq!((timetable.time_s(1.0), timetable.time_s(9.0), timetable.time_s(10.0)), (2.0, 10.0, 12.0));
     /// assert_eq!((timetable.travel_m(1.0), timetable.speed_mps(1.0)), (0.25, 0.5));
     /// ```
@@ -131,7 +131,7 @@ mod tests {
             start_s in -50.0..0.0_f64,
             part in 0.05..0.95_f64,
         ) {
-            let with = |speed_mps| HeadTimetable::new(speed_mps, accel_mps2, start_s, 200.0);
+            let with = |speed_mps| Timetable::new(speed_mps, accel_mps2, start_s, 200.0);
             let travel_m = speed_mps * start_s + part * (200.0 - speed_mps * start_s);
             let Some((there_mps, per_speed)) = with(speed_mps).speed_and_time_rate(travel_m) else { return Ok(()) };
             let step = 1e-6;
