@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
+use bench_dragon_geometry::formation::Layout;
 use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
@@ -42,10 +43,16 @@ fn moved(boards: &mut [Board], far_m: f64, turn: f64) {
     }
 }
 
+/// All pairs of the boards of one dragon.
 fn all_pairs(boards: &[Board], far_m: f64) -> Vec<PairClearance> {
+    all_pairs_of(boards, far_m, |first, second| second == first + 1)
+}
+
+/// All pairs but those that share a hinge.
+fn all_pairs_of(boards: &[Board], far_m: f64, share_a_hinge: impl Fn(usize, usize) -> bool) -> Vec<PairClearance> {
     let mut pairs = Vec::new();
     for first in 0..boards.len() {
-        for second in first + 2..boards.len() {
+        for second in (first + 1..boards.len()).filter(|&second| !share_a_hinge(first, second)) {
             let (ours, theirs) = (&boards[first], &boards[second]);
             if ours.centre.distance(theirs.centre) - ours.radius_m() - theirs.radius_m() <= far_m {
                 let approach = ours.approach(theirs);
@@ -68,9 +75,12 @@ fn all_pairs(boards: &[Board], far_m: f64) -> Vec<PairClearance> {
 /// Clearances that differ by less are equal: then the order of pairs is that of their indices.
 const EQUAL_M: f64 = 1e-10;
 
-/// Compares all three methods with all pairs, in an order that must not affect the results.
 fn assert_finds_all(search: &mut ClearanceSearch, boards: &[Board], reach_m: f64, far_m: f64) {
-    let pairs = all_pairs(boards, far_m);
+    assert_finds(search, boards, reach_m, &all_pairs(boards, far_m));
+}
+
+/// Compares all three methods with all pairs, in an order that must not affect the results.
+fn assert_finds(search: &mut ClearanceSearch, boards: &[Board], reach_m: f64, pairs: &[PairClearance]) {
     let within: Vec<_> = pairs.iter().filter(|pair| pair.clearance_m <= reach_m).copied().collect();
     let nearest = pairs.first().copied();
     let both = if within.is_empty() { nearest.into_iter().collect() } else { within.clone() };
@@ -103,6 +113,27 @@ proptest! {
         for (far_m, turn) in moves {
             moved(&mut boards, far_m, turn);
             assert_finds_all(&mut search, &boards, reach_m, f64::INFINITY);
+        }
+    }
+
+    #[test]
+    fn pairs_within_and_between_dragons_are_found(
+        dragons in prop::collection::vec(1..12_usize, 1..8),
+        spread_m in 0.5..60.0_f64,
+        moves in moves(),
+        reach_m in -0.2..1.0_f64,
+        boards in prop::collection::vec(board(1.0), 77),
+    ) {
+        let layout = Layout::of(dragons.iter().copied());
+        let dragon_of: Vec<usize> = (0..).zip(&dragons).flat_map(|(dragon, &benches)| vec![dragon; benches]).collect();
+        prop_assert_eq!((layout.benches(), layout.dragons()), (dragon_of.len(), dragons.len()));
+        let spread = |board: Board| Board { centre: spread_m * board.centre, ..board };
+        let mut boards: Vec<Board> = boards.into_iter().take(layout.benches()).map(spread).collect();
+        let mut search = ClearanceSearch::of(&layout);
+        for (far_m, turn) in moves {
+            moved(&mut boards, far_m, turn);
+            let share_a_hinge = |first, second| second == first + 1 && dragon_of[first] == dragon_of[second];
+            assert_finds(&mut search, &boards, reach_m, &all_pairs_of(&boards, f64::INFINITY, share_a_hinge));
         }
     }
 

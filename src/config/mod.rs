@@ -186,7 +186,7 @@ impl ConfigDocument {
             error => ConfigError(error.to_string()),
         })?;
         let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
-        let formation = Formation::of_one(Planned { dragon: Arc::new(dragon), timetable });
+        let formation = Formation::new(vec![Planned { dragon: Arc::new(dragon), timetable }]);
         Ok(Config { document: self, formation: Arc::new(formation) })
     }
 

@@ -141,7 +141,7 @@ impl<'a> ApproachSearch<'a> {
         self.later.extend_to(self.dragon, usize::MAX);
         for benches in self.pairs_within(limit_m()).ok_or(self.meter().spent(reached_m))? {
             self.meter().check(reached_m)?;
-            let pair = Pair { dragon: self.dragon, benches };
+            let pair = Pair::of(self.dragon, benches);
             pair.halve(&pair.at(&self.earlier).into(), &pair.at(&self.later).into(), HALVINGS, limit_m, sink);
         }
         std::mem::swap(&mut self.earlier, &mut self.later);
@@ -161,9 +161,9 @@ impl<'a> ApproachSearch<'a> {
         let nothing = self.earlier.travel_m;
         let pairs = self.pairs_within(limit_m).ok_or(nothing)?;
         let violations_m = pairs.into_iter().take_while(|_| !self.meter().is_spent()).filter_map(|benches| {
-            let pair = Pair { dragon: self.dragon, benches };
+            let pair = Pair::of(self.dragon, benches);
             let (earlier, later) = (pair.at(&self.earlier).into(), pair.at(&self.later).into());
-            pair.violation_m(&earlier, &later, limit_m, resolution_m)
+            pair.violation(&earlier, &later, limit_m, resolution_m)
         });
         let first_m = violations_m.min_by(f64::total_cmp);
         if self.meter().is_spent() {
@@ -209,7 +209,7 @@ impl<'a> ApproachSearch<'a> {
 impl Dragon {
     /// Clearance of two benches, with its point and direction, with the head at a travel of the run.
     pub(crate) fn approach(&self, benches: [usize; 2], travel_m: f64) -> Approach {
-        Moment::from(Pair { dragon: self, benches }.solve(travel_m)).approach
+        Moment::from(Pair::of(self, benches).solve(travel_m)).approach
     }
 }
 
@@ -227,7 +227,7 @@ impl From<PairPose> for Moment {
 
 impl Pair<'_> {
     fn middle(&self, earlier: &Moment, later: &Moment) -> Moment {
-        self.solve(0.5 * (earlier.pose.travel_m + later.pose.travel_m)).into()
+        self.solve(0.5 * (earlier.pose.parameter + later.pose.parameter)).into()
     }
 
     fn halve(
@@ -244,10 +244,10 @@ impl Pair<'_> {
             return;
         }
         if halvings == 0 || is_rigid {
-            self.dragon.meter().add(STEPS_PER_PIECE);
+            self.meter().add(STEPS_PER_PIECE);
             return sink(Piece {
                 benches: self.benches,
-                travels_m: [earlier.pose.travel_m, later.pose.travel_m],
+                travels_m: [earlier.pose.parameter, later.pose.parameter],
                 clearances_m: [earlier.approach.clearance_m, later.approach.clearance_m],
                 is_rigid,
             });
@@ -257,18 +257,18 @@ impl Pair<'_> {
         self.halve(&middle, later, halvings - 1, limit_m, sink);
     }
 
-    /// Travel at the beginning of the first piece on which the bound on the clearance falls under the limit; `None` without
-    /// such a piece. A piece is at most `resolution_m` long. The recursion depth is at most log₂ of the number of pieces.
-    fn violation_m(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution_m: f64) -> Option<f64> {
+    /// Parameter at the beginning of the first piece on which the bound on the clearance falls under the limit; `None` without
+    /// such a piece. A piece is at most `resolution` long. The recursion depth is at most log₂ of the number of pieces.
+    fn violation(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution: f64) -> Option<f64> {
         if !self.may_look() || self.least_m(earlier, later) >= limit_m {
             return None;
         }
-        if later.pose.travel_m - earlier.pose.travel_m <= resolution_m || earlier.approach.clearance_m < limit_m {
-            return Some(earlier.pose.travel_m);
+        if later.pose.parameter - earlier.pose.parameter <= resolution || earlier.approach.clearance_m < limit_m {
+            return Some(earlier.pose.parameter);
         }
         let middle = self.middle(earlier, later);
-        self.violation_m(earlier, &middle, limit_m, resolution_m)
-            .or_else(|| self.violation_m(&middle, later, limit_m, resolution_m))
+        self.violation(earlier, &middle, limit_m, resolution)
+            .or_else(|| self.violation(&middle, later, limit_m, resolution))
     }
 
     /// A lower bound on the clearance over the interval. On a rigid interval it is exact up to rounding.

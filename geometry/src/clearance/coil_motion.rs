@@ -20,7 +20,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec2;
 
-use super::pair_motion::{BenchMotion, PairMotion};
+use super::pair_motion::{BenchMotion, MotionParameter, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
 
@@ -48,7 +48,7 @@ impl PairMotion {
             front_angle = rear_angle;
         }
         let benches = [benches[0]?, benches[1]?];
-        Some(Self { benches, corner_arm_m: dragon.corner_arm_m(), is_on_coil: true })
+        Some(Self { benches, corner_arm_m: dragon.corner_arm_m(), parameter: MotionParameter::CoilAngle })
     }
 }
 

@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use super::coil_reach::CoilReach;
 use super::contact::{Contact, PairEvent};
-use super::follower::Follower;
+use super::pair_tracker::PairTracker;
 use super::pose::Pose;
 use super::repeated_walk::RepeatedWalk;
 use super::search::ClearanceSearch;
@@ -215,7 +215,7 @@ impl ContactSearch {
         while self.earlier.travel_m < to_m {
             self.stride(to_m);
             let begin = self.events.len();
-            if !self.collect_pairs() || !self.follow_pairs() {
+            if !self.collect_pairs() || !self.track_pairs() {
                 self.events.truncate(begin);
                 self.searched_to_m = None;
                 break;
@@ -228,10 +228,10 @@ impl ContactSearch {
     }
 
     /// Records the events of the collected pairs on a stride. Returns whether the meter's limit allowed it.
-    fn follow_pairs(&mut self) -> bool {
+    fn track_pairs(&mut self) -> bool {
         let Self { dragon, clearance_m, earlier, later, pairs, events, .. } = self;
         for &benches in &*pairs {
-            let _ = Follower::follow(dragon, benches, *clearance_m, earlier, later, &mut |event| {
+            let _ = PairTracker::track(dragon, benches, *clearance_m, earlier, later, &mut |event| {
                 events.push(event);
                 ControlFlow::Continue(())
             });
@@ -362,7 +362,7 @@ impl ContactSearch {
     fn earliest_touch(&self) -> Option<Contact> {
         let touch = |&benches: &[usize; 2]| {
             let (dragon, clearance_m) = (&self.dragon, self.clearance_m);
-            Follower::follow(dragon, benches, clearance_m, &self.earlier, &self.later, &mut ControlFlow::Break)
+            PairTracker::track(dragon, benches, clearance_m, &self.earlier, &self.later, &mut ControlFlow::Break)
                 .break_value()
         };
         let allowed = |_: &&[usize; 2]| !self.dragon.meter().is_spent();

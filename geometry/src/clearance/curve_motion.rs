@@ -7,7 +7,7 @@
 //! bounded too. The components of both handles' accelerations across the link turn it.
 
 use super::link_motion::{HeadingMotion, LinkMotion};
-use super::pair_motion::{BenchMotion, PairMotion};
+use super::pair_motion::{BenchMotion, MotionParameter, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
 
@@ -45,7 +45,7 @@ impl PairMotion {
             }
             front = rear;
         }
-        Self { benches, corner_arm_m: dragon.corner_arm_m(), is_on_coil: false }
+        Self { benches, corner_arm_m: dragon.corner_arm_m(), parameter: MotionParameter::Arc }
     }
 }
 

@@ -88,7 +88,7 @@ impl NearPairs {
     }
 
     /// Records how far the boards have moved since the list was made.
-    pub(super) fn follow(&mut self, boards: &[Board]) {
+    pub(super) fn note(&mut self, boards: &[Board]) {
         self.steps += boards.len() as u64 / DISCS_PER_STEP;
         self.drift_m = drift_m(&self.stood, boards);
         self.poses = self.poses.saturating_add(1);

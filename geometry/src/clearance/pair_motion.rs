@@ -17,6 +17,7 @@
 
 use glam::DVec2;
 
+use super::pair::PairPose;
 use super::pose::BenchPose;
 
 /// Largest gap at which boards touch, in metres: a few times the rounding of a handle's position.
@@ -28,8 +29,18 @@ pub(super) struct PairMotion {
     pub(super) benches: [BenchMotion; 2],
     /// How far a corner moves relative to the nearest handle, per radian of the heading.
     pub(super) corner_arm_m: f64,
-    /// Whether the bounds are those of a coil, which are nearly the same on every part of an interval.
-    pub(super) is_on_coil: bool,
+    pub(super) parameter: MotionParameter,
+}
+
+/// The parameter of a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MotionParameter {
+    /// The angle of the pair's front handle on a coil. The bounds are nearly the same on every part of an interval.
+    CoilAngle,
+    /// The arc that the pair's front handle walks.
+    Arc,
+    /// Plan time, for benches of two dragons.
+    PlanTime,
 }
 
 /// Bounds on a bench's motion.
@@ -53,23 +64,30 @@ pub(super) struct BenchMotion {
     pub(super) growth_m: f64,
 }
 
+impl MotionParameter {
+    fn of(self, pose: &PairPose) -> f64 {
+        match self {
+            Self::CoilAngle => pose.benches[0].front.parameter,
+            Self::Arc => pose.benches[0].front_travel_m,
+            Self::PlanTime => pose.parameter,
+        }
+    }
+}
+
 impl PairMotion {
     /// Bounds for the pair on a part of the interval.
-    pub(super) fn between(&self, earlier: &[BenchPose; 2], later: &[BenchPose; 2]) -> Encounter {
-        let stretch = if self.is_on_coil {
-            later[0].front.parameter - earlier[0].front.parameter
-        } else {
-            later[0].front_travel_m - earlier[0].front_travel_m
-        };
-        Encounter { seen: [0, 1].map(|viewer| self.seen_from(viewer, [earlier, later], stretch)) }
+    pub(super) fn between(&self, earlier: &PairPose, later: &PairPose) -> Encounter {
+        let length = self.parameter.of(later) - self.parameter.of(earlier);
+        let ends = [&earlier.benches, &later.benches];
+        Encounter { seen: [0, 1].map(|viewer| self.seen_from(viewer, ends, length)) }
     }
 
     /// The corners of one board relative to the other board, at both ends of an interval.
-    fn seen_from(&self, viewer: usize, ends: [&[BenchPose; 2]; 2], stretch: f64) -> Seen {
+    fn seen_from(&self, viewer: usize, ends: [&[BenchPose; 2]; 2], length: f64) -> Seen {
         let (from, to) = (&self.benches[viewer], &self.benches[1 - viewer]);
         let speed_m = from.speed_m + to.speed_m + self.corner_arm_m * to.turn;
         let both_m = from.across_m + to.across_m + self.corner_arm_m * to.turn_rate + 2.0 * from.turn * speed_m;
-        let swing = 0.5 * (from.turn + to.curvature * to.speed_m) * stretch;
+        let swing = 0.5 * (from.turn + to.curvature * to.speed_m) * length;
         let sine = (sine_seen(viewer, ends) + swing).min(1.0);
         let fixed_m = DVec2::new(from.along_m + to.along_m, from.sine * from.along_m + sine * to.along_m) + both_m;
         let corners = ends.map(|poses| {
@@ -78,9 +96,9 @@ impl PairMotion {
         });
         let corner = |k: usize| {
             let at = [corners[0][k], corners[1][k]];
-            let distance_m = at[0].length().max(at[1].length()) + 0.5 * speed_m * stretch;
-            let leeway_m = 0.125 * (fixed_m + from.turn_rate * distance_m) * stretch * stretch;
-            let growth_m = 0.125 * from.growth_m * stretch * stretch;
+            let distance_m = at[0].length().max(at[1].length()) + 0.5 * speed_m * length;
+            let leeway_m = 0.125 * (fixed_m + from.turn_rate * distance_m) * length * length;
+            let growth_m = 0.125 * from.growth_m * length * length;
             Corner { at, leeway_m: DVec2::new(leeway(leeway_m.x + growth_m), leeway(leeway_m.y)) }
         };
         let half_sizes = ends.map(|poses| DVec2::new(poses[viewer].board.half_length, poses[viewer].board.half_width));
@@ -180,6 +198,7 @@ mod tests {
     use proptest::prelude::*;
     use test_support::property::random_cases;
 
+    use super::super::pair::Pair;
     use super::super::pose::Pose;
     use super::*;
     use crate::dragon::{Dimensions, Dragon};
@@ -220,15 +239,18 @@ mod tests {
 
     /// Compares corners with their leeway. The bound on the second derivative is stricter than the leeway at the middle: it
     /// falls off towards the ends.
-    fn assert_leeway(motion: &PairMotion, pair: [usize; 2], poses: &[Pose; 3]) -> Result<(), TestCaseError> {
-        let [earlier, between, later] = poses.each_ref().map(|pose| pair.map(|bench| pose.bench_pose(bench)));
-        let parameter = |poses: &[BenchPose; 2]| {
-            if motion.is_on_coil { poses[0].front.parameter } else { poses[0].front_travel_m }
-        };
+    fn assert_leeway(
+        motion: &PairMotion,
+        dragon: &Dragon,
+        pair: [usize; 2],
+        poses: &[Pose; 3],
+    ) -> Result<(), TestCaseError> {
+        let [earlier, between, later] = poses.each_ref().map(|pose| Pair::of(dragon, pair).at(pose));
+        let parameter = |pose: &PairPose| motion.parameter.of(pose);
         let passed = (parameter(&between) - parameter(&earlier)) / (parameter(&later) - parameter(&earlier));
         for (viewer, seen) in motion.between(&earlier, &later).seen.iter().enumerate() {
-            for (corner, point) in seen.corners.iter().zip(between[1 - viewer].board.corners()) {
-                let off = between[viewer].board.local(point) - corner.at[0].lerp(corner.at[1], passed);
+            for (corner, point) in seen.corners.iter().zip(between.benches[1 - viewer].board.corners()) {
+                let off = between.benches[viewer].board.local(point) - corner.at[0].lerp(corner.at[1], passed);
                 let leeway_m = corner.leeway_m * 4.0 * passed * (1.0 - passed);
                 prop_assert!(off.abs().cmple(leeway_m + 1e-11).all(), "{off} is more than {leeway_m}");
             }
@@ -242,13 +264,14 @@ mod tests {
         #[test]
         fn corners_stay_within_their_leeway_on_spirals((dragon, pair, poses) in ways(spirals())) {
             if let Some(motion) = PairMotion::on_coil(&dragon, pair, &poses[0], &poses[2]) {
-                assert_leeway(&motion, pair, &poses)?;
+                assert_leeway(&motion, &dragon, pair, &poses)?;
             }
         }
 
         #[test]
         fn corners_stay_within_their_leeway_on_turnarounds((dragon, pair, poses) in ways(turnarounds())) {
-            assert_leeway(&PairMotion::along_curve(&dragon, pair, &poses[0], &poses[2]), pair, &poses)?;
+            let motion = PairMotion::along_curve(&dragon, pair, &poses[0], &poses[2]);
+            assert_leeway(&motion, &dragon, pair, &poses)?;
         }
     }
 }

@@ -75,7 +75,7 @@ impl ClearanceSearch {
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
         if self.layout.first_pair(boards.len()).is_some() {
-            self.near.follow(boards);
+            self.near.note(boards);
             self.collect(boards, reach_m, reach_m);
         }
         &self.found
@@ -102,7 +102,7 @@ impl ClearanceSearch {
     pub fn nearest_and_within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
         if let Some(first) = self.layout.first_pair(boards.len()) {
-            self.near.follow(boards);
+            self.near.note(boards);
             let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or(first);
             let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]) + EQUAL_M);
             if !self.near.reaches(limit_m) {

@@ -262,6 +262,11 @@ impl Dragon {
     /// The same for any type of handle from which `position` returns the position in space.
     pub fn place_boards_at<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec3, boards: &mut Vec<Board>) {
         boards.clear();
+        self.add_boards(handles, position, boards);
+    }
+
+    /// Adds the boards of all benches to `boards`.
+    pub(crate) fn add_boards<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec3, boards: &mut Vec<Board>) {
         let ends = handles.windows(2).enumerate();
         boards.extend(ends.map(|(bench, ends)| self.board_between(bench, position(&ends[0]), position(&ends[1]))));
     }

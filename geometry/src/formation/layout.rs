@@ -22,19 +22,29 @@ use std::sync::Arc;
 pub struct Layout {
     /// The first bench of each dragon but the first one.
     heads: Arc<[usize]>,
+    /// The dragon of each bench, of several dragons.
+    dragons: Arc<[u8]>,
     benches: usize,
+    /// Whether only benches of two dragons are pairs.
+    is_between: bool,
 }
 
 impl Layout {
     /// The layout of dragons of these numbers of benches, of which none is 0.
     pub fn of(benches: impl IntoIterator<Item = usize>) -> Self {
-        let mut heads = Vec::new();
-        let mut all = 0;
-        for count in benches {
+        let (mut heads, mut dragons, mut all) = (Vec::new(), Vec::new(), 0);
+        for (dragon, count) in (0_u8..).zip(benches) {
             heads.extend((all > 0).then_some(all));
             all += count;
+            dragons.resize(all, dragon);
         }
-        Self { heads: heads.into(), benches: all }
+        let dragons = if heads.is_empty() { [].into() } else { dragons.into() };
+        Self { heads: heads.into(), dragons, benches: all, is_between: false }
+    }
+
+    /// The same layout, in which only benches of two dragons form a pair.
+    pub(crate) fn between_dragons(&self) -> Self {
+        Self { is_between: true, ..self.clone() }
     }
 
     /// Number of benches of all dragons.
@@ -78,13 +88,14 @@ impl Layout {
 
     /// The pair of the lowest indices, among the first `benches` benches; `None` if these form no pair.
     pub(crate) fn first_pair(&self, benches: usize) -> Option<[usize; 2]> {
-        let second = (1..=2).find(|&other| self.is_pair(0, other))?;
-        (second < benches).then_some([0, second])
+        let second = (1..benches).find(|&other| self.is_pair(0, other))?;
+        Some([0, second])
     }
 
     /// Whether two benches form a pair, whose clearance counts. Neighbours on a hinge do not.
     #[inline]
     pub fn is_pair(&self, one: usize, other: usize) -> bool {
-        one.abs_diff(other) > 1 || (one != other && self.heads.contains(&one.max(other)))
+        let is_apart = !self.is_between && one.abs_diff(other) > 1;
+        is_apart || (!self.dragons.is_empty() && self.dragons[one] != self.dragons[other])
     }
 }

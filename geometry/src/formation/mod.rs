@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::dragon::{Board, Dragon};
+use crate::dragon::{Board, Chain, Dragon};
 
 pub use layout::Layout;
 pub use timetable::Timetable;
@@ -20,32 +20,65 @@ pub use timetable::Timetable;
 pub struct Planned {
     /// The dragon on its route.
     pub dragon: Arc<Dragon>,
-    /// Its travel over show time, on a run without commands.
+    /// Travel of its head over plan time.
     pub timetable: Timetable,
 }
 
-/// All dragons of a show. The first one leads: travels and speeds of the show are those of its head.
+impl Planned {
+    /// Travel of the head at a plan time. Before its start and after its end, the dragon stands at the ends of its run.
+    pub fn travel_m(&self, time_s: f64) -> f64 {
+        let (start_m, end_m) = (self.dragon.start_travel_m(), self.dragon.end_travel_m());
+        self.timetable.travel_m(time_s).clamp(start_m, end_m)
+    }
+
+    /// The chain at a plan time.
+    pub(crate) fn chain_at(&self, time_s: f64) -> Chain<'_> {
+        self.dragon.chain(self.travel_m(time_s)).expect("a travel of the timetable is in the run")
+    }
+}
+
+/// All dragons of a show. The first one leads: speeds of the show are those of its head.
 #[derive(Clone, Debug)]
 pub struct Formation {
-    lead: Planned,
+    dragons: Vec<Planned>,
     layout: Layout,
 }
 
 impl Formation {
-    /// A formation of one dragon.
-    pub fn of_one(lead: Planned) -> Self {
-        let layout = Layout::of([lead.dragon.dimensions().benches()]);
-        Self { lead, layout }
+    /// A formation of these dragons, the leading one first.
+    ///
+    /// # Panics
+    /// Panics without a dragon.
+    pub fn new(dragons: Vec<Planned>) -> Self {
+        assert!(!dragons.is_empty(), "a formation without a dragon");
+        let layout = Layout::of(dragons.iter().map(|planned| planned.dragon.dimensions().benches()));
+        Self { dragons, layout }
+    }
+
+    /// The dragons, the leading one first.
+    pub fn dragons(&self) -> &[Planned] {
+        &self.dragons
     }
 
     /// The dragon that leads.
     pub fn lead(&self) -> &Arc<Dragon> {
-        &self.lead.dragon
+        &self.dragons[0].dragon
     }
 
     /// Timetable of the dragon that leads.
     pub fn timetable(&self) -> &Timetable {
-        &self.lead.timetable
+        &self.dragons[0].timetable
+    }
+
+    /// The end of a stride of plan time: no head walks more than `links` lengths of its shorter link, and no speed changes at once
+    /// in between.
+    pub(crate) fn stride_end_s(&self, from_s: f64, links: f64) -> f64 {
+        let ends = self.dragons.iter().map(|Planned { dragon, timetable }| {
+            let link_m = dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1));
+            let walked_s = from_s + links * link_m / timetable.most_speed_mps();
+            timetable.next_jump_s(from_s).map_or(walked_s, |jump_s| walked_s.min(jump_s))
+        });
+        ends.fold(f64::INFINITY, f64::min)
     }
 
     /// The numbers of all benches and handles.
@@ -59,6 +92,9 @@ impl Formation {
     /// Panics if there is not one handle for each handle of the layout.
     pub fn place_boards<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec3, boards: &mut Vec<Board>) {
         assert_eq!(handles.len(), self.layout.handles(), "the handles of a formation");
-        self.lead.dragon.place_boards_at(handles, position, boards);
+        boards.clear();
+        for (number, Planned { dragon, .. }) in self.dragons.iter().enumerate() {
+            dragon.add_boards(&handles[self.layout.handles_of(number)], &position, boards);
+        }
     }
 }

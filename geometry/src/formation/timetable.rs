@@ -8,6 +8,8 @@
 /// Travel of the head over show time, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timetable {
+    /// Travel at time 0 of a head that always walks at the planned speed.
+    offset_m: f64,
     start_s: f64,
     start_m: f64,
     end_m: f64,
@@ -38,7 +40,16 @@ impl Timetable {
     /// assert_eq!((timetable.travel_m(1.0), timetable.speed_mps(1.0)), (0.25, 0.5));
     /// ```
     pub fn new(speed_mps: f64, accel_mps2: Option<f64>, start_s: f64, end_travel_m: f64) -> Self {
-        let start_m = speed_mps * start_s;
+        Self::with_offset(0.0, speed_mps, accel_mps2, start_s, end_travel_m)
+    }
+
+    /// A run from `start_m`, which the head leaves at `start_s`. Before, it stands there.
+    pub fn leaving(start_s: f64, start_m: f64, speed_mps: f64, accel_mps2: Option<f64>, end_travel_m: f64) -> Self {
+        Self::with_offset(start_m - speed_mps * start_s, speed_mps, accel_mps2, start_s, end_travel_m)
+    }
+
+    fn with_offset(offset_m: f64, speed_mps: f64, accel_mps2: Option<f64>, start_s: f64, end_travel_m: f64) -> Self {
+        let start_m = speed_mps * start_s + offset_m;
         let run_m = (end_travel_m - start_m).max(0.0);
         let ramps = accel_mps2.map(|accel_mps2| {
             let full_m = speed_mps * speed_mps / (2.0 * accel_mps2);
@@ -48,12 +59,14 @@ impl Timetable {
                 Ramps { accel_mps2, top_mps: (accel_mps2 * run_m).sqrt(), length_m: 0.5 * run_m }
             }
         });
-        Self { start_s, start_m, end_m: start_m + run_m, speed_mps, ramps }
+        Self { offset_m, start_s, start_m, end_m: start_m + run_m, speed_mps, ramps }
     }
 
     /// Show time at which the head reaches a travel. With ramps, a travel beyond an end of the run counts as that end.
     pub fn time_s(&self, travel_m: f64) -> f64 {
-        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else { return travel_m / self.speed_mps };
+        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
+            return (travel_m - self.offset_m) / self.speed_mps;
+        };
         let walked_m = (travel_m - self.start_m).max(0.0);
         let left_m = (self.end_m - travel_m).max(0.0);
         if walked_m <= length_m {
@@ -67,7 +80,9 @@ impl Timetable {
 
     /// Travel of the head at a show time. With ramps, the head rests at the ends of the run before and after it.
     pub fn travel_m(&self, time_s: f64) -> f64 {
-        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else { return self.speed_mps * time_s };
+        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
+            return self.speed_mps * time_s + self.offset_m;
+        };
         let (elapsed_s, left_s) = ((time_s - self.start_s).max(0.0), (self.end_s() - time_s).max(0.0));
         let ramp_s = top_mps / accel_mps2;
         if elapsed_s <= ramp_s {
@@ -89,12 +104,30 @@ impl Timetable {
     /// Show time at which the head rests at the run's end. Without ramps: at which it arrives there.
     pub fn end_s(&self) -> f64 {
         match self.ramps {
-            None => self.end_m / self.speed_mps,
+            None => self.time_s(self.end_m),
             Some(Ramps { top_mps: 0.0, .. }) => self.start_s,
             Some(Ramps { top_mps, length_m, .. }) => {
                 self.start_s + (self.end_m - self.start_m + 2.0 * length_m) / top_mps
             }
         }
+    }
+
+    /// The greatest speed of the head.
+    pub(crate) fn most_speed_mps(&self) -> f64 {
+        self.speed_mps
+    }
+
+    /// The greatest acceleration of the head, apart from its jumps.
+    pub(crate) fn most_accel_mps2(&self) -> f64 {
+        self.ramps.map_or(0.0, |ramps| ramps.accel_mps2)
+    }
+
+    /// The next instant after `time_s` at which the speed changes at once.
+    pub(crate) fn next_jump_s(&self, time_s: f64) -> Option<f64> {
+        if self.ramps.is_some() {
+            return None;
+        }
+        [self.start_s, self.end_s()].into_iter().find(|&jump_s| jump_s > time_s)
     }
 
     /// The head's speed at a travel, and the growth of [`time_s`](Self::time_s) per m/s of planned speed at fixed travel. The

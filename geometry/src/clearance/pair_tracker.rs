@@ -1,4 +1,4 @@
-//! Follows one pair of benches over an interval of travel, and finds when it comes within a clearance and when it leaves it.
+//! Tracks one pair of benches over an interval, and finds when it comes within a clearance and when it leaves it.
 //! Here, a pair *touches* if it is within the clearance, which may be 0.
 //!
 //! The pair's poses at both ends of an interval are known, and the areas that its boards may cover in between. If they prove
@@ -14,32 +14,32 @@ use std::ops::ControlFlow;
 use glam::DVec2;
 
 use super::contact::{Contact, PairEvent};
-use super::pair::{Pair, PairPose};
-use super::pair_motion::{GRAZE_M, PairMotion};
+use super::pair::{Members, Pair, PairPose};
+use super::pair_motion::{GRAZE_M, MotionParameter, PairMotion};
 use super::pose::Pose;
 use crate::dragon::Dragon;
 use crate::dragon::board::{Approach, Board};
 
-/// Length of the interval on which a contact begins or ends, in metres of travel. At its end the gap is exact to [`GRAZE_M`]. If
-/// the gap changes at a rate r per metre of travel, the travel is exact to this plus [`GRAZE_M`] / r.
-const RESOLUTION_M: f64 = 1e-11;
+/// Length of the interval on which a contact begins or ends, in the unit of the pair's parameter. At its end the gap is exact to [`GRAZE_M`]. If
+/// the gap changes at a rate r, the parameter is exact to this plus [`GRAZE_M`] / r.
+const RESOLUTION: f64 = 1e-11;
 
 /// Share of an interval at which the bounds on the pair's motion are first calculated, and at which they are calculated again
 /// for a part. They apply off a coil and cost as much as many evaluations. So only a pair still unsettled after ten bisections
 /// is worth them.
 const RENEWAL: f64 = 1.0 / 1024.0;
 
-/// Follows one pair.
-pub(super) struct Follower<'a> {
+/// Tracks one pair.
+pub(super) struct PairTracker<'a> {
     pair: Pair<'a>,
     clearance_m: f64,
-    /// Length of the interval.
-    length_m: f64,
+    /// Length of the interval, in the unit of the pair's parameter.
+    length: f64,
     /// Bounds on the motion on the interval and all parts of it, if they were calculated.
     motion: Option<PairMotion>,
 }
 
-/// The pair at one travel.
+/// The pair at one value of its parameter.
 struct Moment {
     pose: PairPose,
     /// Distance of the boards minus the clearance, below 0 if they are nearer. For a clearance of 0 it is the largest gap
@@ -78,10 +78,10 @@ impl Moment {
     }
 }
 
-impl<'a> Follower<'a> {
-    /// Passes the events of a pair of benches between two poses to `sink`, in order. It stops if `sink` breaks or the dragon's
-    /// meter is spent. An event is where the pair comes within the clearance, which is not negative, or leaves it.
-    pub(super) fn follow(
+impl<'a> PairTracker<'a> {
+    /// Passes the events of two benches of a dragon between two poses to `sink`, in order. It stops if `sink` breaks or the
+    /// dragon's meter is spent. An event is where the pair comes within the clearance, which is not negative, or leaves it.
+    pub(super) fn track(
         dragon: &'a Dragon,
         benches: [usize; 2],
         clearance_m: f64,
@@ -91,18 +91,43 @@ impl<'a> Follower<'a> {
     ) -> ControlFlow<PairEvent> {
         dragon.meter().add((benches[1] - benches[0]) as u64);
         let motion = PairMotion::on_coil(dragon, benches, earlier, later);
-        let pair = Pair { dragon, benches };
-        let follower = Self { pair, clearance_m, length_m: later.travel_m - earlier.travel_m, motion };
-        let at = |pose| Moment::new(pair.at(pose), clearance_m);
-        follower.walk(&at(earlier), &at(later), sink)
+        let pair = Pair::of(dragon, benches);
+        Self::walk_between(pair, clearance_m, motion, [pair.at(earlier), pair.at(later)], sink)
     }
 
-    /// A follower for a part of the interval, with bounds for that part.
+    /// The same for two benches of two dragons, whose timetables have no change of speed at once between the poses.
+    pub(super) fn track_between(
+        pair: Pair<'a>,
+        clearance_m: f64,
+        ends: [PairPose; 2],
+        sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
+    ) -> ControlFlow<PairEvent> {
+        Self::walk_between(pair, clearance_m, None, ends, sink)
+    }
+
+    fn walk_between(
+        pair: Pair<'a>,
+        clearance_m: f64,
+        motion: Option<PairMotion>,
+        ends: [PairPose; 2],
+        sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
+    ) -> ControlFlow<PairEvent> {
+        let [earlier, later] = ends.map(|pose| Moment::new(pose, clearance_m));
+        let tracker = Self { pair, clearance_m, length: later.pose.parameter - earlier.pose.parameter, motion };
+        tracker.walk(&earlier, &later, sink)
+    }
+
+    /// A tracker for a part of the interval, with bounds for that part.
     fn renewed(&self, earlier: &Moment, later: &Moment) -> Self {
-        let Pair { dragon, benches } = self.pair;
-        let [from, to] = [earlier, later].map(|moment| Pose::of(dragon, moment.pose.travel_m, benches[1] + 1));
-        let motion = PairMotion::along_curve(dragon, benches, &from, &to);
-        Self { length_m: later.pose.travel_m - earlier.pose.travel_m, motion: Some(motion), ..*self }
+        let ends = [earlier.pose.parameter, later.pose.parameter];
+        let motion = match self.pair.members {
+            Members::OneDragon(dragon) => {
+                let [from, to] = ends.map(|travel_m| Pose::of(dragon, travel_m, self.pair.benches[1] + 1));
+                PairMotion::along_curve(dragon, self.pair.benches, &from, &to)
+            }
+            Members::TwoDragons(members) => PairMotion::over_plan_time(members, ends),
+        };
+        Self { length: ends[1] - ends[0], motion: Some(motion), ..*self }
     }
 
     fn walk(
@@ -114,16 +139,16 @@ impl<'a> Follower<'a> {
         if !self.pair.may_look() || self.settled(earlier, later) {
             return ControlFlow::Continue(());
         }
-        let (earlier_m, later_m) = (earlier.pose.travel_m, later.pose.travel_m);
-        let length_m = later_m - earlier_m;
-        if length_m <= RENEWAL * self.length_m && !self.motion.is_some_and(|motion| motion.is_on_coil) {
+        let (from, to) = (earlier.pose.parameter, later.pose.parameter);
+        let is_on_coil = |motion: PairMotion| motion.parameter == MotionParameter::CoilAngle;
+        if to - from <= RENEWAL * self.length && !self.motion.is_some_and(is_on_coil) {
             return self.renewed(earlier, later).walk(earlier, later, sink);
         }
-        let middle_m = 0.5 * (earlier_m + later_m);
-        if length_m <= RESOLUTION_M || middle_m <= earlier_m || middle_m >= later_m {
+        let at = 0.5 * (from + to);
+        if to - from <= RESOLUTION || at <= from || at >= to {
             return self.change(earlier, later).map_or(ControlFlow::Continue(()), sink);
         }
-        let middle = Moment::new(self.pair.solve(middle_m), self.clearance_m);
+        let middle = Moment::new(self.pair.solve(at), self.clearance_m);
         self.walk(earlier, &middle, sink)?;
         self.walk(&middle, later, sink)
     }
@@ -134,7 +159,7 @@ impl<'a> Follower<'a> {
             return false;
         }
         let is_settled = self.motion.is_some_and(|motion| {
-            let encounter = motion.between(&earlier.pose.benches, &later.pose.benches);
+            let encounter = motion.between(&earlier.pose, &later.pose);
             if earlier.touching() {
                 return encounter.stays_touching(self.clearance_m);
             }
@@ -166,7 +191,7 @@ impl<'a> Follower<'a> {
 
     fn change(&self, earlier: &Moment, later: &Moment) -> Option<PairEvent> {
         let contact = |moment: &Moment| Contact {
-            travel_m: later.pose.travel_m,
+            travel_m: later.pose.parameter,
             benches: self.pair.benches,
             point: moment.approach().point,
         };

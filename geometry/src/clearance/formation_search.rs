@@ -1,0 +1,201 @@
+//! The first contact of a formation: within each dragon, and between dragons.
+//!
+//! Within a dragon, [`ContactSearch`] searches the travel that its timetable gives. Between dragons, the formation advances by
+//! strides of plan time. A stride ends at the latest where the speed of a dragon changes at once. The near pairs at its beginning,
+//! up to the reach of the boards on the stride, are tracked by [`PairTracker`]. So the work grows with the number of benches, and
+//! no contact is missed, however short. The rules by which the pairs of one dragon repeat do not hold between dragons.
+
+use std::ops::ControlFlow;
+
+use glam::DVec2;
+
+use super::contact::PairEvent;
+use super::contact_search::ContactSearch;
+use super::pair::{Members, Pair, PairPose};
+use super::pair_tracker::PairTracker;
+use super::pose::Pose;
+use super::search::ClearanceSearch;
+use crate::dragon::board::Board;
+use crate::formation::Formation;
+
+/// Longest walk of a head on one stride, in lengths of the shorter link.
+const STRIDE_LINKS: f64 = 0.25;
+
+/// The first contact of a formation: two boards touch, or come within the clearance of the search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// Plan time in seconds.
+    pub time_s: f64,
+    /// Indices of two benches, the lower one first, numbered on from dragon to dragon.
+    pub benches: [usize; 2],
+    /// Point of contact; the midpoint between the nearest points if the boards are apart.
+    pub point: DVec2,
+}
+
+/// Error: a search has reached its limit of work before its end.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("the limit of {most} steps of work is reached")]
+pub struct Unfinished {
+    /// The limit.
+    pub most: u64,
+    /// Plan time in seconds up to which there is no contact.
+    pub reached_s: f64,
+}
+
+/// Finds the first plan time between two plan times at which the clearance of some pair falls to `clearance_m`.
+///
+/// # Errors
+/// A meter of a dragon is spent before the search is finished, or too many pairs are near each other.
+///
+/// # Panics
+/// Panics for a clearance that is negative or not finite.
+pub fn first_meeting(
+    formation: &Formation,
+    clearance_m: f64,
+    from_s: f64,
+    to_s: f64,
+) -> Result<Option<Meeting>, Unfinished> {
+    let mut first = None;
+    let mut end_s = to_s;
+    for dragon in 0..formation.layout().dragons() {
+        let meeting = within_dragon(formation, dragon, clearance_m, from_s, end_s)?;
+        end_s = meeting.map_or(end_s, |meeting| meeting.time_s);
+        first = meeting.or(first);
+    }
+    let between = BetweenSearch::new(formation, clearance_m).first(from_s, end_s)?;
+    Ok(between.or(first))
+}
+
+/// The first contact within one dragon.
+fn within_dragon(
+    formation: &Formation,
+    dragon: usize,
+    clearance_m: f64,
+    from_s: f64,
+    to_s: f64,
+) -> Result<Option<Meeting>, Unfinished> {
+    let planned = &formation.dragons()[dragon];
+    let [from_m, to_m] = [from_s, to_s].map(|time_s| planned.travel_m(time_s));
+    let time_s = |travel_m: f64| if travel_m == from_m { from_s } else { planned.timetable.time_s(travel_m) };
+    let contact = ContactSearch::within(&planned.dragon, clearance_m)
+        .first(from_m, to_m)
+        .map_err(|spent| Unfinished { most: spent.most, reached_s: time_s(spent.reached_m) })?;
+    let begin = formation.layout().benches_of(dragon).start;
+    Ok(contact.map(|contact| Meeting {
+        time_s: time_s(contact.travel_m),
+        benches: contact.benches.map(|bench| begin + bench),
+        point: contact.point,
+    }))
+}
+
+/// The poses of all dragons at one plan time, in reused buffers.
+#[derive(Clone, Debug, Default)]
+struct FormationPose {
+    time_s: f64,
+    poses: Vec<Pose>,
+    /// The boards of all benches.
+    boards: Vec<Board>,
+}
+
+impl FormationPose {
+    fn place(&mut self, formation: &Formation, time_s: f64) {
+        self.time_s = time_s;
+        self.poses.resize(formation.dragons().len(), Pose::default());
+        self.boards.clear();
+        for (pose, planned) in self.poses.iter_mut().zip(formation.dragons()) {
+            let travel_m = planned.travel_m(time_s);
+            if !pose.is_at(travel_m) {
+                pose.place_head(&planned.dragon, travel_m);
+            }
+            pose.extend_to(&planned.dragon, usize::MAX);
+            self.boards.extend_from_slice(&pose.boards);
+        }
+    }
+
+    fn pair(&self, members: [(usize, usize); 2]) -> PairPose {
+        let benches = members.map(|(dragon, bench)| self.poses[dragon].bench_pose(bench));
+        PairPose { parameter: self.time_s, benches }
+    }
+}
+
+/// Searches plan time for contacts between the dragons of a formation.
+struct BetweenSearch<'a> {
+    formation: &'a Formation,
+    clearance_m: f64,
+    earlier: FormationPose,
+    later: FormationPose,
+    near: ClearanceSearch,
+}
+
+impl<'a> BetweenSearch<'a> {
+    fn new(formation: &'a Formation, clearance_m: f64) -> Self {
+        Self {
+            formation,
+            clearance_m,
+            earlier: FormationPose::default(),
+            later: FormationPose::default(),
+            near: ClearanceSearch::of(&formation.layout().between_dragons()),
+        }
+    }
+
+    fn first(&mut self, from_s: f64, to_s: f64) -> Result<Option<Meeting>, Unfinished> {
+        if self.formation.dragons().len() < 2 || from_s > to_s {
+            return Ok(None);
+        }
+        self.earlier.place(self.formation, from_s);
+        let touching = self.near.within(&self.earlier.boards, self.clearance_m).first();
+        if let Some(&pair) = touching {
+            return Ok(Some(Meeting { time_s: from_s, benches: pair.benches, point: pair.point }));
+        }
+        while self.earlier.time_s < to_s {
+            let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
+            self.later.place(self.formation, next_s);
+            let touch = self.touch_on_stride();
+            if touch.is_none() && self.is_spent() {
+                let meter = self.formation.lead().meter();
+                return Err(Unfinished { most: meter.spent(0.0).most, reached_s: self.earlier.time_s });
+            }
+            if touch.is_some() {
+                return Ok(touch);
+            }
+            std::mem::swap(&mut self.earlier, &mut self.later);
+        }
+        Ok(None)
+    }
+
+    fn is_spent(&self) -> bool {
+        self.formation.lead().meter().is_spent()
+    }
+
+    /// The first contact on the stride from the earlier pose to the later one.
+    fn touch_on_stride(&mut self) -> Option<Meeting> {
+        let furthest_m = self.furthest_m();
+        let reach_m = self.clearance_m + 2.0 * furthest_m;
+        let near: Vec<[usize; 2]> =
+            self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
+        self.formation.lead().meter().add(self.near.take_steps());
+        let touches = near.into_iter().filter_map(|benches| self.touch(benches));
+        touches.min_by(PairEvent::order).map(|event| {
+            let contact = *event.contact();
+            Meeting { time_s: contact.travel_m, benches: contact.benches, point: contact.point }
+        })
+    }
+
+    /// The first contact of a pair on the stride.
+    fn touch(&self, benches: [usize; 2]) -> Option<PairEvent> {
+        let places = benches.map(|bench| self.formation.layout().place(bench));
+        let members = places.map(|(dragon, bench)| (&self.formation.dragons()[dragon], bench));
+        let pair = Pair { members: Members::TwoDragons(members), benches };
+        let ends = [self.earlier.pair(places), self.later.pair(places)];
+        PairTracker::track_between(pair, self.clearance_m, ends, &mut ControlFlow::Break).break_value()
+    }
+
+    /// Bound on the displacement of any board on the stride.
+    fn furthest_m(&self) -> f64 {
+        let poses = self.earlier.poses.iter().zip(&self.later.poses).zip(self.formation.dragons());
+        let drifts_m = poses.flat_map(|((earlier, later), planned)| {
+            (0..earlier.boards.len()).map(move |bench| earlier.drift_m(later, &planned.dragon, bench))
+        });
+        drifts_m.fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,39 @@
+//! Motion of benches of two dragons, per second of plan time.
+//!
+//! Over plan time t, a dragon's head has the travel s(t), with |s'| ≤ v and |s''| ≤ a. A quantity x of a bench whose derivatives
+//! over s are bounded by x₁ and x₂ has |x'| ≤ x₁·v and |x''| ≤ x₂·v² + x₁·a. The head's timetable must not change its speed at once
+//! on the interval.
+
+use super::pair_motion::{BenchMotion, MotionParameter, PairMotion};
+use super::pose::Pose;
+use crate::formation::Planned;
+
+impl PairMotion {
+    /// Bounds on the motion of benches of two dragons from one plan time to a later one.
+    pub(super) fn over_plan_time(members: [(&Planned, usize); 2], ends: [f64; 2]) -> Self {
+        let benches = members.map(|(planned, bench)| bench_motion(planned, bench, ends));
+        let corner_arm_m = members.map(|(planned, _)| planned.dragon.corner_arm_m()).into_iter().fold(0.0, f64::max);
+        Self { benches, corner_arm_m, parameter: MotionParameter::PlanTime }
+    }
+}
+
+fn bench_motion(planned: &Planned, bench: usize, ends: [f64; 2]) -> BenchMotion {
+    let dragon = &*planned.dragon;
+    let [earlier, later] = ends.map(|time_s| Pose::of(dragon, planned.travel_m(time_s), bench + 1));
+    let [_, walked] = PairMotion::along_curve(dragon, [0, bench], &earlier, &later).benches;
+    let (v, a) = (planned.timetable.most_speed_mps(), planned.timetable.most_accel_mps2());
+    let half_length_m = 0.5 * dragon.dimensions().length_m(bench);
+    let second = |second: f64, first: f64| second * v * v + first * a;
+    // Without ground, a board is seen in its length.
+    let first_growth_m = if walked.growth_m > 0.0 { half_length_m * walked.turn } else { 0.0 };
+    BenchMotion {
+        speed_m: walked.speed_m * v,
+        along_m: second(walked.along_m, walked.speed_m),
+        across_m: walked.across_m * v * v,
+        sine: walked.sine,
+        curvature: walked.curvature,
+        turn: walked.turn * v,
+        turn_rate: second(walked.turn_rate, walked.turn),
+        growth_m: second(walked.growth_m, first_growth_m),
+    }
+}
