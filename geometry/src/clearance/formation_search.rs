@@ -150,9 +150,9 @@ impl<'a> BetweenSearch<'a> {
         while self.earlier.time_s < to_s {
             let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
             self.later.place(self.formation, next_s);
-            let touch = self.touch_on_stride();
-            if touch.is_none() && self.is_spent() {
-                let meter = self.formation.lead().meter();
+            let (touch, has_all) = self.touch_on_stride();
+            let meter = self.formation.lead().meter();
+            if !has_all || meter.is_spent() {
                 return Err(Unfinished { most: meter.spent(0.0).most, reached_s: self.earlier.time_s });
             }
             if touch.is_some() {
@@ -163,22 +163,20 @@ impl<'a> BetweenSearch<'a> {
         Ok(None)
     }
 
-    fn is_spent(&self) -> bool {
-        self.formation.lead().meter().is_spent()
-    }
-
-    /// The first contact on the stride from the earlier pose to the later one.
-    fn touch_on_stride(&mut self) -> Option<Meeting> {
+    /// The first contact on the stride from the earlier pose to the later one, and whether all near pairs were found.
+    fn touch_on_stride(&mut self) -> (Option<Meeting>, bool) {
         let furthest_m = self.furthest_m();
         let reach_m = self.clearance_m + 2.0 * furthest_m;
         let near: Vec<[usize; 2]> =
             self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
-        self.formation.lead().meter().add(self.near.take_steps());
-        let touches = near.into_iter().filter_map(|benches| self.touch(benches));
-        touches.min_by(PairEvent::order).map(|event| {
+        let meter = self.formation.lead().meter();
+        meter.add(self.near.take_steps());
+        let touches = near.iter().take_while(|_| !meter.is_spent()).filter_map(|&benches| self.touch(benches));
+        let first = touches.min_by(PairEvent::order).map(|event| {
             let contact = *event.contact();
             Meeting { time_s: contact.travel_m, benches: contact.benches, point: contact.point }
-        })
+        });
+        (first, self.near.has_found_all(reach_m))
     }
 
     /// The first contact of a pair on the stride.

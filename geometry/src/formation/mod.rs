@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::dragon::{Board, Chain, Dragon};
+use crate::dragon::{Board, Chain, Dragon, Meter};
 
 pub use layout::Layout;
 pub use timetable::Timetable;
@@ -53,6 +53,16 @@ impl Formation {
         assert!(!dragons.is_empty(), "a formation without a dragon");
         let layout = Layout::of(dragons.iter().map(|planned| planned.dragon.dimensions().benches()));
         Self { dragons, layout }
+    }
+
+    /// The same formation with another meter for the work of all dragons.
+    #[must_use]
+    pub fn metered(&self, meter: &Meter) -> Self {
+        let metered = |planned: &Planned| Planned {
+            dragon: Arc::new(planned.dragon.metered(meter)),
+            timetable: planned.timetable,
+        };
+        Self { dragons: self.dragons.iter().map(metered).collect(), layout: self.layout.clone() }
     }
 
     /// The dragons, the leading one first.
