@@ -72,6 +72,7 @@ impl Alert {
 
 wire_enum! {
     /// Kind of an alert.
+    #[derive(Eq, Hash)]
     AlertKind {
         /// Two benches came nearer than the configured `near_m`.
         Near = 0, "near";
@@ -87,6 +88,39 @@ wire_enum! {
         Restarted = 5, "restarted";
         /// A board left the outline of the stage, while the bench before it is inside.
         Outside = 6, "outside";
+    }
+}
+
+/// Urgency of an alert: its colour, and whether a screen reader interrupts for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Severity {
+    /// The benches touch, or nothing keeps them apart.
+    Danger,
+    /// The benches or the stage come near to trouble.
+    Caution,
+    /// It is over, or no trouble.
+    Calm,
+}
+
+impl AlertKind {
+    /// The urgency of alerts of this kind.
+    pub fn severity(self) -> Severity {
+        match self {
+            Self::Contact | Self::Held | Self::Fault => Severity::Danger,
+            Self::Near | Self::Outside => Severity::Caution,
+            Self::Parted | Self::Restarted => Severity::Calm,
+        }
+    }
+
+    /// Whether the alert is about one bench, instead of a pair or none.
+    pub fn is_of_one_bench(self) -> bool {
+        self == Self::Outside
+    }
+
+    /// All kinds, the most urgent first.
+    pub fn by_severity() -> impl Iterator<Item = Self> {
+        let of = |severity| Self::ALL.into_iter().filter(move |kind| kind.severity() == severity);
+        [Severity::Danger, Severity::Caution, Severity::Calm].into_iter().flat_map(of)
     }
 }
 

@@ -94,6 +94,7 @@ wire_enum! {
     /// State of the show.
     ///
     /// The states in which the head may walk are `Running` and `Stopping`, see [`ShowState::walks`].
+    #[derive(Eq, Hash)]
     ShowState {
         /// The head walks.
         Running = 0, "running";

@@ -67,9 +67,10 @@ pub(super) fn decode_alert(bytes: &[u8]) -> Option<Alert> {
     let is_finite = are_finite(&[alert.clearance_m]) && are_finite(&alert.point_m);
     let (a, b) = (alert.bench_a, alert.bench_b);
     let is_none = a == Alert::NO_BENCH && b == Alert::NO_BENCH;
-    let has_benches = match AlertKind::from_wire(alert.kind)? {
-        AlertKind::Outside => (a as usize) < MAX_BENCHES && b == Alert::NO_BENCH,
-        _ => is_none || (a < b && (b as usize) < MAX_BENCHES),
+    let has_benches = if alert.alert_kind()?.is_of_one_bench() {
+        (a as usize) < MAX_BENCHES && b == Alert::NO_BENCH
+    } else {
+        is_none || (a < b && (b as usize) < MAX_BENCHES)
     };
     (is_run(alert.run_id) && is_finite && has_benches).then_some(alert)
 }

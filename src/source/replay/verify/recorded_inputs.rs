@@ -88,7 +88,7 @@ impl RecordedInputs<'_> {
             let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
             let [recorded, simulated] = [recorded, simulated].map(|outcome| match outcome {
                 Ok(()) => "accepted".to_owned(),
-                Err(refusal) => format!("refused ({refusal})"),
+                Err(refusal) => format!("refused ({})", refusal.explain(&request)),
             });
             let field = format!("command event {}", event.number);
             return Err(Difference::in_words(self.header.unwrap_or(&of_event), &field, recorded, simulated));
