@@ -12,6 +12,8 @@ use crate::show::{bd_show_t, opened};
 /// Value of `bench_a` and `bench_b` in an alert without benches, and of `bench_b` in an alert about one bench.
 pub const BD_NO_BENCH: u32 = 0xFFFF_FFFF;
 
+const _: () = assert!(BD_NO_BENCH == Alert::NO_BENCH);
+
 /// One alert: an event that a monitor detected. 72 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -43,26 +45,6 @@ same_layout!(
     bd_alert_t,
     Alert { run_id, tick, sim_time_ns, forecast_ns, clearance_m, point_m, kind, bench_a, bench_b, reserved }
 );
-
-/// Kind of an alert.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_alert_kind_t {
-    /// Two benches came nearer than the configured `near_m`.
-    BD_ALERT_NEAR = 0,
-    /// Two benches touched.
-    BD_ALERT_CONTACT = 1,
-    /// Two benches that had touched are apart again.
-    BD_ALERT_PARTED = 2,
-    /// The show is held.
-    BD_ALERT_HELD = 3,
-    /// The frames do not agree with the published description.
-    BD_ALERT_FAULT = 4,
-    /// The source of the frames was restarted.
-    BD_ALERT_RESTARTED = 5,
-    /// A board left the outline of the stage, while the bench before it is inside.
-    BD_ALERT_OUTSIDE = 6,
-}
 
 /// Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal
 /// ends the wait early.

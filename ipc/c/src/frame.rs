@@ -65,26 +65,6 @@ pub struct bd_handle_state_t {
 
 same_layout!(bd_handle_state_t, HandleState { position_m, velocity_mps });
 
-/// State of the show.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_show_state_t {
-    /// The head walks.
-    BD_RUNNING = 0,
-    /// Paused by the operator, or by a timecode that stands. `BD_COMMAND_RESUME` continues.
-    BD_PAUSED = 1,
-    /// Stopped for safety. Only `BD_COMMAND_RELEASE` lifts the hold.
-    BD_HELD = 2,
-    /// The show has reached the end of the route, of the run or of the requested time.
-    BD_FINISHED = 3,
-    /// The head still walks and brakes, because of a pause, a hold, a stop or the timecode.
-    BD_STOPPING = 4,
-    /// The run has ended in order. This is its last frame.
-    BD_ENDED = 5,
-    /// The show waits at its start for its first release. It is calm: no safety stop.
-    BD_READY = 6,
-}
-
 /// A frame. Nothing is copied, and nothing in it changes while it is held. Any thread may read and release it.
 #[derive(Debug)]
 pub struct bd_frame_t {

@@ -227,10 +227,9 @@ fn already_runs(
     write!(formatter, "a {kind} already runs on instance {instance:?}, ")?;
     match pid {
         Some(pid) => write!(formatter, "pid {pid}: stop it{or_else}"),
-        None => write!(
-            formatter,
-            "where this process cannot see it, perhaps in another container: stop it there{or_else}"
-        ),
+        None => {
+            write!(formatter, "where this process cannot see it, perhaps in another container: stop it there{or_else}")
+        }
     }
 }
 

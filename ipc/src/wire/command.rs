@@ -164,7 +164,7 @@ impl Request {
 }
 
 wire_enum! {
-    /// Reason for which a server refuses a command. Its name is a sentence for the operator.
+    /// Reason for which a server refuses a command.
     Refusal {
         /// The server does not support this kind of command.
         Unknown = 1, "the server does not support this command";

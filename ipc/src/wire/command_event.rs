@@ -53,7 +53,7 @@ pub struct CommandEvent {
 const _: () = assert!(size_of::<CommandEvent>() == 120 && align_of::<CommandEvent>() == 8);
 
 wire_enum! {
-    /// Kind of an event: a command's or, from `stand` to `end`, the source's own.
+    /// Kind of an event.
     #[derive(Eq, Hash)]
     EventKind {
         /// Stop walking until `resume`.

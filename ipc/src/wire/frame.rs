@@ -92,8 +92,6 @@ pub fn frame_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
 
 wire_enum! {
     /// State of the show.
-    ///
-    /// The states in which the head may walk are `Running` and `Stopping`, see [`ShowState::walks`].
     #[derive(Eq, Hash)]
     ShowState {
         /// The head walks.

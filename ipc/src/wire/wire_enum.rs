@@ -6,12 +6,12 @@
 /// The comments of the variants are texts of every language: the C header, the Python package and the ROS 2 messages get
 /// them from here, so they name other variants by their words.
 macro_rules! wire_enum {
-    ($(#[$outer:meta])* $name:ident { $(
+    ($(#[doc = $about:literal])+ $(#[derive($($derived:ident),+)])? $name:ident { $(
         $(#[doc = $doc:literal])+
         $variant:ident $({ $($(#[$inner:meta])* $limit:ident),+ })? = $number:literal, $text:literal $(, $default:ident)?;
     )* }) => {
-        $(#[$outer])*
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        $(#[doc = $about])+
+        #[derive(Clone, Copy, Debug, PartialEq $($(, $derived)+)?)]
         #[repr(u32)]
         pub enum $name {
             $($(#[doc = $doc])+ $(#[$default])? $variant $({ $($(#[$inner])* $limit: f64),+ })? = $number,)*
@@ -21,7 +21,11 @@ macro_rules! wire_enum {
             /// All variants, by their numbers.
             pub const ALL: [Self; [$($number),*].len()] = [$(Self::$variant $({ $($limit: 0.0),+ })?),*];
 
-            /// Identifier, number and meaning of each variant, from which its forms in other languages are generated.
+            /// What the enum is, from which its forms in other languages are generated.
+            #[doc(hidden)]
+            pub const ABOUT: &str = concat!($($about),+);
+
+            /// Identifier, number and meaning of each variant, likewise.
             #[doc(hidden)]
             pub const MEANINGS: [(&'static str, u32, &'static str); Self::ALL.len()] =
                 [$((stringify!($variant), $number, concat!($($doc),+))),*];

@@ -7,9 +7,7 @@
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
-use bench_dragon_ipc::{
-    Alert, AlertKind, Command, CommandReply, FrameHeader, FromBytes, HandleState, IntoBytes as _, ShowState,
-};
+use bench_dragon_ipc::{Alert, Command, CommandReply, FrameHeader, FromBytes, HandleState, IntoBytes as _, ShowState};
 
 use crate::source::replay::FASTEST_HZ;
 
@@ -146,7 +144,7 @@ mod tests {
     use proptest::prelude::*;
     use test_support::property::random_cases;
 
-    use bench_dragon_ipc::frame_bytes;
+    use bench_dragon_ipc::{AlertKind, frame_bytes};
 
     use super::*;
 

@@ -81,7 +81,8 @@ impl AlertFilter {
     /// The next filter; after the last one, all alerts. The kinds follow by their urgency.
     pub(super) fn next(self) -> Self {
         let kinds = AlertKind::by_severity().map(Self::Only);
-        let mut after = [Self::All, Self::NotNear].into_iter().chain(kinds).skip_while(|filter| *filter != self).skip(1);
+        let mut after =
+            [Self::All, Self::NotNear].into_iter().chain(kinds).skip_while(|filter| *filter != self).skip(1);
         after.next().unwrap_or_default()
     }
 

@@ -2,29 +2,12 @@
 
 import ctypes
 
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.codes import AlertKind
+from bench_dragon.wire import WireType, decoded
 
 _NO_FORECAST = -(2**63)
 _NO_BENCH = 2**32 - 1
 
-
-class AlertKind(WireCode):
-    """Kind of an alert."""
-
-    NEAR = 0
-    """Two benches came nearer than the configured `near_m`."""
-    CONTACT = 1
-    """Two benches touched."""
-    PARTED = 2
-    """Two benches that had touched are apart again."""
-    HELD = 3
-    """The show is held."""
-    FAULT = 4
-    """The frames do not agree with the published description."""
-    RESTARTED = 5
-    """The source of the frames was restarted."""
-    OUTSIDE = 6
-    """A board left the outline of the stage, while the bench before it is inside."""
 
 
 class Alert(WireType):

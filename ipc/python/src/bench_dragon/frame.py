@@ -14,27 +14,10 @@ from numpy.typing import NDArray
 
 from bench_dragon import _bus
 from bench_dragon.bench import Benches
+from bench_dragon.codes import ShowState
 from bench_dragon.continuity import Continuity
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.wire import WireType, decoded
 
-
-class ShowState(WireCode):
-    """State of the show."""
-
-    RUNNING = 0
-    """The head walks."""
-    PAUSED = 1
-    """Paused by the operator, or by a timecode that stands. `resume` continues."""
-    HELD = 2
-    """Stopped for safety. Only `release` lifts the hold."""
-    FINISHED = 3
-    """The show has reached the end of the route, of the run or of the requested time."""
-    STOPPING = 4
-    """The head still walks and brakes, because of a pause, a hold, a stop or the timecode."""
-    ENDED = 5
-    """The run has ended in order. This is its last frame."""
-    READY = 6
-    """The show waits at its start for its first `release`. It is calm: no safety stop."""
 
 
 class FrameHeader(WireType):

@@ -13,7 +13,7 @@ from typing import Self
 
 from bench_dragon import _bus
 from bench_dragon.alert import Alert
-from bench_dragon.command import CommandKind, Refusal
+from bench_dragon.codes import CommandKind, Refusal
 from bench_dragon.command_event import CommandEvent
 from bench_dragon.description import Description
 from bench_dragon.errors import NoServer, Refused

@@ -3,8 +3,8 @@
 import ctypes
 import enum
 
-from bench_dragon.frame import ShowState
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.codes import GuardState, ShowState, SourceKind, TimecodeKind, TimecodeState
+from bench_dragon.wire import WireType, decoded
 
 
 class TimeHistogram(WireType):
@@ -20,52 +20,8 @@ class TimeHistogram(WireType):
     _fields_ = [("max_ns", ctypes.c_uint64), ("counts", ctypes.c_uint64 * 1024)]
 
 
-class SourceKind(WireCode):
-    """The kind of source that publishes the frames."""
-
-    SERVER = 0
-    """A server, which simulates the show."""
-    REPLAY = 1
-    """A replay of a recording."""
-    REMOTE = 2
-    """A bridge that receives the frames of another host."""
 
 
-class GuardState(WireCode):
-    """State of the guard."""
-
-    NONE = 0
-    """The server is not guarded."""
-    MISSING = 1
-    """The server waits for grants, and no guard runs."""
-    RUNNING = 2
-    """A guard runs."""
-
-
-class TimecodeState(WireCode):
-    """State of the timecode that the server follows."""
-
-    NONE = 0
-    """The server follows no timecode."""
-    WAITING = 1
-    """No timecode has arrived yet; the show stands."""
-    LOCKED = 2
-    """The timecode runs, and the show follows."""
-    STANDING = 3
-    """The timecode stands, and so does the show."""
-    LOST = 4
-    """The timecode is lost. The show runs on at its own speed, unless it was standing."""
-
-
-class TimecodeKind(WireCode):
-    """The protocol of the timecode."""
-
-    NONE = 0
-    """The server follows no timecode."""
-    ART_NET = 1
-    """Art-Net."""
-    OSC = 2
-    """Open Sound Control."""
 
 
 class Stops(enum.IntFlag):
