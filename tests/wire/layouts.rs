@@ -55,22 +55,22 @@ macro_rules! layouts {
 pub(crate) fn all() -> Vec<Layout> {
     layouts! {
         FrameHeader {
-            run_id tick sim_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale bench_count state
+            run_id tick show_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale bench_count state
         }
         HandleState { position_m velocity_mps }
         TimeHistogram { max_ns counts }
         Status {
-            run_id tick sim_time_ns overruns behind_ns most_behind_ns lateness_p50_ns lateness_p99_ns lateness_p999_ns
+            run_id tick show_time_ns overruns behind_ns most_behind_ns lateness_p50_ns lateness_p99_ns lateness_p999_ns
             lateness_max_ns tick_p50_ns tick_p99_ns tick_p999_ns tick_max_ns granted_to_m asked_m guard_end_m rate_hz state
             pid source guard timecode timecode_kind stops lateness tick_time
         }
-        Alert { run_id tick sim_time_ns forecast_ns clearance_m point_m kind bench_a bench_b reserved }
+        Alert { run_id tick show_time_ns forecast_ns clearance_m point_m kind bench_a bench_b reserved }
         Command { kind sender run_id values pid flags }
         CommandReply { run_id tick lowest highest refusal reserved }
         ReaderReport { run_id frames lost bytes_written room_s sent_ns reader pid ended name }
         ReplayStatus { run_id recorded_run_id position_ns length_ns wall_ns pace paused at_end }
         CommandEvent {
-            run_id number tick sim_time_ns wall_ns overruns values lowest highest kind sender pid refusal flags reserved
+            run_id number tick show_time_ns wall_ns overruns values lowest highest kind sender pid refusal flags reserved
         }
     }
 }

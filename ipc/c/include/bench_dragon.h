@@ -487,7 +487,7 @@ typedef struct {
   /**
    * Show time in nanoseconds.
    */
-  int64_t sim_time_ns;
+  int64_t show_time_ns;
   /**
    * `CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds.
    */
@@ -576,7 +576,7 @@ typedef struct {
   /**
    * Show time of that tick in nanoseconds.
    */
-  int64_t sim_time_ns;
+  int64_t show_time_ns;
   /**
    * Number of releases that were missed since the start of the run. After a few missed releases show time jumps
    * forward. After a longer standstill the show is behind; see `behind_ns`.
@@ -667,7 +667,7 @@ typedef struct {
   /**
    * Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
    */
-  int64_t sim_time_ns;
+  int64_t show_time_ns;
   /**
    * Show time of the forecast contact in nanoseconds; `INT64_MIN` where none lies ahead, or none is known yet.
    */
@@ -748,7 +748,7 @@ typedef struct {
   /**
    * Show time of the event, at the start of its tick, in nanoseconds.
    */
-  int64_t sim_time_ns;
+  int64_t show_time_ns;
   /**
    * Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
    */

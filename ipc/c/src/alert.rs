@@ -23,7 +23,7 @@ pub struct bd_alert_t {
     /// First tick at which the event held.
     pub tick: u64,
     /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds; `INT64_MIN` where none lies ahead, or none is known yet.
     pub forecast_ns: i64,
     /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
@@ -43,7 +43,7 @@ pub struct bd_alert_t {
 
 same_layout!(
     bd_alert_t,
-    Alert { run_id, tick, sim_time_ns, forecast_ns, clearance_m, point_m, kind, bench_a, bench_b, reserved }
+    Alert { run_id, tick, show_time_ns, forecast_ns, clearance_m, point_m, kind, bench_a, bench_b, reserved }
 );
 
 /// Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal
@@ -74,7 +74,7 @@ impl From<&Alert> for bd_alert_t {
         Self {
             run_id: alert.run_id,
             tick: alert.tick,
-            sim_time_ns: alert.sim_time_ns,
+            show_time_ns: alert.show_time_ns,
             forecast_ns: alert.forecast_ns,
             clearance_m: alert.clearance_m,
             point_m: alert.point_m,

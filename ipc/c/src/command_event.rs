@@ -25,7 +25,7 @@ pub struct bd_command_event_t {
     /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
     /// Show time of the event, at the start of its tick, in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
     pub wall_ns: i64,
     /// Number of releases that the run missed before this tick.
@@ -58,7 +58,7 @@ same_layout!(
         run_id,
         number,
         tick,
-        sim_time_ns,
+        show_time_ns,
         wall_ns,
         overruns,
         values,
@@ -100,7 +100,7 @@ impl From<&CommandEvent> for bd_command_event_t {
             run_id: event.run_id,
             number: event.number,
             tick: event.tick,
-            sim_time_ns: event.sim_time_ns,
+            show_time_ns: event.show_time_ns,
             wall_ns: event.wall_ns,
             overruns: event.overruns,
             values: event.values,

@@ -17,7 +17,7 @@ pub struct bd_frame_header_t {
     /// Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames.
     pub tick: u64,
     /// Show time in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// `CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds.
     pub scheduled_ns: u64,
     /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
@@ -39,7 +39,7 @@ same_layout!(
     FrameHeader {
         run_id,
         tick,
-        sim_time_ns,
+        show_time_ns,
         scheduled_ns,
         published_ns,
         head_travel_m,

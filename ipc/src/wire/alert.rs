@@ -23,7 +23,7 @@ pub struct Alert {
     /// First tick at which the event held.
     pub tick: u64,
     /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds, or [`Alert::NO_FORECAST`].
     pub forecast_ns: i64,
     /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
@@ -133,7 +133,7 @@ mod tests {
         let alert = |bench_a, bench_b| Alert {
             run_id: 1,
             tick: 0,
-            sim_time_ns: 0,
+            show_time_ns: 0,
             forecast_ns: Alert::NO_FORECAST,
             clearance_m: 0.0,
             point_m: [0.0; 2],

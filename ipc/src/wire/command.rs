@@ -88,7 +88,7 @@ pub enum Request {
     /// position in the recording, see [`ReplayStatus`](crate::ReplayStatus); a position beyond the end is the end.
     Seek {
         /// The show time.
-        sim_time_s: f64,
+        show_time_s: f64,
     },
     /// Stop for safety. Only `Release` lifts the hold.
     Hold,
@@ -131,7 +131,7 @@ impl Request {
             Self::Pause => plain(0),
             Self::Resume => plain(1),
             Self::Speed { speed_mps } => Command { values: [speed_mps, 0.0], ..plain(2) },
-            Self::Seek { sim_time_s } => Command { values: [sim_time_s, 0.0], ..plain(3) },
+            Self::Seek { show_time_s } => Command { values: [show_time_s, 0.0], ..plain(3) },
             Self::Hold => plain(4),
             Self::Release => plain(5),
             Self::Stop => plain(6),
@@ -152,7 +152,7 @@ impl Request {
             0 => Self::Pause,
             1 => Self::Resume,
             2 => Self::Speed { speed_mps: value },
-            3 => Self::Seek { sim_time_s: value },
+            3 => Self::Seek { show_time_s: value },
             4 => Self::Hold,
             5 => Self::Release,
             6 => Self::Stop,
@@ -217,9 +217,9 @@ impl Refusal {
     /// use bench_dragon_ipc::{Refusal, Request};
     ///
     /// let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 432.758_716 };
-    /// let text = refusal.explain(&Request::Seek { sim_time_s: 500.0 });
+    /// let text = refusal.explain(&Request::Seek { show_time_s: 500.0 });
     /// assert_eq!(text, "the show time is 500 s, must be from 0 to 432.758 s");
-    /// assert!(refusal.explain(&Request::Seek { sim_time_s: 1e300 }).starts_with("the show time is 1e300 s, must"));
+    /// assert!(refusal.explain(&Request::Seek { show_time_s: 1e300 }).starts_with("the show time is 1e300 s, must"));
     /// ```
     pub fn explain(&self, request: &Request) -> String {
         let (lowest, highest) = match *self {
@@ -228,7 +228,7 @@ impl Refusal {
         };
         let (name, value, unit) = match *request {
             Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
-            Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
+            Request::Seek { show_time_s } => ("show time", show_time_s, "s"),
             Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
             Request::Pace { factor } => ("pace", factor, "times the recorded one"),
             _ => return self.to_string(),

@@ -25,7 +25,7 @@ pub struct CommandEvent {
     /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
     /// Show time of the event, at the start of its tick, in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
     pub wall_ns: i64,
     /// Number of releases that the run missed before this tick.

@@ -17,7 +17,7 @@ pub struct Status {
     /// Last tick published.
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
     /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,

@@ -182,11 +182,11 @@ mod tests {
 
     prop_compose! {
         fn any_header()(
-            run_id in 0..RUN_ID_END, tick: u64, sim_time_ns: i64, scheduled_ns: u64, published_ns: u64,
+            run_id in 0..RUN_ID_END, tick: u64, show_time_ns: i64, scheduled_ns: u64, published_ns: u64,
             head_travel_m in finite_double(), head_speed_mps in finite_double(), time_scale in finite_double(),
             bench_count in 1_u32..=40, state in 0_u32..6,
         ) -> FrameHeader {
-            FrameHeader { run_id, tick, sim_time_ns, scheduled_ns, published_ns, head_travel_m, head_speed_mps, time_scale,
+            FrameHeader { run_id, tick, show_time_ns, scheduled_ns, published_ns, head_travel_m, head_speed_mps, time_scale,
                 bench_count, state }
         }
     }
@@ -248,7 +248,7 @@ mod tests {
     #[test]
     fn header_fields_have_the_offsets_of_the_bus() {
         let header =
-            FrameHeader { run_id: 1, tick: 2, sim_time_ns: -3, bench_count: 4, state: 1, ..FrameHeader::default() };
+            FrameHeader { run_id: 1, tick: 2, show_time_ns: -3, bench_count: 4, state: 1, ..FrameHeader::default() };
         let bytes = frame_bytes(&header, &[]);
         assert_eq!(bytes[0..8], 1_u64.to_le_bytes());
         assert_eq!(bytes[8..16], 2_u64.to_le_bytes());
@@ -279,7 +279,7 @@ mod tests {
         let alert = Alert {
             run_id: 7,
             tick: 1,
-            sim_time_ns: 5,
+            show_time_ns: 5,
             forecast_ns: Alert::NO_FORECAST,
             clearance_m: 0.0,
             point_m: [0.0; 2],

@@ -192,8 +192,8 @@ mod tests {
     #[test]
     fn a_repeated_seek_and_a_repeated_event_are_kept_once() {
         let mut history = CommandHistory::default();
-        let seek = |number, sim_time_s, reply| {
-            let event = CommandEvent::answered(&Request::Seek { sim_time_s }.to_wire(), &reply);
+        let seek = |number, show_time_s, reply| {
+            let event = CommandEvent::answered(&Request::Seek { show_time_s }.to_wire(), &reply);
             CommandEvent { number, ..event }
         };
         for number in 0..50 {

@@ -61,7 +61,7 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     // An alert of an earlier run is no longer urgent.
     let style = if is_past { look.theme.faint() } else { look.theme.text(tone) };
     let line = Line::from(vec![
-        Span::raw(format!("{:>9} ", Fixed::<3>(alert.sim_time_ns as f64 / 1e9))),
+        Span::raw(format!("{:>9} ", Fixed::<3>(alert.show_time_ns as f64 / 1e9))),
         Span::styled(format!("{name:<9}"), style),
         Span::raw(benches),
     ]);

@@ -19,7 +19,7 @@ class Alert(WireType):
     """Run in which it happened."""
     tick: int
     """First tick at which the event held."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
     """
     forecast_ns: int
@@ -42,7 +42,7 @@ class Alert(WireType):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("forecast_ns", ctypes.c_int64),
         ("clearance_m", ctypes.c_double),
         ("point_m", ctypes.c_double * 2),
@@ -68,9 +68,9 @@ class Alert(WireType):
         return self.bench_a if self.bench_b == _NO_BENCH != self.bench_a else None
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time of the event in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9
 
     @property
     def forecast_s(self) -> float | None:

@@ -20,7 +20,7 @@ class CommandEvent(WireType):
     """Number of the event in its run, from 0, without a gap. A jump means that this reader lost events."""
     tick: int
     """Tick from which an accepted command holds; for a refused command, the tick at which it was refused."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time of the event, at the start of its tick, in nanoseconds."""
     wall_ns: int
     """Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC."""
@@ -51,7 +51,7 @@ class CommandEvent(WireType):
         ("run_id", ctypes.c_uint64),
         ("number", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("wall_ns", ctypes.c_int64),
         ("overruns", ctypes.c_uint64),
         ("values", ctypes.c_double * 4),
@@ -86,6 +86,6 @@ class CommandEvent(WireType):
         return None if self.is_accepted else decoded(Refusal, self.refusal) or Refusal.UNKNOWN
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time of the event in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9

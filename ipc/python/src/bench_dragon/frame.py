@@ -29,7 +29,7 @@ class FrameHeader(WireType):
     """Random number of the run, under 2^53. It changes when the server is restarted."""
     tick: int
     """Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time in nanoseconds."""
     scheduled_ns: int
     """`CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds."""
@@ -49,7 +49,7 @@ class FrameHeader(WireType):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("scheduled_ns", ctypes.c_uint64),
         ("published_ns", ctypes.c_uint64),
         ("head_travel_m", ctypes.c_double),
@@ -65,9 +65,9 @@ class FrameHeader(WireType):
         return decoded(ShowState, self.state)
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9
 
     @property
     def lateness_ns(self) -> int:

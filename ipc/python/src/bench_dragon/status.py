@@ -59,7 +59,7 @@ class Status(WireType):
     """Run of the server."""
     tick: int
     """Last tick published."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time of that tick in nanoseconds."""
     overruns: int
     """Number of releases that were missed since the start of the run. After a few missed releases show time jumps
@@ -115,7 +115,7 @@ class Status(WireType):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("overruns", ctypes.c_uint64),
         ("behind_ns", ctypes.c_uint64),
         ("most_behind_ns", ctypes.c_uint64),
@@ -148,9 +148,9 @@ class Status(WireType):
         return decoded(ShowState, self.state)
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time of the last tick in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9
 
     @property
     def source_kind(self) -> SourceKind | None:
