@@ -11,7 +11,7 @@ int main(int argc, char **argv) {
       const double *hinge = bd_frame_handles(frame, NULL)->position_m;
       bd_frame_bench(frame, 0, &head);
       printf("%.3f s: front hinge %.3f, %.3f m, centre of the board %.3f, %.3f m\n",
-             bd_frame_header(frame)->sim_time_ns / 1e9, hinge[0], hinge[1], head.centre_m[0], head.centre_m[1]);
+             bd_frame_header(frame)->show_time_ns / 1e9, hinge[0], hinge[1], head.centre_m[0], head.centre_m[1]);
       bd_frame_release(frame);
     } else if (result == BD_NOTHING) result = bd_show_source(show, 1000000000, &source);
   }

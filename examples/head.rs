@@ -12,8 +12,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(frame) = show.wait(second)? {
             let ([x, y, _], head) =
                 (frame.handles()[0].position_m, frame.benches().next().expect("a dragon has a head"));
-            let (sim_time_s, [cx, cy, _]) = (frame.header().sim_time_s(), head.centre_m);
-            println!("{sim_time_s:.3} s: front hinge {x:.3}, {y:.3} m, centre of the board {cx:.3}, {cy:.3} m");
+            let (show_time_s, [cx, cy, _]) = (frame.header().show_time_s(), head.centre_m);
+            println!("{show_time_s:.3} s: front hinge {x:.3}, {y:.3} m, centre of the board {cx:.3}, {cy:.3} m");
         } else if matches!(show.source_state(second)?, SourceState::Ended | SourceState::Lost) {
             return Ok(());
         }

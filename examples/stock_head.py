@@ -18,7 +18,7 @@ class HandleState(Structure):
 
 class FrameHeader(Structure):
     type_name = staticmethod(lambda: "bench_dragon.FrameHeader.v1")
-    _fields_ = [("run_id", c_uint64), ("tick", c_uint64), ("sim_time_ns", c_int64), ("due_and_sent_ns", c_uint64 * 2)]
+    _fields_ = [("run_id", c_uint64), ("tick", c_uint64), ("show_time_ns", c_int64), ("due_and_sent_ns", c_uint64 * 2)]
     _fields_ += [("travel_speed_scale", c_double * 3), ("bench_count", c_uint32), ("state", c_uint32)]
 
 
@@ -42,4 +42,4 @@ while state != 5:  # ended
     while (frame := reader.receive()) is not None:
         header, head = frame.user_header().contents, HandleState.from_address(frame.payload_ptr)
         state = header.state
-        print(f"{header.sim_time_ns / 1e9:.3f} s: head at", *head.position_m, flush=True)
+        print(f"{header.show_time_ns / 1e9:.3f} s: head at", *head.position_m, flush=True)

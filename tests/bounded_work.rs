@@ -208,7 +208,7 @@ fn next_header(last: &FrameHeader, config: &Config, travel_m: f64, gap_s: f64) -
     let ticks = (gap_s / config.tick_s()).round().max(1.0);
     FrameHeader {
         tick: last.tick + ticks as u64,
-        sim_time_ns: last.sim_time_ns + (ticks * config.tick_s() * 1e9) as i64,
+        show_time_ns: last.show_time_ns + (ticks * config.tick_s() * 1e9) as i64,
         scheduled_ns: last.scheduled_ns + (gap_s * 1e9) as u64,
         head_travel_m: travel_m,
         head_speed_mps: config.tables().head.speed_mps,

@@ -107,9 +107,9 @@ impl<'a> Rehearsal<'a> {
     }
 
     /// Repeats a seek until the guard has proved the target, or had enough ticks to prove it.
-    fn seek(&mut self, sim_time_s: f64) {
+    fn seek(&mut self, show_time_s: f64) {
         for _ in 0..=self.lag_ticks + 1 {
-            match self.motion.request(Request::Seek { sim_time_s }) {
+            match self.motion.request(Request::Seek { show_time_s }) {
                 Ok(()) => {
                     self.assert_apart_on_leg();
                     self.leg_m = [self.motion.head().travel_m; 2];
@@ -119,7 +119,7 @@ impl<'a> Rehearsal<'a> {
             }
             self.play();
         }
-        let target_m = self.config.tables().head.speed_mps * sim_time_s;
+        let target_m = self.config.tables().head.speed_mps * show_time_s;
         assert!(!self.is_apart_at(target_m), "a seek to {target_m} m is refused for no reason");
     }
 
@@ -255,7 +255,7 @@ fn the_papers_dragon_rests_half_a_millimetre_before_its_contact() {
         let start_m = if time_scale < 1.0 { 412.454 } else { 405.0 };
         let mut rehearsal = Rehearsal::new(&config, start_m, 3);
         let head = rehearsal.play_to_rest();
-        assert_eq!((head.state, head.sim_time_ns / 1000), (ShowState::Held, 412_454_969), "at {time_scale} times");
+        assert_eq!((head.state, head.show_time_ns / 1000), (ShowState::Held, 412_454_969), "at {time_scale} times");
         let nearest = rehearsal.check.nearest(head.travel_m).expect("223 benches");
         assert_eq!(nearest.benches, [0, 8]);
         assert!((0.0005..0.000_501).contains(&nearest.clearance_m), "{nearest:?}");

@@ -58,13 +58,13 @@ impl Rehearsal {
         header
     }
 
-    fn play_until(&mut self, sim_time_s: f64) {
-        while self.play_frame(None).sim_time_s() < sim_time_s {}
+    fn play_until(&mut self, show_time_s: f64) {
+        while self.play_frame(None).show_time_s() < show_time_s {}
     }
 
     fn told(&self, kind: AlertKind) -> Vec<(f64, [u32; 2])> {
         let of_kind = self.alerts.iter().filter(|alert| alert.alert_kind() == Some(kind));
-        of_kind.map(|alert| (alert.sim_time_ns as f64 * 1e-9, alert.pair().expect("alerts of pairs"))).collect()
+        of_kind.map(|alert| (alert.show_time_ns as f64 * 1e-9, alert.pair().expect("alerts of pairs"))).collect()
     }
 
     fn assert_first_contact(&self, what: &str) {
@@ -88,7 +88,7 @@ fn contact_in_a_gap_of_lost_frames_is_found() {
     let mut rehearsal = Rehearsal::new(20.0, 410.0);
     rehearsal.play_frame(None);
     let mut last = rehearsal.lose_frame();
-    while last.sim_time_s() < 414.0 {
+    while last.show_time_s() < 414.0 {
         last = rehearsal.lose_frame();
     }
     rehearsal.play_frame(None);
@@ -128,9 +128,9 @@ fn each_pair_is_reported_once_when_it_comes_near_touches_and_parts() {
 fn the_travel_across_a_seek_is_not_swept() {
     let mut rehearsal = Rehearsal::new(1.0, 100.0);
     rehearsal.play_frame(None);
-    rehearsal.simulation.request(Request::Seek { sim_time_s: 430.0 }).expect("430 s is inside the run");
+    rehearsal.simulation.request(Request::Seek { show_time_s: 430.0 }).expect("430 s is inside the run");
     let header = rehearsal.play_frame(None);
-    assert_eq!(header.sim_time_s(), 430.0);
+    assert_eq!(header.show_time_s(), 430.0);
     let contacts = rehearsal.told(AlertKind::Contact);
     assert!(!contacts.is_empty(), "benches overlap at 430 s");
     assert!(contacts.iter().all(|(time_s, _)| *time_s == 430.0), "contacts are measured at 430 s only: {contacts:?}");
@@ -153,6 +153,6 @@ fn a_forecast_neither_hides_nor_moves_a_contact() {
     let free_to_m = FIRST_CONTACT_S - 1e-6;
     let forecast = Forecast { from_m: 0.0, free_to_m, contact: None, play: None };
     let mut rehearsal = Rehearsal::new(20.0, 412.0);
-    while rehearsal.play_frame(Some(&forecast)).sim_time_s() < 412.6 {}
+    while rehearsal.play_frame(Some(&forecast)).show_time_s() < 412.6 {}
     rehearsal.assert_first_contact("with a forecast of free ground");
 }

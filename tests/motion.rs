@@ -30,7 +30,7 @@ fn after(mut motion: Motion, ticks: u64) -> Motion {
 #[test]
 fn running_ticks_advance_show_time_by_exactly_one_step() {
     let motion = after(start(MotionSettings { tick_s: 20.0 / 1000.0, ..plan() }), 12_345);
-    assert_eq!(motion.head().sim_time_ns, 246_900_000_000);
+    assert_eq!(motion.head().show_time_ns, 246_900_000_000);
     assert_eq!(motion.head().travel_m, 12_345.0 * 0.02);
 }
 
@@ -39,9 +39,9 @@ fn a_paused_show_stands_and_resumes_where_it_stood() {
     let mut motion = after(start(plan()), 5);
     motion.request(Request::Pause).expect("pause is always accepted");
     let paused = after(motion, 100).head();
-    assert_eq!((paused.state, paused.speed_mps, paused.sim_time_ns), (ShowState::Paused, 0.0, 5_000_000));
+    assert_eq!((paused.state, paused.speed_mps, paused.show_time_ns), (ShowState::Paused, 0.0, 5_000_000));
     motion.request(Request::Resume).expect("the resume is accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 6_000_000);
+    assert_eq!(after(motion, 1).head().show_time_ns, 6_000_000);
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn a_new_speed_changes_the_travel_and_not_the_show_time() {
     let mut motion = after(start(plan()), 1000);
     motion.request(Request::Speed { speed_mps: 2.0 }).expect("2 m/s is allowed");
     let head = after(motion, 500).head();
-    assert_eq!(head.sim_time_ns, 1_500_000_000);
+    assert_eq!(head.show_time_ns, 1_500_000_000);
     assert!((head.travel_m - 2.0).abs() < 1e-12, "{}", head.travel_m);
 }
 
@@ -115,10 +115,10 @@ fn impossible_speeds_are_refused_with_the_range() {
 fn a_seek_goes_to_the_configured_speed_times_the_time() {
     let mut motion = after(start(MotionSettings { speed_mps: 0.5, start_speed_mps: 0.5, last_s: 800.0, ..plan() }), 10);
     motion.request(Request::Speed { speed_mps: 3.0 }).expect("3 m/s is allowed");
-    motion.request(Request::Seek { sim_time_s: 100.0 }).expect("100 s is inside the run");
+    motion.request(Request::Seek { show_time_s: 100.0 }).expect("100 s is inside the run");
     assert_eq!(motion.head().travel_m, 50.0);
     assert_eq!(motion.head().speed_mps, 3.0);
-    let refusal = motion.request(Request::Seek { sim_time_s: 800.1 });
+    let refusal = motion.request(Request::Seek { show_time_s: 800.1 });
     assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: 0.0, highest: 800.0 }));
 }
 
@@ -126,10 +126,10 @@ fn a_seek_goes_to_the_configured_speed_times_the_time() {
 fn a_run_that_starts_before_0_accepts_seeks_back_to_its_start() {
     let plan = MotionSettings { start_s: -2.0, start_travel_m: -2.0, first_s: -2.0, ..plan() };
     let mut motion = after(start(plan), 100);
-    assert_eq!(motion.head().sim_time_ns, -1_900_000_000);
-    motion.request(Request::Seek { sim_time_s: -1.5 }).expect("-1.5 s is inside the run");
+    assert_eq!(motion.head().show_time_ns, -1_900_000_000);
+    motion.request(Request::Seek { show_time_s: -1.5 }).expect("-1.5 s is inside the run");
     assert_eq!(motion.head().travel_m, -1.5);
-    let refusal = motion.request(Request::Seek { sim_time_s: -2.1 });
+    let refusal = motion.request(Request::Seek { show_time_s: -2.1 });
     assert_eq!(refusal, Err(Refusal::OutOfRange { lowest: -2.0, highest: 400.0 }));
 }
 
@@ -137,7 +137,7 @@ fn a_run_that_starts_before_0_accepts_seeks_back_to_its_start() {
 fn the_run_ends_exactly_at_its_end() {
     let motion = after(start(MotionSettings { tick_s: 0.3, end_travel_m: 1.0, ..plan() }), 50);
     let head = motion.head();
-    assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Finished, 1.0, 1_000_000_000));
+    assert_eq!((head.state, head.travel_m, head.show_time_ns), (ShowState::Finished, 1.0, 1_000_000_000));
     assert_eq!(motion.clone().request(Request::Resume), Err(Refusal::Finished));
 }
 
@@ -145,7 +145,7 @@ fn the_run_ends_exactly_at_its_end() {
 fn the_show_ends_exactly_at_the_requested_time() {
     let motion = after(start(MotionSettings { tick_s: 0.3, until_s: Some(0.5), ..plan() }), 50);
     let head = motion.head();
-    assert_eq!((head.state, head.sim_time_ns), (ShowState::Ended, 500_000_000));
+    assert_eq!((head.state, head.show_time_ns), (ShowState::Ended, 500_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12);
 }
 
@@ -153,9 +153,9 @@ fn the_show_ends_exactly_at_the_requested_time() {
 fn a_seek_starts_a_finished_show_again() {
     let mut motion = after(start(MotionSettings { end_travel_m: 0.002, ..plan() }), 9);
     assert_eq!(motion.head().state, ShowState::Finished);
-    motion.request(Request::Seek { sim_time_s: 0.0 }).expect("the start is inside the run");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 0, "the tick of a seek shows its target");
-    assert_eq!(after(motion, 2).head().sim_time_ns, 1_000_000);
+    motion.request(Request::Seek { show_time_s: 0.0 }).expect("the start is inside the run");
+    assert_eq!(after(motion, 1).head().show_time_ns, 0, "the tick of a seek shows its target");
+    assert_eq!(after(motion, 2).head().show_time_ns, 1_000_000);
 }
 
 #[test]
@@ -184,8 +184,8 @@ proptest! {
         let paces = MotionSettings { speed_mps, accel_mps2, tick_s, start_speed_mps: speed_mps, ..plan() };
         let mut motion = start(MotionSettings { start_s, start_travel_m, first_s, last_s, end_travel_m, ..paces });
         while motion.head().state == ShowState::Running {
-            let HeadState { sim_time_ns, travel_m, speed_mps: walked_mps, .. } = motion.head();
-            let time_s = sim_time_ns as f64 / 1e9;
+            let HeadState { show_time_ns, travel_m, speed_mps: walked_mps, .. } = motion.head();
+            let time_s = show_time_ns as f64 / 1e9;
             prop_assert!((timetable.travel_m(time_s) - travel_m).abs() < 1e-7, "{travel_m} m at {time_s} s");
             let is_within = time_s < timetable.end_s() - tick_s && time_s > start_s;
             prop_assert!(!is_within || (timetable.speed_mps(time_s) - walked_mps).abs() < 1e-6);
@@ -193,7 +193,7 @@ proptest! {
         }
         let head = motion.head();
         prop_assert_eq!((head.state, head.travel_m), (ShowState::Finished, end_travel_m));
-        prop_assert!((timetable.end_s() - head.sim_time_ns as f64 / 1e9).abs() < 1e-6 * (1.0 + timetable.end_s().abs()));
+        prop_assert!((timetable.end_s() - head.show_time_ns as f64 / 1e9).abs() < 1e-6 * (1.0 + timetable.end_s().abs()));
     }
 }
 
@@ -208,14 +208,14 @@ fn grant(motion: &mut Motion, from_m: f64, to_m: f64) -> Result<(), Refusal> {
 #[test]
 fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
     let mut motion = after(start(guarded()), 10);
-    assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Held, 0));
+    assert_eq!((motion.head().state, motion.head().show_time_ns), (ShowState::Held, 0));
     grant(&mut motion, 0.0, 0.012_345_6).expect("the grant covers the head");
     assert_eq!(after(motion, 12).head().state, ShowState::Running);
     let head = after(motion, 20).head();
-    assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
+    assert_eq!((head.state, head.travel_m, head.show_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
     let mut motion = after(motion, 50);
     grant(&mut motion, 0.01, 1.0).expect("the grant covers the head");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 13_345_600, "one step from the place of rest");
+    assert_eq!(after(motion, 1).head().show_time_ns, 13_345_600, "one step from the place of rest");
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn a_grant_does_not_lift_a_hold() {
 #[test]
 fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
     let mut motion = start(guarded());
-    let seek = Request::Seek { sim_time_s: 300.0 };
+    let seek = Request::Seek { show_time_s: 300.0 };
     assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
     grant(&mut motion, 300.0, 300.5).expect("the grant begins at the target of the seek");
     assert_eq!(motion.head().travel_m, 0.0);
@@ -271,7 +271,7 @@ fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
     motion.request(Request::Pause).expect("pause is always accepted");
     assert_eq!(after(motion, 500).head().state, ShowState::Stopping);
     let head = after(motion, 1001).head();
-    assert_eq!((head.state, head.speed_mps, head.sim_time_ns), (ShowState::Paused, 0.0, 2_000_000_000));
+    assert_eq!((head.state, head.speed_mps, head.show_time_ns), (ShowState::Paused, 0.0, 2_000_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12, "{}", head.travel_m);
 }
 
@@ -283,7 +283,7 @@ fn with_an_acceleration_the_head_rests_exactly_at_the_end_of_its_grant() {
         let head = after(motion, (20.0 / tick_s) as u64).head();
         assert_eq!((head.state, head.travel_m), (ShowState::Held, 7.5));
         // 2 s and 1 m each to speed up and to brake, and 5.5 s between.
-        assert!((head.sim_time_ns - 9_500_000_000).abs() <= 1, "{}", head.sim_time_ns);
+        assert!((head.show_time_ns - 9_500_000_000).abs() <= 1, "{}", head.show_time_ns);
     }
 }
 
@@ -292,10 +292,10 @@ fn with_timecode_a_run_ends_where_the_head_has_walked_and_not_where_a_seek_has_r
     let mut motion = start(MotionSettings { until_s: Some(300.0), ..plan() });
     motion.follow();
     motion.set_stands(false);
-    for (sim_time_s, state) in [(300.0, ShowState::Finished), (299.0, ShowState::Ended)] {
-        motion.request(Request::Seek { sim_time_s }).expect("the time is within the run");
+    for (show_time_s, state) in [(300.0, ShowState::Finished), (299.0, ShowState::Ended)] {
+        motion.request(Request::Seek { show_time_s }).expect("the time is within the run");
         motion = after(motion, 2_000);
-        assert_eq!(motion.head().state, state, "from {sim_time_s} s");
+        assert_eq!(motion.head().state, state, "from {show_time_s} s");
     }
 }
 
@@ -348,8 +348,8 @@ fn a_performance_stands_finished_at_its_end_time_until_a_seek_or_a_stop() {
     let mut motion = start(MotionSettings { until_s: Some(0.01), stays: true, ..plan() });
     for _ in 0..2 {
         motion = after(motion, 50);
-        assert_eq!((motion.head().state, motion.head().sim_time_ns), (ShowState::Finished, 10_000_000));
-        motion.request(Request::Seek { sim_time_s: 0.005 }).expect("the time is within the run");
+        assert_eq!((motion.head().state, motion.head().show_time_ns), (ShowState::Finished, 10_000_000));
+        motion.request(Request::Seek { show_time_s: 0.005 }).expect("the time is within the run");
         motion = after(motion, 3);
         assert_eq!(motion.head().state, ShowState::Running);
     }
@@ -360,9 +360,9 @@ fn a_performance_stands_finished_at_its_end_time_until_a_seek_or_a_stop() {
 #[test]
 fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
     let ended = after(start(MotionSettings { until_s: Some(0.01), ..plan() }), 20).head();
-    assert_eq!((ended.state, ended.sim_time_ns), (ShowState::Ended, 10_000_000));
+    assert_eq!((ended.state, ended.show_time_ns), (ShowState::Ended, 10_000_000));
     let finished = after(start(MotionSettings { end_travel_m: 0.01, ..plan() }), 20).head();
-    assert_eq!((finished.state, finished.sim_time_ns), (ShowState::Finished, 10_000_000));
+    assert_eq!((finished.state, finished.show_time_ns), (ShowState::Finished, 10_000_000));
 }
 
 #[test]
@@ -415,7 +415,7 @@ fn a_grant_for_another_run_is_refused() {
 fn a_grant_elsewhere_moves_nothing_and_allows_a_seek_to_it() {
     let mut motion = start(guarded());
     let seek =
-        |motion: &mut Motion, sim_time_s| (motion.request(Request::Seek { sim_time_s }), motion.limits().asked_m);
+        |motion: &mut Motion, show_time_s| (motion.request(Request::Seek { show_time_s }), motion.limits().asked_m);
     assert_eq!(seek(&mut motion, 100.0), (Err(Refusal::NotProved), Some(100.0)));
     grant(&mut motion, 100.0, 101.0).expect("the grant is for this run");
     assert_eq!(motion.limits().granted_to_m, Some(0.0));
@@ -457,7 +457,7 @@ fn play_missing(mut motion: Motion, missed: &[u64]) -> Vec<(u64, HeadState, f64)
 fn a_jump_shows_the_head_where_it_should_be_at_its_release() {
     let heads = play_missing(planned(plan()), &[0, 0, 3, 0, 250]);
     let shown: Vec<(u64, i64, f64)> =
-        heads.iter().map(|(release, head, pace)| (*release, head.sim_time_ns / 1_000_000, *pace)).collect();
+        heads.iter().map(|(release, head, pace)| (*release, head.show_time_ns / 1_000_000, *pace)).collect();
     assert_eq!(shown, [(0, 0, 1.0), (1, 1, 1.0), (5, 5, 1.0), (6, 6, 1.0), (257, 257, 1.0)]);
 }
 
@@ -468,7 +468,7 @@ fn a_standstill_is_made_up_exactly_at_a_tenth_more_a_tick() {
     for tick in 1..=2510 {
         motion.advance();
         let expected_ns = 100_000_000 + tick * 1_100_000;
-        assert_eq!((motion.head().sim_time_ns, motion.catch_up().pace()), (expected_ns, FASTEST), "tick {tick}");
+        assert_eq!((motion.head().show_time_ns, motion.catch_up().pace()), (expected_ns, FASTEST), "tick {tick}");
     }
     assert_eq!((motion.catch_up().behind_ns(1000), motion.catch_up().most_behind_ns(1000)), (0, 251_000_000));
     let on_time = after(start(plan()), 100 + 251 + 2510);
@@ -485,12 +485,12 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
     motion.advance();
     motion.miss(1000);
     let stood = after(motion, 3);
-    assert_eq!((stood.head().sim_time_ns, stood.catch_up().behind_ns(1000)), (10_000_000, 5_000_000));
+    assert_eq!((stood.head().show_time_ns, stood.catch_up().behind_ns(1000)), (10_000_000, 5_000_000));
     let mut motion = stood;
     motion.request(Request::Release).expect("the release is accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 11_100_000, "the show catches up");
-    motion.request(Request::Seek { sim_time_s: 3.0 }).expect("3 s is inside the run");
-    assert_eq!((after(motion, 2).head().sim_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
+    assert_eq!(after(motion, 1).head().show_time_ns, 11_100_000, "the show catches up");
+    motion.request(Request::Seek { show_time_s: 3.0 }).expect("3 s is inside the run");
+    assert_eq!((after(motion, 2).head().show_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
 }
 
 #[test]
@@ -498,11 +498,11 @@ fn commands_apply_from_their_release_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 15_000_000, "the head walked during the missed releases");
+    assert_eq!(after(motion, 1).head().show_time_ns, 15_000_000, "the head walked during the missed releases");
     motion.advance();
     motion.miss(5);
     motion.request(Request::Resume).expect("the resume is accepted");
-    assert_eq!(after(motion, 1).head().sim_time_ns, 16_000_000, "the head stood during the missed releases");
+    assert_eq!(after(motion, 1).head().show_time_ns, 16_000_000, "the head stood during the missed releases");
 }
 
 #[test]
@@ -512,7 +512,7 @@ fn a_guarded_head_that_misses_releases_rests_at_the_end_of_its_grant() {
         grant(&mut motion, 0.0, 0.003_5).expect("the grant covers the head");
         motion.miss(missed);
         let head = after(motion, 10).head();
-        assert_eq!((head.state, head.travel_m, head.sim_time_ns), (ShowState::Held, 0.003_5, 3_500_000));
+        assert_eq!((head.state, head.travel_m, head.show_time_ns), (ShowState::Held, 0.003_5, 3_500_000));
     }
 }
 
@@ -527,7 +527,7 @@ fn a_run_and_a_show_that_miss_releases_end_exactly_at_their_ends() {
         let mut motion = start(plan);
         motion.miss(500);
         let head = after(motion, 20).head();
-        assert_eq!((head.state, head.sim_time_ns), (state, 10_250_000));
+        assert_eq!((head.state, head.show_time_ns), (state, 10_250_000));
         assert!((head.travel_m - 0.010_25).abs() < 1e-15, "{}", head.travel_m);
     }
 }
@@ -540,7 +540,7 @@ fn orders() -> impl Strategy<Value = Vec<(u64, Request)>> {
         Just(Request::Hold),
         Just(Request::Release),
         (0.0..10.0_f64).prop_map(|speed_mps| Request::Speed { speed_mps }),
-        (0.0..400.0_f64).prop_map(|sim_time_s| Request::Seek { sim_time_s }),
+        (0.0..400.0_f64).prop_map(|show_time_s| Request::Seek { show_time_s }),
         (0.0..40.0_f64).prop_map(|to_m| Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final: false }),
     ];
     prop::collection::vec((1..400_u64, request), 0..10)

@@ -34,7 +34,7 @@ fn play(dragon: Dragon) -> u64 {
         (2_000, Request::Pause),
         (2_100, Request::Resume),
         (5_000, Request::Speed { speed_mps: 2.5 }),
-        (9_000, Request::Seek { sim_time_s: 0.5 * (first_s + last_s) }),
+        (9_000, Request::Seek { show_time_s: 0.5 * (first_s + last_s) }),
         (12_000, Request::Hold),
         (12_050, Request::Release),
         (20_000, Request::Speed { speed_mps: 0.0 }),

@@ -55,11 +55,11 @@ impl Rehearsal {
             let position = Position { since_midnight_s: position_s.rem_euclid(DAY_S), day_s: DAY_S };
             self.follower.hear(TimecodeSample { position, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
         }
-        let show = ShowPosition { sim_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
+        let show = ShowPosition { show_time_s: self.motion.next_sim_s(), is_stopped: self.motion.is_stopped() };
         let (order, event) = self.follower.steer(due_ns, show);
         self.events.extend(event);
-        if let Some(sim_time_s) = order.seek_s {
-            self.follower.note_seek(self.motion.request(Request::Seek { sim_time_s }).is_ok());
+        if let Some(show_time_s) = order.seek_s {
+            self.follower.note_seek(self.motion.request(Request::Seek { show_time_s }).is_ok());
         }
         self.motion.set_stands(order.stands);
         self.motion.set_tick(order.time_scale / RATE_HZ as f64);
@@ -75,7 +75,7 @@ fn plan() -> MotionSettings {
 
 impl Moment {
     fn sim_s(&self) -> f64 {
-        self.head.sim_time_ns as f64 * 1e-9
+        self.head.show_time_ns as f64 * 1e-9
     }
 
     /// Delay of the show behind the source, in seconds.
@@ -106,11 +106,11 @@ fn assert_near(moments: &[Moment], within_s: f64) {
 fn a_show_stands_until_the_first_timecode_and_seeks_to_it() {
     let mut rehearsal = Rehearsal::new(plan());
     let before = rehearsal.play(480, |_| None);
-    assert!(before.iter().all(|moment| moment.head.state == ShowState::Paused && moment.head.sim_time_ns == 0));
+    assert!(before.iter().all(|moment| moment.head.state == ShowState::Paused && moment.head.show_time_ns == 0));
     let moments = rehearsal.play(10_000, |elapsed_s| Some(60.0 + elapsed_s));
     assert_eq!(seeks(&[&before[479..], &moments[..]].concat()).len(), 1);
     assert!(
-        moments[..FRAME_TICKS as usize].iter().all(|moment| moment.head.sim_time_ns == 0),
+        moments[..FRAME_TICKS as usize].iter().all(|moment| moment.head.show_time_ns == 0),
         "one packet alone is not followed"
     );
     assert_near(&moments[FRAME_TICKS as usize..], FRAME_S / 4.0);
@@ -137,7 +137,7 @@ fn a_small_difference_is_corrected_by_the_time_scale_and_never_backwards() {
         let moments = rehearsal.play(30_000, |elapsed_s| Some(22.0 + leap_s + elapsed_s));
         assert_eq!(seeks(&moments).len(), 0);
         for pair in moments.windows(2) {
-            assert!(pair[1].head.sim_time_ns > pair[0].head.sim_time_ns);
+            assert!(pair[1].head.show_time_ns > pair[0].head.show_time_ns);
             assert!((Follower::LEAST_TIME_SCALE..=Follower::GREATEST_TIME_SCALE).contains(&pair[1].time_scale));
         }
         assert_near(&moments[25_000..], FRAME_S / 4.0);
@@ -188,7 +188,7 @@ fn a_standing_timecode_stops_the_show_also_if_it_is_lost_then() {
     let standing = rehearsal.play(1_000, |_| Some(21.96));
     let rest = standing[200].head;
     assert_eq!(
-        (rest.state, rest.sim_time_ns),
+        (rest.state, rest.show_time_ns),
         (ShowState::Paused, 21_960_000_000),
         "the head rests at the position of the timecode"
     );
@@ -204,7 +204,7 @@ fn a_standing_timecode_stops_the_show_also_if_it_is_lost_then() {
 fn before_the_runs_start_the_show_stands_there_and_after_its_end_it_is_finished() {
     let mut rehearsal = Rehearsal::with_offset(plan(), -62.0);
     let moments = rehearsal.play(5_000, |elapsed_s| Some(60.0 + elapsed_s));
-    assert!(moments[..1_990].iter().all(|moment| moment.head.sim_time_ns == 0));
+    assert!(moments[..1_990].iter().all(|moment| moment.head.show_time_ns == 0));
     assert!((moments[4_999].sim_s() - 2.999).abs() < FRAME_S, "{:?}", moments[4_999]);
     let moments = rehearsal.play(3_000, |elapsed_s| Some(460.0 + elapsed_s));
     assert_eq!(moments[2_999].head.state, ShowState::Finished);
@@ -219,7 +219,7 @@ fn a_show_starts_on_time_if_its_timecode_is_lost_before_the_cue() {
     rehearsal.play(1_000, |elapsed_s| Some(55.0 + elapsed_s));
     let moments = rehearsal.play(10_000, |_| None);
     let (before, after) = moments.split_at(5_997);
-    assert!(before.iter().all(|moment| (moment.head.state, moment.head.sim_time_ns) == (ShowState::Paused, 0)));
+    assert!(before.iter().all(|moment| (moment.head.state, moment.head.show_time_ns) == (ShowState::Paused, 0)));
     assert!((after[3_999].sim_s() - 3.998).abs() < 0.01, "{:?}", after[3_999]);
     assert!(
         matches!(rehearsal.events[..], [FollowerEvent::Follows { .. }, FollowerEvent::Lost { .. }]),
@@ -263,7 +263,7 @@ fn before_midnight_a_show_that_starts_then_stands_at_its_start() {
     let mut rehearsal = Rehearsal::new(plan());
     let moments = rehearsal.play(20_000, |elapsed_s| Some(86_390.0 + elapsed_s));
     assert!(
-        moments[..9_990].iter().all(|moment| (moment.head.state, moment.head.sim_time_ns) == (ShowState::Paused, 0))
+        moments[..9_990].iter().all(|moment| (moment.head.state, moment.head.show_time_ns) == (ShowState::Paused, 0))
     );
     assert!((moments[19_999].difference_s() - DAY_S).abs() < FRAME_S, "{:?}", moments[19_999]);
 }
@@ -304,7 +304,7 @@ fn an_operators_stop_overrides_the_timecode_and_the_missed_time_is_one_seek() {
         rehearsal.play(2_000, |elapsed_s| Some(20.0 + elapsed_s));
         rehearsal.motion.request(stop).expect("the command is accepted");
         let stopped = rehearsal.play(2_000, |elapsed_s| Some(22.0 + elapsed_s));
-        assert!(stopped.iter().all(|moment| moment.head.sim_time_ns == stopped[0].head.sim_time_ns));
+        assert!(stopped.iter().all(|moment| moment.head.show_time_ns == stopped[0].head.show_time_ns));
         rehearsal.motion.request(go).expect("the command is accepted");
         let moments = rehearsal.play(2_000, |elapsed_s| Some(24.0 + elapsed_s));
         assert_eq!(seeks(&moments).len(), 0, "the first tick is already at the timecode");
@@ -316,7 +316,7 @@ fn an_operators_stop_overrides_the_timecode_and_the_missed_time_is_one_seek() {
 fn a_guarded_show_seeks_to_the_timecode_where_its_travel_is_proved() {
     let mut rehearsal = Rehearsal::new(MotionSettings { guarded_run: Some(7), ..plan() });
     let moments = rehearsal.play(1_000, |elapsed_s| Some(100.0 + elapsed_s));
-    assert!(moments.iter().all(|moment| moment.head.sim_time_ns == 0));
+    assert!(moments.iter().all(|moment| moment.head.show_time_ns == 0));
     let asked_m = rehearsal.motion.limits().asked_m.expect("the motion asks for a proof");
     assert!((100.0..101.0).contains(&asked_m), "{asked_m}");
     let grant = Request::Grant { run_id: 7, from_m: asked_m, to_m: asked_m + 5.0, is_final: false };
@@ -338,7 +338,7 @@ fn a_walk_keeps_its_travel_where_the_time_scale_changes() {
             }
             let next_s = motion.next_sim_s();
             motion.advance();
-            ticks_s = motion.head().sim_time_ns as f64 * 1e-9;
+            ticks_s = motion.head().show_time_ns as f64 * 1e-9;
             assert!((next_s - ticks_s).abs() < 1e-9);
         }
         let expected_m = accel_mps2.map_or(ticks_s, |_| ticks_s - 1.0);

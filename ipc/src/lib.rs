@@ -36,7 +36,7 @@
 //!         if let Some(frame) = frames.wait(Duration::from_secs(1))? {
 //!             let head = frame.benches().next().expect("a dragon has a head");
 //!             let ([x, y, _], heading_deg) = (head.centre_m, head.heading_rad.to_degrees());
-//!             println!("{:.3} s: head at {x:.3}, {y:.3}, {heading_deg:.1}°", frame.header().sim_time_s());
+//!             println!("{:.3} s: head at {x:.3}, {y:.3}, {heading_deg:.1}°", frame.header().show_time_s());
 //!         }
 //!     }
 //! }
@@ -69,7 +69,7 @@ pub use domain::{
 pub use wake::WakePage;
 pub use wire::{
     Alert, AlertKind, BenchState, Command, CommandEvent, CommandReply, EventKind, FrameHeader, GuardState, HandleState,
-    ReaderReport, Refusal, ReplayStatus, Request, RunStart, Sender, ShowState, SourceKind, Status, Stops,
+    ReaderReport, Refusal, ReplayStatus, Request, RunStart, Sender, Severity, ShowState, SourceKind, Status, Stops,
     TimeHistogram, TimecodeKind, TimecodeState, frame_bytes,
 };
 /// Traits that convert the bus's layouts to and from their bytes.

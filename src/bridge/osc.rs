@@ -110,7 +110,7 @@ impl OscEncoder {
 fn show(latest: &LatestFrame) -> Vec<OscType> {
     let header = &latest.header;
     vec![
-        OscType::Float(header.sim_time_s() as f32),
+        OscType::Float(header.show_time_s() as f32),
         OscType::String(header.show_state().map_or("unknown", ShowState::name).to_owned()),
         OscType::Float(header.time_scale as f32),
         OscType::Int((header.tick & 0x7fff_ffff) as i32),

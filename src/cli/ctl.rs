@@ -64,7 +64,7 @@ On a replay the position in the recording: seconds since its first frame. A posi
     Seek {
         /// Show time in seconds; on a replay, seconds since the first frame of the recording.
         #[arg(value_name = "SECONDS", allow_negative_numbers = true, value_parser = finite)]
-        sim_time_s: f64,
+        show_time_s: f64,
     },
     /// Change the pace of a replay.
     #[command(after_help = "Examples:
@@ -142,7 +142,7 @@ fn request(command: CtlCommand) -> Option<Request> {
         CtlCommand::Pause => Request::Pause,
         CtlCommand::Resume => Request::Resume,
         CtlCommand::Speed { speed_mps } => Request::Speed { speed_mps },
-        CtlCommand::Seek { sim_time_s } => Request::Seek { sim_time_s },
+        CtlCommand::Seek { show_time_s } => Request::Seek { show_time_s },
         CtlCommand::Pace { factor } => Request::Pace { factor },
         CtlCommand::Hold => Request::Hold,
         CtlCommand::Release => Request::Release,

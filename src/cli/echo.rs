@@ -39,7 +39,8 @@ struct FrameLine {
 struct HeaderLine {
     run_id: u64,
     tick: u64,
-    sim_time_ns: i64,
+    #[serde(rename = "sim_time_ns")]
+    show_time_ns: i64,
     scheduled_ns: u64,
     published_ns: u64,
     head_travel_m: f64,
@@ -77,7 +78,7 @@ fn json_line(frame: &Frame) -> FrameLine {
 fn text_line(frame: &Frame) -> String {
     let header = frame.header();
     let state = header.show_state().map_or("unknown", bench_dragon_ipc::ShowState::name);
-    let mut line = format!("tick {:>8}  {:>12} s  {state:<8}", header.tick, Fixed::<6>(header.sim_time_s()));
+    let mut line = format!("tick {:>8}  {:>12} s  {state:<8}", header.tick, Fixed::<6>(header.show_time_s()));
     let ends = [("front hinge", frame.handles().first()), ("rear hinge", frame.handles().last())];
     for (name, handle) in ends {
         let Some(handle) = handle else { continue };

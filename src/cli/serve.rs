@@ -274,11 +274,11 @@ fn announce(args: &ServeArgs, server: &Server) -> anyhow::Result<()> {
 }
 
 fn summary_text(summary: &ServerSummary) -> String {
-    let &ServerSummary { frames, sim_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
+    let &ServerSummary { frames, show_time_s, overruns, behind_s, most_behind_s, lateness_us, tick_us, .. } = summary;
     format!(
         "{} to {} s, {}{}, lateness {}, tick {} \u{b5}s",
         Counted(frames, "frame"),
-        Fixed::<6>(sim_time_s),
+        Fixed::<6>(show_time_s),
         Counted(overruns, "overrun"),
         behind(behind_s, most_behind_s),
         percentiles(lateness_us),

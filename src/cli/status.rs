@@ -113,7 +113,7 @@ impl StatusReport {
             wall_time: wall_time.strftime("%Y-%m-%dT%H:%M:%S%:z").to_string(),
             run_id: header.map(|header| header.run_id),
             tick: header.map(|header| header.tick),
-            time_s: header.map(FrameHeader::sim_time_s),
+            time_s: header.map(FrameHeader::show_time_s),
             time_scale: header.map(|header| header.time_scale),
             speed_mps: header.map(|header| header.head_speed_mps),
             travel_m: header.map(|header| header.head_travel_m),
@@ -219,7 +219,7 @@ mod tests {
 
     fn snapshot(state: ShowState) -> Snapshot {
         let header = FrameHeader {
-            sim_time_ns: 12_345_000_000,
+            show_time_ns: 12_345_000_000,
             head_speed_mps: 1.0,
             time_scale: 5.0,
             state: state.to_wire(),

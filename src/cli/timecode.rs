@@ -151,7 +151,7 @@ fn report_news(
 
 /// News in words.
 pub(super) fn news_text(news: &TimecodeNews) -> String {
-    let time_s = news.sim_time_s;
+    let time_s = news.show_time_s;
     let (timecode, show) = match news.event {
         FollowerEvent::Follows { position_s } => (
             format!("timecode runs at {} s", Fixed::<3>(position_s)),

@@ -155,7 +155,7 @@ mod tests {
     #[test]
     fn frame_keeps_every_bit() {
         let odd = [f64::NAN, -0.0, f64::INFINITY, f64::MIN_POSITIVE / 3.0, 1.0 / 3.0, f64::MAX];
-        let header = FrameHeader { run_id: 1 << 52, sim_time_ns: i64::MIN, head_travel_m: -0.1, ..Default::default() };
+        let header = FrameHeader { run_id: 1 << 52, show_time_ns: i64::MIN, head_travel_m: -0.1, ..Default::default() };
         let handle = HandleState { position_m: [odd[0], odd[1], odd[2]], velocity_mps: [odd[3], odd[4], odd[5]] };
         let mut message = Vec::new();
         encode_frame(&mut message, &header, &[handle; 3]);
@@ -180,7 +180,7 @@ mod tests {
         let alert = Alert {
             run_id: 7,
             tick: 1 << 40,
-            sim_time_ns: -5,
+            show_time_ns: -5,
             forecast_ns: Alert::NO_FORECAST,
             clearance_m: -0.1,
             point_m: [1.0 / 3.0, -0.0],

@@ -33,8 +33,8 @@ impl ShowInterval {
     pub const ALL: Self = Self { from_ns: i64::MIN, to_ns: i64::MAX };
 
     /// Whether a show time lies in the interval.
-    pub fn contains(&self, sim_time_ns: i64) -> bool {
-        (self.from_ns..=self.to_ns).contains(&sim_time_ns)
+    pub fn contains(&self, show_time_ns: i64) -> bool {
+        (self.from_ns..=self.to_ns).contains(&show_time_ns)
     }
 }
 
@@ -88,15 +88,15 @@ impl IntervalSearch {
     }
 
     /// Whether a show time lies in the interval.
-    pub fn contains(&self, sim_time_ns: i64) -> bool {
-        self.interval.contains(sim_time_ns)
+    pub fn contains(&self, show_time_ns: i64) -> bool {
+        self.interval.contains(show_time_ns)
     }
 
     /// Takes the show time of the next frame. Returns whether it lies in the interval.
-    pub fn comes_by(&mut self, sim_time_ns: i64) -> bool {
-        let seen = self.seen.get_or_insert(ShowInterval { from_ns: sim_time_ns, to_ns: sim_time_ns });
-        *seen = ShowInterval { from_ns: seen.from_ns.min(sim_time_ns), to_ns: seen.to_ns.max(sim_time_ns) };
-        self.interval.contains(sim_time_ns)
+    pub fn comes_by(&mut self, show_time_ns: i64) -> bool {
+        let seen = self.seen.get_or_insert(ShowInterval { from_ns: show_time_ns, to_ns: show_time_ns });
+        *seen = ShowInterval { from_ns: seen.from_ns.min(show_time_ns), to_ns: seen.to_ns.max(show_time_ns) };
+        self.interval.contains(show_time_ns)
     }
 
     /// Returns the reason why the search found no frame in the readable part of a file.

@@ -37,7 +37,7 @@ pub struct FinalRest {
     /// Travel of the head in metres.
     pub travel_m: f64,
     /// Show time in seconds.
-    pub sim_time_s: f64,
+    pub show_time_s: f64,
     /// Whether the clearance keeps the margin here. If not, the head was repositioned to this travel, and did not walk to it.
     pub is_free: bool,
     /// Show time in seconds at which two benches would touch if the head continued at its planned speed. `None` if they would
@@ -139,9 +139,9 @@ impl<'a> Guard<'a> {
         let travel_m = header.head_travel_m;
         let dragon = self.dragon.metered(&Meter::of(FORECAST_STEPS));
         let contact = ContactSearch::new(&dragon).first(travel_m, dragon.end_travel_m()).ok().flatten();
-        let sim_time_s = header.sim_time_s();
-        let forecast_s = contact.map(|contact| sim_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
-        FinalRest { travel_m, sim_time_s, is_free: self.present.is_some(), forecast_s }
+        let show_time_s = header.show_time_s();
+        let forecast_s = contact.map(|contact| show_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
+        FinalRest { travel_m, show_time_s, is_free: self.present.is_some(), forecast_s }
     }
 
     /// Reach of a grant ahead of the head in metres: a horizon of wall time at the head's speed, or at least [`LEAST_TICKS`],

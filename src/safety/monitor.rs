@@ -159,10 +159,10 @@ impl Monitor {
                 PairEvent::Part(touch) => (AlertKind::Parted, PairState::Near, touch),
             };
             let share = (touch.travel_m - from_m) / (to_m - from_m);
-            let sim_step_ns = (next.sim_time_ns - last.sim_time_ns) as f64;
-            let sim_time_ns = last.sim_time_ns + (share * sim_step_ns).round() as i64;
+            let show_step_ns = (next.show_time_ns - last.show_time_ns) as f64;
+            let show_time_ns = last.show_time_ns + (share * show_step_ns).round() as i64;
             if self.pairs.insert(touch.benches, state) != Some(state) {
-                self.alerts.push(touch_alert(next, kind, touch, sim_time_ns));
+                self.alerts.push(touch_alert(next, kind, touch, show_time_ns));
             }
         }
     }
@@ -198,7 +198,7 @@ impl Monitor {
             .and_then(|forecast| forecast.contact)
             .map(|contact| contact.travel_m - header.head_travel_m);
         let speed_mps = if header.head_speed_mps > 0.0 { header.head_speed_mps } else { self.planned_speed_mps };
-        ahead.map_or(Alert::NO_FORECAST, |ahead_m| header.sim_time_ns + (ahead_m / speed_mps * 1e9).round() as i64)
+        ahead.map_or(Alert::NO_FORECAST, |ahead_m| header.show_time_ns + (ahead_m / speed_mps * 1e9).round() as i64)
     }
 }
 
@@ -207,7 +207,7 @@ pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
     Alert {
         run_id: header.run_id,
         tick: header.tick,
-        sim_time_ns: header.sim_time_ns,
+        show_time_ns: header.show_time_ns,
         forecast_ns: Alert::NO_FORECAST,
         clearance_m: 0.0,
         point_m: [0.0; 2],
@@ -226,12 +226,12 @@ fn outside_alert(header: &FrameHeader, bench: usize, point: DVec2) -> Alert {
 
 /// A frame of run 1 whose head has walked one metre per show second since 0.
 #[cfg(test)]
-pub(crate) fn walking_frame(tick: u64, sim_time_s: f64) -> FrameHeader {
+pub(crate) fn walking_frame(tick: u64, show_time_s: f64) -> FrameHeader {
     FrameHeader {
         run_id: 1,
         tick,
-        sim_time_ns: (sim_time_s * 1e9) as i64,
-        head_travel_m: sim_time_s,
+        show_time_ns: (show_time_s * 1e9) as i64,
+        head_travel_m: show_time_s,
         head_speed_mps: 1.0,
         time_scale: 1.0,
         ..FrameHeader::default()
@@ -256,8 +256,8 @@ fn pair_alert(header: &FrameHeader, kind: AlertKind, pair: &PairClearance, forec
 }
 
 /// An alert of a touch that the sweep found. Its clearance is 0; for a contact, its forecast is the instant of the touch.
-fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, sim_time_ns: i64) -> Alert {
+fn touch_alert(header: &FrameHeader, kind: AlertKind, touch: &Contact, show_time_ns: i64) -> Alert {
     let pair = PairClearance { benches: touch.benches, clearance_m: 0.0, point: touch.point };
-    let forecast_ns = if kind == AlertKind::Contact { sim_time_ns } else { Alert::NO_FORECAST };
-    Alert { sim_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
+    let forecast_ns = if kind == AlertKind::Contact { show_time_ns } else { Alert::NO_FORECAST };
+    Alert { show_time_ns, ..pair_alert(header, kind, &pair, forecast_ns) }
 }

@@ -6,9 +6,9 @@ use crate::config::Config;
 use crate::source::server::motion::FASTEST;
 
 /// Greatest difference of show time from a whole number of steps, in seconds: its resolution on the wire.
-const SIM_TIME_TOLERANCE_S: f64 = 2e-9;
+const SHOW_TIME_TOLERANCE_S: f64 = 2e-9;
 /// Greatest difference of travel from speed times show time, in metres: that resolution at the greatest speed.
-const TRAVEL_TOLERANCE_M: f64 = SIM_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
+const TRAVEL_TOLERANCE_M: f64 = SHOW_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 
 /// Greatest time scale of a source that follows timecode ÷ configured time scale, with a reserve.
 const TIMECODE_SPEEDUP: f64 = 1.25;
@@ -50,7 +50,7 @@ impl SourceMotion {
         if last.run_id != next.run_id || last.tick >= next.tick {
             return false;
         }
-        let sim_step_s = (next.sim_time_ns - last.sim_time_ns) as f64 * 1e-9;
+        let show_step_s = (next.show_time_ns - last.show_time_ns) as f64 * 1e-9;
         let travel_step_m = next.head_travel_m - last.head_travel_m;
         let (ticks, clock_s) = (next.tick - last.tick, clock_s(last, next));
         let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
@@ -66,24 +66,24 @@ impl SourceMotion {
             // Between the two frames, the source may have jumped and made up for a standstill.
             _ => FASTEST * clock_s.max(ticks as f64 * longest_tick_s),
         };
-        if !(0.0..=longest_s + SIM_TIME_TOLERANCE_S).contains(&sim_step_s) || travel_step_m < 0.0 {
+        if !(0.0..=longest_s + SHOW_TIME_TOLERANCE_S).contains(&show_step_s) || travel_step_m < 0.0 {
             return false;
         }
         let runs = next.show_state().is_some_and(ShowState::walks);
         if ticks > 1 || has_missed || !runs {
-            return travel_step_m <= sim_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
+            return travel_step_m <= show_step_s * Request::MAX_SPEED_MPS + TRAVEL_TOLERANCE_M;
         }
         // Two successive frames of a running show are one whole step apart. The head walks at the speed in the second frame, or
         // on a ramp to it. On a ramp, the mean speed differs from the mean of both speeds by at most a quarter of the greatest
         // speed change.
         let (step_m, off_m) = match accel_mps2 {
-            None => (next.head_speed_mps * sim_step_s, 0.0),
+            None => (next.head_speed_mps * show_step_s, 0.0),
             Some(accel_mps2) => {
                 let mean_mps = 0.5 * (last.head_speed_mps + next.head_speed_mps);
-                (mean_mps * sim_step_s, 0.25 * accel_mps2 * sim_step_s * sim_step_s)
+                (mean_mps * show_step_s, 0.25 * accel_mps2 * show_step_s * show_step_s)
             }
         };
-        let is_step = [tick_s, next_s].iter().any(|step_s| (sim_step_s - step_s).abs() <= SIM_TIME_TOLERANCE_S);
+        let is_step = [tick_s, next_s].iter().any(|step_s| (show_step_s - step_s).abs() <= SHOW_TIME_TOLERANCE_S);
         is_step && (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M
     }
 }

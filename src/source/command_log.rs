@@ -32,12 +32,12 @@ impl CommandLog {
     /// Records an event at a show time, with the number of releases missed so far. A full queue drops the event.
     /// Readers detect this by the gap in the event numbers.
     pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
-        let Moment { sim_time_ns, overruns } = moment;
+        let Moment { show_time_ns, overruns } = moment;
         let (run_id, number) = (self.run_id, self.number);
         if event.event_kind() == Some(EventKind::Stop) && event.outcome().is_ok() {
             self.stop.get_or_insert(event);
         }
-        let _ = self.waiting.push(CommandEvent { run_id, number, sim_time_ns, overruns, wall_ns: unix_ns(), ..event });
+        let _ = self.waiting.push(CommandEvent { run_id, number, show_time_ns, overruns, wall_ns: unix_ns(), ..event });
         self.number += 1;
     }
 
@@ -58,7 +58,7 @@ impl CommandLog {
 /// Show time and missed releases of a run when it takes a command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moment {
-    pub(crate) sim_time_ns: i64,
+    pub(crate) show_time_ns: i64,
     pub(crate) overruns: u64,
 }
 

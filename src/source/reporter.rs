@@ -113,7 +113,7 @@ impl Reporter {
         let status = Status {
             run_id: self.run_id,
             tick,
-            sim_time_ns: gauges.sim_time_ns.load(Ordering::Relaxed),
+            show_time_ns: gauges.show_time_ns.load(Ordering::Relaxed),
             overruns: gauges.overruns.load(Ordering::Relaxed),
             behind_ns: gauges.behind_ns.load(Ordering::Relaxed),
             most_behind_ns: gauges.most_behind_ns.load(Ordering::Relaxed),

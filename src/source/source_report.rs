@@ -70,7 +70,7 @@ impl SourceReport {
     pub(crate) fn report_frame(&self, frame: &FrameHeader, overruns: u64) {
         self.beat();
         self.gauges.tick.store(frame.tick, Ordering::Release);
-        self.gauges.sim_time_ns.store(frame.sim_time_ns, Ordering::Relaxed);
+        self.gauges.show_time_ns.store(frame.show_time_ns, Ordering::Relaxed);
         self.gauges.state.store(frame.state, Ordering::Relaxed);
         self.gauges.overruns.store(overruns, Ordering::Relaxed);
     }
@@ -151,7 +151,7 @@ pub(super) struct LoopGauges {
     /// Last tick published.
     pub(super) tick: AtomicU64,
     /// Show time of that tick in nanoseconds.
-    pub(super) sim_time_ns: AtomicI64,
+    pub(super) show_time_ns: AtomicI64,
     /// State of the show at that tick, as its wire number.
     pub(super) state: AtomicU32,
     /// Frames a second; 0 where it is not known.
@@ -192,11 +192,11 @@ impl LoopGauges {
     /// State, show time, lag and overruns of the show, in one line.
     pub(super) fn in_words(&self) -> String {
         let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
-        let sim_time_s = self.sim_time_ns.load(Ordering::Relaxed) as f64 / 1e9;
+        let show_time_s = self.show_time_ns.load(Ordering::Relaxed) as f64 / 1e9;
         let [tick, overruns, behind_ns] =
             [&self.tick, &self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
         let behind = if behind_ns > 0 { format!(", {:.1} s behind", behind_ns as f64 * 1e-9) } else { String::new() };
-        format!("{state} at {} s{behind}, tick {tick}, {overruns} overruns", Fixed::<1>(sim_time_s))
+        format!("{state} at {} s{behind}, tick {tick}, {overruns} overruns", Fixed::<1>(show_time_s))
     }
 }
 

@@ -36,11 +36,11 @@ pub(crate) fn check(input: &[u8]) {
 }
 
 fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
-    let before_ns = motion.head().sim_time_ns;
-    let show = ShowPosition { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+    let before_ns = motion.head().show_time_ns;
+    let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
     let (order, _) = follower.steer(now_ns, show);
-    if let Some(sim_time_s) = order.seek_s {
-        motion.request(Request::Seek { sim_time_s }).expect("the time is within the run");
+    if let Some(show_time_s) = order.seek_s {
+        motion.request(Request::Seek { show_time_s }).expect("the time is within the run");
         follower.note_seek(true);
     }
     assert!((Follower::LEAST_TIME_SCALE..=Follower::GREATEST_TIME_SCALE).contains(&order.time_scale));
@@ -49,5 +49,5 @@ fn tick(follower: &mut Follower, motion: &mut Motion, now_ns: u64) {
     motion.advance();
     let head = motion.head();
     assert!((0.0..=LAST_S).contains(&head.travel_m), "{head:?}");
-    assert!(order.seek_s.is_some() || head.sim_time_ns >= before_ns, "{head:?} after {before_ns} ns");
+    assert!(order.seek_s.is_some() || head.show_time_ns >= before_ns, "{head:?} after {before_ns} ns");
 }

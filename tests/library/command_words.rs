@@ -48,7 +48,7 @@ fn an_event_of_a_newer_version_is_worded_too() {
 
 #[test]
 fn a_line_has_the_sender_the_wall_time_and_the_values_of_its_kind() {
-    let command = Command { sender: Sender::Page.to_wire(), pid: 12, ..Request::Seek { sim_time_s: 12.5 }.to_wire() };
+    let command = Command { sender: Sender::Page.to_wire(), pid: 12, ..Request::Seek { show_time_s: 12.5 }.to_wire() };
     let event = CommandEvent::answered(&command, &CommandReply::accepted(7, 41));
     let line = CommandLine::from(&CommandEvent { wall_ns: 1_700_000_000_123_456_789, ..event });
     assert_eq!(line.wall_time, "2023-11-14T22:13:20.123456789Z");

@@ -12,7 +12,7 @@ use rosc::{OscMessage, OscPacket, OscTime, OscType, decoder};
 fn latest(benches: usize, freshness: Freshness) -> LatestFrame {
     let header = FrameHeader {
         tick: (1 << 31) + 7,
-        sim_time_ns: 12_500_000_000,
+        show_time_ns: 12_500_000_000,
         scheduled_ns: 1_000_000_000,
         time_scale: 2.0,
         state: ShowState::Held.to_wire(),

@@ -127,7 +127,7 @@ fn assert_is_of_the_bus(frame: &Value, shots: &[Shot], way: Way) {
     assert_eq!(messages[0][0], way.show_address);
     let show = &messages[0][1];
     let shot = shots.iter().find(|shot| show[3] == shot.header.tick).expect("a frame of the bus");
-    assert_close(&show[0], shot.header.sim_time_s());
+    assert_close(&show[0], shot.header.show_time_s());
     assert_eq!((&show[1], &show[2]), (&"running".into(), &10.0.into()));
     // A frame is stale if a busy machine has delayed the server.
     let is_fresh = show[4] == 1;

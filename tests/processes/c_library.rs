@@ -78,7 +78,7 @@ fn c_and_cpp_read_the_same_values_as_rust() {
     assert_eq!(reader.lost(), 0);
     // For its reader, the first frame has no predecessor.
     let expected: Vec<String> = shots[1..].iter().map(line_of).collect();
-    assert_eq!(shots[shots.len() - 1].header.sim_time_ns, 2_000_000_000, "the whole show");
+    assert_eq!(shots[shots.len() - 1].header.show_time_ns, 2_000_000_000, "the whole show");
     for (file, process) in clients {
         process.end().expect_clean();
         let lines = fs::read_to_string(file).expect("the client has written it");
@@ -132,12 +132,12 @@ fn a_c_client_reads_the_events_of_the_commands_to_a_server() {
 
 /// Returns an event as `command_events.c` prints it.
 fn line_of_event(event: CommandEvent) -> String {
-    let CommandEvent { run_id, number, tick, sim_time_ns, wall_ns, overruns, values, .. } = event;
+    let CommandEvent { run_id, number, tick, show_time_ns, wall_ns, overruns, values, .. } = event;
     let CommandEvent { lowest, highest, kind, sender, pid, refusal, flags, .. } = event;
     let [a, b, c, d, lowest, highest] = [values[0], values[1], values[2], values[3], lowest, highest]
         .map(|value: f64| format!("{:x}", value.to_bits()));
     format!(
-        "{run_id} {number} {tick} {sim_time_ns:x} {wall_ns:x} {overruns} {a} {b} {c} {d} {lowest} {highest} {kind} {sender} {pid} \
+        "{run_id} {number} {tick} {show_time_ns:x} {wall_ns:x} {overruns} {a} {b} {c} {d} {lowest} {highest} {kind} {sender} {pid} \
          {refusal} {flags}"
     )
 }
@@ -306,7 +306,7 @@ fn line_of_alert(alert: &Alert) -> String {
     let words = [
         alert.run_id,
         alert.tick,
-        alert.sim_time_ns as u64,
+        alert.show_time_ns as u64,
         alert.forecast_ns as u64,
         alert.clearance_m.to_bits(),
         x,

@@ -102,7 +102,7 @@ fn assert_stands_unless_running(before: &Shot, after: &Shot) {
     if after.state() != ShowState::Running {
         assert_eq!(next.head_speed_mps, 0.0, "tick {}", next.tick);
         assert!(after.handles.iter().all(|handle| handle.velocity_mps == [0.0; 3]), "tick {}", next.tick);
-        if before.state() == after.state() && last.sim_time_ns == next.sim_time_ns {
+        if before.state() == after.state() && last.show_time_ns == next.show_time_ns {
             assert_eq!(last.head_travel_m, next.head_travel_m, "tick {}", next.tick);
         }
     }
@@ -121,7 +121,7 @@ fn assert_walked(before: &Shot, after: &Shot, speed_mps: f64) {
     let (last, next) = (&before.header, &after.header);
     assert_eq!(after.state(), ShowState::Running);
     let periods = periods_between(before, after);
-    assert_eq!(next.sim_time_ns - last.sim_time_ns, (periods * TICK_NS as f64).round() as i64, "tick {}", next.tick);
+    assert_eq!(next.show_time_ns - last.show_time_ns, (periods * TICK_NS as f64).round() as i64, "tick {}", next.tick);
     // A new speed applies from its release on. During the releases missed before, the head walked at the old speed.
     let earlier_m = (periods - next.time_scale) * last.head_speed_mps / RATE_HZ as f64;
     let expected_m = last.head_travel_m + earlier_m + next.time_scale * speed_mps / RATE_HZ as f64;
@@ -134,7 +134,7 @@ fn assert_stands(before: &Shot, after: &Shot, state: ShowState) {
     assert_eq!(after.state(), state);
     let ran = before.state() == ShowState::Running;
     let periods = if ran { periods(&before.header, &after.header, RATE_HZ as u64) - 1 } else { 0 };
-    assert_eq!(after.header.sim_time_ns, before.header.sim_time_ns + periods as i64 * TICK_NS);
+    assert_eq!(after.header.show_time_ns, before.header.show_time_ns + periods as i64 * TICK_NS);
     let walked_m = after.header.head_travel_m - before.header.head_travel_m;
     assert!((walked_m - periods as f64 / RATE_HZ as f64).abs() < 1e-12, "{walked_m}");
 }
@@ -169,7 +169,7 @@ fn a_hold_applies_from_its_tick_to_the_tick_of_the_release() {
 fn a_server_started_held_walks_from_the_release_on() {
     let mut rehearsal = Rehearsal::start(&["--held", "--start-at", "100"]);
     let [held, released] = rehearsal.accept(&["release"]);
-    assert_eq!((held.state(), held.header.sim_time_ns), (ShowState::Ready, 100_000_000_000));
+    assert_eq!((held.state(), held.header.show_time_ns), (ShowState::Ready, 100_000_000_000));
     assert_walked(&held, &released, 1.0);
     rehearsal.end();
 }
@@ -181,7 +181,7 @@ fn a_server_that_waits_for_its_readers_answers_commands() {
     let reply = stage.run(&["ctl", "--format", "json", "seek", "100"]).expect_clean().last_json();
     assert_eq!(reply, json!({ "accepted": true, "run_id": server.run_id, "tick": 0, "reason": null }));
     let shots = Reader::join(&stage).read_to_tick(0);
-    assert_eq!(shots[0].header.sim_time_ns, 100_000_000_000);
+    assert_eq!(shots[0].header.show_time_ns, 100_000_000_000);
     server.stop();
 }
 
@@ -210,16 +210,19 @@ fn a_new_speed_changes_the_travel_of_its_tick_and_not_the_show_time() {
 fn a_seek_shows_its_target_at_its_tick_and_goes_on_from_there() {
     let mut rehearsal = Rehearsal::start(&[]);
     let [before, at] = rehearsal.accept(&["seek", "300"]);
-    assert!(before.header.sim_time_ns < 300_000_000_000, "{}", before.header.sim_time_ns);
+    assert!(before.header.show_time_ns < 300_000_000_000, "{}", before.header.show_time_ns);
     assert_eq!(
-        (at.state(), at.header.sim_time_ns, at.header.head_travel_m),
+        (at.state(), at.header.show_time_ns, at.header.head_travel_m),
         (ShowState::Running, 300_000_000_000, 300.0)
     );
     let after = rehearsal.next();
     assert_walked(&at, &after, 1.0);
     rehearsal.accept(&["pause"]);
     let [_, at] = rehearsal.accept(&["seek", "12.5"]);
-    assert_eq!((at.state(), at.header.sim_time_ns, at.header.head_travel_m), (ShowState::Paused, 12_500_000_000, 12.5));
+    assert_eq!(
+        (at.state(), at.header.show_time_ns, at.header.head_travel_m),
+        (ShowState::Paused, 12_500_000_000, 12.5)
+    );
     rehearsal.end();
 }
 
@@ -231,9 +234,9 @@ fn values_out_of_range_are_refused_with_the_range() {
         let refusal = rehearsal.refuse_request(Request::Speed { speed_mps });
         assert_eq!(refusal, Refusal::OutOfRange { lowest: 0.0, highest: 10.0 }, "{speed_mps}");
     }
-    for sim_time_s in [432.76, -1.0, f64::NAN, f64::INFINITY] {
-        let refusal = rehearsal.refuse_request(Request::Seek { sim_time_s });
-        assert_eq!(refusal, Refusal::OutOfRange { lowest: 0.0, highest: end_s }, "{sim_time_s}");
+    for show_time_s in [432.76, -1.0, f64::NAN, f64::INFINITY] {
+        let refusal = rehearsal.refuse_request(Request::Seek { show_time_s });
+        assert_eq!(refusal, Refusal::OutOfRange { lowest: 0.0, highest: end_s }, "{show_time_s}");
     }
     assert_eq!(
         rehearsal.refuse(&["seek", "432.76"]),
@@ -297,6 +300,6 @@ fn a_finished_show_refuses_to_resume_and_is_started_again_by_a_seek() {
     assert_eq!(end.head_travel_m, end_m, "the show ends exactly at the end of the run");
     assert_eq!(rehearsal.refuse(&["resume"]), "the show is finished: seek to start it again");
     let [_, at] = rehearsal.accept(&["seek", "0"]);
-    assert_eq!((at.state(), at.header.sim_time_ns), (ShowState::Running, 0));
+    assert_eq!((at.state(), at.header.show_time_ns), (ShowState::Running, 0));
     rehearsal.end();
 }

@@ -24,7 +24,7 @@ fn echo_prints_the_requested_number_of_frames_with_every_value_of_the_bus() {
         let expected = json!({
             "run_id": header.run_id,
             "tick": header.tick,
-            "sim_time_ns": header.sim_time_ns,
+            "sim_time_ns": header.show_time_ns,
             "scheduled_ns": header.scheduled_ns,
             "published_ns": header.published_ns,
             "head_travel_m": header.head_travel_m,

@@ -77,7 +77,7 @@ fn a_run_with_an_end_is_ended_there() {
     let server = stage.serve(&["--rate", "100", "--readers", "1", "--until", "0.5"]);
     let shots = Reader::join(&stage).read_to_end();
     let last = shots.last().expect("frames");
-    assert_eq!((last.state(), last.header.sim_time_ns), (ShowState::Ended, 500_000_000));
+    assert_eq!((last.state(), last.header.show_time_ns), (ShowState::Ended, 500_000_000));
     server.summary();
 }
 

@@ -21,12 +21,12 @@ fn write_runs(path: &Path, runs: &[Vec<i64>]) {
         recorder.describe(run_id, &format!("[dragon]\nbenches = 1\n# run {run_id}\n")).expect("the configuration");
         for (tick, time_ms) in (0..).zip(times_ms) {
             scheduled_ns += 5 * MILLISECOND_NS;
-            let sim_time_ns = time_ms * MILLISECOND_NS as i64;
+            let show_time_ns = time_ms * MILLISECOND_NS as i64;
             let header = FrameHeader {
                 run_id,
                 tick,
                 scheduled_ns,
-                sim_time_ns,
+                show_time_ns,
                 bench_count: 1,
                 time_scale: 0.3,
                 ..Default::default()
@@ -63,7 +63,7 @@ fn an_interval_is_every_frame_of_its_show_times_wherever_it_was_recorded() {
     let (process, started) = replay(&stage, &["a.mcap", "--from", "0.055", "--to", "0.0605", "--readers", "1"]);
     let shots = read_passes(&mut Reader::join(&stage), &[6, 12, 6]);
     let lines = process.end().expect_clean().json_lines();
-    let inside = |frame: &FrameHeader| (55..=60).contains(&(frame.sim_time_ns / MILLISECOND_NS as i64));
+    let inside = |frame: &FrameHeader| (55..=60).contains(&(frame.show_time_ns / MILLISECOND_NS as i64));
     let original = recorded(&stage.path("a.mcap"));
     let wanted: Vec<_> = original.into_iter().filter(|(frame, _)| inside(&frame.header)).collect();
     assert_eq!(hashes_of_shots(&shots.concat()), hashes_of_recorded(&wanted));

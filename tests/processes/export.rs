@@ -26,7 +26,7 @@ fn write_recording(path: &Path, times_ms: impl Iterator<Item = i64>) {
     recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");
     for (tick, time_ms) in (0..).zip(times_ms) {
         let header =
-            FrameHeader { run_id: 7, tick, sim_time_ns: time_ms * 1_000_000, bench_count: 1, ..Default::default() };
+            FrameHeader { run_id: 7, tick, show_time_ns: time_ms * 1_000_000, bench_count: 1, ..Default::default() };
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");

@@ -67,7 +67,7 @@ impl Confined {
 /// Show time of the last frame of a recording in seconds, if it has one.
 fn last_s(path: &Path) -> Option<f64> {
     let frames = FrameReader::open(path).ok()?;
-    frames.map_while(Result::ok).last().map(|frame| frame.header.sim_time_s())
+    frames.map_while(Result::ok).last().map(|frame| frame.header.show_time_s())
 }
 
 /// Writes into a file until its file system is full.

@@ -163,7 +163,7 @@ fn a_reader_needs_no_file_of_heights_and_has_height_pitch_and_vertical_velocity(
     assert!(toml.contains("[[ground.runs]]") && !toml.contains("hill.asc"), "{}", &toml[..200]);
     let shots = Reader::join(&stage).read_to_tick(40);
     let shot = shots.last().expect("a frame");
-    let time_s = format!("{}", shot.header.sim_time_s());
+    let time_s = format!("{}", shot.header.show_time_s());
     fs::write(stage.path("bus.toml"), toml).expect("a configuration");
     let planned = answer(&stage, &["poses", "--config", "bus.toml", "--at", &time_s]);
     let planned = planned["poses"][0]["handles"].as_array().expect("handles");

@@ -74,7 +74,7 @@ fn a_guarded_server_stands_held_until_there_is_a_guard_and_walks_with_it() {
     let server = stage.serve(&["--guarded", "--rate", "100"]);
     let mut reader = Reader::join(&stage);
     let standing = reader.read_to_tick(20);
-    assert!(standing.iter().all(|shot| shot.state() == ShowState::Held && shot.header.sim_time_ns == 0));
+    assert!(standing.iter().all(|shot| shot.state() == ShowState::Held && shot.header.show_time_ns == 0));
     for order in ["release", "resume"] {
         let refused = stage.run(&["ctl", order]);
         let reason = "refused: the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek \

@@ -56,7 +56,7 @@ fn a_late_subscriber_receives_the_status_of_the_run() {
     let later = eventually("a later status has arrived", || {
         reader.poll().expect("the bus is readable").filter(|later| later.tick > status.tick)
     });
-    assert_eq!((later.show_state(), later.sim_time_ns), (Some(ShowState::Ready), 0));
+    assert_eq!((later.show_state(), later.show_time_ns), (Some(ShowState::Ready), 0));
     assert!(later.overruns >= status.overruns && later.lateness_max_ns >= status.lateness_max_ns);
     drop(reader);
     server.stop();

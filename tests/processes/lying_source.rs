@@ -73,7 +73,7 @@ impl LyingSource {
         let header = FrameHeader {
             run_id: RUN_ID,
             tick: self.tick,
-            sim_time_ns: 0,
+            show_time_ns: 0,
             scheduled_ns: now_ns,
             published_ns: now_ns,
             head_travel_m: 0.0,

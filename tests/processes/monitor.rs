@@ -39,7 +39,7 @@ fn line_of(alert: &Alert) -> Value {
     json!({
         "type": "alert",
         "kind": alert.alert_kind().expect("a kind that this version knows").name(),
-        "time_s": alert.sim_time_ns as f64 * 1e-9,
+        "time_s": alert.show_time_ns as f64 * 1e-9,
         "tick": alert.tick,
         "run_id": alert.run_id,
         "benches": pair,

@@ -82,7 +82,7 @@ fn a_show_stops_at_the_contact_and_its_recording_equals_the_simulation() {
     let summary = stage.run(&show).last_json();
     assert!((number(&summary["contact"]["time_s"]) - contact_s).abs() < 1e-9, "{summary}");
     let (recorded, was_cut) = record::read(&stage.path("out/recording.mcap"));
-    assert!(!was_cut && recorded[0].sim_time_ns == 36_000_000_000);
+    assert!(!was_cut && recorded[0].show_time_ns == 36_000_000_000);
     let verify = offline(&stage, &["replay", "--verify", "out/recording.mcap", "--format", "json"]).expect_clean();
     assert_eq!(verify.last_json()["verified"], true);
 }

@@ -48,7 +48,7 @@ fn after_a_contact_a_performance_goes_on() {
     let stage = Stage::new();
     let (show, mut reader) = start(&stage, &["--start-at", "410", "--time-scale", "5"]);
     show.complaint_with("412.473838 s: contact, benches 0 and 8");
-    reader.read_until("the dragon walks on", |header| header.sim_time_s() > 414.0);
+    reader.read_until("the dragon walks on", |header| header.show_time_s() > 414.0);
     drop(reader);
     let summary = stop(&stage, show);
     assert_eq!(summary["contact"]["benches"], json!([0, 8]));
@@ -60,10 +60,10 @@ fn at_the_guards_permanent_stop_a_performance_stands_held_until_a_seek() {
     let (show, mut reader) = start(&stage, &["--guard", "--start-at", "410", "--time-scale", "5"]);
     show.complaint_with("412.454970 s: held by the guard permanently, clearance 0.0005");
     // A guarded show also begins held, until its first grant.
-    reader.read_until("the dragon is at its rest", |header| header.sim_time_s() > 412.45);
+    reader.read_until("the dragon is at its rest", |header| header.show_time_s() > 412.45);
     assert_stands(&show, &mut reader, ShowState::Held);
     stage.run(&["ctl", "seek", "400"]).expect_clean();
-    reader.read_until("the dragon walks from the sought time", |header| (400.1..405.0).contains(&header.sim_time_s()));
+    reader.read_until("the dragon walks from the sought time", |header| (400.1..405.0).contains(&header.show_time_s()));
     drop(reader);
     let summary = stop(&stage, show);
     assert!(summary["guard"]["held_at_s"].as_f64().is_some(), "{summary}");

@@ -231,7 +231,7 @@ fn the_shortest_turn_leaves_room_and_plays_through_under_the_guard() {
     assert_eq!((&summary["contact"], &summary["guard"]), (&Value::Null, &Value::Null), "the head has not stopped");
     let (frames, _) = crate::record::read(&stage.path("out/recording.mcap"));
     let last = frames.last().expect("frames");
-    assert_eq!((last.sim_time_ns, last.head_travel_m), (60_000_000_000, 60.0));
+    assert_eq!((last.show_time_ns, last.head_travel_m), (60_000_000_000, 60.0));
 }
 
 #[test]

@@ -77,11 +77,11 @@ fn show_time_is_counted_in_whole_steps_from_the_start() {
     let (last, walked) = shots.split_last().expect("the frames of a show");
     for shot in walked {
         assert_eq!(shot.state(), ShowState::Running);
-        let sim_time_s = release(&shots[0].header, &shot.header, 7) as f64 * (60.0 / 7.0);
-        assert_eq!(shot.header.sim_time_ns, (sim_time_s * 1e9).round() as i64, "tick {}", shot.header.tick);
-        assert_eq!(shot.header.head_travel_m, sim_time_s);
+        let show_time_s = release(&shots[0].header, &shot.header, 7) as f64 * (60.0 / 7.0);
+        assert_eq!(shot.header.show_time_ns, (show_time_s * 1e9).round() as i64, "tick {}", shot.header.tick);
+        assert_eq!(shot.header.head_travel_m, show_time_s);
     }
-    assert_eq!((last.state(), last.header.sim_time_ns), (ShowState::Ended, 432_000_000_000));
+    assert_eq!((last.state(), last.header.show_time_ns), (ShowState::Ended, 432_000_000_000));
 }
 
 #[test]

@@ -114,7 +114,7 @@ impl Shot {
         [
             header.run_id,
             header.tick,
-            header.sim_time_ns as u64,
+            header.show_time_ns as u64,
             header.scheduled_ns,
             header.published_ns,
             header.head_travel_m.to_bits(),

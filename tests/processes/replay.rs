@@ -42,8 +42,8 @@ pub(crate) fn recorded(path: &Path) -> Vec<(RecordedFrame, String)> {
 /// Returns the hash of the values that a replay keeps: all except run, tick, stamps and time scale.
 fn content_hash(header: &FrameHeader, handles: &[HandleState]) -> u64 {
     let mut hasher = DefaultHasher::new();
-    let FrameHeader { sim_time_ns, head_travel_m, head_speed_mps, bench_count, state, .. } = *header;
-    (sim_time_ns, head_travel_m.to_bits(), head_speed_mps.to_bits()).hash(&mut hasher);
+    let FrameHeader { show_time_ns, head_travel_m, head_speed_mps, bench_count, state, .. } = *header;
+    (show_time_ns, head_travel_m.to_bits(), head_speed_mps.to_bits()).hash(&mut hasher);
     (bench_count, state).hash(&mut hasher);
     let values = handles.iter().flat_map(|handle| [handle.position_m, handle.velocity_mps]).flatten();
     values.for_each(|value| value.to_bits().hash(&mut hasher));
@@ -99,7 +99,7 @@ fn write_recording(path: &Path, run_id: u64, frames: &[(u64, u64)]) {
     recorder.describe(run_id, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 50\n").expect("the configuration");
     for &(tick, scheduled_ns) in frames {
         let header =
-            FrameHeader { run_id, tick, scheduled_ns, sim_time_ns: tick as i64, bench_count: 1, ..Default::default() };
+            FrameHeader { run_id, tick, scheduled_ns, show_time_ns: tick as i64, bench_count: 1, ..Default::default() };
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");
@@ -201,7 +201,7 @@ fn lost_frames_of_a_recording_leave_a_pause_and_no_hole_in_the_ticks() {
     let pass = process.end().expect_clean().json_lines().swap_remove(0);
     assert_whole(&shots, started["run_id"].as_u64().expect("a run has a number"));
     assert_eq!((&pass["frames"], &pass["missing"]), (&json!(70), &json!(20)));
-    let replayed: Vec<i64> = shots.iter().map(|shot| shot.header.sim_time_ns).collect();
+    let replayed: Vec<i64> = shots.iter().map(|shot| shot.header.show_time_ns).collect();
     assert_eq!(replayed, frames.iter().map(|&(tick, _)| tick as i64).collect::<Vec<_>>());
     let header = |&(tick, scheduled_ns): &(u64, u64)| FrameHeader { tick, scheduled_ns, ..Default::default() };
     assert_paced(&shots, &frames.iter().map(header).collect::<Vec<_>>(), 1.0, &pass["overruns"]);

@@ -66,8 +66,9 @@ fn a_replay_publishes_the_recorded_alerts_and_commands_in_step_with_its_frames()
     assert_whole(&shots, run_id);
     let contact = contact.expect("the contact was published before the last frame");
     assert_eq!((contact.run_id, contact.pair()), (run_id, Some([0, 8])));
-    assert!((contact.sim_time_ns as f64 / 1e9 - 412.473_838).abs() < 0.2, "{contact:?}");
-    let at = shots.iter().find(|shot| shot.header.sim_time_ns >= contact.sim_time_ns).expect("a frame of the contact");
+    assert!((contact.show_time_ns as f64 / 1e9 - 412.473_838).abs() < 0.2, "{contact:?}");
+    let at =
+        shots.iter().find(|shot| shot.header.show_time_ns >= contact.show_time_ns).expect("a frame of the contact");
     assert_eq!(contact.tick, at.header.tick, "the alert has the tick of this replay");
 
     let kinds: Vec<_> = seen.iter().filter_map(CommandEvent::event_kind).collect();
@@ -75,7 +76,7 @@ fn a_replay_publishes_the_recorded_alerts_and_commands_in_step_with_its_frames()
     for (number, event) in (0..).zip(&seen) {
         assert_eq!((event.run_id, event.number), (run_id, number));
         let shot = &shots[event.tick as usize];
-        assert!(shot.header.sim_time_ns.abs_diff(event.sim_time_ns) <= 20_000_000, "{event:?} {:?}", shot.header);
+        assert!(shot.header.show_time_ns.abs_diff(event.show_time_ns) <= 20_000_000, "{event:?} {:?}", shot.header);
         assert!(event.wall_ns < recorded_to_ns, "the wall time is the recorded one");
     }
     process.end().expect_clean();
@@ -103,7 +104,7 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     let mut reader = Reader::join(&stage);
     let mut shots = reader.read_to_tick(5);
     assert!(shots.iter().all(|shot| shot.state() == ShowState::Paused && is_standing(shot)), "{:?}", shots[0].header);
-    assert!(shots.iter().all(|shot| shot.header.sim_time_ns == shots[0].header.sim_time_ns), "the picture stands");
+    assert!(shots.iter().all(|shot| shot.header.show_time_ns == shots[0].header.show_time_ns), "the picture stands");
     let begin = await_position(&positions, "the replay is paused at its begin", |status| status.paused == 1);
     assert_eq!((begin.position_ns, begin.pace, begin.at_end), (0, 1.0, 0));
     assert_eq!(started["run_id"], begin.run_id);
@@ -116,8 +117,8 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     ctl(&stage, &["seek", &middle_s.to_string()]);
     let middle = await_position(&positions, "the replay is in the middle", |status| status.position_ns > 0);
     assert!((middle.position_ns as f64 / 1e9 - middle_s).abs() < 0.1 && middle.paused == 1, "{middle:?}");
-    let sought = reader.read_until("the picture is another one", |header| header.sim_time_s() > 411.1);
-    let there_s = sought.last().expect("a frame").header.sim_time_s();
+    let sought = reader.read_until("the picture is another one", |header| header.show_time_s() > 411.1);
+    let there_s = sought.last().expect("a frame").header.show_time_s();
     shots.extend(sought);
     assert!(is_standing(shots.last().expect("a frame")));
 
@@ -127,7 +128,7 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     shots.extend(reader.read_until("the replay runs", |header| header.show_state() == Some(ShowState::Running)));
     let walking = shots.last().expect("a frame");
     assert!((walking.header.time_scale - 0.5).abs() < 0.051 && !is_standing(walking), "{:?}", walking.header);
-    assert!(walking.header.sim_time_s() >= there_s, "it goes on where it was sought");
+    assert!(walking.header.show_time_s() >= there_s, "it goes on where it was sought");
 
     ctl(&stage, &["pace", "2"]);
     shots.extend(reader.read_until("the replay stands at the end", |header| {
@@ -138,7 +139,7 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     ctl(&stage, &["pace", "1"]);
     ctl(&stage, &["seek", "0"]);
     shots.extend(reader.read_until("the replay begins again", |header| {
-        header.sim_time_s() < 411.5 && header.show_state() != Some(ShowState::Finished)
+        header.show_time_s() < 411.5 && header.show_state() != Some(ShowState::Finished)
     }));
     ctl(&stage, &["seek", "1e9"]);
     await_position(&positions, "a position beyond the end is the end", |status| status.at_end == 1);
@@ -167,12 +168,12 @@ fn a_seek_into_another_recorded_run_begins_another_pass() {
     let (mut process, first) = replay(&stage, &["a.mcap", "--paused", "--stay", "--readers", "1"]);
     let positions = ReplayStatusReader::open(stage.domain(), "test").expect("the replay has created the services");
     let mut reader = Reader::join(&stage);
-    assert!((reader.next().header.sim_time_s() - 100.0).abs() < 0.5);
+    assert!((reader.next().header.show_time_s() - 100.0).abs() < 0.5);
     let begin = await_position(&positions, "the replay is paused", |status| status.paused == 1);
     ctl(&stage, &["seek", &(begin.length_ns as f64 / 1e9 - 0.2).to_string()]);
     let second = next_start(&mut process);
     assert_ne!((&second["run_id"], &second["recorded_run_id"]), (&first["run_id"], &first["recorded_run_id"]));
-    let shots = reader.read_until("the second run is shown", |header| header.sim_time_s() > 200.0);
+    let shots = reader.read_until("the second run is shown", |header| header.show_time_s() > 200.0);
     assert_eq!(
         (shots.last().expect("a frame").header.run_id, shots.last().map(Shot::state)),
         (second["run_id"].as_u64().expect("a run"), Some(ShowState::Paused))
@@ -209,7 +210,7 @@ fn a_sought_run_is_shown_at_once_however_far_it_is() {
             let shots = reader.read_until("the sought run is shown", |header| {
                 started["run_id"] == header.run_id && header.show_state() == Some(state)
             });
-            assert!(is_there(shots.last().expect("a frame").header.sim_time_s()), "{position}");
+            assert!(is_there(shots.last().expect("a frame").header.show_time_s()), "{position}");
         }
     }
     ctl(&stage, &["seek", &in_second]);

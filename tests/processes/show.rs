@@ -121,7 +121,7 @@ fn a_show_plays_to_its_first_contact_and_reports_it() {
 
     let (frames, _) = record::read(&stage.path("out/recording.mcap"));
     assert_eq!(summary["run_id"], frames[0].run_id);
-    assert_eq!((frames[0].tick, frames[0].sim_time_ns), (0, 405_000_000_000), "the first tick reaches the recorder");
+    assert_eq!((frames[0].tick, frames[0].show_time_ns), (0, 405_000_000_000), "the first tick reaches the recorder");
     assert!(frames.iter().enumerate().all(|(tick, header)| header.tick == tick as u64));
 }
 
@@ -272,7 +272,7 @@ fn a_killed_server_is_restarted_and_the_dragon_is_held_where_it_was() {
     assert_stand_held(&held);
     let stood = &held[0].header;
     assert_eq!((first_step.state(), first_step.header.tick), (ShowState::Running, tick));
-    assert_eq!(first_step.header.sim_time_ns - stood.sim_time_ns, 20_000_000);
+    assert_eq!(first_step.header.show_time_ns - stood.show_time_ns, 20_000_000);
     assert!((first_step.header.head_travel_m - stood.head_travel_m - 0.02).abs() < 1e-9, "{first_step:?}");
 
     drop(reader);
@@ -296,7 +296,7 @@ fn assert_stand_held(shots: &[Shot]) {
     let stood = &shots[0];
     for shot in shots {
         assert_eq!((shot.state(), shot.header.head_travel_m), (ShowState::Held, stood.header.head_travel_m));
-        assert_eq!((shot.header.sim_time_ns, shot.header.head_speed_mps), (stood.header.sim_time_ns, 0.0));
+        assert_eq!((shot.header.show_time_ns, shot.header.head_speed_mps), (stood.header.show_time_ns, 0.0));
         assert_eq!(shot.handles, stood.handles);
     }
 }

@@ -21,7 +21,7 @@ fn a_signal_ends_a_server_with_its_summary() {
         shots.extend(reader.read_unread());
         assert_whole(&shots, run_id);
         let last = shots.last().expect("some frames").header;
-        let expected = json!([run_id, last.tick + 1, last.sim_time_s()]);
+        let expected = json!([run_id, last.tick + 1, last.show_time_s()]);
         assert_eq!(json!([summary["run_id"], summary["frames"], summary["sim_time_s"]]), expected, "{signal:?}");
     }
 }

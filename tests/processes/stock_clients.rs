@@ -1,9 +1,6 @@
-//! `docs/reference/stock-iceoryx2.md`: its program reads a show to its end, and its tables are those of the bus.
+//! `docs/reference/stock-iceoryx2.md`: its program reads a show to its end, and its tables of services and limits are those of the bus.
 
-use std::any::type_name;
-use std::collections::BTreeMap;
 use std::fs;
-use std::mem::offset_of;
 use std::path::Path;
 
 use bench_dragon_ipc::service::{
@@ -39,55 +36,8 @@ fn rows<'a>(page: &'a str, heading: &str) -> Vec<Vec<&'a str>> {
     rows.map(|row| row.split('|').map(str::trim).collect()).collect()
 }
 
-/// Byte, type and name of each field.
-type Fields = Vec<(usize, String, &'static str)>;
-
-/// Returns the name of a field's type, without its path.
-fn type_of<T, F>(_: fn(&T) -> &F) -> String {
-    type_name::<F>().rsplit("::").next().expect("a type has a name").to_owned()
-}
-
 fn detail<T: ZeroCopySend>() -> TypeDetail {
     TypeDetail::new::<T>(TypeVariant::FixedSize)
-}
-
-/// Returns the fields of a type. A missing field is an error of the compiler.
-macro_rules! fields {
-    ($type:ident: $($field:ident)*) => {{
-        let _ = |value: $type| { let $type { $($field: _),* } = value; };
-        let fields: Fields =
-            vec![$((offset_of!($type, $field), type_of(|value: &$type| &value.$field), stringify!($field))),*];
-        (detail::<$type>(), fields)
-    }};
-}
-
-fn layouts() -> BTreeMap<&'static str, (TypeDetail, Fields)> {
-    BTreeMap::from([
-        (
-            "FrameHeader",
-            fields!(FrameHeader: run_id tick sim_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale
-                bench_count state),
-        ),
-        ("HandleState", fields!(HandleState: position_m velocity_mps)),
-        (
-            "Status",
-            fields!(Status: run_id tick sim_time_ns overruns behind_ns most_behind_ns lateness_p50_ns lateness_p99_ns
-                lateness_p999_ns lateness_max_ns tick_p50_ns tick_p99_ns tick_p999_ns tick_max_ns granted_to_m asked_m
-                guard_end_m rate_hz state pid source guard timecode timecode_kind stops lateness tick_time),
-        ),
-        (
-            "Alert",
-            fields!(Alert: run_id tick sim_time_ns forecast_ns clearance_m point_m kind bench_a bench_b reserved),
-        ),
-        ("Command", fields!(Command: kind sender run_id values pid flags)),
-        ("CommandReply", fields!(CommandReply: run_id tick lowest highest refusal reserved)),
-        ("ReaderReport", fields!(ReaderReport: run_id frames lost bytes_written room_s sent_ns reader pid ended name)),
-        (
-            "CommandEvent",
-            fields!(CommandEvent: run_id number tick sim_time_ns wall_ns overruns values lowest highest kind sender pid
-                refusal flags reserved),
-        ),
-    ])
 }
 
 #[test]
@@ -137,19 +87,6 @@ fn the_page_shows_the_program() {
     assert_eq!(program.lines().filter(|line| !line.is_empty()).count(), 37, "the page states its length");
     let ours = program.lines().filter(|line| line.contains("import") && line.contains("bench_dragon"));
     assert_eq!(ours.count(), 0, "the program needs nothing of ours");
-}
-
-#[test]
-fn the_page_has_every_layout_of_the_bus() {
-    let page = page();
-    for (name, (detail, fields)) in layouts() {
-        let rows = rows(&page, &format!("### {name}"));
-        let on_page: Vec<String> = rows[2..].iter().map(|row| row[..3].join(" ")).collect();
-        let on_bus: Vec<String> = fields.iter().map(|(byte, kind, field)| format!("{byte} {kind} `{field}`")).collect();
-        assert_eq!(on_page, on_bus, "{name}");
-        let opening = format!("### {name}\n\n{} bytes, `{}`", detail.size(), detail.type_name());
-        assert!(page.contains(&opening), "the page has {opening:?}");
-    }
 }
 
 #[test]

@@ -42,7 +42,7 @@ fn assert_no_burst(shots: &[Shot], summary: &Value) {
 
 /// Returns the delay of a frame behind the clock in nanoseconds, for a show that starts at 0.
 fn behind_ns(first: &FrameHeader, header: &FrameHeader) -> i64 {
-    (header.scheduled_ns - first.scheduled_ns) as i64 - header.sim_time_ns
+    (header.scheduled_ns - first.scheduled_ns) as i64 - header.show_time_ns
 }
 
 #[test]
@@ -67,10 +67,10 @@ fn after_short_suspensions_every_frame_shows_where_the_dragon_should_be() {
     let (last, walked) = shots.split_last().expect("the frames of a show");
     for shot in walked {
         assert_eq!(behind_ns(&shots[0].header, &shot.header), 0, "tick {}", shot.header.tick);
-        assert!((shot.header.head_travel_m - shot.header.sim_time_s()).abs() < 1e-12, "tick {}", shot.header.tick);
+        assert!((shot.header.head_travel_m - shot.header.show_time_s()).abs() < 1e-12, "tick {}", shot.header.tick);
         assert_eq!(shot.header.time_scale, 1.0);
     }
-    assert_eq!(last.header.sim_time_ns, 10_000_000_000, "the show ends exactly at its end");
+    assert_eq!(last.header.show_time_ns, 10_000_000_000, "the show ends exactly at its end");
     let jumps = shots.windows(2).filter(|pair| missed(&pair[0].header, &pair[1].header, RATE_HZ) >= 8).count();
     assert!(jumps >= 5, "five suspensions, {jumps} jumps");
     assert_eq!((&summary["behind_s"], &summary["most_behind_s"]), (&Value::from(0.0), &Value::from(0.0)));
@@ -108,7 +108,7 @@ fn after_a_long_suspension_the_server_catches_up_at_a_tenth_more() {
         let periods = if missed > MOST_JUMPED { 1.0 } else { (missed + 1) as f64 };
         let step_ns = after.time_scale * periods * PERIOD_NS as f64;
         assert!((1.0..=1.1).contains(&after.time_scale), "{after:?}");
-        assert!(((after.sim_time_ns - before.sim_time_ns) as f64 - step_ns).abs() < 2.0, "{before:?} {after:?}");
+        assert!(((after.show_time_ns - before.show_time_ns) as f64 - step_ns).abs() < 2.0, "{before:?} {after:?}");
     }
     assert!(shots.iter().all(|shot| shot.header.run_id == run_id));
     assert!(shots.windows(2).all(|pair| pair[1].header.tick == pair[0].header.tick + 1), "ticks have no hole");

@@ -54,7 +54,7 @@ impl Clock {
     /// Whether a frame's show time equals the clock's position when the frame was due, to within a timecode frame.
     fn agrees(self, header: &FrameHeader, offset_s: f64) -> bool {
         let elapsed_s = header.scheduled_ns.saturating_sub(self.epoch_ns) as f64 * 1e-9;
-        (header.sim_time_s() - self.position_s - elapsed_s - offset_s).abs() < FRAME_S
+        (header.show_time_s() - self.position_s - elapsed_s - offset_s).abs() < FRAME_S
     }
 }
 
@@ -96,7 +96,7 @@ fn count_seeks(shots: &[Shot]) -> usize {
     let runs = |shot: &Shot| shot.state() == ShowState::Running;
     let neighbours = shots.windows(2).filter(|pair| pair[1].header.tick == pair[0].header.tick + 1 && runs(&pair[1]));
     let is_seek = |pair: &&[Shot]| {
-        let step_ns = pair[1].header.sim_time_ns - pair[0].header.sim_time_ns;
+        let step_ns = pair[1].header.show_time_ns - pair[0].header.show_time_ns;
         let time_scale = pair[1].header.time_scale;
         assert!((0.9..=1.1).contains(&time_scale), "{time_scale}");
         // During missed releases, the show advanced at the previous time scale.
@@ -108,10 +108,10 @@ fn count_seeks(shots: &[Shot]) -> usize {
     // Each other step must be a rest or a jump.
     seeks
         .inspect(|pair| {
-            let step_s = (pair[1].header.sim_time_ns - pair[0].header.sim_time_ns) as f64 * 1e-9;
+            let step_s = (pair[1].header.show_time_ns - pair[0].header.show_time_ns) as f64 * 1e-9;
             assert!(step_s == 0.0 || step_s.abs() > 0.45, "{step_s} s at {}", pair[1].header.tick);
         })
-        .filter(|pair| pair[1].header.sim_time_ns != pair[0].header.sim_time_ns)
+        .filter(|pair| pair[1].header.show_time_ns != pair[0].header.show_time_ns)
         .count()
 }
 
@@ -122,24 +122,24 @@ fn a_show_waits_for_art_net_timecode_and_follows_it() {
     let (mut server, listen) = serve(&stage, "artnet:127.0.0.1:0", &["--timecode-timeout", "5"]);
     let mut reader = Reader::join(&stage);
     let standing = reader.next();
-    assert_eq!((standing.state(), standing.header.sim_time_ns), (ShowState::Paused, 0));
+    assert_eq!((standing.state(), standing.header.show_time_ns), (ShowState::Paused, 0));
     let mut desk = Desk::start(&["artnet", &listen]);
 
     let clock = desk.order("play 60");
     let mut shots = read_following(&mut reader, clock, 0.0);
-    assert!(shots.iter().all(|shot| shot.header.sim_time_ns == 0 || shot.header.sim_time_s() >= 59.95));
+    assert!(shots.iter().all(|shot| shot.header.show_time_ns == 0 || shot.header.show_time_s() >= 59.95));
     let line = event(&mut server.process, "follows");
     assert!(line["position_s"].as_f64() >= Some(60.0), "{line}");
 
     let clock = desk.order("play 120");
     shots.extend(read_following(&mut reader, clock, 0.0));
-    assert!(shots.last().expect("frames").header.sim_time_s() >= 120.0);
+    assert!(shots.last().expect("frames").header.show_time_s() >= 120.0);
 
     desk.order("silence");
     let line = event(&mut server.process, "lost");
     let lost_s = line["time_s"].as_f64().expect("a time");
     let free = reader.read_until("the show continues without timecode for half a second", |header| {
-        header.sim_time_s() > lost_s + 0.5
+        header.show_time_s() > lost_s + 0.5
     });
     let last = free.last().expect("frames");
     assert_eq!((last.state(), last.header.time_scale), (ShowState::Running, 1.0), "the show continues by itself");
@@ -196,7 +196,7 @@ fn a_show_ends_where_it_has_walked_and_not_where_its_timecode_jumps() {
     let mut desk = Desk::start(&["osc", &listen]);
     desk.order("play 500");
     let beyond = reader.read_until("the show is at its end", |header| header.show_state() == Some(ShowState::Finished));
-    assert_eq!(beyond.last().expect("frames").header.sim_time_s(), 100.0);
+    assert_eq!(beyond.last().expect("frames").header.show_time_s(), 100.0);
     reader.read_to_tick(beyond.last().expect("frames").header.tick + 10);
     let clock = desk.order("play 60");
     read_following(&mut reader, clock, 0.0);
@@ -247,10 +247,10 @@ fn an_operators_pause_overrides_the_timecode() {
     read_following(&mut reader, clock, 0.0);
     stage.run(&["ctl", "pause"]).expect_clean();
     let paused = reader.read_until("the show is paused", |header| header.show_state() == Some(ShowState::Paused));
-    let paused_ns = paused.last().expect("frames").header.sim_time_ns;
+    let paused_ns = paused.last().expect("frames").header.show_time_ns;
     let clock = desk.order("play 200");
     let last_tick = paused.last().expect("frames").header.tick + 50;
-    assert!(reader.read_to_tick(last_tick).iter().all(|shot| shot.header.sim_time_ns == paused_ns));
+    assert!(reader.read_to_tick(last_tick).iter().all(|shot| shot.header.show_time_ns == paused_ns));
     stage.run(&["ctl", "resume"]).expect_clean();
     read_following(&mut reader, clock, 0.0);
     server.process.terminate().expect_clean();
@@ -264,7 +264,7 @@ fn a_guarded_show_seeks_to_the_timecode_after_its_guards_proof() {
     let mut desk = Desk::start(&["osc", &listen]);
     let clock = desk.order("play 100");
     let unproved = reader.read_to_tick(60);
-    assert!(unproved.iter().all(|shot| shot.header.sim_time_ns == 0), "no guard has proved the travel");
+    assert!(unproved.iter().all(|shot| shot.header.show_time_ns == 0), "no guard has proved the travel");
     let monitor = stage.start(&["monitor", "--guard", "--format", "json"]);
     read_following(&mut reader, clock, 0.0);
     server.process.terminate().expect_clean();
@@ -298,7 +298,7 @@ fn a_show_that_follows_timecode_continues_after_a_contact_until_it_is_stopped() 
     reader.next();
     let mut desk = Desk::start(&["osc", &listens(&mut show)]);
     desk.order("play 408");
-    reader.read_until("show time is past 414 s", |header| header.sim_time_s() > 414.0);
+    reader.read_until("show time is past 414 s", |header| header.show_time_s() > 414.0);
     let clock = desk.order("play 200");
     read_following(&mut reader, clock, 0.0);
     stage.run(&["ctl", "stop"]).expect_clean();

@@ -37,13 +37,13 @@ fn a_show_plays_the_turnaround_from_its_start_to_its_end() {
     assert!(!was_cut);
     assert!(recorded.iter().enumerate().all(|(tick, header)| header.tick == tick as u64));
     let planned_s = |header: &FrameHeader| (release(&recorded[0], header, RATE_HZ) as i64 - 100).min(100);
-    let is_planned = |header: &&FrameHeader| header.sim_time_ns == planned_s(header) * 1_000_000_000;
+    let is_planned = |header: &&FrameHeader| header.show_time_ns == planned_s(header) * 1_000_000_000;
     assert_eq!(
         recorded.iter().find(|header| !is_planned(header)),
         None,
         "one second per release, and the last frame at the end"
     );
-    assert!(recorded.last().is_some_and(|header| header.sim_time_ns == 100_000_000_000));
+    assert!(recorded.last().is_some_and(|header| header.show_time_ns == 100_000_000_000));
 }
 
 #[test]

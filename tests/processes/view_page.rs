@@ -75,12 +75,12 @@ fn every_control_works_by_button_and_by_key() {
     let proposed_s = page.json()["time_s"].as_f64().expect("a time");
     let before = reader.read_unread();
     assert!(
-        before.iter().all(|shot| (shot.header.sim_time_s() - proposed_s).abs() > 0.5),
+        before.iter().all(|shot| (shot.header.show_time_s() - proposed_s).abs() > 0.5),
         "a proposed time is not sought"
     );
     let sought_s = page.json()["time_s"].as_f64().expect("a time");
     reader.read_until("the show is where the page sought", |header| {
-        (sought_s..sought_s + 60.0).contains(&header.sim_time_s())
+        (sought_s..sought_s + 60.0).contains(&header.show_time_s())
     });
     let speed_mps = page.json()["head_speed_mps"].as_f64().expect("a speed");
     reader.read_until("the head has the speed of the page", |header| (header.head_speed_mps - speed_mps).abs() < 1e-6);

@@ -104,7 +104,7 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
         .pop()
         .expect("a frame");
     let text = terminal.until("the pause", |text| text.contains("PAUSED"));
-    let time = format!("t {:.3} s", paused.header.sim_time_s());
+    let time = format!("t {:.3} s", paused.header.show_time_s());
     for told in nearest_of(&paused).iter().chain([&time]) {
         assert!(text.contains(told), "{told} is missing in\n{text}");
     }

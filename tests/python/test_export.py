@@ -31,7 +31,7 @@ def sampled():
     """Returns the first frame of each run, and the first frame of each half second of show time."""
     last, chosen = None, []
     for frame in FRAMES:
-        step = (frame.run_id, frame.sim_time_ns // EVERY_NS)
+        step = (frame.run_id, frame.show_time_ns // EVERY_NS)
         if step != last:
             chosen.append(frame)
         last = step
@@ -48,7 +48,7 @@ def when(row):
 
 
 def expected_when(frame):
-    return frame.run_id, frame.tick, frame.sim_time_ns / 1e9
+    return frame.run_id, frame.tick, frame.show_time_ns / 1e9
 
 
 def walls(topic):
@@ -152,7 +152,7 @@ def test_a_workbook_has_a_column_for_each_frame():
     runs = list(dict.fromkeys(frame.run_id for frame in sampled()))
     for title, column, frame in zip(titles, positions, sampled(), strict=True):
         run = runs.index(frame.run_id) + 1
-        assert title.startswith("run 2, " if run == 2 else f"{frame.sim_time_ns / 1e9:g}")
+        assert title.startswith("run 2, " if run == 2 else f"{frame.show_time_ns / 1e9:g}")
         expected = [value for handle in frame.handles for value in handle.position_m[:2]]
         assert [value for value in column if value is not None] == expected
     _, speeds = columns(book, "speeds")

@@ -133,7 +133,7 @@ def test_both_forms_of_a_frame_have_the_same_values(view):
         while binary.state != 1:
             binary, _ = next_frame(stream)
         as_json = json.loads(view.request("/frame")[1])
-        assert (as_json["state"], as_json["time_s"]) == ("paused", binary.sim_time_s)
+        assert (as_json["state"], as_json["time_s"]) == ("paused", binary.show_time_s)
         assert (as_json["nearest"]["clearance_m"], *as_json["nearest"]["benches"]) == (binary.clearance_m, *binary.pair)
         for (x, y, _), speed, handle in zip(as_json["positions_m"], as_json["speeds_mps"], binary.handles, strict=True):
             assert (x, y, speed) == pytest.approx(handle, rel=1e-6, abs=2e-6)

@@ -34,7 +34,7 @@ def test_every_frame_that_was_received_is_recorded_bit_for_bit():
 
 def test_the_contact_is_among_the_alerts():
     [contact] = [alert for alert in decoded("/dragon/alerts") if alert.kind == 1]
-    assert contact.sim_time_ns == pytest.approx(412_473_838_000, abs=1_000)
+    assert contact.show_time_ns == pytest.approx(412_473_838_000, abs=1_000)
     assert (contact.bench_a, contact.bench_b, contact.clearance_m) == (0, 8, 0.0)
 
 

@@ -37,7 +37,7 @@ def wire_bytes(frame):
     header = HEADER.pack(
         frame.run_id,
         frame.tick,
-        frame.sim_time_ns,
+        frame.show_time_ns,
         frame.scheduled_ns,
         frame.published_ns,
         frame.head_travel_m,
@@ -86,7 +86,7 @@ def test_the_streaming_reader_finds_every_bit_of_every_frame():
 
 def test_the_fields_of_a_frame_have_the_names_of_the_bus():
     _, frame = decoded("show.mcap", "/dragon/frames")[0]
-    names = "run_id tick sim_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale bench_count state"
+    names = "run_id tick show_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale bench_count state"
     assert [field for field in type(frame).__slots__] == names.split() + ["handles"]
 
 
@@ -156,7 +156,7 @@ def test_an_alert_keeps_every_field():
     [(message, alert)] = decoded("show.mcap", "/dragon/alerts")
     assert message.log_time == 6_000_000_000_000 + OFFSET_NS
     assert (alert.run_id, alert.tick) == (0x1FFFFF00000001, FRAMES - 1)
-    assert (alert.sim_time_ns, alert.forecast_ns) == (-7, -(2**63))
+    assert (alert.show_time_ns, alert.forecast_ns) == (-7, -(2**63))
     assert struct.pack("<3d", alert.clearance_m, *alert.point_m) == struct.pack("<3d", -1 / 3, 0.1, -0.0)
     assert (alert.kind, alert.bench_a, alert.bench_b, alert.reserved) == (1, 0, 8, 0)
 

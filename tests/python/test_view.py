@@ -57,7 +57,7 @@ def test_a_page_gets_the_run_and_the_frames_of_the_bus(view):
             frame, more = next_frame(stream)
             told += more
     assert (frame.benches, frame.state) == (223, ShowState.PAUSED)
-    assert frame.sim_time_s == pytest.approx(on_bus.sim_time_s, abs=1e-9)
+    assert frame.show_time_s == pytest.approx(on_bus.show_time_s, abs=1e-9)
     assert numpy.array_equal(numpy.float32(positions_m[:, :2]), numpy.float32([handle[:2] for handle in frame.handles]))
     assert all(speed == 0 for _, _, speed in frame.handles)
     run = next(message for message in told if message["type"] == "run")

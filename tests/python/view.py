@@ -62,18 +62,18 @@ class Frame:
     benches: int
     state: int
     tick: int
-    sim_time_s: float
+    show_time_s: float
     clearance_m: float
     pair: tuple
     handles: list
 
     @classmethod
     def of(cls, message):
-        kind, sequence, benches, state, _, tick, sim_time_s, _, _, _, clearance_m, a, b, _, _, _ = HEADER.unpack_from(message)
+        kind, sequence, benches, state, _, tick, show_time_s, _, _, _, clearance_m, a, b, _, _, _ = HEADER.unpack_from(message)
         assert kind == 1
         handles = list(struct.iter_unpack("<3f", message[HEADER.size :]))
         assert len(handles) == benches + 1
-        return cls(sequence, benches, state, int(tick), sim_time_s, clearance_m, (a, b), handles)
+        return cls(sequence, benches, state, int(tick), show_time_s, clearance_m, (a, b), handles)
 
 
 def next_frame(stream, acknowledge=True):

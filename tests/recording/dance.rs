@@ -36,7 +36,7 @@ pub(crate) fn frame(tick: u64, benches: u32) -> Frame {
     let header = FrameHeader {
         run_id: RUN_ID,
         tick,
-        sim_time_ns: (tick * 1_000_000_000 / RATE_HZ).cast_signed() - 100_000_000_000,
+        show_time_ns: (tick * 1_000_000_000 / RATE_HZ).cast_signed() - 100_000_000_000,
         scheduled_ns,
         published_ns: scheduled_ns + 20_000 + tick % 7_001,
         head_travel_m: travel_m,
@@ -58,7 +58,7 @@ pub(crate) fn alert(tick: u64) -> Alert {
     Alert {
         run_id: RUN_ID,
         tick,
-        sim_time_ns: -7,
+        show_time_ns: -7,
         forecast_ns: Alert::NO_FORECAST,
         clearance_m: -1.0 / 3.0,
         point_m: [0.1, -0.0],

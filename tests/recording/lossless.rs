@@ -23,7 +23,7 @@ fn nan_infinity_and_negative_zero_keep_their_bits() {
     let odd = f64::from_bits(0x7ff8_dead_beef_0001);
     let header = FrameHeader {
         run_id: u64::MAX,
-        sim_time_ns: i64::MIN,
+        show_time_ns: i64::MIN,
         head_travel_m: odd,
         bench_count: 2,
         ..Default::default()

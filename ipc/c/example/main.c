@@ -8,8 +8,8 @@
 
 static void print(const bd_frame_t *frame) {
   const double *position_m = bd_frame_handles(frame, NULL)->position_m;
-  const double sim_time_s = (double)bd_frame_header(frame)->sim_time_ns / 1e9;
-  printf("%.3f s: head's front hinge at %.3f, %.3f\n", sim_time_s, position_m[0], position_m[1]);
+  const double show_time_s = (double)bd_frame_header(frame)->show_time_ns / 1e9;
+  printf("%.3f s: head's front hinge at %.3f, %.3f\n", show_time_s, position_m[0], position_m[1]);
 }
 
 int main(int argc, char **argv) {

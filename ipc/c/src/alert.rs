@@ -12,6 +12,8 @@ use crate::show::{bd_show_t, opened};
 /// Value of `bench_a` and `bench_b` in an alert without benches, and of `bench_b` in an alert about one bench.
 pub const BD_NO_BENCH: u32 = 0xFFFF_FFFF;
 
+const _: () = assert!(BD_NO_BENCH == Alert::NO_BENCH);
+
 /// One alert: an event that a monitor detected. 72 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +23,7 @@ pub struct bd_alert_t {
     /// First tick at which the event held.
     pub tick: u64,
     /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds; `INT64_MIN` where none lies ahead, or none is known yet.
     pub forecast_ns: i64,
     /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
@@ -41,28 +43,8 @@ pub struct bd_alert_t {
 
 same_layout!(
     bd_alert_t,
-    Alert { run_id, tick, sim_time_ns, forecast_ns, clearance_m, point_m, kind, bench_a, bench_b, reserved }
+    Alert { run_id, tick, show_time_ns, forecast_ns, clearance_m, point_m, kind, bench_a, bench_b, reserved }
 );
-
-/// Kind of an alert.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_alert_kind_t {
-    /// Two benches came nearer than the configured `near_m`.
-    BD_ALERT_NEAR = 0,
-    /// Two benches touched.
-    BD_ALERT_CONTACT = 1,
-    /// Two benches that had touched are apart again.
-    BD_ALERT_PARTED = 2,
-    /// The show is held.
-    BD_ALERT_HELD = 3,
-    /// The frames do not agree with the published description.
-    BD_ALERT_FAULT = 4,
-    /// The source of the frames was restarted.
-    BD_ALERT_RESTARTED = 5,
-    /// A board left the outline of the stage, while the bench before it is inside.
-    BD_ALERT_OUTSIDE = 6,
-}
 
 /// Returns the oldest unread alert in `alert`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A signal
 /// ends the wait early.
@@ -92,7 +74,7 @@ impl From<&Alert> for bd_alert_t {
         Self {
             run_id: alert.run_id,
             tick: alert.tick,
-            sim_time_ns: alert.sim_time_ns,
+            show_time_ns: alert.show_time_ns,
             forecast_ns: alert.forecast_ns,
             clearance_m: alert.clearance_m,
             point_m: alert.point_m,

@@ -3,31 +3,11 @@
 use core::mem::MaybeUninit;
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, CommandReply, Request};
+use bench_dragon_ipc::{BusError, Command, CommandReply, EventKind, Request};
 
 use crate::layout::same_layout;
 use crate::result::{Failure, answer, bd_result_t};
 use crate::show::{bd_show_t, opened};
-
-/// Kind of a command to the server.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_command_t {
-    /// Stop walking until `BD_COMMAND_RESUME`.
-    BD_COMMAND_PAUSE = 0,
-    /// Walk on after `BD_COMMAND_PAUSE`.
-    BD_COMMAND_RESUME = 1,
-    /// Walk with a head speed of `value` metres per show second, 0 to 10.
-    BD_COMMAND_SPEED = 2,
-    /// Seek to the show time of `value` seconds.
-    BD_COMMAND_SEEK = 3,
-    /// Stop for safety. Only `BD_COMMAND_RELEASE` lifts the hold.
-    BD_COMMAND_HOLD = 4,
-    /// Lift a hold.
-    BD_COMMAND_RELEASE = 5,
-    /// End the server. The head comes to rest first, and the last frame has the state `BD_ENDED`.
-    BD_COMMAND_STOP = 6,
-}
 
 /// The server's reply to a command. 40 bytes.
 #[repr(C)]
@@ -48,45 +28,6 @@ pub struct bd_reply_t {
 }
 
 same_layout!(bd_reply_t, CommandReply { run_id, tick, lowest, highest, refusal, reserved });
-
-/// Reason for which a server refuses a command. Later versions may add reasons.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_refusal_t {
-    /// The command was accepted.
-    BD_ACCEPTED = 0,
-    /// The server does not support this kind of command.
-    BD_REFUSED_UNKNOWN = 1,
-    /// The value is outside the range from `lowest` to `highest`, or NaN.
-    BD_REFUSED_OUT_OF_RANGE = 2,
-    /// The show is held. Only `BD_COMMAND_RELEASE` lifts the hold.
-    BD_REFUSED_HELD = 3,
-    /// There is no hold to release.
-    BD_REFUSED_NOT_HELD = 4,
-    /// The show is finished. A seek starts it again.
-    BD_REFUSED_FINISHED = 5,
-    /// The server accepts no grants, because it is not guarded.
-    BD_REFUSED_NOT_GUARDED = 6,
-    /// The guard has not yet proved that the benches are apart at the sought show time. Send the same seek again a little
-    /// later.
-    BD_REFUSED_NOT_PROVED = 7,
-    /// The grant is for another run.
-    BD_REFUSED_OTHER_RUN = 8,
-    /// The guard holds the dragon. It walks on with the next grant; where the proven travel has ended, only a seek moves it.
-    BD_REFUSED_HELD_BY_GUARD = 9,
-    /// The source replays a recording, which commands cannot change.
-    BD_REFUSED_REPLAYED = 10,
-    /// The source is on another host, which does not answer.
-    BD_REFUSED_UNREACHABLE = 11,
-    /// The source is on another host, and its bridge accepts no commands.
-    BD_REFUSED_NOT_TAKEN = 12,
-    /// More commands at a time than a bridge forwards to another host.
-    BD_REFUSED_TOO_MANY = 13,
-    /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
-    BD_REFUSED_FOLLOWED = 14,
-    /// The show waits at its start. Only a release starts it.
-    BD_REFUSED_READY = 15,
-}
 
 /// Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
 /// `command` is a `bd_command_t`. `value` is the speed in metres per show second or the show time in seconds; other
@@ -120,20 +61,11 @@ pub extern "C" fn bd_show_command(
 }
 
 fn request(command: i32, value: f64) -> Result<Request, Failure> {
-    use bd_command_t as Command;
-    let requests = [
-        (Command::BD_COMMAND_PAUSE, Request::Pause),
-        (Command::BD_COMMAND_RESUME, Request::Resume),
-        (Command::BD_COMMAND_SPEED, Request::Speed { speed_mps: value }),
-        (Command::BD_COMMAND_SEEK, Request::Seek { sim_time_s: value }),
-        (Command::BD_COMMAND_HOLD, Request::Hold),
-        (Command::BD_COMMAND_RELEASE, Request::Release),
-        (Command::BD_COMMAND_STOP, Request::Stop),
-    ];
-    let known = requests.into_iter().find(|&(known, _)| known as i32 == command);
-    known.map(|(_, request)| request).ok_or_else(|| {
-        let text = format!("command is {command}, must be {} to {}", 0, requests.len() - 1);
-        Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text)
+    let last = EventKind::Stop.to_wire();
+    let kind = u32::try_from(command).ok().filter(|&kind| kind <= last);
+    let wire = kind.map(|kind| Command { kind, values: [value, 0.0], ..Command::default() });
+    wire.and_then(|wire| Request::from_wire(&wire)).ok_or_else(|| {
+        Failure::new(bd_result_t::BD_INVALID_ARGUMENT, format!("command is {command}, must be 0 to {last}"))
     })
 }
 
@@ -141,18 +73,5 @@ impl From<&CommandReply> for bd_reply_t {
     fn from(reply: &CommandReply) -> Self {
         let CommandReply { run_id, tick, lowest, highest, refusal, reserved } = *reply;
         Self { run_id, tick, lowest, highest, refusal, reserved }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_refusal_of_the_server_has_a_number_in_c() {
-        let outcome = |refusal| CommandReply { refusal, ..CommandReply::default() }.outcome();
-        let last = bd_refusal_t::BD_REFUSED_READY as u32;
-        assert_ne!(outcome(last), Err(bench_dragon_ipc::Refusal::Unknown));
-        assert_eq!(outcome(last + 1), Err(bench_dragon_ipc::Refusal::Unknown), "bd_refusal_t lacks this refusal");
     }
 }

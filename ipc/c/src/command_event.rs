@@ -12,6 +12,8 @@ use crate::show::{bd_show_t, opened};
 /// `kind` of an event for a command that the source does not support.
 pub const BD_EVENT_UNKNOWN: u32 = 0xFFFF_FFFF;
 
+const _: () = assert!(BD_EVENT_UNKNOWN == CommandEvent::UNKNOWN_KIND);
+
 /// One event: a command and its outcome, or the start or the end of the run. 120 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +25,7 @@ pub struct bd_command_event_t {
     /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
     /// Show time of the event, at the start of its tick, in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
     pub wall_ns: i64,
     /// Number of releases that the run missed before this tick.
@@ -56,7 +58,7 @@ same_layout!(
         run_id,
         number,
         tick,
-        sim_time_ns,
+        show_time_ns,
         wall_ns,
         overruns,
         values,
@@ -70,63 +72,6 @@ same_layout!(
         reserved
     }
 );
-
-/// Kind of an event. The kinds up to `BD_EVENT_STOP` have the numbers of `bd_command_t`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_event_kind_t {
-    /// `BD_COMMAND_PAUSE`.
-    BD_EVENT_PAUSE = 0,
-    /// `BD_COMMAND_RESUME`.
-    BD_EVENT_RESUME = 1,
-    /// `BD_COMMAND_SPEED`.
-    BD_EVENT_SPEED = 2,
-    /// `BD_COMMAND_SEEK`.
-    BD_EVENT_SEEK = 3,
-    /// `BD_COMMAND_HOLD`.
-    BD_EVENT_HOLD = 4,
-    /// `BD_COMMAND_RELEASE`.
-    BD_EVENT_RELEASE = 5,
-    /// `BD_COMMAND_STOP`.
-    BD_EVENT_STOP = 6,
-    /// The guard has proved a travel, from the first to the second value in metres.
-    BD_EVENT_GRANT = 7,
-    /// The timecode that the server follows makes the show stand still. First value: 1 if the timecode determines the show
-    /// time, else 0. Second value: the time scale.
-    BD_EVENT_STAND = 8,
-    /// The timecode makes the show run on. Values as for `BD_EVENT_STAND`.
-    BD_EVENT_FOLLOW = 9,
-    /// The run begins. This is always the first event.
-    BD_EVENT_START = 10,
-    /// The run has ended in order. This is the last event, at the last tick of the run.
-    BD_EVENT_END = 11,
-    /// A change of a replay's pace. A server refuses it, and a replay does not record the commands that it takes.
-    BD_EVENT_PACE = 12,
-}
-
-/// The kind of program that sent a command.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_sender_t {
-    /// A client of the library, in Rust, C or Python.
-    BD_SENDER_CLIENT = 0,
-    /// `bench-dragon ctl`.
-    BD_SENDER_CTL = 1,
-    /// A browser page of `bench-dragon view`.
-    BD_SENDER_PAGE = 2,
-    /// `bench-dragon watch`.
-    BD_SENDER_WATCH = 3,
-    /// A program on another host, through `bench-dragon bridge zenoh`.
-    BD_SENDER_ZENOH = 4,
-    /// The timecode that the server follows.
-    BD_SENDER_TIMECODE = 5,
-    /// The guard, `bench-dragon monitor --guard`.
-    BD_SENDER_GUARD = 6,
-    /// A signal to the server's process, such as Ctrl-C.
-    BD_SENDER_SIGNAL = 7,
-    /// The server itself.
-    BD_SENDER_SERVER = 8,
-}
 
 /// Returns the oldest unread event of a command in `event`. Waits for one at most `timeout_ns` nanoseconds; 0 does not wait. A
 /// server publishes events ten times a second.
@@ -155,7 +100,7 @@ impl From<&CommandEvent> for bd_command_event_t {
             run_id: event.run_id,
             number: event.number,
             tick: event.tick,
-            sim_time_ns: event.sim_time_ns,
+            show_time_ns: event.show_time_ns,
             wall_ns: event.wall_ns,
             overruns: event.overruns,
             values: event.values,
@@ -168,22 +113,5 @@ impl From<&CommandEvent> for bd_command_event_t {
             flags: event.flags,
             reserved: event.reserved,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use bench_dragon_ipc::{EventKind, Sender};
-
-    use super::*;
-
-    #[test]
-    fn every_kind_and_sender_of_the_bus_has_a_number_in_c() {
-        let (last_kind, last_sender) = (bd_event_kind_t::BD_EVENT_PACE as u32, bd_sender_t::BD_SENDER_SERVER as u32);
-        assert_eq!(EventKind::from_wire(last_kind), Some(EventKind::Pace));
-        assert_eq!(EventKind::from_wire(last_kind + 1), None, "bd_event_kind_t lacks this kind");
-        assert_eq!(Sender::from_wire(last_sender), Some(Sender::Server));
-        assert_eq!(Sender::from_wire(last_sender + 1), None, "bd_sender_t lacks this sender");
-        assert_eq!(BD_EVENT_UNKNOWN, CommandEvent::UNKNOWN_KIND);
     }
 }

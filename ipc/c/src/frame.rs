@@ -17,7 +17,7 @@ pub struct bd_frame_header_t {
     /// Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames.
     pub tick: u64,
     /// Show time in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// `CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds.
     pub scheduled_ns: u64,
     /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
@@ -39,7 +39,7 @@ same_layout!(
     FrameHeader {
         run_id,
         tick,
-        sim_time_ns,
+        show_time_ns,
         scheduled_ns,
         published_ns,
         head_travel_m,
@@ -64,26 +64,6 @@ pub struct bd_handle_state_t {
 }
 
 same_layout!(bd_handle_state_t, HandleState { position_m, velocity_mps });
-
-/// State of the show.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum bd_show_state_t {
-    /// The head walks.
-    BD_RUNNING = 0,
-    /// Paused by the operator, or by a timecode that stands. `BD_COMMAND_RESUME` continues.
-    BD_PAUSED = 1,
-    /// Stopped for safety. Only `BD_COMMAND_RELEASE` lifts the hold.
-    BD_HELD = 2,
-    /// The show has reached the end of the route, of the run or of the requested time.
-    BD_FINISHED = 3,
-    /// The head still walks and brakes, because of a pause, a hold, a stop or the timecode.
-    BD_STOPPING = 4,
-    /// The run has ended in order. This is its last frame.
-    BD_ENDED = 5,
-    /// The show waits at its start for its first release. It is calm: no safety stop.
-    BD_READY = 6,
-}
 
 /// A frame. Nothing is copied, and nothing in it changes while it is held. Any thread may read and release it.
 #[derive(Debug)]

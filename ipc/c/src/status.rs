@@ -17,7 +17,7 @@ pub struct bd_status_t {
     /// Last tick published.
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
     /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,
@@ -64,7 +64,7 @@ impl From<&Status> for bd_status_t {
         Self {
             run_id: status.run_id,
             tick: status.tick,
-            sim_time_ns: status.sim_time_ns,
+            show_time_ns: status.show_time_ns,
             overruns: status.overruns,
             behind_ns: status.behind_ns,
             most_behind_ns: status.most_behind_ns,

@@ -16,7 +16,7 @@ int main(int argc, char **argv) {
       result = bd_show_alert(show, SECOND_NS, &alert);
     } while (result == BD_NOTHING);
     EXPECT(BD_OK, result);
-    printf("%" PRIx64 " %" PRIx64 " %" PRIx64 " %" PRIx64 " ", alert.run_id, alert.tick, (uint64_t)alert.sim_time_ns,
+    printf("%" PRIx64 " %" PRIx64 " %" PRIx64 " %" PRIx64 " ", alert.run_id, alert.tick, (uint64_t)alert.show_time_ns,
            (uint64_t)alert.forecast_ns);
     printf("%" PRIx64 " %" PRIx64 " %" PRIx64 " ", bits(alert.clearance_m), bits(alert.point_m[0]), bits(alert.point_m[1]));
     printf("%" PRIx32 " %" PRIx32 " %" PRIx32 "\n", alert.kind, alert.bench_a, alert.bench_b);

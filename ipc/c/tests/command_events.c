@@ -11,7 +11,7 @@ int main(int argc, char **argv) {
   do {
     EXPECT(BD_OK, bd_show_command_event(show, PATIENCE_NS, &event));
     printf("%" PRIu64 " %" PRIu64 " %" PRIu64 " %" PRIx64 " %" PRIx64 " %" PRIu64 " ", event.run_id, event.number, event.tick,
-           (uint64_t)event.sim_time_ns, (uint64_t)event.wall_ns, event.overruns);
+           (uint64_t)event.show_time_ns, (uint64_t)event.wall_ns, event.overruns);
     printf("%" PRIx64 " %" PRIx64 " %" PRIx64 " %" PRIx64 " ", bits(event.values[0]), bits(event.values[1]),
            bits(event.values[2]), bits(event.values[3]));
     printf("%" PRIx64 " %" PRIx64 " ", bits(event.lowest), bits(event.highest));

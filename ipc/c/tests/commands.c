@@ -40,7 +40,7 @@ int main(int argc, char **argv) {
 
   accept(show, BD_COMMAND_SEEK, 100.0);
   header = header_then(show);
-  REQUIRE(header.sim_time_ns == 100 * (int64_t)SECOND_NS && header.head_travel_m == 100.0);
+  REQUIRE(header.show_time_ns == 100 * (int64_t)SECOND_NS && header.head_travel_m == 100.0);
 
   refuse(show, BD_COMMAND_RELEASE, 0.0, BD_REFUSED_NOT_HELD, "the show is not held");
   accept(show, BD_COMMAND_HOLD, 0.0);

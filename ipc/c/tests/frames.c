@@ -15,7 +15,7 @@ static void print_numbers(FILE *file, const double *numbers, size_t count) {
 static void print_header(FILE *file, const bd_frame_header_t *header) {
   print_word(file, header->run_id);
   print_word(file, header->tick);
-  print_word(file, (uint64_t)header->sim_time_ns);
+  print_word(file, (uint64_t)header->show_time_ns);
   print_word(file, header->scheduled_ns);
   print_word(file, header->published_ns);
   print_numbers(file, &header->head_travel_m, 1);

@@ -83,7 +83,7 @@ impl Show {
             0 => Request::Pause,
             1 => Request::Resume,
             2 => Request::Speed { speed_mps: value },
-            3 => Request::Seek { sim_time_s: value },
+            3 => Request::Seek { show_time_s: value },
             4 => Request::Hold,
             5 => Request::Release,
             6 => Request::Stop,

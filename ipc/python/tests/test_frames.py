@@ -42,8 +42,8 @@ def test_a_reader_from_the_start_gets_every_frame_of_the_run(stage):
         summary = server.summary()
         assert [header.tick for header in headers] == list(range(summary["frames"]))
         since_start_ns = [header.scheduled_ns - headers[0].scheduled_ns for header in headers]
-        assert [header.sim_time_ns for header in headers] == [min(time_ns, 1_000_000_000) for time_ns in since_start_ns]
-        assert (headers[0].sim_time_s, headers[-1].sim_time_s) == (0.0, 1.0)
+        assert [header.show_time_ns for header in headers] == [min(time_ns, 1_000_000_000) for time_ns in since_start_ns]
+        assert (headers[0].show_time_s, headers[-1].show_time_s) == (0.0, 1.0)
         assert str(headers[0].show_state) == "running"
         assert show.lost == 0
 
@@ -213,7 +213,7 @@ def test_any_number_of_copies_may_be_kept(stage):
 def test_seconds_are_the_nearest_to_the_nanoseconds(stage):
     server = stage.serve("--readers", "1", "--rate", "1000", "--start-at", "123.461")
     with Show(stage.instance) as show:
-        assert show.wait(PATIENCE_S).header.sim_time_s == 123.461
+        assert show.wait(PATIENCE_S).header.show_time_s == 123.461
     server.stop()
 
 

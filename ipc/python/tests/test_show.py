@@ -46,7 +46,7 @@ def test_the_status_is_the_servers(stage):
         before, status = show.status(PATIENCE_S), show.status(PATIENCE_S)
         assert (status.run_id, status.pid, status.rate_hz) == (server.run_id, server.process.pid, 20)
         assert status.tick >= before.tick and status.show_state is ShowState.RUNNING
-        assert status.sim_time_ns == (status.tick + status.overruns) * 50_000_000
+        assert status.show_time_ns == (status.tick + status.overruns) * 50_000_000
         assert (status.behind_ns, status.most_behind_ns) == (0, 0)
         assert math.isnan(status.granted_to_m) and math.isnan(status.asked_m)
         for histogram, median_ns, max_ns in (
@@ -137,7 +137,7 @@ def test_the_events_of_commands_have_sender_and_outcome(stage):
     assert (speed.event_kind, speed.sent_by, speed.pid, speed.values[0]) == (EventKind.SPEED, Sender.CLIENT, os.getpid(), 0.75)
     assert (speed.tick, speed.is_accepted, speed.reason) == (tick, True, None)
     assert (release.event_kind, release.is_accepted, release.reason) == (EventKind.RELEASE, False, Refusal.NOT_HELD)
-    assert (hold.sent_by, str(hold.sent_by), hold.sim_time_s >= speed.sim_time_s) == (Sender.CTL, "ctl", True)
+    assert (hold.sent_by, str(hold.sent_by), hold.show_time_s >= speed.show_time_s) == (Sender.CTL, "ctl", True)
     assert abs(hold.wall_ns / 1e9 - time.time()) < 3600
     server.stop()
 
@@ -184,7 +184,7 @@ def test_the_alerts_are_those_that_the_monitor_prints(stage):
         heard += show.alerts()
         assert [line_of(alert) for alert in heard] == [line for line in lines if line["type"] == "alert"]
         [contact] = [alert for alert in heard if alert.alert_kind is AlertKind.CONTACT]
-        assert abs(contact.sim_time_s - 412.473838) < 1e-6
+        assert abs(contact.show_time_s - 412.473838) < 1e-6
         assert (contact.pair, contact.clearance_m, str(contact.alert_kind)) == ((0, 8), 0.0, "contact")
 
 
@@ -200,7 +200,7 @@ def line_of(alert):
     return {
         "type": "alert",
         "kind": str(alert.alert_kind),
-        "time_s": alert.sim_time_s,
+        "time_s": alert.show_time_s,
         "tick": alert.tick,
         "run_id": alert.run_id,
         "benches": alert.pair and list(alert.pair),

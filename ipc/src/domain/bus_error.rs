@@ -154,32 +154,13 @@ impl fmt::Display for BusError {
                 waited.as_secs_f64()
             ),
             Self::Refused { request, refusal, .. } => formatter.write_str(&refusal.explain(request)),
-            Self::SourceRunning { instance, pid: Some(pid) } => write!(
-                formatter,
-                "a server already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
-            ),
-            Self::SourceRunning { instance, pid: None } => write!(
-                formatter,
-                "a server already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
-                 container: stop it there, or choose another --instance"
-            ),
-            Self::ShowRunning { instance, pid: Some(pid) } => write!(
-                formatter,
-                "a show already runs on instance {instance:?}, pid {pid}: stop it, or choose another --instance"
-            ),
-            Self::ShowRunning { instance, pid: None } => write!(
-                formatter,
-                "a show already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
-                 container: stop it there, or choose another --instance"
-            ),
-            Self::GuardRunning { instance, pid: Some(pid) } => {
-                write!(formatter, "a guard already runs on instance {instance:?}, pid {pid}: stop it first")
+            Self::SourceRunning { instance, pid } => {
+                already_runs(formatter, "server", instance, *pid, ", or choose another --instance")
             }
-            Self::GuardRunning { instance, pid: None } => write!(
-                formatter,
-                "a guard already runs on instance {instance:?}, where this process cannot see it, perhaps in another \
-                 container: stop it there first"
-            ),
+            Self::ShowRunning { instance, pid } => {
+                already_runs(formatter, "show", instance, *pid, ", or choose another --instance")
+            }
+            Self::GuardRunning { instance, pid } => already_runs(formatter, "guard", instance, *pid, " first"),
             Self::Domain(error) => error.fmt(formatter),
             Self::VersionMismatch { service } => write!(
                 formatter,
@@ -231,6 +212,23 @@ impl fmt::Display for BusError {
                 write!(formatter, "the client of instance {instance:?} was opened in another process: open one here")
             }
             Self::Failed { service, reason } => write!(formatter, "{service}: {reason}"),
+        }
+    }
+}
+
+/// Writes that another process of this kind has the instance, and where to stop it.
+fn already_runs(
+    formatter: &mut fmt::Formatter<'_>,
+    kind: &str,
+    instance: &str,
+    pid: Option<u32>,
+    or_else: &str,
+) -> fmt::Result {
+    write!(formatter, "a {kind} already runs on instance {instance:?}, ")?;
+    match pid {
+        Some(pid) => write!(formatter, "pid {pid}: stop it{or_else}"),
+        None => {
+            write!(formatter, "where this process cannot see it, perhaps in another container: stop it there{or_else}")
         }
     }
 }

@@ -23,7 +23,7 @@ pub struct Alert {
     /// First tick at which the event held.
     pub tick: u64,
     /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds, or [`Alert::NO_FORECAST`].
     pub forecast_ns: i64,
     /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
@@ -72,6 +72,7 @@ impl Alert {
 
 wire_enum! {
     /// Kind of an alert.
+    #[derive(Eq, Hash)]
     AlertKind {
         /// Two benches came nearer than the configured `near_m`.
         Near = 0, "near";
@@ -90,6 +91,39 @@ wire_enum! {
     }
 }
 
+/// Urgency of an alert: its colour, and whether a screen reader interrupts for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Severity {
+    /// The benches touch, or nothing keeps them apart.
+    Danger,
+    /// The benches or the stage come near to trouble.
+    Caution,
+    /// It is over, or no trouble.
+    Calm,
+}
+
+impl AlertKind {
+    /// The urgency of alerts of this kind.
+    pub fn severity(self) -> Severity {
+        match self {
+            Self::Contact | Self::Held | Self::Fault => Severity::Danger,
+            Self::Near | Self::Outside => Severity::Caution,
+            Self::Parted | Self::Restarted => Severity::Calm,
+        }
+    }
+
+    /// Whether the alert is about one bench, instead of a pair or none.
+    pub fn is_of_one_bench(self) -> bool {
+        self == Self::Outside
+    }
+
+    /// All kinds, the most urgent first.
+    pub fn by_severity() -> impl Iterator<Item = Self> {
+        let of = |severity| Self::ALL.into_iter().filter(move |kind| kind.severity() == severity);
+        [Severity::Danger, Severity::Caution, Severity::Calm].into_iter().flat_map(of)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,7 +133,7 @@ mod tests {
         let alert = |bench_a, bench_b| Alert {
             run_id: 1,
             tick: 0,
-            sim_time_ns: 0,
+            show_time_ns: 0,
             forecast_ns: Alert::NO_FORECAST,
             clearance_m: 0.0,
             point_m: [0.0; 2],

@@ -1,8 +1,5 @@
 //! Commands to the server and its replies: the `bench-dragon/commands` service.
 
-use core::fmt;
-use core::mem::discriminant;
-
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
@@ -31,11 +28,10 @@ const _: () = assert!(size_of::<Command>() == 40 && align_of::<Command>() == 8);
 
 wire_enum! {
     /// The kind of program that sends a command.
-    #[derive(Default)]
+    #[derive(Default, Eq, Hash)]
     Sender {
         /// A client of the library, in Rust, C or Python, without a more specific kind.
-        #[default]
-        Client = 0, "client";
+        Client = 0, "client", default;
         /// `bench-dragon ctl`.
         Ctl = 1, "ctl";
         /// A browser page of `bench-dragon view`.
@@ -92,7 +88,7 @@ pub enum Request {
     /// position in the recording, see [`ReplayStatus`](crate::ReplayStatus); a position beyond the end is the end.
     Seek {
         /// The show time.
-        sim_time_s: f64,
+        show_time_s: f64,
     },
     /// Stop for safety. Only `Release` lifts the hold.
     Hold,
@@ -135,7 +131,7 @@ impl Request {
             Self::Pause => plain(0),
             Self::Resume => plain(1),
             Self::Speed { speed_mps } => Command { values: [speed_mps, 0.0], ..plain(2) },
-            Self::Seek { sim_time_s } => Command { values: [sim_time_s, 0.0], ..plain(3) },
+            Self::Seek { show_time_s } => Command { values: [show_time_s, 0.0], ..plain(3) },
             Self::Hold => plain(4),
             Self::Release => plain(5),
             Self::Stop => plain(6),
@@ -156,7 +152,7 @@ impl Request {
             0 => Self::Pause,
             1 => Self::Resume,
             2 => Self::Speed { speed_mps: value },
-            3 => Self::Seek { sim_time_s: value },
+            3 => Self::Seek { show_time_s: value },
             4 => Self::Hold,
             5 => Self::Release,
             6 => Self::Stop,
@@ -167,107 +163,53 @@ impl Request {
     }
 }
 
-/// Reason for which a server refuses a command.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refusal {
-    /// The server does not support this kind of command.
-    Unknown,
-    /// The value is outside this range, or NaN.
-    OutOfRange {
-        /// Least allowed value.
-        lowest: f64,
-        /// Greatest allowed value.
-        highest: f64,
-    },
-    /// The show is held. Only `release` lifts the hold.
-    Held,
-    /// There is no hold to release, and the show does not wait at its start.
-    NotHeld,
-    /// The show is finished. A `seek` starts it again.
-    Finished,
-    /// The server accepts no grants, because it was started without `--guarded`.
-    NotGuarded,
-    /// The server is guarded, and the guard has not yet proved that the benches are apart at the sought travel. The
-    /// refused seek asks the guard to prove it. The same seek is accepted a little later, unless the benches are not
-    /// apart there.
-    NotProved,
-    /// The grant is for another run.
-    OtherRun,
-    /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a seek
-    /// moves it.
-    HeldByGuard,
-    /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
-    Replayed,
-    /// The source is on another host, which does not answer.
-    Unreachable,
-    /// The source is on another host, and its bridge accepts no commands: it was started without `--allow-commands`.
-    NotTaken,
-    /// More commands at a time than a bridge forwards to another host.
-    TooMany,
-    /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
-    Followed,
-    /// The show waits at its start. Only `release` starts it.
-    Ready,
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown => formatter.write_str("the server does not support this command"),
-            Self::OutOfRange { lowest, highest } => {
-                write!(formatter, "the value must be from {lowest} to {highest}")
-            }
-            Self::Held => formatter.write_str("the show is held: release it first"),
-            Self::NotHeld => formatter.write_str("the show is not held"),
-            Self::Finished => formatter.write_str("the show is finished: seek to start it again"),
-            Self::NotGuarded => formatter.write_str("the server is not guarded: start it with --guarded"),
-            Self::NotProved => formatter.write_str("no guard has proved that the benches are apart there"),
-            Self::OtherRun => formatter.write_str("the grant is for another run"),
-            Self::HeldByGuard => formatter.write_str(
-                "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it",
-            ),
-            Self::Replayed => formatter
-                .write_str("the source replays a recording: it accepts only pause, resume, seek, pace and stop"),
-            Self::Unreachable => formatter.write_str("the server is on another host, which does not answer"),
-            Self::NotTaken => formatter
-                .write_str("the server is on another host: start its bridge with --allow-commands to send commands"),
-            Self::TooMany => {
-                formatter.write_str("more commands at a time than the bridge forwards to another host: try again")
-            }
-            Self::Followed => formatter.write_str("the show follows timecode: seek on the device that sends it"),
-            Self::Ready => formatter.write_str("the show waits at its start: release it first"),
-        }
+wire_enum! {
+    /// Reason for which a server refuses a command.
+    Refusal {
+        /// The server does not support this kind of command.
+        Unknown = 1, "the server does not support this command";
+        /// The value is outside the allowed range, or NaN.
+        OutOfRange {
+            /// Least allowed value.
+            lowest,
+            /// Greatest allowed value.
+            highest
+        } = 2, "the value is out of range";
+        /// The show is held. Only `release` lifts the hold.
+        Held = 3, "the show is held: release it first";
+        /// There is no hold to release, and the show does not wait at its start.
+        NotHeld = 4, "the show is not held";
+        /// The show is finished. A `seek` starts it again.
+        Finished = 5, "the show is finished: seek to start it again";
+        /// The server accepts no grants, because it was started without `--guarded`.
+        NotGuarded = 6, "the server is not guarded: start it with --guarded";
+        /// The server is guarded, and the guard has not yet proved that the benches are apart at the sought travel. The
+        /// refused seek asks the guard to prove it. The same seek is accepted a little later, unless the benches are not
+        /// apart there.
+        NotProved = 7, "no guard has proved that the benches are apart there";
+        /// The grant is for another run.
+        OtherRun = 8, "the grant is for another run";
+        /// The guard holds the dragon. It walks on with the guard's next grant; where the proven travel has ended, only a
+        /// seek moves it.
+        HeldByGuard = 9,
+            "the guard holds the dragon: it walks on by itself if the guard proves the travel ahead, else only a seek moves it";
+        /// The source replays a recording. It can be paused, sought, played at another pace and stopped, but not changed.
+        Replayed = 10, "the source replays a recording: it accepts only pause, resume, seek, pace and stop";
+        /// The source is on another host, which does not answer.
+        Unreachable = 11, "the server is on another host, which does not answer";
+        /// The source is on another host, and its bridge accepts no commands: it was started without `--allow-commands`.
+        NotTaken = 12,
+            "the server is on another host: start its bridge with --allow-commands to send commands";
+        /// More commands at a time than a bridge forwards to another host.
+        TooMany = 13, "more commands at a time than the bridge forwards to another host: try again";
+        /// The show follows timecode, which determines the show time. The timecode would undo a seek immediately.
+        Followed = 14, "the show follows timecode: seek on the device that sends it";
+        /// The show waits at its start. Only `release` starts it.
+        Ready = 15, "the show waits at its start: release it first";
     }
 }
 
 impl Refusal {
-    /// All refusals in the order of their numbers on the wire, from 1. A value out of range has these limits.
-    fn by_number(lowest: f64, highest: f64) -> [Self; 15] {
-        [
-            Self::Unknown,
-            Self::OutOfRange { lowest, highest },
-            Self::Held,
-            Self::NotHeld,
-            Self::Finished,
-            Self::NotGuarded,
-            Self::NotProved,
-            Self::OtherRun,
-            Self::HeldByGuard,
-            Self::Replayed,
-            Self::Unreachable,
-            Self::NotTaken,
-            Self::TooMany,
-            Self::Followed,
-            Self::Ready,
-        ]
-    }
-
-    /// The number on the wire.
-    fn number(&self) -> u32 {
-        let place = Self::by_number(0.0, 0.0).iter().position(|known| discriminant(known) == discriminant(self));
-        place.expect("every refusal has a number") as u32 + 1
-    }
-
     /// Returns the reason in words for the refused request. For a value out of range, the text has the value, its unit
     /// and the allowed range.
     ///
@@ -275,9 +217,9 @@ impl Refusal {
     /// use bench_dragon_ipc::{Refusal, Request};
     ///
     /// let refusal = Refusal::OutOfRange { lowest: 0.0, highest: 432.758_716 };
-    /// let text = refusal.explain(&Request::Seek { sim_time_s: 500.0 });
+    /// let text = refusal.explain(&Request::Seek { show_time_s: 500.0 });
     /// assert_eq!(text, "the show time is 500 s, must be from 0 to 432.758 s");
-    /// assert!(refusal.explain(&Request::Seek { sim_time_s: 1e300 }).starts_with("the show time is 1e300 s, must"));
+    /// assert!(refusal.explain(&Request::Seek { show_time_s: 1e300 }).starts_with("the show time is 1e300 s, must"));
     /// ```
     pub fn explain(&self, request: &Request) -> String {
         let (lowest, highest) = match *self {
@@ -286,7 +228,7 @@ impl Refusal {
         };
         let (name, value, unit) = match *request {
             Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
-            Request::Seek { sim_time_s } => ("show time", sim_time_s, "s"),
+            Request::Seek { show_time_s } => ("show time", show_time_s, "s"),
             Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
             Request::Pace { factor } => ("pace", factor, "times the recorded one"),
             _ => return self.to_string(),
@@ -318,7 +260,7 @@ impl CommandReply {
             Refusal::OutOfRange { lowest, highest } => (lowest, highest),
             _ => (0.0, 0.0),
         };
-        Self { run_id, tick, lowest, highest, refusal: refusal.number(), reserved: 0 }
+        Self { run_id, tick, lowest, highest, refusal: refusal.to_wire(), reserved: 0 }
     }
 
     /// Returns the tick from which the command holds.
@@ -326,13 +268,13 @@ impl CommandReply {
     /// # Errors
     /// The reason of the refusal; [`Refusal::Unknown`] for a number that this version does not support.
     pub fn outcome(&self) -> Result<u64, Refusal> {
-        match self.refusal.checked_sub(1) {
-            None => Ok(self.tick),
-            Some(index) => {
-                let known = Refusal::by_number(self.lowest, self.highest);
-                Err(known.get(index as usize).copied().unwrap_or(Refusal::Unknown))
-            }
+        if self.refusal == 0 {
+            return Ok(self.tick);
         }
+        Err(match Refusal::from_wire(self.refusal) {
+            Some(Refusal::OutOfRange { .. }) => Refusal::OutOfRange { lowest: self.lowest, highest: self.highest },
+            known => known.unwrap_or(Refusal::Unknown),
+        })
     }
 }
 
@@ -342,10 +284,12 @@ mod tests {
 
     #[test]
     fn every_refusal_is_the_same_after_its_way_over_the_wire() {
-        for (index, refusal) in Refusal::by_number(-0.5, 2.5).into_iter().enumerate() {
+        for (number, refusal) in (1..).zip(Refusal::ALL) {
             let reply = CommandReply::refused(7, 41, refusal);
-            assert_eq!((reply.refusal as usize, reply.outcome()), (index + 1, Err(refusal)));
+            assert_eq!((reply.refusal, reply.outcome()), (number, Err(refusal)));
         }
+        let limited = Refusal::OutOfRange { lowest: -0.5, highest: 2.5 };
+        assert_eq!(CommandReply::refused(7, 41, limited).outcome(), Err(limited));
         let newer = CommandReply { refusal: 16, ..CommandReply::accepted(7, 41) };
         assert_eq!((newer.outcome(), CommandReply::accepted(7, 41).outcome()), (Err(Refusal::Unknown), Ok(41)));
     }

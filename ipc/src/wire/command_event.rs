@@ -25,7 +25,7 @@ pub struct CommandEvent {
     /// Tick from which an accepted command holds; for a refused command, the tick at which it was refused.
     pub tick: u64,
     /// Show time of the event, at the start of its tick, in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
     pub wall_ns: i64,
     /// Number of releases that the run missed before this tick.
@@ -54,33 +54,35 @@ const _: () = assert!(size_of::<CommandEvent>() == 120 && align_of::<CommandEven
 
 wire_enum! {
     /// Kind of an event.
+    #[derive(Eq, Hash)]
     EventKind {
-        /// [`Request::Pause`].
+        /// Stop walking until `resume`.
         Pause = 0, "pause";
-        /// [`Request::Resume`].
+        /// Walk on after `pause`.
         Resume = 1, "resume";
-        /// [`Request::Speed`].
+        /// Walk at this speed of the head, in metres per show second, 0 to 10.
         Speed = 2, "speed";
-        /// [`Request::Seek`].
+        /// Seek to this show time, in seconds.
         Seek = 3, "seek";
-        /// [`Request::Hold`].
+        /// Stop for safety. Only `release` lifts the hold.
         Hold = 4, "hold";
-        /// [`Request::Release`].
+        /// Lift a hold, or start a show that is ready.
         Release = 5, "release";
-        /// [`Request::Stop`].
+        /// End the server. The head comes to rest first, and the last frame of the run has the state `ended`.
         Stop = 6, "stop";
-        /// [`Request::Grant`].
+        /// The guard has proved a travel, from the first to the second value in metres.
         Grant = 7, "grant";
         /// The timecode that the server follows makes the show stand still. First value: 1 if the timecode determines the
         /// show time, else 0. Second value: the time scale.
         Stand = 8, "stand";
-        /// The timecode makes the show run on. Values as for `Stand`.
+        /// The timecode makes the show run on. Values as for `stand`.
         Follow = 9, "follow";
         /// The run begins. This is always the first event.
         Start = 10, "start";
         /// The run has ended in order. This is the last event, at the last tick of the run.
         End = 11, "end";
-        /// [`Request::Pace`]. A server refuses it, and a replay does not record the commands that it takes.
+        /// Replay at this pace, in recorded seconds per second. A server refuses it, and a replay does not record the
+        /// commands that it takes.
         Pace = 12, "pace";
     }
 }

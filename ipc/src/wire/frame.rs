@@ -20,7 +20,7 @@ pub struct FrameHeader {
     /// Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames.
     pub tick: u64,
     /// Show time in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// `CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds.
     pub scheduled_ns: u64,
     /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
@@ -51,8 +51,8 @@ impl FrameHeader {
     }
 
     /// Show time in seconds.
-    pub fn sim_time_s(&self) -> f64 {
-        self.sim_time_ns as f64 / 1e9
+    pub fn show_time_s(&self) -> f64 {
+        self.show_time_ns as f64 / 1e9
     }
 
     /// Time between the due instant and the sending of the frame, in nanoseconds.
@@ -97,8 +97,7 @@ pub fn frame_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
 
 wire_enum! {
     /// State of the show.
-    ///
-    /// The states in which the head may walk are `Running` and `Stopping`, see [`ShowState::walks`].
+    #[derive(Eq, Hash)]
     ShowState {
         /// The head walks.
         Running = 0, "running";

@@ -13,7 +13,7 @@ mod status;
 mod time_histogram;
 mod wire_enum;
 
-pub use alert::{Alert, AlertKind};
+pub use alert::{Alert, AlertKind, Severity};
 pub use bench::BenchState;
 pub use command::{Command, CommandReply, Refusal, Request, Sender};
 pub use command_event::{CommandEvent, EventKind, RunStart};

@@ -17,7 +17,7 @@ pub struct Status {
     /// Last tick published.
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
     /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,
@@ -124,11 +124,10 @@ impl Status {
 
 wire_enum! {
     /// The kind of source that publishes the frames.
-    #[derive(Default)]
+    #[derive(Default, Eq, Hash)]
     SourceKind {
         /// A server, which simulates the show.
-        #[default]
-        Server = 0, "server";
+        Server = 0, "server", default;
         /// A replay of a recording.
         Replay = 1, "replay";
         /// A bridge that receives the frames of another host.
@@ -138,11 +137,10 @@ wire_enum! {
 
 wire_enum! {
     /// State of the guard.
-    #[derive(Default)]
+    #[derive(Default, Eq, Hash)]
     GuardState {
         /// The server is not guarded.
-        #[default]
-        None = 0, "none";
+        None = 0, "none", default;
         /// The server waits for grants, and no guard runs.
         Missing = 1, "missing";
         /// A guard runs.
@@ -152,11 +150,10 @@ wire_enum! {
 
 wire_enum! {
     /// State of the timecode that the server follows.
-    #[derive(Default)]
+    #[derive(Default, Eq, Hash)]
     TimecodeState {
         /// The server follows no timecode.
-        #[default]
-        None = 0, "none";
+        None = 0, "none", default;
         /// No timecode has arrived yet; the show stands.
         Waiting = 1, "waiting";
         /// The timecode runs, and the show follows.
@@ -170,11 +167,10 @@ wire_enum! {
 
 wire_enum! {
     /// The protocol of the timecode.
-    #[derive(Default)]
+    #[derive(Default, Eq, Hash)]
     TimecodeKind {
         /// The server follows no timecode.
-        #[default]
-        None = 0, "none";
+        None = 0, "none", default;
         /// Art-Net (`ArtTimeCode`).
         ArtNet = 1, "Art-Net";
         /// Open Sound Control.

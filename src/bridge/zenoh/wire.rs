@@ -7,9 +7,7 @@
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
-use bench_dragon_ipc::{
-    Alert, AlertKind, Command, CommandReply, FrameHeader, FromBytes, HandleState, IntoBytes as _, ShowState,
-};
+use bench_dragon_ipc::{Alert, Command, CommandReply, FrameHeader, FromBytes, HandleState, IntoBytes as _, ShowState};
 
 use crate::source::replay::FASTEST_HZ;
 
@@ -67,9 +65,10 @@ pub(super) fn decode_alert(bytes: &[u8]) -> Option<Alert> {
     let is_finite = are_finite(&[alert.clearance_m]) && are_finite(&alert.point_m);
     let (a, b) = (alert.bench_a, alert.bench_b);
     let is_none = a == Alert::NO_BENCH && b == Alert::NO_BENCH;
-    let has_benches = match AlertKind::from_wire(alert.kind)? {
-        AlertKind::Outside => (a as usize) < MAX_BENCHES && b == Alert::NO_BENCH,
-        _ => is_none || (a < b && (b as usize) < MAX_BENCHES),
+    let has_benches = if alert.alert_kind()?.is_of_one_bench() {
+        (a as usize) < MAX_BENCHES && b == Alert::NO_BENCH
+    } else {
+        is_none || (a < b && (b as usize) < MAX_BENCHES)
     };
     (is_run(alert.run_id) && is_finite && has_benches).then_some(alert)
 }
@@ -145,7 +144,7 @@ mod tests {
     use proptest::prelude::*;
     use test_support::property::random_cases;
 
-    use bench_dragon_ipc::frame_bytes;
+    use bench_dragon_ipc::{AlertKind, frame_bytes};
 
     use super::*;
 
@@ -183,11 +182,11 @@ mod tests {
 
     prop_compose! {
         fn any_header()(
-            run_id in 0..RUN_ID_END, tick: u64, sim_time_ns: i64, scheduled_ns: u64, published_ns: u64,
+            run_id in 0..RUN_ID_END, tick: u64, show_time_ns: i64, scheduled_ns: u64, published_ns: u64,
             head_travel_m in finite_double(), head_speed_mps in finite_double(), time_scale in finite_double(),
             bench_count in 1_u32..=40, state in 0_u32..6,
         ) -> FrameHeader {
-            FrameHeader { run_id, tick, sim_time_ns, scheduled_ns, published_ns, head_travel_m, head_speed_mps, time_scale,
+            FrameHeader { run_id, tick, show_time_ns, scheduled_ns, published_ns, head_travel_m, head_speed_mps, time_scale,
                 bench_count, state }
         }
     }
@@ -249,7 +248,7 @@ mod tests {
     #[test]
     fn header_fields_have_the_offsets_of_the_bus() {
         let header =
-            FrameHeader { run_id: 1, tick: 2, sim_time_ns: -3, bench_count: 4, state: 1, ..FrameHeader::default() };
+            FrameHeader { run_id: 1, tick: 2, show_time_ns: -3, bench_count: 4, state: 1, ..FrameHeader::default() };
         let bytes = frame_bytes(&header, &[]);
         assert_eq!(bytes[0..8], 1_u64.to_le_bytes());
         assert_eq!(bytes[8..16], 2_u64.to_le_bytes());
@@ -280,7 +279,7 @@ mod tests {
         let alert = Alert {
             run_id: 7,
             tick: 1,
-            sim_time_ns: 5,
+            show_time_ns: 5,
             forecast_ns: Alert::NO_FORECAST,
             clearance_m: 0.0,
             point_m: [0.0; 2],

@@ -45,7 +45,7 @@ impl From<&Alert> for AlertLine {
         let (pair, bench) = (alert.pair(), alert.bench());
         Self {
             kind: alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string()),
-            time_s: alert.sim_time_ns as f64 * 1e-9,
+            time_s: alert.show_time_ns as f64 * 1e-9,
             tick: alert.tick,
             run_id: alert.run_id,
             benches: pair,

@@ -55,7 +55,7 @@ impl MonitorReport {
 
     /// Stores the measurements of a frame.
     pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
-        let time_s = header.sim_time_s();
+        let time_s = header.show_time_s();
         self.nearest = nearest;
         let is_valid = forecast.covers(header.head_travel_m) && header.head_speed_mps > 0.0;
         let arrival_s = |travel_m| time_s + (travel_m - header.head_travel_m) / header.head_speed_mps;
@@ -94,7 +94,7 @@ impl MonitorReport {
     /// Reports a permanent stop of the head by the guard.
     pub(super) fn print_rest(&mut self, rest: &FinalRest) -> anyhow::Result<()> {
         let report = GuardReport {
-            held_at_s: rest.sim_time_s,
+            held_at_s: rest.show_time_s,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_contact_s: rest.forecast_s,
             is_margin_kept: rest.is_free,

@@ -141,12 +141,12 @@ fn announce(args: &ReplayArgs, named: &Path, pass: &Pass<'_>) -> anyhow::Result<
 }
 
 fn print_pass(format: Format, pass: PassSummary) -> anyhow::Result<()> {
-    let PassSummary { frames, missing, sim_time_s, overruns, lateness_us, tick_us, .. } = pass;
+    let PassSummary { frames, missing, show_time_s, overruns, lateness_us, tick_us, .. } = pass;
     let missing = if missing > 0 { format!(" ({missing} missing in the recording)") } else { String::new() };
     let text = format!(
         "{}{missing} to {} s, {}, lateness {}, tick {} \u{b5}s",
         Counted(frames, "frame"),
-        Fixed::<6>(sim_time_s),
+        Fixed::<6>(show_time_s),
         Counted(overruns, "overrun"),
         percentiles(lateness_us),
         percentiles(tick_us)

@@ -99,7 +99,7 @@ impl HoldLog {
             }
             Some(ShowState::Held) if stops.guard_limit && !stops.held && self.has_walked && self.open.is_none() => {
                 let by = Sender::Guard.name().to_owned();
-                let time_s = status.sim_time_ns as f64 * 1e-9;
+                let time_s = status.show_time_ns as f64 * 1e-9;
                 self.begin(HoldKind::GrantEnd, HoldReport { time_s, ..of(at, by) });
             }
             _ => {}
@@ -131,7 +131,7 @@ fn of(begin: WallTime, by: String) -> HoldReport {
 }
 
 fn report(event: &CommandEvent, at: WallTime, by: String, by_pid: Option<u32>) -> HoldReport {
-    HoldReport { time_s: event.sim_time_ns as f64 * 1e-9, by_pid, ..of(at, by) }
+    HoldReport { time_s: event.show_time_ns as f64 * 1e-9, by_pid, ..of(at, by) }
 }
 
 fn sender_name(event: &CommandEvent) -> String {
@@ -150,7 +150,7 @@ mod tests {
 
     fn event(kind: EventKind, sender: Sender, second: i64) -> CommandEvent {
         let wall_ns = second * 1_000_000_000;
-        CommandEvent { wall_ns, sim_time_ns: wall_ns, pid: 7, ..CommandEvent::plain(kind, sender, 0) }
+        CommandEvent { wall_ns, show_time_ns: wall_ns, pid: 7, ..CommandEvent::plain(kind, sender, 0) }
     }
 
     fn start(is_held: bool, is_restarted: bool) -> CommandEvent {

@@ -45,14 +45,14 @@ impl LiveLine {
     pub(super) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
         self.measure_rate(header.tick);
         self.note_speed(header.head_speed_mps);
-        let (sim_time_s, start_s, end_s) = (header.sim_time_s(), self.start_s, self.end_s(header));
+        let (show_time_s, start_s, end_s) = (header.show_time_s(), self.start_s, self.end_s(header));
         let clearance =
             progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{} m", Fixed::<4>(clearance_m)));
         let state = header.show_state().map_or("unknown", |state| state.name());
         set_live_line(Some(format!(
             "{} {} of {} s  {state}  clearance {clearance}  {:.0} Hz  lost {}",
-            bar((sim_time_s - start_s) / (end_s - start_s)),
-            Fixed::<2>(sim_time_s),
+            bar((show_time_s - start_s) / (end_s - start_s)),
+            Fixed::<2>(show_time_s),
             Fixed::<2>(end_s),
             self.rate_hz,
             progress.lost
@@ -72,7 +72,7 @@ impl LiveLine {
             (Some(end_m), Some(speed_mps)) => {
                 // On its last ramp the head takes twice as long as at its walking speed.
                 let ramp_s = self.end.accel_mps2.map_or(0.0, |accel_mps2| speed_mps / (2.0 * accel_mps2));
-                header.sim_time_s() + (end_m - header.head_travel_m).max(0.0) / speed_mps + ramp_s
+                header.show_time_s() + (end_m - header.head_travel_m).max(0.0) / speed_mps + ramp_s
             }
             _ => self.end.planned_s,
         }
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn the_end_of_a_slower_walk_is_later_unless_the_show_ends_at_a_time() {
         let at = |time_s: f64, head_travel_m, head_speed_mps| FrameHeader {
-            sim_time_ns: (time_s * 1e9) as i64,
+            show_time_ns: (time_s * 1e9) as i64,
             head_travel_m,
             head_speed_mps,
             ..FrameHeader::default()

@@ -109,7 +109,7 @@ impl Show<'_> {
             known.guard.as_ref().map(|at| Ending::Guard { held_at_s: at.held_at_s, is_margin_kept: at.is_margin_kept });
         let end = self.seen.header.and_then(|header| match header.show_state() {
             Some(ShowState::Ended) => Some(Over::Server),
-            Some(ShowState::Finished) => Some(Over::Show(Ending::EndOfRun { time_s: header.sim_time_s() })),
+            Some(ShowState::Finished) => Some(Over::Show(Ending::EndOfRun { time_s: header.show_time_s() })),
             _ => None,
         });
         contact.or(guard).map(Over::Show).or(end)
@@ -151,7 +151,7 @@ impl Show<'_> {
             (None, _) => {}
         }
         let Some(header) = self.seen.header else { return Ending::ServerEnded };
-        let time_s = header.sim_time_s();
+        let time_s = header.show_time_s();
         let until_s = self.args.run.pace.until.filter(|until_s| time_s + NANOSECOND_S >= *until_s);
         match (until_s, header.show_state()) {
             (Some(_), _) => Ending::Until { time_s },

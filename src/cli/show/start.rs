@@ -62,7 +62,7 @@ impl Show<'_> {
     /// Arguments with which a restarted server continues.
     fn resumption(&self, header: &FrameHeader) -> Vec<String> {
         let mut args =
-            vec![format!("--start-at={}", header.sim_time_s()), format!("--start-travel={}", header.head_travel_m)];
+            vec![format!("--start-at={}", header.show_time_s()), format!("--start-travel={}", header.head_travel_m)];
         args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
         let follows = self.args.run.timecode.source.is_some();
         // A show that stood still with its timecode follows again. One that an operator paused while the timecode ran is held.

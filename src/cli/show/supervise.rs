@@ -101,7 +101,7 @@ impl Show<'_> {
             if self.is_performance && self.seen.finishes_with(header) {
                 log(&format!(
                     "{} s: finished; only `ctl stop` or Ctrl-C ends this show",
-                    Fixed::<6>(header.sim_time_s())
+                    Fixed::<6>(header.show_time_s())
                 ));
             }
             self.seen.see_frame(header);
@@ -178,7 +178,7 @@ impl Show<'_> {
     }
 
     fn count_end(&mut self, role: ChildRole, reason: &str, restarts: bool) {
-        let show_time_s = self.seen.header.map(|header| header.sim_time_s());
+        let show_time_s = self.seen.header.map(|header| header.show_time_s());
         self.reports.totals.add_end(role, self.children.name(role), reason, show_time_s, restarts);
     }
 

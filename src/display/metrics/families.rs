@@ -61,7 +61,7 @@ fn motion(header: Option<&FrameHeader>) -> String {
         /// 1 for the current state of the show, 0 for the others.
         gauges show_state = one_of("state", states, state);
         /// Show time of the last frame.
-        gauge show_time_seconds = of(FrameHeader::sim_time_s);
+        gauge show_time_seconds = of(FrameHeader::show_time_s);
         /// Show seconds per second of wall time.
         gauge time_scale_ratio = of(|header| header.time_scale);
         /// Speed of the head in metres per show second; 0 while it stands.
@@ -105,7 +105,7 @@ fn forecast(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
         /// sample if no contact is known ahead.
         gauge forecast_contact_time_seconds = contact_s;
         /// Show seconds until the next contact.
-        gauge forecast_contact_remaining_seconds = contact_s.zip(header).map(|(at_s, header)| at_s - header.sim_time_s());
+        gauge forecast_contact_remaining_seconds = contact_s.zip(header).map(|(at_s, header)| at_s - header.show_time_s());
         /// Seconds of wall time until the next contact; while the head stands, from the instant at which it walks on.
         gauge forecast_contact_wall_seconds = wall_s.filter(|_| contact_s.is_some());
         /// Show time of the earliest contact that the play of the hinges allows. No sample without play, or if none is known ahead.

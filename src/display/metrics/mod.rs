@@ -61,7 +61,7 @@ mod tests {
         FrameHeader {
             run_id: 9_007_199_254_740_991,
             tick: 41,
-            sim_time_ns: 410_500_000_000,
+            show_time_ns: 410_500_000_000,
             published_ns: 5_000_000_000,
             time_scale: 20.0,
             state: ShowState::Held.to_wire(),

@@ -227,7 +227,7 @@ mod tests {
             let status = Status { timecode: timecode.to_wire(), ..Status::default() };
             let snapshot = snapshot(ShowState::Running, &status);
             assert_eq!(refused(&snapshot), expected);
-            let seek = Request::Seek { sim_time_s: 1.0 };
+            let seek = Request::Seek { show_time_s: 1.0 };
             assert_eq!(Controls::of(&snapshot).refusal(seek).is_some(), expected.contains("seek"));
         }
     }

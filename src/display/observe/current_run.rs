@@ -62,7 +62,7 @@ impl CurrentRun {
         let forecaster = Forecaster::start(config.lead(), 0.0, header.head_travel_m)?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
-            (header.sim_time_s() - earlier.time_s).abs() <= longest_break_s
+            (header.show_time_s() - earlier.time_s).abs() <= longest_break_s
         };
         let (chart, least, walking_speed) = if let Some(earlier) = earlier.filter(goes_on) {
             (earlier.chart, earlier.least, earlier.walking_speed)
@@ -77,7 +77,7 @@ impl CurrentRun {
             least,
             walking_speed,
             ordered_mps: None,
-            time_s: header.sim_time_s(),
+            time_s: header.show_time_s(),
             clearances: ClearanceSearch::default(),
             boards: Vec::new(),
             forecaster,
@@ -94,7 +94,7 @@ impl CurrentRun {
     /// Records a frame and finds its nearest pair. Returns `None` if the frame's number of benches differs from the
     /// description.
     pub(super) fn measure(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Option<PairClearance> {
-        self.time_s = header.sim_time_s();
+        self.time_s = header.show_time_s();
         self.walking_speed.note(header.head_speed_mps);
         let formation = self.run.config.formation();
         if handles.len() != formation.layout().handles() {
@@ -154,7 +154,7 @@ impl CurrentRun {
         let ordered_mps = self.ordered_mps.filter(|speed_mps| *speed_mps > 0.0);
         let planned_mps = self.run.config.tables().head.speed_mps;
         let speed_mps = ordered_mps.or(self.walking_speed.steady_mps).unwrap_or(planned_mps);
-        TravelClock { travel_m: header.head_travel_m, time_s: header.sim_time_s(), speed_mps }
+        TravelClock { travel_m: header.head_travel_m, time_s: header.show_time_s(), speed_mps }
     }
 }
 

@@ -7,16 +7,6 @@ use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind};
 /// Greatest numbers of alerts and of commands that are kept.
 const KEPT_ALERTS: usize = 200;
 const KEPT_COMMANDS: usize = 100;
-/// Kinds of alerts that this version supports.
-const KINDS: [AlertKind; 7] = [
-    AlertKind::Near,
-    AlertKind::Contact,
-    AlertKind::Parted,
-    AlertKind::Held,
-    AlertKind::Fault,
-    AlertKind::Restarted,
-    AlertKind::Outside,
-];
 
 /// The newest events of one kind, each with its number.
 #[derive(Clone, Debug)]
@@ -41,7 +31,7 @@ pub struct Numbered<Event> {
 pub struct AlertLog {
     /// The alerts.
     pub log: EventLog<Alert>,
-    counts: [u64; KINDS.len()],
+    counts: [u64; AlertKind::ALL.len()],
 }
 
 /// The newest commands, 100 by default. Accepted grants are left out, since a guard sends them automatically. Repeats of a
@@ -104,7 +94,7 @@ impl AlertLog {
 
     /// Number of all alerts of each kind that this version supports.
     pub fn counts(&self) -> impl Iterator<Item = (AlertKind, u64)> {
-        KINDS.into_iter().map(|kind| (kind, self.counts[kind as usize]))
+        AlertKind::ALL.into_iter().zip(self.counts)
     }
 }
 
@@ -202,8 +192,8 @@ mod tests {
     #[test]
     fn a_repeated_seek_and_a_repeated_event_are_kept_once() {
         let mut history = CommandHistory::default();
-        let seek = |number, sim_time_s, reply| {
-            let event = CommandEvent::answered(&Request::Seek { sim_time_s }.to_wire(), &reply);
+        let seek = |number, show_time_s, reply| {
+            let event = CommandEvent::answered(&Request::Seek { show_time_s }.to_wire(), &reply);
             CommandEvent { number, ..event }
         };
         for number in 0..50 {

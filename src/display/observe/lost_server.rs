@@ -42,7 +42,7 @@ pub(super) fn has_show(snapshot: &Snapshot) -> bool {
 fn restart(snapshot: &Snapshot) -> String {
     let mut words = vec!["bench-dragon serve --config FILE --held".to_owned()];
     if let Some(header) = snapshot.header() {
-        let time_s = (header.sim_time_s() * 1e3).round() / 1e3;
+        let time_s = (header.show_time_s() * 1e3).round() / 1e3;
         words.push(format!("--start-at={time_s}"));
         let speed_mps = snapshot.run.as_ref().map(|run| run.config.tables().head.speed_mps);
         let is_elsewhere =
@@ -73,14 +73,14 @@ mod tests {
     use crate::config::Config;
     use crate::display::observe::{DescribedRun, ReaderLog};
 
-    fn at(sim_time_ns: i64, head_travel_m: f64, guard: GuardState) -> Snapshot {
+    fn at(show_time_ns: i64, head_travel_m: f64, guard: GuardState) -> Snapshot {
         let run = DescribedRun::new(0, Config::load(None, |_| ()).expect("the paper's"));
         let status = Status { guard: guard.to_wire(), pid: 12, ..Status::default() };
         Snapshot {
             instance: "dragon".to_owned(),
             run: Some(Arc::new(run)),
             status: Some(Arc::new(status)),
-            ..Snapshot::live(FrameHeader { sim_time_ns, head_travel_m, ..FrameHeader::default() })
+            ..Snapshot::live(FrameHeader { show_time_ns, head_travel_m, ..FrameHeader::default() })
         }
     }
 

@@ -118,7 +118,7 @@ impl ObserverState {
         self.seen.nearest = self.current_run().and_then(|(run, frame)| run.measure(&frame.header, &frame.handles));
         let touching = self.seen.nearest.filter(|pair| pair.clearance_m <= 0.0);
         if let (Some(pair), Some(header)) = (touching, self.seen.header()) {
-            let (benches, time_s) = (pair.benches.map(|bench| bench as u64), header.sim_time_s());
+            let (benches, time_s) = (pair.benches.map(|bench| bench as u64), header.show_time_s());
             self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: monotonic_ns() });
         }
     }
@@ -126,7 +126,7 @@ impl ObserverState {
     /// Keeps a contact that a monitor reports. It finds contacts between two snapshots.
     fn note_contact(&mut self, alert: &Alert) {
         if let (Some(AlertKind::Contact), Some(pair)) = (alert.alert_kind(), alert.pair()) {
-            let (benches, time_s) = (pair.map(u64::from), alert.sim_time_ns as f64 / 1e9);
+            let (benches, time_s) = (pair.map(u64::from), alert.show_time_ns as f64 / 1e9);
             self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: monotonic_ns() });
         }
     }

@@ -48,7 +48,7 @@ pub(super) fn encode_frame(sequence: u32, frame: &FrameCopy, nearest: Option<Pai
     let doubles = [
         header.run_id as f64,
         header.tick as f64,
-        header.sim_time_s(),
+        header.show_time_s(),
         header.head_travel_m,
         header.head_speed_mps,
         header.time_scale,
@@ -84,7 +84,7 @@ pub(super) fn frame_json(sequence: u32, frame: &FrameCopy, nearest: Option<PairC
         "run_id": header.run_id,
         "tick": header.tick,
         "state": header.show_state().map_or(UNKNOWN, ShowState::name),
-        "time_s": header.sim_time_s(),
+        "time_s": header.show_time_s(),
         "travel_m": header.head_travel_m,
         "speed_mps": header.head_speed_mps,
         "time_scale": header.time_scale,
@@ -112,7 +112,7 @@ mod tests {
         let header = FrameHeader {
             run_id: (1 << 53) - 1,
             tick: 77,
-            sim_time_ns: -1_500_000_000,
+            show_time_ns: -1_500_000_000,
             head_travel_m: -1.5,
             head_speed_mps: 1.0,
             time_scale: 20.0,
@@ -156,7 +156,7 @@ mod tests {
         let header = FrameHeader {
             run_id: 7,
             tick: 2,
-            sim_time_ns: -1_500_000_000,
+            show_time_ns: -1_500_000_000,
             scheduled_ns: 5_250_000_000,
             state: ShowState::Ready.to_wire(),
             ..FrameHeader::default()

@@ -77,7 +77,7 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
         "number": number,
         "run_id": alert.run_id,
         "kind": alert.alert_kind().map_or(UNKNOWN, |kind| kind.name()),
-        "time_s": alert.sim_time_ns as f64 * 1e-9,
+        "time_s": alert.show_time_ns as f64 * 1e-9,
         "benches": benches,
         "bench": bench,
         "clearance_m": benches.map(|_| alert.clearance_m),
@@ -98,7 +98,7 @@ pub(super) fn command_message(Numbered { number, event }: &Numbered<CommandEvent
         ("run_id", json!(event.run_id)),
         // The tick from which an accepted command holds, or at which a refused command arrived.
         ("tick", json!(event.tick)),
-        ("time_s", json!(event.sim_time_ns as f64 * 1e-9)),
+        ("time_s", json!(event.show_time_ns as f64 * 1e-9)),
         // Process id of the sender; 0 if it is unknown.
         ("pid", json!(event.pid)),
     ] {
@@ -250,7 +250,7 @@ pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
         PageCommand::Hold {} => Request::Hold,
         PageCommand::Release {} => Request::Release,
         PageCommand::Speed { value } => Request::Speed { speed_mps: value },
-        PageCommand::Seek { value } => Request::Seek { sim_time_s: value },
+        PageCommand::Seek { value } => Request::Seek { show_time_s: value },
         PageCommand::Pace { value } => Request::Pace { factor: value },
         PageCommand::Stop {} => Request::Stop,
     })
@@ -264,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_command_has_its_sender_and_the_reason_of_its_refusal() {
-        let seek = Request::Seek { sim_time_s: 500.0 }.to_wire();
+        let seek = Request::Seek { show_time_s: 500.0 }.to_wire();
         let command = Command { sender: Sender::Ctl.to_wire(), pid: 12, ..seek };
         let refused = CommandReply::refused(3, 41, Refusal::OutOfRange { lowest: 0.0, highest: 442.5 });
         let event = CommandEvent { run_id: 3, ..CommandEvent::answered(&command, &refused) };
@@ -296,7 +296,7 @@ mod tests {
             (r#"{"command":"hold"}"#, Request::Hold),
             (r#"{"command":"release"}"#, Request::Release),
             (r#"{"command":"speed","value":0.8}"#, Request::Speed { speed_mps: 0.8 }),
-            (r#"{"command":"seek","value":-30}"#, Request::Seek { sim_time_s: -30.0 }),
+            (r#"{"command":"seek","value":-30}"#, Request::Seek { show_time_s: -30.0 }),
             (r#"{"command":"pace","value":2}"#, Request::Pace { factor: 2.0 }),
             (r#"{"command":"stop"}"#, Request::Stop),
         ] {

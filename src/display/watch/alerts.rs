@@ -1,7 +1,7 @@
 //! The list of alerts, newest first, and the filter of its kinds.
 
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_ipc::{Alert, AlertKind};
+use bench_dragon_ipc::{Alert, AlertKind, Severity};
 use ratatui::text::{Line, Span};
 
 use super::look::{Look, Tone};
@@ -47,10 +47,10 @@ fn is_of_another_run(alert: &Alert, snapshot: &Snapshot) -> bool {
 fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     let kind = alert.alert_kind();
     let name = kind.map_or("unknown", AlertKind::name);
-    let tone = match kind {
-        Some(AlertKind::Contact | AlertKind::Held | AlertKind::Fault) => Tone::Danger,
-        Some(AlertKind::Near | AlertKind::Outside) | None => Tone::Caution,
-        Some(AlertKind::Parted | AlertKind::Restarted) => Tone::Calm,
+    let tone = match kind.map_or(Severity::Caution, AlertKind::severity) {
+        Severity::Danger => Tone::Danger,
+        Severity::Caution => Tone::Caution,
+        Severity::Calm => Tone::Calm,
     };
     let benches = match (alert.pair(), alert.bench()) {
         (Some([one, another]), _) => format!(" {one}-{another}"),
@@ -61,7 +61,7 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
     // An alert of an earlier run is no longer urgent.
     let style = if is_past { look.theme.faint() } else { look.theme.text(tone) };
     let line = Line::from(vec![
-        Span::raw(format!("{:>9} ", Fixed::<3>(alert.sim_time_ns as f64 / 1e9))),
+        Span::raw(format!("{:>9} ", Fixed::<3>(alert.show_time_ns as f64 / 1e9))),
         Span::styled(format!("{name:<9}"), style),
         Span::raw(benches),
     ]);
@@ -78,21 +78,12 @@ pub(super) enum AlertFilter {
 }
 
 impl AlertFilter {
-    const IN_ORDER: [Self; 8] = [
-        Self::All,
-        Self::NotNear,
-        Self::Only(AlertKind::Contact),
-        Self::Only(AlertKind::Near),
-        Self::Only(AlertKind::Outside),
-        Self::Only(AlertKind::Held),
-        Self::Only(AlertKind::Fault),
-        Self::Only(AlertKind::Restarted),
-    ];
-
-    /// The next filter; after the last one, all alerts.
+    /// The next filter; after the last one, all alerts. The kinds follow by their urgency.
     pub(super) fn next(self) -> Self {
-        let at = Self::IN_ORDER.iter().position(|filter| *filter == self).unwrap_or_default();
-        Self::IN_ORDER[(at + 1) % Self::IN_ORDER.len()]
+        let kinds = AlertKind::by_severity().map(Self::Only);
+        let mut after =
+            [Self::All, Self::NotNear].into_iter().chain(kinds).skip_while(|filter| *filter != self).skip(1);
+        after.next().unwrap_or_default()
     }
 
     pub(super) fn takes(self, alert: &Alert) -> bool {
@@ -127,7 +118,7 @@ mod tests {
     fn alerts_are_filtered_by_kind() {
         let snapshot = snapshot(ShowState::Running, 300.0);
         let near = |keys| text_after(keys, &snapshot).contains("near      0-11");
-        assert_eq!(["", "k", "kk", "kkk", "kkkkkkkk"].map(near), [true, false, false, true, true]);
+        assert_eq!(["", "k", "kk", "kkkkk", "kkkkkkkkk"].map(near), [true, false, false, true, true]);
         let without = text_after("k", &snapshot);
         assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
     }

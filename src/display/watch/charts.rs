@@ -56,7 +56,7 @@ fn timeline(chart: &ClearanceChart, width: u16, snapshot: &Snapshot, screen: &Sc
     if let Some(cell) = snapshot.forecast.contact_s().and_then(column).and_then(|at| cells.get_mut(at)) {
         *cell = Span::styled(look.glyphs.signs().cross, look.theme.text(Tone::Danger));
     }
-    let now_s = snapshot.header().map(FrameHeader::sim_time_s);
+    let now_s = snapshot.header().map(FrameHeader::show_time_s);
     if let Some(cell) = now_s.and_then(column).and_then(|at| cells.get_mut(at)) {
         *cell = Span::styled(look.glyphs.signs().pointer, strong());
     }

@@ -76,7 +76,7 @@ fn request(key: &str, space: Request) -> Option<Request> {
         "space" => space,
         "r" => Request::Release,
         "+ - v" => Request::Speed { speed_mps: 0.0 },
-        "s" => Request::Seek { sim_time_s: 0.0 },
+        "s" => Request::Seek { show_time_s: 0.0 },
         _ => return None,
     })
 }

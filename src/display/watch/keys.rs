@@ -227,7 +227,7 @@ mod tests {
     fn letters_have_the_same_action_under_caps_lock() {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         let actions = type_keys(&mut screen, "S12\n\nV2\nFZXQ", &snapshot);
-        let expected = [Request::Seek { sim_time_s: 12.0 }, Request::Speed { speed_mps: 2.0 }].map(KeyAction::Command);
+        let expected = [Request::Seek { show_time_s: 12.0 }, Request::Speed { speed_mps: 2.0 }].map(KeyAction::Command);
         assert_eq!(actions, [&expected[..], &[KeyAction::Quit]].concat());
         assert!(screen.camera.follows);
     }

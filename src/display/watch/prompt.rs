@@ -27,7 +27,7 @@ impl NumberEntry {
 
     /// Entry of a seek: of a replay, the position in its recording.
     pub(super) fn seek(snapshot: &Snapshot) -> Self {
-        let request = |sim_time_s| Request::Seek { sim_time_s };
+        let request = |show_time_s| Request::Seek { show_time_s };
         let asked = match snapshot.replay {
             Some(_) => "seconds since the first frame of the recording to seek to",
             None => "show time to seek to in s",
@@ -132,9 +132,9 @@ mod tests {
         let (mut screen, snapshot) = (new_screen(false), walking(ShowState::Running, 1.0));
         let actions = type_keys(&mut screen, "s-12.5\n\nv0.8\ns1e2\n\n", &snapshot);
         let expected = [
-            Request::Seek { sim_time_s: -12.5 },
+            Request::Seek { show_time_s: -12.5 },
             Request::Speed { speed_mps: 0.8 },
-            Request::Seek { sim_time_s: 100.0 },
+            Request::Seek { show_time_s: 100.0 },
         ];
         assert_eq!(actions, expected.map(KeyAction::Command));
     }
@@ -167,7 +167,7 @@ mod tests {
         let confirmation = screen.confirmation.expect("a confirmation").text();
         assert_eq!(confirmation, "seek 30 s? the dragon jumps there: press enter again");
         assert_eq!(type_keys(&mut screen, "f\n", &snapshot), [], "another key withdraws it");
-        let seek = Request::Seek { sim_time_s: 30.0 };
+        let seek = Request::Seek { show_time_s: 30.0 };
         assert_eq!(type_keys(&mut screen, "s30\n\n", &snapshot), [KeyAction::Command(seek)]);
     }
 

@@ -76,13 +76,13 @@ impl Screen {
     fn see_contacts(&mut self, snapshot: &Snapshot) {
         let touching = snapshot.nearest.filter(|pair| pair.clearance_m <= 0.0);
         if let (Some(pair), false, Some(header)) = (touching, self.touches, snapshot.header()) {
-            self.past_contact = Some(contact(pair.benches, header.sim_time_s()));
+            self.past_contact = Some(contact(pair.benches, header.show_time_s()));
         }
         self.touches = touching.is_some();
         let found =
             snapshot.alerts.log.since(self.seen_alerts).filter(|it| it.event.alert_kind() == Some(AlertKind::Contact));
         if let Some(alert) = found.last().map(|numbered| numbered.event) {
-            self.past_contact = alert.pair().map(|pair| contact(pair, alert.sim_time_ns as f64 / 1e9));
+            self.past_contact = alert.pair().map(|pair| contact(pair, alert.show_time_ns as f64 / 1e9));
         }
         self.seen_alerts = snapshot.alerts.log.total;
     }

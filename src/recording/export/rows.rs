@@ -122,7 +122,7 @@ fn alert_row(&RecordedAlert { log_time_ns, ref alert }: &RecordedAlert) -> Vec<C
     let forecast_s = (alert.forecast_ns != Alert::NO_FORECAST).then(|| seconds(alert.forecast_ns));
     let benches = [bench(alert.bench_a), bench(alert.bench_b)];
     let what = [of_pair(alert.clearance_m), of_bench(x_m), of_bench(y_m)];
-    let when = When::of(alert.run_id, alert.tick, alert.sim_time_ns, wall_time(i128::from(log_time_ns)));
+    let when = When::of(alert.run_id, alert.tick, alert.show_time_ns, wall_time(i128::from(log_time_ns)));
     let when = when.cells().into_iter();
     when.chain([kind.into()]).chain(benches).chain(what).chain([forecast_s.into()]).collect()
 }
@@ -138,7 +138,7 @@ fn command_row(event: &CommandEvent) -> Vec<Cell> {
     };
     let sender = [sender.into(), pid.map_or(Cell::Blank, |pid| Cell::Whole(pid.into()))];
     let command = [command.into(), value(0), value(1), outcome, reason.map_or(Cell::Blank, Cell::from), text.into()];
-    let when = When::of(event.run_id, event.tick, event.sim_time_ns, wall_time).cells().into_iter();
+    let when = When::of(event.run_id, event.tick, event.show_time_ns, wall_time).cells().into_iter();
     when.chain(sender).chain(command).chain([Cell::Whole(event.number), Cell::Whole(event.overruns)]).collect()
 }
 
@@ -146,13 +146,13 @@ fn command_row(event: &CommandEvent) -> Vec<Cell> {
 struct When([Cell; 4]);
 
 impl When {
-    fn of(run_id: u64, tick: u64, sim_time_ns: i64, wall_time: String) -> Self {
-        Self([Cell::Whole(run_id), Cell::Whole(tick), Cell::Number(seconds(sim_time_ns)), Cell::Text(wall_time)])
+    fn of(run_id: u64, tick: u64, show_time_ns: i64, wall_time: String) -> Self {
+        Self([Cell::Whole(run_id), Cell::Whole(tick), Cell::Number(seconds(show_time_ns)), Cell::Text(wall_time)])
     }
 
     /// The wall time of a frame is that of its sending.
     fn of_frame(RecordedFrame { log_time_ns, header, .. }: &RecordedFrame) -> Self {
-        Self::of(header.run_id, header.tick, header.sim_time_ns, wall_time(i128::from(*log_time_ns)))
+        Self::of(header.run_id, header.tick, header.show_time_ns, wall_time(i128::from(*log_time_ns)))
     }
 
     fn cells(&self) -> [Cell; 4] {

@@ -52,11 +52,11 @@ impl Selection {
                 |events: ExportSubject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
             match &recorded {
                 Recorded::Frame(frame) => self.count_frame(&frame.header),
-                Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.alert.sim_time_ns) => {
+                Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.alert.show_time_ns) => {
                     self.counts.alerts += 1;
                 }
                 Recorded::Command(event) if is_plain_grant(event) && !with_grants => continue,
-                Recorded::Command(event) if is_of(ExportSubject::Commands, event.sim_time_ns) => {
+                Recorded::Command(event) if is_of(ExportSubject::Commands, event.show_time_ns) => {
                     self.counts.commands += 1;
                 }
                 _ => continue,
@@ -68,7 +68,7 @@ impl Selection {
     fn read(&mut self) -> Result<Option<Recorded>, ExportError> {
         let Self { settings: ExportSettings { subject, .. }, reader, sampling, search, .. } = self;
         let is_wanted = |header: &FrameHeader| {
-            let time_ns = header.sim_time_ns;
+            let time_ns = header.show_time_ns;
             let is_taken = search.comes_by(time_ns) && sampling.takes(header.run_id, time_ns);
             is_taken && subject.has_frames()
         };
@@ -108,14 +108,14 @@ impl Sampling {
     }
 
     /// Whether the frame of a run at a show time is chosen. Call it for frames in their order.
-    fn takes(&mut self, run_id: u64, sim_time_ns: i64) -> bool {
+    fn takes(&mut self, run_id: u64, show_time_ns: i64) -> bool {
         if self.every_ns == 0 {
             return true;
         }
         let step = |time_ns: i64| time_ns.div_euclid(self.every_ns);
-        let last = self.last.replace((run_id, sim_time_ns));
+        let last = self.last.replace((run_id, show_time_ns));
         last.is_none_or(|(last_run_id, last_ns)| {
-            last_run_id != run_id || step(last_ns) != step(sim_time_ns) || sim_time_ns < last_ns
+            last_run_id != run_id || step(last_ns) != step(show_time_ns) || show_time_ns < last_ns
         })
     }
 }

@@ -100,7 +100,7 @@ impl Workbook {
             ExportSubject::Benches => BenchState::all(handles).map(|bench| Sample::of(&bench)).collect(),
             ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands => return 0,
         };
-        let time_s = seconds(header.sim_time_ns);
+        let time_s = seconds(header.show_time_ns);
         self.titles.push(if run == 1 { format!("{time_s} s") } else { format!("run {run}, {time_s} s") });
         let count = samples.len();
         self.has_heights |= samples.iter().any(|sample| sample.z_m != 0.0);

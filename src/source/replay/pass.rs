@@ -32,7 +32,8 @@ pub struct PassSummary {
     /// Frames between the first and the last one that the recorder lost.
     pub missing: u64,
     /// Show time of the last frame, in seconds.
-    pub sim_time_s: f64,
+    #[serde(rename = "sim_time_s")]
+    pub show_time_s: f64,
     /// Number of frames that were late.
     pub overruns: u64,
     /// From each frame's due time to the start of its tick, in microseconds.
@@ -382,10 +383,10 @@ impl<'a> Pass<'a> {
         let (run_id, recorded_run_id) = (self.run_id(), self.recorded_run_id());
         let overruns = self.replay.clock.overruns() - self.overruns_before;
         let Self { tick: frames, missing, ports, outlets, shown, .. } = self;
-        let sim_time_s = shown.map_or(0.0, |frame| frame.header.sim_time_s());
+        let show_time_s = shown.map_or(0.0, |frame| frame.header.show_time_s());
         self.replay.summary.frames += frames;
         drop(outlets);
         let TimesOfAll { lateness_us, tick_us } = ports.finish();
-        PassSummary { run_id, recorded_run_id, frames, missing, sim_time_s, overruns, lateness_us, tick_us }
+        PassSummary { run_id, recorded_run_id, frames, missing, show_time_s, overruns, lateness_us, tick_us }
     }
 }

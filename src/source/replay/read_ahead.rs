@@ -310,7 +310,7 @@ impl Excerpt {
         loop {
             let Self { reader, search, trail, abandoned, .. } = self;
             let is_wanted = |header: &FrameHeader| {
-                let is_inside = search.comes_by(header.sim_time_ns);
+                let is_inside = search.comes_by(header.show_time_ns);
                 if !is_inside {
                     trail.skip(header);
                 }
@@ -330,8 +330,8 @@ impl Excerpt {
     }
 
     fn take(&mut self, recorded: Recorded) -> Option<Planned> {
-        let is_wanted = |excerpt: &Self, sim_time_ns| {
-            !excerpt.is_frames_only && excerpt.begin_ns.is_none() && excerpt.search.contains(sim_time_ns)
+        let is_wanted = |excerpt: &Self, show_time_ns| {
+            !excerpt.is_frames_only && excerpt.begin_ns.is_none() && excerpt.search.contains(show_time_ns)
         };
         match recorded {
             Recorded::Frame(frame) if self.begin_ns.is_some_and(|begin_ns| frame.log_time_ns < begin_ns) => {
@@ -343,9 +343,9 @@ impl Excerpt {
                 Some(self.plan(frame))
             }
             Recorded::Alert(recorded) => {
-                is_wanted(self, recorded.alert.sim_time_ns).then_some(Planned::Alert(recorded.alert))
+                is_wanted(self, recorded.alert.show_time_ns).then_some(Planned::Alert(recorded.alert))
             }
-            Recorded::Command(event) => is_wanted(self, event.sim_time_ns).then_some(Planned::Command(event)),
+            Recorded::Command(event) => is_wanted(self, event.show_time_ns).then_some(Planned::Command(event)),
         }
     }
 

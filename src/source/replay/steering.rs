@@ -28,10 +28,10 @@ impl Steering {
             Request::Stop => self.is_stopped = true,
             Request::Pause => self.is_paused = true,
             Request::Resume => self.is_paused = false,
-            Request::Seek { sim_time_s } if sim_time_s.is_nan() => {
+            Request::Seek { show_time_s } if show_time_s.is_nan() => {
                 return Err(Refusal::OutOfRange { lowest: 0.0, highest: length_ns as f64 / 1e9 });
             }
-            Request::Seek { sim_time_s } => self.sought_ns = Some(((sim_time_s * 1e9) as u64).min(length_ns)),
+            Request::Seek { show_time_s } => self.sought_ns = Some(((show_time_s * 1e9) as u64).min(length_ns)),
             Request::Pace { factor } if RATE.contains(&factor) => self.pace = factor,
             Request::Pace { .. } => {
                 return Err(Refusal::OutOfRange { lowest: *RATE.start(), highest: *RATE.end() });
@@ -52,10 +52,10 @@ mod tests {
     #[test]
     fn a_seek_stays_in_the_recording_and_a_pace_in_its_range() {
         let mut steering = Steering::new(false, 1.0);
-        for (sim_time_s, sought_ns) in
+        for (show_time_s, sought_ns) in
             [(-3.0, 0), (1.5, 1_500_000_000), (99.0, 2_000_000_000), (f64::INFINITY, 2_000_000_000)]
         {
-            assert_eq!(steering.take(Request::Seek { sim_time_s }, 2_000_000_000), Ok(()));
+            assert_eq!(steering.take(Request::Seek { show_time_s }, 2_000_000_000), Ok(()));
             assert_eq!(steering.sought_ns, Some(sought_ns));
         }
         let refused = Err(Refusal::OutOfRange { lowest: 0.01, highest: 100.0 });
@@ -63,7 +63,7 @@ mod tests {
             assert_eq!(steering.take(Request::Pace { factor }, 0), refused);
         }
         assert_eq!((steering.take(Request::Pace { factor: 4.0 }, 0), steering.pace), (Ok(()), 4.0));
-        assert!(steering.take(Request::Seek { sim_time_s: f64::NAN }, 0).is_err());
+        assert!(steering.take(Request::Seek { show_time_s: f64::NAN }, 0).is_err());
         assert_eq!(steering.take(Request::Speed { speed_mps: 1.0 }, 0), Err(Refusal::Replayed));
     }
 }

@@ -41,7 +41,7 @@ pub struct TimecodeNews {
     pub event: FollowerEvent,
     /// Show time in seconds.
     #[serde(rename = "time_s")]
-    pub sim_time_s: f64,
+    pub show_time_s: f64,
     /// Whether the operator's pause or hold keeps the show standing at that moment.
     #[serde(rename = "stopped")]
     pub is_stopped: bool,
@@ -70,14 +70,14 @@ impl TimecodeFollowing {
         let (order, event) = self.follower.steer(due_ns, show);
         if let Some(event) = event {
             // A full queue drops the news.
-            let _ = self.news.push(TimecodeNews { event, sim_time_s: show.sim_time_s, is_stopped: show.is_stopped });
+            let _ = self.news.push(TimecodeNews { event, show_time_s: show.show_time_s, is_stopped: show.is_stopped });
         }
-        if let Some(sim_time_s) = order.seek_s {
-            let outcome = seek(sim_time_s);
+        if let Some(show_time_s) = order.seek_s {
+            let outcome = seek(show_time_s);
             self.follower.note_seek(outcome.is_ok());
             // A refused seek is retried ten times a second. Only the first refusal is recorded.
             if !std::mem::replace(&mut self.is_seek_refused, outcome.is_err()) || outcome.is_ok() {
-                record(seek_event(sim_time_s, outcome));
+                record(seek_event(show_time_s, outcome));
             }
         }
         let leads = self.follower.leads();
@@ -98,8 +98,8 @@ impl SteeringRecord {
     }
 }
 
-fn seek_event(sim_time_s: f64, outcome: Result<(), Refusal>) -> CommandEvent {
-    let command = Command { sender: Sender::Timecode.to_wire(), ..Request::Seek { sim_time_s }.to_wire() };
+fn seek_event(show_time_s: f64, outcome: Result<(), Refusal>) -> CommandEvent {
+    let command = Command { sender: Sender::Timecode.to_wire(), ..Request::Seek { show_time_s }.to_wire() };
     let reply = outcome.map_or_else(|refusal| CommandReply::refused(0, 0, refusal), |()| CommandReply::accepted(0, 0));
     CommandEvent::answered(&command, &reply)
 }

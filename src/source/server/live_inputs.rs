@@ -22,7 +22,7 @@ pub(super) struct LiveInputs<'a> {
 
 impl LiveInputs<'_> {
     fn moment(&self, head: HeadState) -> Moment {
-        Moment { sim_time_ns: head.sim_time_ns, overruns: self.schedule.overruns() }
+        Moment { show_time_ns: head.show_time_ns, overruns: self.schedule.overruns() }
     }
 }
 

@@ -61,7 +61,8 @@ pub struct ServerSummary {
     /// Frames published.
     pub frames: u64,
     /// Show time of the last frame, in seconds.
-    pub sim_time_s: f64,
+    #[serde(rename = "sim_time_s")]
+    pub show_time_s: f64,
     /// Releases skipped.
     pub overruns: u64,
     /// Lag of the show behind the clock at the end, in seconds of wall time.
@@ -188,7 +189,7 @@ impl Server {
     }
 
     fn moment(&self, overruns: u64) -> Moment {
-        Moment { sim_time_ns: self.simulation.motion().head().sim_time_ns, overruns }
+        Moment { show_time_ns: self.simulation.motion().head().show_time_ns, overruns }
     }
 
     /// Waits for the readers of its settings, unless it is stopped.
@@ -206,7 +207,7 @@ impl Server {
 
     fn finish(self, frames: u64, schedule: &Schedule) -> ServerSummary {
         service_manager::stopping();
-        let sim_time_s = self.simulation.motion().head().sim_time_ns as f64 / 1e9;
+        let show_time_s = self.simulation.motion().head().show_time_ns as f64 / 1e9;
         let [behind_s, most_behind_s] = self.simulation.behind_ns().map(|behind_ns| behind_ns as f64 * 1e-9);
         let (run_id, overruns) = (self.run_id(), schedule.overruns());
         let stopped_by = self.ports.report.commands.stop().map(StoppedBy::from);
@@ -214,7 +215,7 @@ impl Server {
         ServerSummary {
             run_id,
             frames,
-            sim_time_s,
+            show_time_s,
             overruns,
             behind_s,
             most_behind_s,

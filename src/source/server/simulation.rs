@@ -89,8 +89,8 @@ impl Simulation {
         inputs.requests(self.motion.head(), &mut |request| self.request(request));
         let Self { motion, .. } = self;
         let head = motion.head();
-        let show = ShowPosition { sim_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
-        let mut seek = |sim_time_s| motion.request(Request::Seek { sim_time_s });
+        let show = ShowPosition { show_time_s: motion.next_sim_s(), is_stopped: motion.is_stopped() };
+        let mut seek = |show_time_s| motion.request(Request::Seek { show_time_s });
         if let Some(Steering { stands, leads, time_scale }) = inputs.steering(head, show, &mut seek) {
             self.motion.set_stands(stands);
             self.motion.set_tick(time_scale / f64::from(self.rate_hz));
@@ -155,7 +155,7 @@ impl HeadState {
         FrameHeader {
             run_id,
             tick,
-            sim_time_ns: self.sim_time_ns,
+            show_time_ns: self.show_time_ns,
             scheduled_ns,
             published_ns: 0,
             head_travel_m: self.travel_m,

@@ -46,7 +46,7 @@ pub struct FollowerSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShowPosition {
     /// Show time of the tick if the show continues as before, in seconds.
-    pub sim_time_s: f64,
+    pub show_time_s: f64,
     /// Whether the operator has paused or held the show.
     pub is_stopped: bool,
 }
@@ -167,7 +167,7 @@ impl Follower {
             TimecodeState::Standing => self.stand(newest, now_ns, show),
             _ => self.go_on(newest, now_ns, show),
         };
-        self.stood_s = order.stands.then_some(show.sim_time_s);
+        self.stood_s = order.stands.then_some(show.show_time_s);
         (order, event)
     }
 
@@ -222,7 +222,7 @@ impl Follower {
         let target_s = self.running_target_s(newest, now_ns, show);
         let is_before = target_s < self.settings.first_s;
         let target_s = self.within_run_s(target_s);
-        let difference_s = target_s - show.sim_time_s;
+        let difference_s = target_s - show.show_time_s;
         if show.is_stopped {
             return self.order(!self.has_met, None);
         }
@@ -244,7 +244,7 @@ impl Follower {
     /// position stays at that point.
     fn stand(&mut self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let target_s = self.within_run_s(self.target_s(newest.position, show));
-        let difference_s = target_s - show.sim_time_s;
+        let difference_s = target_s - show.show_time_s;
         let has_stood_at_once = self.stood_s.is_some() && self.braked_s == 0.0;
         let is_beside = has_stood_at_once && difference_s.abs() > SAME_PLACE_S;
         let is_away = !self.has_met || self.is_jump(difference_s) || is_beside;
@@ -272,7 +272,7 @@ impl Follower {
         let away_s = |target_s: f64| (target_s - self.within_run_s(target_s)).abs();
         let days = [today_s, today_s - position.day_s, today_s + position.day_s];
         let nearer = |one: &f64, other: &f64| {
-            let from_show_s = |target_s: f64| (target_s - show.sim_time_s).abs();
+            let from_show_s = |target_s: f64| (target_s - show.show_time_s).abs();
             away_s(*one).total_cmp(&away_s(*other)).then(from_show_s(*one).total_cmp(&from_show_s(*other)))
         };
         days.into_iter().min_by(nearer).expect("there are three candidates")
@@ -290,7 +290,7 @@ impl Follower {
 
     /// Adds the show time that has passed since the show was ordered to stand.
     fn note_braking(&mut self, show: ShowPosition) {
-        let went_on_s = self.stood_s.map_or(0.0, |stood_s| show.sim_time_s - stood_s);
+        let went_on_s = self.stood_s.map_or(0.0, |stood_s| show.show_time_s - stood_s);
         // A step outside of this range is an operator's seek.
         if (0.0..Self::JUMP_S).contains(&went_on_s) {
             self.braked_s += went_on_s;

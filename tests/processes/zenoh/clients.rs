@@ -28,7 +28,7 @@ fn echo_hz_and_record_work_on_the_far_bus() {
     assert_eq!(echoed.len(), 20);
     for line in &echoed {
         let tick = line["tick"].as_u64().expect("a tick") as usize;
-        assert_eq!(line["sim_time_ns"], shots[tick].header.sim_time_ns);
+        assert_eq!(line["sim_time_ns"], shots[tick].header.show_time_ns);
         assert_eq!(line["head_travel_m"], shots[tick].header.head_travel_m);
     }
     let summary = far_recorder.terminate().expect_clean().last_json();
@@ -46,7 +46,7 @@ fn echo_hz_and_record_work_on_the_far_bus() {
     assert!(!copy.is_empty());
     for frame in &copy {
         let there = &original[frame.header.tick as usize];
-        assert_eq!((there.header.tick, there.header.sim_time_ns), (frame.header.tick, frame.header.sim_time_ns));
+        assert_eq!((there.header.tick, there.header.show_time_ns), (frame.header.tick, frame.header.show_time_ns));
         assert_eq!(there.handles, frame.handles);
     }
 }
@@ -80,11 +80,12 @@ fn monitors_on_both_sides_report_the_same_contact_and_the_far_bus_gets_both_aler
     for _ in 0..2 {
         let alert = eventually("an alert of the contact", contact);
         assert_eq!((run_id.as_u64(), there["tick"].as_u64()), (Some(alert.run_id), Some(alert.tick)));
-        assert_eq!(there["time_s"], alert.sim_time_ns as f64 * 1e-9);
+        assert_eq!(there["time_s"], alert.show_time_ns as f64 * 1e-9);
     }
     let at_contact = reader.read_to_tick(there["tick"].as_u64().expect("a tick"));
     assert!(
-        at_contact.last().expect("at least one frame").header.sim_time_s() >= there["time_s"].as_f64().expect("a time")
+        at_contact.last().expect("at least one frame").header.show_time_s()
+            >= there["time_s"].as_f64().expect("a time")
     );
     for monitor in monitors {
         monitor.terminate().expect_clean();

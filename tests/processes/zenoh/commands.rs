@@ -70,7 +70,7 @@ fn a_bridge_with_the_flag_passes_commands_and_the_servers_replies() {
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
     let shots = reader.read_to_tick(sought["tick"].as_u64().expect("a tick"));
-    assert_eq!(shots.last().expect("at least one frame").header.sim_time_s(), 100.0);
+    assert_eq!(shots.last().expect("at least one frame").header.show_time_s(), 100.0);
 
     assert_eq!(ctl(&far, &["stop"])["accepted"], true);
     server.summary();
@@ -98,7 +98,7 @@ fn a_command_refused_for_lack_of_an_answer_is_not_executed_later() {
     let mut reader = Reader::join(&near);
     let sought = ctl(&far, &["seek", "100"]);
     assert_eq!(sought["accepted"], true, "{sought}");
-    let shots = reader.read_until("show time is 100 s", |header| header.sim_time_s() == 100.0);
+    let shots = reader.read_until("show time is 100 s", |header| header.show_time_s() == 100.0);
     assert!(shots.iter().all(|shot| shot.state() == ShowState::Paused));
     server.stop();
     receiver.stop();

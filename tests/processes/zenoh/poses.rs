@@ -138,8 +138,8 @@ fn a_recording_played_faster_passes_completely() {
     let mut recorder = Recorder::start(RecorderSettings::new(near.path("a.mcap"), 0)).expect("a recorder");
     recorder.describe(7, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 20\n").expect("the configuration");
     for tick in 0..FRAMES {
-        let (scheduled_ns, sim_time_ns) = (tick * 50_000_000, tick as i64);
-        let header = FrameHeader { run_id: 7, tick, scheduled_ns, sim_time_ns, bench_count: 1, ..Default::default() };
+        let (scheduled_ns, show_time_ns) = (tick * 50_000_000, tick as i64);
+        let header = FrameHeader { run_id: 7, tick, scheduled_ns, show_time_ns, bench_count: 1, ..Default::default() };
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");
@@ -155,7 +155,7 @@ fn a_recording_played_faster_passes_completely() {
     let statuses = StatusReader::open(far.domain(), "test").expect("the bridge has created the services");
     // A late subscriber gets the status, but could miss the last frame.
     let last = eventually("the status of the last frame", || {
-        statuses.poll().expect("the bus is readable").filter(|status| status.sim_time_ns == FRAMES as i64 - 1)
+        statuses.poll().expect("the bus is readable").filter(|status| status.show_time_ns == FRAMES as i64 - 1)
     });
     assert_eq!(last.rate_hz, 400);
     replay.end().expect_clean();

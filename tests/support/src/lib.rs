@@ -1,7 +1,8 @@
-//! Code that several tests share: waits with a deadline, processes of the program, Python, random
+//! Code that several tests share: waits with a deadline, generated files, processes of the program, Python, random
 //! properties, and skipped tests.
 
 pub mod eventually;
+pub mod foreign_form;
 mod list;
 pub mod process;
 pub mod property;

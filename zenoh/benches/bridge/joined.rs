@@ -102,7 +102,7 @@ impl Joined {
             let read_ns = monotonic_ns();
             while let Some(sent) = self.near.receive().expect("the bus is readable") {
                 let header = sent.header();
-                self.sent.insert(header.sim_time_ns, Sent { due_ns: header.scheduled_ns, check: check(&sent) });
+                self.sent.insert(header.show_time_ns, Sent { due_ns: header.scheduled_ns, check: check(&sent) });
             }
             if let Some(frame) = frame {
                 self.take(&frame, read_ns);
@@ -125,7 +125,7 @@ impl Joined {
             self.journey.missed += frames;
         }
         // The frame was sent before the reader of the first bus was opened.
-        let Some(&Sent { due_ns, check: sent }) = self.sent.get(&frame.header().sim_time_ns) else { return };
+        let Some(&Sent { due_ns, check: sent }) = self.sent.get(&frame.header().show_time_ns) else { return };
         assert_eq!(check(frame), sent, "every received value equals the sent value");
         self.journey.reads.push(Read { due_ns, read_ns });
         self.journey.latency_ns.push(read_ns - due_ns);

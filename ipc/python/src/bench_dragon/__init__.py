@@ -13,10 +13,20 @@ in place, without a copy.
 """
 
 from bench_dragon._bus import __version__
-from bench_dragon.alert import Alert, AlertKind
+from bench_dragon.alert import Alert
 from bench_dragon.bench import Benches
-from bench_dragon.command import Refusal
-from bench_dragon.command_event import CommandEvent, EventKind, Sender
+from bench_dragon.codes import (
+    AlertKind,
+    EventKind,
+    GuardState,
+    Refusal,
+    Sender,
+    ShowState,
+    SourceKind,
+    TimecodeKind,
+    TimecodeState,
+)
+from bench_dragon.command_event import CommandEvent
 from bench_dragon.continuity import Continuity
 from bench_dragon.description import Description
 from bench_dragon.domain import Domain
@@ -33,18 +43,10 @@ from bench_dragon.errors import (
     TooManyFramesHeld,
     VersionMismatch,
 )
-from bench_dragon.frame import Frame, FrameHeader, HandleState, ShowState
+from bench_dragon.frame import Frame, FrameHeader, HandleState
 from bench_dragon.show import Show
 from bench_dragon.source import SourceState
-from bench_dragon.status import (
-    GuardState,
-    SourceKind,
-    Status,
-    Stops,
-    TimecodeKind,
-    TimecodeState,
-    TimeHistogram,
-)
+from bench_dragon.status import Status, Stops, TimeHistogram
 
 __all__ = [
     "Alert",

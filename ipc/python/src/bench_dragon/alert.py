@@ -2,29 +2,12 @@
 
 import ctypes
 
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.codes import AlertKind
+from bench_dragon.wire import WireType, decoded
 
 _NO_FORECAST = -(2**63)
 _NO_BENCH = 2**32 - 1
 
-
-class AlertKind(WireCode):
-    """Kind of an alert."""
-
-    NEAR = 0
-    """Two benches came nearer than the configured `near_m`."""
-    CONTACT = 1
-    """Two benches touched."""
-    PARTED = 2
-    """Two benches that had touched are apart again."""
-    HELD = 3
-    """The show is held."""
-    FAULT = 4
-    """The frames do not agree with the published description."""
-    RESTARTED = 5
-    """The source of the frames was restarted."""
-    OUTSIDE = 6
-    """A board left the outline of the stage, while the bench before it is inside."""
 
 
 class Alert(WireType):
@@ -36,7 +19,7 @@ class Alert(WireType):
     """Run in which it happened."""
     tick: int
     """First tick at which the event held."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
     """
     forecast_ns: int
@@ -59,7 +42,7 @@ class Alert(WireType):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("forecast_ns", ctypes.c_int64),
         ("clearance_m", ctypes.c_double),
         ("point_m", ctypes.c_double * 2),
@@ -85,9 +68,9 @@ class Alert(WireType):
         return self.bench_a if self.bench_b == _NO_BENCH != self.bench_a else None
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time of the event in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9
 
     @property
     def forecast_s(self) -> float | None:

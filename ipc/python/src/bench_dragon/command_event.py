@@ -2,63 +2,10 @@
 
 import ctypes
 
-from bench_dragon.command import Refusal
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.codes import EventKind, Refusal, Sender
+from bench_dragon.wire import WireType, decoded
 
 
-class EventKind(WireCode):
-    """Kind of an event."""
-
-    PAUSE = 0
-    """`Show.pause`."""
-    RESUME = 1
-    """`Show.resume`."""
-    SPEED = 2
-    """`Show.speed`."""
-    SEEK = 3
-    """`Show.seek`."""
-    HOLD = 4
-    """`Show.hold`."""
-    RELEASE = 5
-    """`Show.release`."""
-    STOP = 6
-    """`Show.stop`."""
-    GRANT = 7
-    """The guard has proved a travel, from the first to the second value in metres."""
-    STAND = 8
-    """The timecode that the server follows makes the show stand still. First value: 1 if the timecode determines the show
-    time, else 0. Second value: the time scale."""
-    FOLLOW = 9
-    """The timecode makes the show run on. Values as for `STAND`."""
-    START = 10
-    """The run begins. This is always the first event."""
-    END = 11
-    """The run has ended in order. This is the last event, at the last tick of the run."""
-    PACE = 12
-    """A change of a replay's pace. A server refuses it, and a replay does not record the commands that it takes."""
-
-
-class Sender(WireCode):
-    """The kind of program that sent a command."""
-
-    CLIENT = 0
-    """A client of the library, in Rust, C or Python."""
-    CTL = 1
-    """`bench-dragon ctl`."""
-    PAGE = 2
-    """A browser page of `bench-dragon view`."""
-    WATCH = 3
-    """`bench-dragon watch`."""
-    ZENOH = 4
-    """A program on another host, through `bench-dragon bridge zenoh`."""
-    TIMECODE = 5
-    """The timecode that the server follows."""
-    GUARD = 6
-    """The guard, `bench-dragon monitor --guard`."""
-    SIGNAL = 7
-    """A signal to the server's process, such as Ctrl-C."""
-    SERVER = 8
-    """The server itself."""
 
 
 class CommandEvent(WireType):
@@ -73,7 +20,7 @@ class CommandEvent(WireType):
     """Number of the event in its run, from 0, without a gap. A jump means that this reader lost events."""
     tick: int
     """Tick from which an accepted command holds; for a refused command, the tick at which it was refused."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time of the event, at the start of its tick, in nanoseconds."""
     wall_ns: int
     """Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC."""
@@ -104,7 +51,7 @@ class CommandEvent(WireType):
         ("run_id", ctypes.c_uint64),
         ("number", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("wall_ns", ctypes.c_int64),
         ("overruns", ctypes.c_uint64),
         ("values", ctypes.c_double * 4),
@@ -139,6 +86,6 @@ class CommandEvent(WireType):
         return None if self.is_accepted else decoded(Refusal, self.refusal) or Refusal.UNKNOWN
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time of the event in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9

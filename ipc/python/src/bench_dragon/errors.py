@@ -1,6 +1,6 @@
 """Errors between a process and the bus. Each text is one line: the problem, the value and the remedy."""
 
-from bench_dragon.command import Refusal
+from bench_dragon.codes import Refusal
 from bench_dragon.wire import decoded
 
 

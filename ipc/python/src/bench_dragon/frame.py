@@ -14,27 +14,10 @@ from numpy.typing import NDArray
 
 from bench_dragon import _bus
 from bench_dragon.bench import Benches
+from bench_dragon.codes import ShowState
 from bench_dragon.continuity import Continuity
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.wire import WireType, decoded
 
-
-class ShowState(WireCode):
-    """State of the show."""
-
-    RUNNING = 0
-    """The head walks."""
-    PAUSED = 1
-    """Paused by the operator, or by a timecode that stands. `resume` continues."""
-    HELD = 2
-    """Stopped for safety. Only `release` lifts the hold."""
-    FINISHED = 3
-    """The show has reached the end of the route, of the run or of the requested time."""
-    STOPPING = 4
-    """The head still walks and brakes, because of a pause, a hold, a stop or the timecode."""
-    ENDED = 5
-    """The run has ended in order. This is its last frame."""
-    READY = 6
-    """The show waits at its start for its first `release`. It is calm: no safety stop."""
 
 
 class FrameHeader(WireType):
@@ -46,7 +29,7 @@ class FrameHeader(WireType):
     """Random number of the run, under 2^53. It changes when the server is restarted."""
     tick: int
     """Number of the frame in its run, from 0, without a gap. A jump means that this reader lost frames."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time in nanoseconds."""
     scheduled_ns: int
     """`CLOCK_MONOTONIC` instant at which the tick was due, in nanoseconds."""
@@ -66,7 +49,7 @@ class FrameHeader(WireType):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("scheduled_ns", ctypes.c_uint64),
         ("published_ns", ctypes.c_uint64),
         ("head_travel_m", ctypes.c_double),
@@ -82,9 +65,9 @@ class FrameHeader(WireType):
         return decoded(ShowState, self.state)
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9
 
     @property
     def lateness_ns(self) -> int:

@@ -13,7 +13,7 @@ from typing import Self
 
 from bench_dragon import _bus
 from bench_dragon.alert import Alert
-from bench_dragon.command import CommandKind, Refusal
+from bench_dragon.codes import CommandKind, Refusal
 from bench_dragon.command_event import CommandEvent
 from bench_dragon.description import Description
 from bench_dragon.errors import NoServer, Refused
@@ -207,7 +207,7 @@ class Show:
         """Walks at this speed of the head, in metres per show second, 0 to 10. Returns and raises as `pause`."""
         return self._call(CommandKind.SPEED, speed_mps, timeout_s)
 
-    def seek(self, sim_time_s: float, timeout_s: float | None = _TIMEOUT_S) -> int:
+    def seek(self, show_time_s: float, timeout_s: float | None = _TIMEOUT_S) -> int:
         """Seeks to this show time, in seconds. Returns and raises as `pause`.
 
         If the guard of a guarded server has not yet proved that the benches are apart there, sends the command again
@@ -220,7 +220,7 @@ class Show:
             asked_s = time.monotonic()
             try:
                 left_s = max(0.0, deadline_s - asked_s)
-                return self._call(CommandKind.SEEK, sim_time_s, None if timeout_s is None else left_s)
+                return self._call(CommandKind.SEEK, show_time_s, None if timeout_s is None else left_s)
             except Refused as refused:
                 slowest_s = max(slowest_s, time.monotonic() - asked_s)
                 # A reply that arrives after the deadline would leave open whether the seek was executed.

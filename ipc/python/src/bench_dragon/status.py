@@ -3,8 +3,8 @@
 import ctypes
 import enum
 
-from bench_dragon.frame import ShowState
-from bench_dragon.wire import WireCode, WireType, decoded
+from bench_dragon.codes import GuardState, ShowState, SourceKind, TimecodeKind, TimecodeState
+from bench_dragon.wire import WireType, decoded
 
 
 class TimeHistogram(WireType):
@@ -20,52 +20,8 @@ class TimeHistogram(WireType):
     _fields_ = [("max_ns", ctypes.c_uint64), ("counts", ctypes.c_uint64 * 1024)]
 
 
-class SourceKind(WireCode):
-    """The kind of source that publishes the frames."""
-
-    SERVER = 0
-    """A server, which simulates the show."""
-    REPLAY = 1
-    """A replay of a recording."""
-    REMOTE = 2
-    """A bridge that receives the frames of another host."""
 
 
-class GuardState(WireCode):
-    """State of the guard."""
-
-    NONE = 0
-    """The server is not guarded."""
-    MISSING = 1
-    """The server waits for grants, and no guard runs."""
-    RUNNING = 2
-    """A guard runs."""
-
-
-class TimecodeState(WireCode):
-    """State of the timecode that the server follows."""
-
-    NONE = 0
-    """The server follows no timecode."""
-    WAITING = 1
-    """No timecode has arrived yet; the show stands."""
-    LOCKED = 2
-    """The timecode runs, and the show follows."""
-    STANDING = 3
-    """The timecode stands, and so does the show."""
-    LOST = 4
-    """The timecode is lost. The show runs on at its own speed, unless it was standing."""
-
-
-class TimecodeKind(WireCode):
-    """The protocol of the timecode."""
-
-    NONE = 0
-    """The server follows no timecode."""
-    ART_NET = 1
-    """Art-Net."""
-    OSC = 2
-    """Open Sound Control."""
 
 
 class Stops(enum.IntFlag):
@@ -103,7 +59,7 @@ class Status(WireType):
     """Run of the server."""
     tick: int
     """Last tick published."""
-    sim_time_ns: int
+    show_time_ns: int
     """Show time of that tick in nanoseconds."""
     overruns: int
     """Number of releases that were missed since the start of the run. After a few missed releases show time jumps
@@ -159,7 +115,7 @@ class Status(WireType):
     _fields_ = [
         ("run_id", ctypes.c_uint64),
         ("tick", ctypes.c_uint64),
-        ("sim_time_ns", ctypes.c_int64),
+        ("show_time_ns", ctypes.c_int64),
         ("overruns", ctypes.c_uint64),
         ("behind_ns", ctypes.c_uint64),
         ("most_behind_ns", ctypes.c_uint64),
@@ -192,9 +148,9 @@ class Status(WireType):
         return decoded(ShowState, self.state)
 
     @property
-    def sim_time_s(self) -> float:
+    def show_time_s(self) -> float:
         """Show time of the last tick in seconds."""
-        return self.sim_time_ns / 1e9
+        return self.show_time_ns / 1e9
 
     @property
     def source_kind(self) -> SourceKind | None:

@@ -1,10 +1,15 @@
 // @ts-check
-// The filter of the list of alerts, by kind.
+// The filter of the list of alerts, by kind, and the urgency of a kind.
+
+import { SEVERITIES } from './words.js';
 
 /** @typedef {import('./show.js').Alert} Alert */
 
-/** Kinds of alerts, the most severe first. */
-const KINDS = ['contact', 'held', 'fault', 'restarted', 'outside', 'parted', 'near'];
+/** Kinds of alerts, the most urgent first. */
+const KINDS = [...SEVERITIES.keys()];
+
+/** The urgency of a kind; of a kind that this version does not support, caution. @param {string} kind */
+export const severityOf = (kind) => SEVERITIES.get(kind) ?? 'caution';
 
 export class AlertFilter {
   /** @type {Set<string>} */ #hidden = new Set();
@@ -26,7 +31,7 @@ export class AlertFilter {
 }
 
 /**
- * The kinds among some alerts, the most severe first, with the number of alerts of each.
+ * The kinds among some alerts, the most urgent first, with the number of alerts of each.
  * @param {readonly Alert[]} alerts
  * @returns {[string, number][]}
  */

@@ -1,5 +1,5 @@
 // @ts-check
-import { AlertFilter, countKinds } from './alert_filter.js';
+import { AlertFilter, countKinds, severityOf } from './alert_filter.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
 
@@ -76,6 +76,7 @@ function row(alert) {
   const item = document.createElement('li');
   item.className = 'alert';
   item.dataset.kind = kind;
+  item.dataset.severity = severityOf(kind);
   item.dataset.key = alertKey(alert);
   const what = [];
   if (benches !== null) what.push(`${benches[0]} · ${benches[1]}`);

@@ -1,13 +1,13 @@
 // @ts-check
 // Announcements for screen readers: changes of state and alerts, never every frame.
 
+import { severityOf } from './alert_filter.js';
 import { element } from './element.js';
 import * as format from './format.js';
 
 /** @typedef {import('./show.js').Alert} Alert */
 
 const GATHER_MS = 250;
-const URGENT = new Set(['contact', 'held', 'fault']);
 
 export class Announcer {
   #polite = element('polite', HTMLElement);
@@ -29,9 +29,10 @@ export class Announcer {
     setTimeout(() => {
       const alerts = this.#alerts;
       this.#alerts = [];
-      const chosen = alerts.findLast(({ kind }) => URGENT.has(kind)) ?? alerts[alerts.length - 1];
+      const isUrgent = (/** @type {Alert} */ { kind }) => severityOf(kind) === 'danger';
+      const chosen = alerts.findLast(isUrgent) ?? alerts[alerts.length - 1];
       const more = alerts.length > 1 ? ` ${alerts.length} alerts in all.` : '';
-      (URGENT.has(chosen.kind) ? this.#assertive : this.#polite).textContent = sentence(chosen) + more;
+      (isUrgent(chosen) ? this.#assertive : this.#polite).textContent = sentence(chosen) + more;
     }, GATHER_MS);
   }
 }

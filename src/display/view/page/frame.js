@@ -2,12 +2,13 @@
 // The binary form of a frame, little-endian. The handles are read in the machine's byte order: every machine with a browser is
 // little-endian.
 
+import { STATES } from './words.js';
+
 const LEVEL = 1;
 const WITH_HEIGHTS = 2;
 const HEADER_LENGTH = 104;
 const VALUES_PER_HANDLE = 3;
 const NO_BENCH = 0xffffffff;
-const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended', 'ready']);
 
 /** @typedef {typeof STATES[number]} ShowState */
 /**

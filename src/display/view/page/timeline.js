@@ -2,6 +2,7 @@
 // The timeline of the show: the planned clearance, the measured clearance over it, the current show time and the forecast.
 // A press or the arrow keys choose a time. Choosing a time sends nothing.
 
+import { severityOf } from './alert_filter.js';
 import { fineCanvas, font } from './canvas.js';
 import { element, write } from './element.js';
 import { placeFlags } from './flags.js';
@@ -141,10 +142,10 @@ export class Timeline {
     const { context } = this.#screen;
     for (const { run_id, kind, time_s } of alerts) {
       if (run_id !== frame?.run_id) continue;
-      const isGrave = kind === 'contact' || kind === 'held' || kind === 'fault';
-      const isWarning = kind === 'near' || kind === 'outside';
-      context.fillStyle = isGrave ? this.#palette.contact : isWarning ? this.#palette.near : this.#palette.quiet;
-      context.fillRect(this.#axis.x(time_s) - 1, this.#axis.top - 4, 2, isGrave ? 12 : 8);
+      const severity = severityOf(kind);
+      const { contact: danger, near: caution, quiet: calm } = this.#palette;
+      context.fillStyle = { danger, caution, calm }[severity];
+      context.fillRect(this.#axis.x(time_s) - 1, this.#axis.top - 4, 2, severity === 'danger' ? 12 : 8);
     }
   }
 

@@ -47,7 +47,7 @@ impl Difference {
     }
 
     fn of(header: &FrameHeader, field: &str, handle: Option<u64>, [recorded, simulated]: [Value; 2]) -> Self {
-        let (tick, time_s) = (header.tick, header.sim_time_s());
+        let (tick, time_s) = (header.tick, header.show_time_s());
         Self { tick, time_s, field: field.to_owned(), handle, recorded, simulated }
     }
 
@@ -112,7 +112,7 @@ pub(super) fn difference(
     let text = |value: &dyn fmt::Display| Value::Text(value.to_string());
     let fields = [
         ("state", state_text(was), state_text(header)),
-        ("sim_time_ns", text(&was.sim_time_ns), text(&header.sim_time_ns)),
+        ("show_time_ns", text(&was.show_time_ns), text(&header.show_time_ns)),
         ("bench_count", text(&was.bench_count), text(&header.bench_count)),
         ("handles", text(&recorded.handles.len()), text(&handles.len())),
         ("head_travel_m", was.head_travel_m.into(), header.head_travel_m.into()),
@@ -208,7 +208,7 @@ impl Releases {
             self.missed_before = if is_behind_first { before } else { self.missed_before };
             return Ok(());
         }
-        let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
+        let of_event = FrameHeader { tick: event.tick, show_time_ns: event.show_time_ns, ..FrameHeader::default() };
         let shown = self.overruns();
         let field = format!("overruns of command event {}", event.number);
         let (recorded, simulated) = (event.overruns.to_string(), format!("{shown}, counted from the frames"));

@@ -49,7 +49,7 @@ impl TickInputs for RecordedInputs<'_> {
     ) -> Option<Steering> {
         let changes_before = self.found.timecode;
         let outcome = self.take_events(|_| true, &mut |request| match request {
-            Request::Seek { sim_time_s } => seek(sim_time_s),
+            Request::Seek { show_time_s } => seek(show_time_s),
             _ => Err(Refusal::Unknown),
         });
         self.note_fault(outcome);
@@ -85,10 +85,10 @@ impl RecordedInputs<'_> {
         }
         let simulated = decide(request);
         if simulated != recorded {
-            let of_event = FrameHeader { tick: event.tick, sim_time_ns: event.sim_time_ns, ..FrameHeader::default() };
+            let of_event = FrameHeader { tick: event.tick, show_time_ns: event.show_time_ns, ..FrameHeader::default() };
             let [recorded, simulated] = [recorded, simulated].map(|outcome| match outcome {
                 Ok(()) => "accepted".to_owned(),
-                Err(refusal) => format!("refused ({refusal})"),
+                Err(refusal) => format!("refused ({})", refusal.explain(&request)),
             });
             let field = format!("command event {}", event.number);
             return Err(Difference::in_words(self.header.unwrap_or(&of_event), &field, recorded, simulated));

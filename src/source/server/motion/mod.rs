@@ -145,7 +145,7 @@ impl Motion {
             Request::Pause => self.paused = true,
             Request::Resume => self.resume()?,
             Request::Speed { speed_mps } => self.set_speed(speed_mps)?,
-            Request::Seek { sim_time_s } => self.seek(sim_time_s)?,
+            Request::Seek { show_time_s } => self.seek(show_time_s)?,
             Request::Hold => self.hold(),
             Request::Release => self.release()?,
             Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
@@ -196,7 +196,7 @@ impl Motion {
     pub fn head(&self) -> HeadState {
         let state = self.state();
         let speed_mps = if state.walks() { self.walk.speed_mps(self.ticks()) } else { 0.0 };
-        HeadState { sim_time_ns: (self.sim_s() * 1e9).round() as i64, travel_m: self.travel_m(), speed_mps, state }
+        HeadState { show_time_ns: (self.sim_s() * 1e9).round() as i64, travel_m: self.travel_m(), speed_mps, state }
     }
 
     /// Limits of this head, for its guard.
@@ -339,17 +339,17 @@ impl Motion {
         Ok(())
     }
 
-    fn seek(&mut self, sim_time_s: f64) -> Result<(), Refusal> {
+    fn seek(&mut self, show_time_s: f64) -> Result<(), Refusal> {
         let last_s = self.plan.until_s.map_or(self.plan.last_s, |until_s| until_s.min(self.plan.last_s));
-        require(sim_time_s, self.plan.first_s, last_s)?;
-        let travel_m = self.plan.speed_mps * sim_time_s;
+        require(show_time_s, self.plan.first_s, last_s)?;
+        let travel_m = self.plan.speed_mps * show_time_s;
         if let Some(authority) = &mut self.authority {
             authority.seek(travel_m)?;
         }
         self.catch_up.clear();
-        self.leg = Leg { start_s: sim_time_s, parts: 0, shown: false };
+        self.leg = Leg { start_s: show_time_s, parts: 0, shown: false };
         self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
-        self.over = self.plan.until_s.is_some_and(|until_s| sim_time_s >= until_s);
+        self.over = self.plan.until_s.is_some_and(|until_s| show_time_s >= until_s);
         self.repositioned = true;
         Ok(())
     }

@@ -152,7 +152,7 @@ impl MotionPlan {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadState {
     /// Show time in nanoseconds.
-    pub sim_time_ns: i64,
+    pub show_time_ns: i64,
     /// Signed arc length walked since t = 0, in metres.
     pub travel_m: f64,
     /// Speed in metres per show second; 0 where the head stands.

@@ -1,0 +1,108 @@
+//! The types of the Python package.
+
+use std::collections::BTreeSet;
+
+use bench_dragon_ipc::{
+    AlertKind, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stops, TimecodeKind, TimecodeState,
+};
+use test_support::foreign_form::{Constant, line, require_file, wrapped};
+
+use crate::layouts::{self, Field};
+use crate::{repository, text};
+
+const PACKAGE: &str = "ipc/python/src/bench_dragon";
+/// Width of the package's lines in characters.
+const WIDTH: usize = 120;
+/// Modules with types of the bus.
+const MODULES: [&str; 5] = ["alert", "command", "command_event", "frame", "status"];
+/// Types of the bus that the package has.
+const TYPES: [&str; 8] =
+    ["Alert", "Command", "CommandEvent", "CommandReply", "FrameHeader", "HandleState", "Status", "TimeHistogram"];
+
+#[test]
+fn codes_have_the_names_and_the_numbers_of_the_enums() {
+    let requests = &EventKind::MEANINGS[..=EventKind::Stop.to_wire() as usize];
+    let classes = [
+        class("AlertKind", AlertKind::ABOUT, &AlertKind::MEANINGS),
+        class("CommandKind", "Kind of a command to the server.", requests),
+        class("EventKind", EventKind::ABOUT, &EventKind::MEANINGS),
+        class("GuardState", GuardState::ABOUT, &GuardState::MEANINGS),
+        class("Refusal", Refusal::ABOUT, &Refusal::MEANINGS),
+        class("Sender", Sender::ABOUT, &Sender::MEANINGS),
+        class("ShowState", ShowState::ABOUT, &ShowState::MEANINGS),
+        class("SourceKind", SourceKind::ABOUT, &SourceKind::MEANINGS),
+        class("TimecodeKind", TimecodeKind::ABOUT, &TimecodeKind::MEANINGS),
+        class("TimecodeState", TimecodeState::ABOUT, &TimecodeState::MEANINGS),
+    ];
+    let about =
+        "\"\"\"Numeric codes of the bus. Generated from the Rust crate by its test `wire`; not changed by hand.\"\"\"";
+    let module = format!("{about}\n\nfrom bench_dragon.wire import WireCode\n{}", classes.concat());
+    require_file(&repository(&format!("{PACKAGE}/codes.py")), &module);
+}
+
+fn class(name: &str, about: &str, meanings: &[(&str, u32, &str)]) -> String {
+    let codes = Constant::all("", meanings).into_iter().map(|Constant { name, number, meaning }| {
+        let meaning = wrapped(&format!("{meaning}\"\"\""), "    \"\"\"", "    ", WIDTH);
+        format!("    {name} = {number}\n{meaning}\n")
+    });
+    let codes: String = codes.collect();
+    format!("\n\nclass {name}(WireCode):\n    \"\"\"{}\"\"\"\n\n{codes}", line(about))
+}
+
+#[test]
+fn stops_have_the_bits_of_the_bus() {
+    let source = text(&format!("{PACKAGE}/status.py"));
+    let (_, class) = source.split_once("class Stops(enum.IntFlag):\n").expect("a class of the stops");
+    let values = class.lines().take_while(|line| line.is_empty() || line.starts_with("    "));
+    let python: Vec<(String, u32)> = values
+        .filter_map(|line| line.split_once(" = "))
+        .map(|(name, bit)| (name.trim().to_lowercase(), bit.parse().expect("a bit")))
+        .collect();
+    let name = |bit: u32| {
+        let stops = format!("{:?}", Stops::from_wire(bit));
+        stops
+            .split([' ', ','])
+            .zip(stops.split([' ', ',']).skip(1))
+            .find(|(_, value)| *value == "true")
+            .map(|(name, _)| name.trim_end_matches(':').to_owned())
+    };
+    let bus: Vec<(String, u32)> = (0..32).map(|bit| 1 << bit).filter_map(|bit| Some((name(bit)?, bit))).collect();
+    assert_eq!(python, bus);
+}
+
+#[test]
+fn structures_have_the_layouts_of_the_types() {
+    let mut found = BTreeSet::new();
+    for module in MODULES {
+        let source = text(&format!("{PACKAGE}/{module}.py"));
+        for class in source.split("\nclass ").filter(|class| class.contains("(WireType):")) {
+            let (name, body) = class.split_once('(').expect("a class has a base");
+            let layout = layouts::of(name);
+            assert!(body.contains(&format!("TYPE_NAME = \"{}\"\n", layout.type_name)), "{name}: {}", layout.type_name);
+            let (_, fields) = body.split_once("_fields_ = [").unwrap_or_else(|| panic!("{name} has no fields"));
+            let fields = fields.split_once("]\n").expect("an end of the fields").0;
+            let fields: Vec<&str> =
+                fields.split(['(', ')']).map(str::trim).filter(|part| part.starts_with('"')).collect();
+            let expected: Vec<String> = layout.fields.iter().map(field).collect();
+            assert_eq!(fields, expected, "{name}");
+            found.insert(name.to_owned());
+        }
+    }
+    assert_eq!(found, BTreeSet::from(TYPES.map(str::to_owned)));
+}
+
+/// A field in the words of `ctypes`: `"point_m", ctypes.c_double * 2`.
+fn field(Field { name, kind, .. }: &Field) -> String {
+    let (element, length) = match kind.trim_matches(['[', ']']).split_once("; ") {
+        Some((element, length)) => (element, format!(" * {length}")),
+        None => (kind.as_str(), String::new()),
+    };
+    let element = match element {
+        "u32" => "ctypes.c_uint32",
+        "u64" => "ctypes.c_uint64",
+        "i64" => "ctypes.c_int64",
+        "f64" => "ctypes.c_double",
+        other => other,
+    };
+    format!("\"{name}\", {element}{length}")
+}
