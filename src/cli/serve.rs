@@ -115,7 +115,7 @@ pub(crate) struct RealTimeArgs {
     /// configured, else other].
     #[arg(long, value_name = "POLICY")]
     pub(crate) priority: Option<Priority>,
-    /// Microseconds before each release in which the server's loop spins instead of sleeping, 0 to 1000 [default: configured,
+    /// Microseconds before each due instant in which the server's loop spins instead of sleeping, 0 to 1000 [default: configured,
     /// else 0].
     #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = within(SPIN_US))]
     pub(crate) spin_us: Option<u32>,

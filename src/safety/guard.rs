@@ -26,7 +26,7 @@ pub const STEPS_AT_A_TIME: u64 = 50_000_000;
 const FORECAST_STEPS: u64 = 20_000_000;
 /// Least reach of a grant ahead of the head in ticks. The server applies a grant one tick later.
 const LEAST_TICKS: f64 = 3.0;
-/// Reach of a grant ahead of the head if the server misses no release, in seconds of wall time at the head's speed.
+/// Reach of a grant ahead of the head if the server misses no period, in seconds of wall time at the head's speed.
 const LEAST_HORIZON_S: f64 = 0.5;
 /// Reach of a new grant in horizons: more than one, so that not every frame needs a new grant.
 const GRANTED_HORIZONS: f64 = 1.5;
@@ -83,7 +83,7 @@ impl<'a> Guard<'a> {
         Self {
             dragon,
             margin_m: config.tables().monitor.margin_m,
-            // A server that misses releases jumps without a frame in between. The grant for a frame may arrive after the next
+            // A server that misses periods jumps without a frame in between. The grant for a frame may arrive after the next
             // jump. So a grant reaches two jumps further.
             horizon_s: LEAST_HORIZON_S + 2.0 * config.tables().serve.catch_up_s,
             run_id,
