@@ -100,7 +100,7 @@ impl<'a> Guard<'a> {
 
     /// Takes a frame of the run, and the target of a refused seek. Proves more travel if it is needed, and returns a grant for
     /// the server. Returns the grant again until [`Guard::note_granted`] confirms it.
-    pub fn follow(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
+    pub fn advance(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
         if header.show_state().is_some_and(ShowState::walks) {
             self.walking_speed_mps = header.head_speed_mps;
         }
@@ -120,7 +120,7 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Whether the head is at its final rest in this frame. Call it after [`Guard::follow`] with the same frame. A head that is
+    /// Whether the head is at its final rest in this frame. Call it after [`Guard::advance`] with the same frame. A head that is
     /// held at the end of the run rests there because of the run, and not because of the guard.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
         let travel_m = header.head_travel_m;
@@ -242,7 +242,7 @@ mod tests {
         let head_travel_m = dragon.end_travel_m();
         for state in [ShowState::Finished, ShowState::Held] {
             let header = FrameHeader { run_id: 7, head_travel_m, state: state.to_wire(), ..FrameHeader::default() };
-            let _ = guard.follow(&header, None);
+            let _ = guard.advance(&header, None);
             assert!(!guard.is_final(&header), "{state:?}");
         }
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
 use crate::bridge::{Freshness, LatestFrame, StaleAfter, freshness};
-use crate::cli::follow::{WAIT_PERIOD, open_when_there};
+use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
 use crate::system::stop::StopFlag;
