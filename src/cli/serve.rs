@@ -235,7 +235,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
 /// Warns if the dragon cannot walk up to the planned end. On a spiral without an end, no dragon reaches the centre.
 fn warn_of_early_end(config: &Config) {
     let Some(spot) = config.lead().tight_spot() else { return };
-    let (end_s, end) = (config.end_s(), config.lead().run_end());
+    let (end_s, end) = (config.end_s(), config.lead().feasible_end());
     match (config.route().end_s, &config.route().shape) {
         (None, RouteShape::Spiral(_)) => {}
         (Some(planned_s), _) => {

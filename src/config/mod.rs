@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
 use bench_dragon_geometry::formation::{Formation, Layout, Planned, Timetable};
 use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::number::Number;
@@ -360,8 +360,8 @@ impl Config {
     /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
     /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
-        match (self.document.route.end_s, self.lead().run_end()) {
-            (Some(end_s), RunEnd::RouteEnd) => end_s,
+        match (self.document.route.end_s, self.lead().feasible_end()) {
+            (Some(end_s), FeasibleEnd::RouteEnd) => end_s,
             _ => self.lead().end_travel_m() / self.tables().head.speed_mps,
         }
     }

@@ -126,7 +126,7 @@ impl ChainStepper {
     /// `speed_mps`. `record` creates a record from a position in metres and a velocity in metres per second.
     ///
     /// # Errors
-    /// The travel must lie within the dragon's run.
+    /// The travel must be feasible.
     ///
     /// # Panics
     /// Panics if the number of records differs from the number of handles.
@@ -211,7 +211,7 @@ fn links(dimensions: &Dimensions, first: usize, rounding_m: f64) -> Links {
     }
 }
 
-/// Largest rounding of a parameter, in metres: at the tail at the beginning of the run, or at the head at its end.
+/// Largest rounding of a parameter, in metres: at the tail at the beginning of the feasible travel, or at the head at its end.
 fn rounding_m(dragon: &Dragon, dimensions: &Dimensions) -> f64 {
     let route = dragon.route();
     let body_m: f64 = dimensions.link_m(0) + (dimensions.benches() - 1) as f64 * dimensions.link_m(1);
