@@ -71,8 +71,8 @@ fn assert_ticks_allocate_nothing(spin_us: u32) {
 
 #[test]
 fn a_reader_allocates_once_a_second_for_its_report_and_for_nothing_else() {
-    const RELEASES: u64 = 5000;
-    let (domain, server) = create(RELEASES, 0);
+    const PERIODS: u64 = 5000;
+    let (domain, server) = create(PERIODS, 0);
     let (allocations, longest) = thread::scope(|scope| {
         let reading = scope.spawn(|| read_to_end(&domain));
         server.run(&AtomicBool::new(false)).expect("frames can be published");
@@ -108,12 +108,12 @@ struct Allocations {
     most: u64,
 }
 
-/// Measures a run of this many releases after tick 0, with a reader that falls behind. A busy machine misses releases, so there
+/// Measures a run of this many periods after tick 0, with a reader that falls behind. A busy machine misses periods, so there
 /// may be fewer frames.
-fn run(releases: u64, spin_us: u32) -> Allocations {
-    let (domain, server) = create(releases, spin_us);
+fn run(periods: u64, spin_us: u32) -> Allocations {
+    let (domain, server) = create(periods, spin_us);
     let (AllocationInfo { count_total, count_current, count_max, .. }, frames) = measure(&domain, server);
-    assert!(frames <= releases + 1, "{frames} frames");
+    assert!(frames <= periods + 1, "{frames} frames");
     Allocations { beside_frames: count_total - frames * OF_ICEORYX2, current: count_current, most: count_max }
 }
 

@@ -238,7 +238,7 @@ fn named_tests(command: &str) -> Vec<(&str, Vec<&str>)> {
 
 #[test]
 fn anchors_are_those_of_github() {
-    assert_eq!(anchor("When releases are missed"), "when-releases-are-missed");
+    assert_eq!(anchor("When periods are missed"), "when-periods-are-missed");
     assert_eq!(anchor("Another machine: zenoh"), "another-machine-zenoh");
     assert_eq!(anchor("`solve contact`"), "solve-contact");
     assert_eq!(anchor("summary.json"), "summaryjson");

@@ -74,7 +74,7 @@ impl<'a> Rehearsal<'a> {
         self.play_after(0)
     }
 
-    /// Plays one tick after missed releases, and passes an earlier one to the guard.
+    /// Plays one tick after missed periods, and passes an earlier one to the guard.
     fn play_after(&mut self, missed: u64) -> HeadState {
         self.motion.miss(missed);
         self.motion.advance();
@@ -93,7 +93,7 @@ impl<'a> Rehearsal<'a> {
 
     fn guard_sees(&mut self, header: &FrameHeader, asked_m: Option<f64>) {
         for _ in 0..3 {
-            let Some(grant) = self.guard.follow(header, asked_m) else { return };
+            let Some(grant) = self.guard.advance(header, asked_m) else { return };
             let Request::Grant { from_m, to_m, is_final, .. } = grant else { panic!("not a grant: {grant:?}") };
             self.motion.request(grant).expect("the grant is for this run and within it");
             self.guard.note_granted(from_m, to_m, is_final);
@@ -189,7 +189,7 @@ enum Event {
     GuardRestart,
     Hold,
     Release,
-    /// Number of missed releases.
+    /// Number of missed periods.
     Miss(u64),
 }
 
@@ -294,7 +294,7 @@ fn large_steps_do_not_make_a_guarded_head_stop_at_every_tick() {
 }
 
 #[test]
-fn jumps_over_missed_releases_do_not_make_a_guarded_head_rest() {
+fn jumps_over_missed_periods_do_not_make_a_guarded_head_rest() {
     for (rate_hz, time_scale, catch_up_s) in [(1000, 1.0, 0.25), (1000, 400.0, 0.25), (50, 20.0, 2.0), (7, 1.0, 10.0)] {
         let text = format!(
             "[serve]\nrate_hz = {rate_hz}\ntime_scale = {time_scale:?}\ncatch_up_s = {catch_up_s}\n[monitor]\nguard = true\n"

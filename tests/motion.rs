@@ -1,4 +1,4 @@
-//! The motion of the head, tick by tick: requests, grants, ends and missed releases.
+//! The motion of the head, tick by tick: requests, grants, ends and missed periods.
 
 use bench_dragon::source::server::motion::{FASTEST, HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::formation::Timetable;
@@ -441,23 +441,23 @@ fn a_plan_with_impossible_values_is_rejected() {
     }
 }
 
-/// Plays a motion that misses this many releases before each of its ticks. Returns releases, heads and paces.
+/// Plays a motion that misses this many periods before each of its ticks. Returns periods, heads and paces.
 fn play_missing(mut motion: Motion, missed: &[u64]) -> Vec<(u64, HeadState, f64)> {
-    let mut release = 0;
+    let mut period = 0;
     let mut play = |&missed: &u64| {
         motion.miss(missed);
         motion.advance();
-        release += missed + 1;
-        (release - 1, motion.head(), motion.catch_up().pace())
+        period += missed + 1;
+        (period - 1, motion.head(), motion.catch_up().pace())
     };
     missed.iter().map(&mut play).collect()
 }
 
 #[test]
-fn a_jump_shows_the_head_where_it_should_be_at_its_release() {
+fn a_jump_shows_the_head_where_it_should_be_at_its_due_instant() {
     let heads = play_missing(planned(plan()), &[0, 0, 3, 0, 250]);
     let shown: Vec<(u64, i64, f64)> =
-        heads.iter().map(|(release, head, pace)| (*release, head.show_time_ns / 1_000_000, *pace)).collect();
+        heads.iter().map(|(period, head, pace)| (*period, head.show_time_ns / 1_000_000, *pace)).collect();
     assert_eq!(shown, [(0, 0, 1.0), (1, 1, 1.0), (5, 5, 1.0), (6, 6, 1.0), (257, 257, 1.0)]);
 }
 
@@ -494,19 +494,19 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
 }
 
 #[test]
-fn commands_apply_from_their_release_whatever_was_missed_before() {
+fn commands_apply_from_their_tick_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 1).head().show_time_ns, 15_000_000, "the head walked during the missed releases");
+    assert_eq!(after(motion, 1).head().show_time_ns, 15_000_000, "the head walked during the missed periods");
     motion.advance();
     motion.miss(5);
     motion.request(Request::Resume).expect("the resume is accepted");
-    assert_eq!(after(motion, 1).head().show_time_ns, 16_000_000, "the head stood during the missed releases");
+    assert_eq!(after(motion, 1).head().show_time_ns, 16_000_000, "the head stood during the missed periods");
 }
 
 #[test]
-fn a_guarded_head_that_misses_releases_rests_at_the_end_of_its_grant() {
+fn a_guarded_head_that_misses_periods_rests_at_the_end_of_its_grant() {
     for missed in [5, 300] {
         let mut motion = start(MotionSettings { most_jumped: 250, ..guarded() });
         grant(&mut motion, 0.0, 0.003_5).expect("the grant covers the head");
@@ -517,7 +517,7 @@ fn a_guarded_head_that_misses_releases_rests_at_the_end_of_its_grant() {
 }
 
 #[test]
-fn a_run_and_a_show_that_miss_releases_end_exactly_at_their_ends() {
+fn a_run_and_a_show_that_miss_periods_end_exactly_at_their_ends() {
     let ends = [
         (MotionSettings { end_travel_m: 0.010_25, ..plan() }, ShowState::Finished),
         (MotionSettings { until_s: Some(0.010_25), ..plan() }, ShowState::Ended),
@@ -532,7 +532,7 @@ fn a_run_and_a_show_that_miss_releases_end_exactly_at_their_ends() {
     }
 }
 
-/// Commands to a show, each with the number of releases before it.
+/// Commands to a show, each with the number of periods before it.
 fn orders() -> impl Strategy<Value = Vec<(u64, Request)>> {
     let request = prop_oneof![
         Just(Request::Pause),
@@ -560,10 +560,10 @@ fn plans() -> impl Strategy<Value = MotionSettings> {
 proptest! {
     #![proptest_config(random_cases(256))]
 
-    /// Two shows get the same commands at the same releases. One ticks at each release. The other misses some releases, but
+    /// Two shows get the same commands in the same periods. One ticks in each period. The other misses some periods, but
     /// none with a command. At the ticks of both, they are equal to the bit.
     #[test]
-    fn a_show_that_misses_releases_equals_one_that_does_not_to_the_bit(
+    fn a_show_that_misses_periods_equals_one_that_does_not_to_the_bit(
         plan in plans(),
         orders in orders(),
         gaps in prop::collection::vec(0..30_u64, 1..60),
@@ -571,14 +571,14 @@ proptest! {
         let (mut whole, mut missing) = (planned(plan), planned(plan));
         let mut due: Vec<(u64, Request)> = Vec::new();
         for (after, order) in orders {
-            due.push((due.last().map_or(0, |(release, _)| *release) + after, order));
+            due.push((due.last().map_or(0, |(period, _)| *period) + after, order));
         }
         let (mut gaps, mut left, mut missed) = (gaps.iter().cycle(), 0, 0);
-        for release in 0..4_000 {
-            let now: Vec<Request> = due.iter().filter(|(at, _)| *at == release).map(|(_, order)| *order).collect();
+        for period in 0..4_000 {
+            let now: Vec<Request> = due.iter().filter(|(at, _)| *at == period).map(|(_, order)| *order).collect();
             let outcomes: Vec<_> = now.iter().map(|order| whole.request(*order)).collect();
             whole.advance();
-            if release > 0 && left > 0 && now.is_empty() {
+            if period > 0 && left > 0 && now.is_empty() {
                 (left, missed) = (left - 1, missed + 1);
                 continue;
             }
@@ -586,12 +586,12 @@ proptest! {
             (left, missed) = (*gaps.next().expect("the cycle has no end"), 0);
             prop_assert_eq!(now.iter().map(|order| missing.request(*order)).collect::<Vec<_>>(), outcomes);
             missing.advance();
-            prop_assert_eq!(missing.head(), whole.head(), "release {}", release);
+            prop_assert_eq!(missing.head(), whole.head(), "period {}", period);
             prop_assert_eq!(missing.limits(), whole.limits());
         }
     }
 
-    /// For any missed releases and any length of jumps: a repetition gives the same bits, show time advances at most a tenth
+    /// For any missed periods and any length of jumps: a repetition gives the same bits, show time advances at most a tenth
     /// too fast, and the reported delay is exact.
     #[test]
     fn a_show_keeps_time_or_reports_its_delay(
@@ -600,25 +600,25 @@ proptest! {
         tick_s in 0.000_01..0.01_f64,
     ) {
         let plan = MotionSettings { tick_s, most_jumped, ..MotionSettings::plain(tick_s, 0.0, 1e6) };
-        // No release is missed before the first tick.
+        // No period is missed before the first tick.
         let missed = [vec![0], missed].concat();
         let heads = play_missing(planned(plan), &missed);
         prop_assert_eq!(&play_missing(planned(plan), &missed), &heads);
         let mut motion = planned(plan);
-        let mut release = 0;
+        let mut period = 0;
         for missed in missed {
             let before_s = motion.head().travel_m;
-            release += missed;
+            period += missed;
             motion.miss(missed);
             motion.advance();
             // At this rate a tenth of a period is a nanosecond, so the delay is exact.
             let behind = motion.catch_up().behind_ns(100_000_000) as f64 / 10.0;
             let shown = motion.head().travel_m / tick_s;
-            prop_assert!((shown + behind - release as f64).abs() < 1e-6, "{} and {} at {}", shown, behind, release);
+            prop_assert!((shown + behind - period as f64).abs() < 1e-6, "{} and {} at {}", shown, behind, period);
             let step = (motion.head().travel_m - before_s) / tick_s;
             let most = if missed > most_jumped { 1.1 } else { 1.1 * (missed as f64 + 1.0) };
             prop_assert!(step <= most + 1e-6, "{} after {} missed", step, missed);
-            release += 1;
+            period += 1;
         }
     }
 }

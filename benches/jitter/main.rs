@@ -1,7 +1,7 @@
 //! Measures how late the server begins its ticks, compared with `cyclictest` (Debian's rt-tests). cyclictest only sleeps and
 //! reads the clock. Its lateness comes from the machine and its kernel; no program can be better.
 //!
-//! Both sleep until a release, a thousand times per second, by an absolute `clock_nanosleep` on `CLOCK_MONOTONIC`, and then
+//! Both sleep until an instant is due, a thousand times per second, by an absolute `clock_nanosleep` on `CLOCK_MONOTONIC`, and then
 //! read the clock. Both run in a thread of `SCHED_FIFO` 80 on the same processor, with locked memory; the bench asserts this
 //! of the running processes. At each tick the server also computes and publishes the paper's dragon. They alternate, first
 //! without load and then with it: one process per processor that copies memory and calls the kernel. cyclictest runs with

@@ -2,7 +2,7 @@
 //! sixteen that start and end.
 //!
 //! One server runs at 1 kHz through all phases. Calm phases alternate with the others. A witness reads every frame and computes
-//! the delay from its release to its sending. Sixteen processes that start and end use processor time, whichever server they
+//! the delay from its due instant to its sending. Sixteen processes that start and end use processor time, whichever server they
 //! read. So they have a phase at another server as well. The difference between these two phases is due to the bus.
 
 #[path = "../shared/mod.rs"]

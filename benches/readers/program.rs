@@ -49,7 +49,7 @@ impl Program {
         self.process.signal(signal);
     }
 
-    /// Ends a server and returns the number of releases that it skipped.
+    /// Ends a server and returns the number of periods that it missed.
     pub(crate) fn stop(self) -> u64 {
         self.process.stop("summary")["overruns"].as_u64().expect("the summary has a number of overruns")
     }

@@ -1,4 +1,4 @@
-//! A reader that computes each frame's delay from its release to its sending, from the times in its header.
+//! A reader that computes each frame's delay from its due instant to its sending, from the times in its header.
 
 use std::thread;
 use std::time::{Duration, Instant};

@@ -13,12 +13,12 @@ use crate::shared::dragon;
 use crate::show::Show;
 
 /// Panics unless the recording contains every tick of the show, in order. Each frame must equal, bit for bit, the frame of a
-/// simulation that misses the same releases.
+/// simulation that misses the same periods.
 pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     assert_eq!((show.frames_recorded, show.frames_lost), (show.frames_published, 0), "{show:?}");
-    let releases = u64::from(seconds * RATE_HZ) + 1;
+    let periods = u64::from(seconds * RATE_HZ) + 1;
     let most = show.frames_published + show.overruns;
-    assert!((show.frames_published..=most).contains(&releases), "the show ran to its end: {show:?}");
+    assert!((show.frames_published..=most).contains(&periods), "the show ran to its end: {show:?}");
     let mut frames = FrameReader::open(file).expect("the recording can be read");
     let dragon = Arc::new(dragon(223));
     let mut expected = vec![HandleState::default(); 224];
@@ -42,7 +42,7 @@ pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     assert!(frames.next().is_none() && !frames.flaws().cut, "a finished file ends with the last tick");
 }
 
-/// Number of releases between two frames.
+/// Number of periods between two frames.
 fn missed(last_due_ns: u64, due_ns: u64) -> u64 {
     ((due_ns - last_due_ns) as f64 * f64::from(RATE_HZ) * 1e-9).round() as u64 - 1
 }

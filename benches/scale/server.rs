@@ -39,7 +39,7 @@ pub(crate) struct Cost {
     /// Processor time of the whole process ÷ ticks, in nanoseconds. It includes sleeping, waking up, and the work of the
     /// server's second thread, ten times a second.
     pub(crate) cpu_ns: f64,
-    /// Releases that the server skipped.
+    /// Periods that the server missed.
     pub(crate) overruns: u64,
     /// Frames that all readers lost together.
     pub(crate) lost: u64,
@@ -117,7 +117,7 @@ fn process_cpu_s() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Returns the ticks per second. A missed release takes a period without a frame.
+/// Returns the ticks per second. A missed period has no frame.
 fn ticks_a_second(setting: &Setting, summary: &ServerSummary) -> f64 {
     f64::from(setting.rate_hz) * summary.frames as f64 / (summary.frames + summary.overruns) as f64
 }

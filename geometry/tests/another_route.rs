@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
 use glam::DVec2;
 
@@ -32,7 +32,7 @@ fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
 fn every_handle_on_the_line_is_as_fast_as_the_head() {
     let dragon = dragon(5, 3.0, 6.0);
     assert!(dragon.chain(0.5).expect("within the run").all(|handle| handle.speed_ratio == 1.0));
-    assert_eq!((dragon.end_travel_m(), dragon.run_end()), (7.0, RunEnd::RouteEnd));
+    assert_eq!((dragon.end_travel_m(), dragon.feasible_end()), (7.0, FeasibleEnd::RouteEnd));
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn every_handle_on_the_circle_is_as_fast_as_the_head() {
 fn handle_stops_where_the_bend_is_too_tight() {
     let (radius_m, link_m) = (0.8, 2.0);
     let dragon = dragon(1, radius_m, 10.0);
-    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    assert_eq!(dragon.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     let angle: f64 = (dragon.end_travel_m() - 1.0) / radius_m;
     let squared = (angle.sin() - angle.tan()).powi(2) + (1.0 - angle.cos()).powi(2);
     assert!((radius_m * squared.sqrt() - link_m).abs() < 1e-9, "the run ends at {} m", dragon.end_travel_m());

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle, RunEnd};
+use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, FeasibleEnd, Handle};
 use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
 use test_support::property::random_cases;
@@ -37,7 +37,7 @@ fn a_handle_that_stops_shortly_before_it_would_jump_ends_the_run() {
     let dimensions = Dimensions::new(1, 2.907_092_952_379_163_5, 1.616, 0.05, 0.094_417_098_496_229_63);
     let spiral = Route::spiral(0.073_070_634_934_938_87, 2.0).expect("a valid spiral");
     let dragon = Dragon::new(dimensions.expect("valid benches"), Arc::new(spiral)).expect("the dragon stands");
-    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    assert_eq!(dragon.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     assert!((dragon.end_travel_m() - 0.123_684_412_310_7).abs() < 1e-9, "{}", dragon.end_travel_m());
 }
 
@@ -121,13 +121,13 @@ proptest! {
     #[test]
     fn a_run_ended_by_a_handle_ends_at_the_stop_of_that_handle(dragon in dragons()) {
         let handles = solve(&dragon, dragon.end_travel_m());
-        match dragon.run_end() {
-            RunEnd::RouteEnd => prop_assert_eq!(dragon.end_travel_m(), dragon.route().end_travel_m()),
-            RunEnd::HandleStops { handle } => {
+        match dragon.feasible_end() {
+            FeasibleEnd::RouteEnd => prop_assert_eq!(dragon.end_travel_m(), dragon.route().end_travel_m()),
+            FeasibleEnd::HandleStops { handle } => {
                 prop_assert!(handles[handle].speed_ratio.abs() < 1e-5, "ratio {}", handles[handle].speed_ratio);
                 prop_assert!(handles[..handle].iter().all(|ahead| ahead.speed_ratio > 1e-5));
             }
-            RunEnd::HandleJumps { handle } => {
+            FeasibleEnd::HandleJumps { handle } => {
                 prop_assert!(dragon.dimensions().link_m(handle - 1) > dragon.route().pitch_m());
             }
         }

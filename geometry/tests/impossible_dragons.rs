@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::Route;
 
 fn paper_dimensions(benches: usize) -> Dimensions {
@@ -69,14 +69,14 @@ fn start_too_tight_for_a_link_is_rejected() {
 #[test]
 fn as_many_benches_as_allowed_walk_as_far_as_few() {
     let [few, most] = [2, 100_000].map(|benches| on_spiral(paper_dimensions(benches), 0.55, 16.0).expect("possible"));
-    assert_eq!(most.run_end(), RunEnd::HandleStops { handle: 1 });
+    assert_eq!(most.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     assert_eq!(most.end_travel_m(), few.end_travel_m());
 }
 
 #[test]
 fn wide_spiral_is_walked_into_its_centre() {
     let dragon = on_spiral(paper_dimensions(10), 50.0, 2.0).expect("possible");
-    assert_eq!(dragon.run_end(), RunEnd::RouteEnd);
+    assert_eq!(dragon.feasible_end(), FeasibleEnd::RouteEnd);
     assert!(
         dragon.chain(dragon.end_travel_m()).expect("within the run").next().is_some_and(|head| head.parameter == 0.0)
     );

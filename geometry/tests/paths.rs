@@ -75,7 +75,7 @@ fn the_papers_spiral_as_a_path_has_the_same_truth() {
     assert_eq!((ours.benches, exact.benches), ([0, 8], [0, 8]));
     assert!((ours.travel_m - ahead_m - exact.travel_m).abs() < 1e-9 && ours.point.distance(exact.point) < 1e-9);
     assert!((path.end_travel_m() - ahead_m - paper.end_travel_m()).abs() < 1e-9);
-    assert_eq!(path.run_end(), paper.run_end());
+    assert_eq!(path.feasible_end(), paper.feasible_end());
 }
 
 #[test]
@@ -268,7 +268,7 @@ fn a_bend_under_what_a_link_can_follow_ends_the_run_where_the_head_reaches_it() 
     ];
     let dragon = dragon_on(&RouteSpec::from(PathSpec { segments, laps: None }), paper_benches());
     assert!((10.0..12.0).contains(&dragon.end_travel_m()), "{}", dragon.end_travel_m());
-    assert_ne!(dragon.run_end(), bench_dragon_geometry::dragon::RunEnd::RouteEnd);
+    assert_ne!(dragon.feasible_end(), bench_dragon_geometry::dragon::FeasibleEnd::RouteEnd);
 }
 
 /// Segments that a dragon of small benches can walk, with much turning, so that paths cross themselves.

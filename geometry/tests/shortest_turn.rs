@@ -1,6 +1,6 @@
 //! The shortest S: it is clear, and no tighter S of a separate grid is clear.
 
-use bench_dragon_geometry::dragon::{Dimensions, Meter, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, FeasibleEnd, Meter};
 use bench_dragon_geometry::planner::{
     Obstacle, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, shortest_turn_with_line,
     walk_through,
@@ -26,9 +26,10 @@ fn shortest_turn_of_the_paper_lies_between_a_stop_and_a_jump_of_the_first_handle
         walk_through(shortest.turnaround, paper_benches(223), Staging::LIMITLESS, &Meter::unlimited(), |_| ()),
         TurnPassage::Clear { .. }
     ));
-    let ends =
-        shortest.limits.map(|limit| if let Some(Obstacle::Fault { end, .. }) = limit { end } else { RunEnd::RouteEnd });
-    assert_eq!(ends, [RunEnd::HandleStops { handle: 1 }, RunEnd::HandleJumps { handle: 1 }]);
+    let ends = shortest
+        .limits
+        .map(|limit| if let Some(Obstacle::Fault { end, .. }) = limit { end } else { FeasibleEnd::RouteEnd });
+    assert_eq!(ends, [FeasibleEnd::HandleStops { handle: 1 }, FeasibleEnd::HandleJumps { handle: 1 }]);
     // The way out is the way in, turned and walked backwards. A jump is a stop walked backwards.
     assert!((shortest.radius_ratio - 1.0).abs() < 1e-4, "{shortest:?}");
     let passes = |radius_m: f64, ratio: f64| {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, Meter, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, FeasibleEnd, Meter};
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
@@ -84,7 +84,7 @@ fn turn_on_which_a_handle_would_stop_is_infeasible() {
     let infeasible = passage_through(paper_turnaround(3.0), paper_benches(), &Meter::unlimited())
         .expect_err("handle 1 walks backwards");
     let Infeasible::Fault { travel_m, end } = infeasible else { panic!("{infeasible:?}") };
-    assert_eq!(end, RunEnd::HandleStops { handle: 1 });
+    assert_eq!(end, FeasibleEnd::HandleStops { handle: 1 });
     assert!(travel_m > 10.2 && travel_m < 15.15, "{infeasible}");
 }
 
@@ -94,7 +94,7 @@ fn spiral_into_its_centre_is_infeasible() {
     let dragon = Dragon::new(paper_benches(), Arc::new(spiral)).expect("the paper's dragon stands");
     let infeasible = largest_speed_ratio(&dragon).expect_err("handle 1 stops");
     let Infeasible::Fault { travel_m, end } = infeasible else { panic!("{infeasible:?}") };
-    assert_eq!(end, RunEnd::HandleStops { handle: 1 });
+    assert_eq!(end, FeasibleEnd::HandleStops { handle: 1 });
     assert!((travel_m - 432.758).abs() < 5e-4, "{infeasible}");
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
-use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 
@@ -104,9 +104,9 @@ fn clearances_equal_the_table() {
 }
 
 #[test]
-fn run_ends_at_the_stop_of_handle_1() {
+fn feasible_travel_ends_at_the_stop_of_handle_1() {
     let dragon = paper_dragon();
-    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    assert_eq!(dragon.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     assert!((dragon.end_travel_m() - 432.758_134).abs() <= 5.001e-7, "the run ends at {} m", dragon.end_travel_m());
     assert!(dragon.chain(dragon.end_travel_m()).is_ok());
     let error = dragon.chain(440.0).expect_err("beyond the run's end");

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, RunEnd};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::{RouteError, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
@@ -76,15 +76,15 @@ fn arcs_equal_the_table() {
 #[test]
 fn paper_turnaround_is_walked_to_its_end_without_a_contact() {
     let dragon = dragon(paper_turnaround(2.0));
-    assert_eq!((dragon.end_travel_m(), dragon.run_end()), (100.0, RunEnd::RouteEnd));
+    assert_eq!((dragon.end_travel_m(), dragon.feasible_end()), (100.0, FeasibleEnd::RouteEnd));
     assert_eq!(first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit"), None);
 }
 
 /// With radius ratio 3, handle 1 walks backwards, and later jumps by about 3 m.
 #[test]
-fn run_ends_on_a_turn_that_is_too_tight() {
+fn feasible_travel_ends_on_a_turn_that_is_too_tight() {
     let dragon = dragon(paper_turnaround(3.0));
-    assert_eq!(dragon.run_end(), RunEnd::HandleStops { handle: 1 });
+    assert_eq!(dragon.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     let end_m = dragon.end_travel_m();
     assert!(end_m > 10.2 && end_m < 15.15, "the run ends at {end_m} m");
     let last = dragon.chain(end_m).expect("within the run").nth(1).expect("a handle");
@@ -100,7 +100,7 @@ fn no_jump_is_missed_on_turns_that_are_slightly_too_tight() {
         let turnaround = Turnaround::new(1.7, 5.668_4, ratio).and_then(|turn| turn.between(0.0, 40.0));
         let route = turnaround.expect("valid").route();
         let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands on the way in");
-        assert_eq!(dragon.run_end(), RunEnd::HandleJumps { handle: 1 }, "at the ratio {ratio}");
+        assert_eq!(dragon.feasible_end(), FeasibleEnd::HandleJumps { handle: 1 }, "at the ratio {ratio}");
     }
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use bench_dragon_ipc::{BenchState, Frame, FrameHeader};
 
-/// The frame that a bridge sends at one release.
+/// The frame that a bridge sends at a due instant.
 #[derive(Clone, Debug, Default)]
 pub struct LatestFrame {
     /// The frame's header.

@@ -8,8 +8,8 @@ use bench_dragon_ipc::{Frame, FrameHeader, HandleState};
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::bus_readers::{WAIT_PERIOD, open_frames};
 use crate::cli::flags::{BusArgs, Format, FormatArgs, count};
-use crate::cli::follow::{WAIT_PERIOD, open_frames};
 use crate::cli::print::{print_json, print_line};
 
 /// Print each frame as it arrives, one line per frame.

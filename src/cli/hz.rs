@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::Args;
 use serde::Serialize;
 
+use crate::cli::bus_readers::{FrameCounts, WAIT_PERIOD, open_frames};
 use crate::cli::flags::{BusArgs, FormatArgs, count};
-use crate::cli::follow::{FrameCounts, WAIT_PERIOD, open_frames};
 use crate::cli::print::{percentiles, print_report};
 use crate::output::histogram::{LatencyHistogram, Percentiles};
 use crate::system::clock::monotonic_ns;

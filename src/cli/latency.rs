@@ -8,8 +8,8 @@ use bench_dragon_ipc::{BusError, Frame, FrameSubscriber, HandleState};
 use clap::{Args, ValueHint};
 use serde::Serialize;
 
+use crate::cli::bus_readers::{FrameCounts, WAIT_PERIOD, open_frames};
 use crate::cli::flags::{BusArgs, Format, FormatArgs, within};
-use crate::cli::follow::{FrameCounts, WAIT_PERIOD, open_frames};
 use crate::cli::print::{print_bytes, print_json, print_line};
 use crate::output::Counted;
 use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};

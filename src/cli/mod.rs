@@ -24,13 +24,13 @@ use crate::output::{self, complain, log, wait_for_reader};
 use crate::system::limits;
 
 mod bridge;
+mod bus_readers;
 mod ctl;
 mod doctor;
 mod echo;
 mod exit_status;
 mod export;
 mod flags;
-mod follow;
 mod hz;
 mod latency;
 mod monitor;
@@ -139,7 +139,7 @@ fn run() -> ExitCode {
 
 /// Runs a command. Returns the exit status of the process.
 fn run_command(cli: Cli) -> anyhow::Result<ExitCode> {
-    parent::follow_parent(cli.child)?;
+    parent::end_with_parent(cli.child)?;
     if is_only_output(&cli.command) {
         wait_for_reader(None);
     }

@@ -35,14 +35,14 @@ const STACK_BYTES: usize = 64 << 10;
 /// Ends this process soon after the parent that the arguments name. Fails if that parent has already ended.
 ///
 /// Starts a thread that ends with the process. Call this from the main thread, before anything else.
-pub(crate) fn follow_parent(args: ChildArgs) -> anyhow::Result<()> {
+pub(crate) fn end_with_parent(args: ChildArgs) -> anyhow::Result<()> {
     let Some(parent) = args.parent else { return Ok(()) };
-    let cannot_follow = "cannot follow the parent process";
+    let cannot_watch = "cannot watch the parent process";
     let (sender, is_prepared) = mpsc::sync_channel(1);
     let thread = thread::Builder::new().name("parent".to_owned()).stack_size(STACK_BYTES);
-    thread.spawn(move || watch_parent(parent, &sender)).context(cannot_follow)?;
-    is_prepared.recv().context(cannot_follow)?.context(cannot_follow)?;
-    set_parent_process_death_signal(Some(Signal::TERM)).context(cannot_follow)?;
+    thread.spawn(move || watch_parent(parent, &sender)).context(cannot_watch)?;
+    is_prepared.recv().context(cannot_watch)?.context(cannot_watch)?;
+    set_parent_process_death_signal(Some(Signal::TERM)).context(cannot_watch)?;
     if is_child_of(parent) {
         return Ok(());
     }
@@ -79,7 +79,7 @@ fn watch_parent(parent: u32, prepared: &SyncSender<nix::Result<()>>) {
 }
 
 /// Makes the kernel kill the child, even a stopped one, if the thread that starts it ends before the child has called
-/// [`follow_parent`]. That call replaces SIGKILL by SIGTERM.
+/// [`end_with_parent`]. That call replaces SIGKILL by SIGTERM.
 #[expect(unsafe_code, reason = "the child cannot make this request itself before exec")]
 pub(super) fn kill_with_parent(command: &mut Command) -> &mut Command {
     let ask = || Ok(set_parent_process_death_signal(Some(Signal::KILL))?);

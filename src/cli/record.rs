@@ -9,9 +9,9 @@ use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, Fr
 use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
+use crate::cli::bus_readers::{FrameReading, Next, RunPorts, open_when_there};
 use crate::cli::exit_status::is_disk_full;
 use crate::cli::flags::{BadInput, BusArgs, Format, FormatArgs, within};
-use crate::cli::follow::{Following, Next, RunPorts, open_when_there};
 use crate::cli::print::{Progress, complain, print_json, print_notice, print_report};
 use crate::config::ConfigDocument;
 use crate::output::Counted;
@@ -143,7 +143,7 @@ fn record(args: &RecordArgs, recorder: Recorder, domain: &Domain, stop: &StopFla
     let mut session = RecordSession::new(args.format.format, recorder);
     let mut ports = open_when_there(domain.instance(), stop, || RecordPorts::open(domain, stop))?;
     let recorded = match &mut ports {
-        Some(ports) => session.follow(ports, stop).and_then(|()| session.take_last_commands(ports)),
+        Some(ports) => session.read_frames(ports, stop).and_then(|()| session.take_last_commands(ports)),
         None => Ok(()),
     };
     let finished = recorded.and_then(|()| session.finish());
@@ -270,10 +270,10 @@ impl RecordSession {
     }
 
     /// Records frame after frame; after a signal, only frames that were published before it.
-    fn follow(&mut self, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
-        let mut following = Following::until(stop);
+    fn read_frames(&mut self, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
+        let mut reading = FrameReading::until(stop);
         loop {
-            let next = following.poll(&mut ports.run.frames)?;
+            let next = reading.poll(&mut ports.run.frames)?;
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.record(&alert, monotonic_ns())?;
             }

@@ -115,7 +115,7 @@ pub(crate) struct RealTimeArgs {
     /// configured, else other].
     #[arg(long, value_name = "POLICY")]
     pub(crate) priority: Option<Priority>,
-    /// Microseconds before each release in which the server's loop spins instead of sleeping, 0 to 1000 [default: configured,
+    /// Microseconds before each due instant in which the server's loop spins instead of sleeping, 0 to 1000 [default: configured,
     /// else 0].
     #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = within(SPIN_US))]
     pub(crate) spin_us: Option<u32>,
@@ -235,7 +235,7 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
 /// Warns if the dragon cannot walk up to the planned end. On a spiral without an end, no dragon reaches the centre.
 fn warn_of_early_end(config: &Config) {
     let Some(spot) = config.lead().tight_spot() else { return };
-    let (end_s, end) = (config.end_s(), config.lead().run_end());
+    let (end_s, end) = (config.end_s(), config.lead().feasible_end());
     match (config.route().end_s, &config.route().shape) {
         (None, RouteShape::Spiral(_)) => {}
         (Some(planned_s), _) => {

@@ -85,7 +85,7 @@ pub struct ServeTable {
     pub cpu: Option<u32>,
     /// Scheduling policy and priority of the server's loop.
     pub priority: Priority,
-    /// Time before each release in which the server's loop spins instead of sleeping, in microseconds.
+    /// Time before each due instant in which the server's loop spins instead of sleeping, in microseconds.
     pub spin_us: u32,
     /// Longest standstill, in seconds of wall time, after which the show jumps to the time that is due. After a longer
     /// standstill it catches up slowly.

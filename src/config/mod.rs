@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
 use bench_dragon_geometry::formation::{Formation, Layout, Planned, Timetable};
 use bench_dragon_geometry::ground::Ground;
 use bench_dragon_geometry::number::Number;
@@ -35,7 +35,7 @@ pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
 pub const TIME_SCALE: RangeInclusive<f64> = 0.001..=1000.0;
 /// Allowed processors of a server, as the kernel numbers them: the range of a CPU set.
 pub const CPU: RangeInclusive<u32> = 0..=1023;
-/// Allowed spin times of a server before each release, in microseconds.
+/// Allowed spin times of a server before each due instant, in microseconds.
 pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
 /// Allowed values of the longest standstill after which a show jumps, in seconds of wall time.
 pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
@@ -303,9 +303,9 @@ impl Config {
         self.tables().serve.time_scale / f64::from(self.tables().serve.rate_hz)
     }
 
-    /// Greatest number of missed releases after which the show jumps at once.
+    /// Greatest number of missed periods after which the show jumps at once.
     pub fn most_jumped(&self) -> u64 {
-        // Rounding may make the product slightly smaller than a whole number of releases.
+        // Rounding may make the product slightly smaller than a whole number of periods.
         (self.tables().serve.catch_up_s * f64::from(self.tables().serve.rate_hz) * (1.0 + 2.0 * f64::EPSILON)) as u64
     }
 
@@ -360,8 +360,8 @@ impl Config {
     /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
     /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
-        match (self.document.route.end_s, self.lead().run_end()) {
-            (Some(end_s), RunEnd::RouteEnd) => end_s,
+        match (self.document.route.end_s, self.lead().feasible_end()) {
+            (Some(end_s), FeasibleEnd::RouteEnd) => end_s,
             _ => self.lead().end_travel_m() / self.tables().head.speed_mps,
         }
     }
@@ -493,7 +493,7 @@ mod tests {
     }
 
     #[test]
-    fn the_jump_limit_is_the_number_of_releases_within_catch_up_s() {
+    fn the_jump_limit_is_the_number_of_periods_within_catch_up_s() {
         for (catch_up_s, rate_hz, most) in [(0.0, 1000, 0), (0.25, 50, 12), (0.29, 100, 29), (10.0, 100_000, 1_000_000)]
         {
             let text = format!("[serve]\nrate_hz = {rate_hz}\ncatch_up_s = {catch_up_s:?}\n");

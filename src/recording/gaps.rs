@@ -99,13 +99,13 @@ impl Coverage {
     }
 }
 
-/// Follows the frames of all parts, finds repeated ones, and notes the gaps.
+/// Takes the frames of all parts, finds repeated ones, and notes the gaps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FrameTrail {
     coverage: Coverage,
     runs: BTreeMap<u64, RunTrail>,
     last_part: Option<usize>,
-    /// Whether the frames are followed from somewhere in the middle: then the first frame is preceded by no gap.
+    /// Whether the frames are taken from somewhere in the middle: then the first frame is preceded by no gap.
     is_excerpt: bool,
 }
 

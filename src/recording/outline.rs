@@ -16,8 +16,8 @@ use mcap::{
 };
 
 use super::{
-    heads::Heads,
     reader::Configuration,
+    record_heads::RecordHeads,
     records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, split_start},
 };
 
@@ -45,7 +45,7 @@ pub(super) struct Outline {
 impl Outline {
     /// Reads the outline of a file that begins like an MCAP file.
     pub(super) fn of(file: &File) -> io::Result<Self> {
-        let (mut heads, mut outline) = (Heads::of(file)?, Self::default());
+        let (mut heads, mut outline) = (RecordHeads::of(file)?, Self::default());
         let mut at = MAGIC.len() as u64;
         while let Some((opcode, record)) = next_record(&mut heads, at)? {
             at = record.end;
@@ -75,7 +75,7 @@ impl Outline {
 }
 
 /// Kind and bytes of the record at a byte. `None` at the end of the data, and at a torn or damaged record.
-fn next_record(heads: &mut Heads<'_>, at: u64) -> io::Result<Option<(u8, Range<u64>)>> {
+fn next_record(heads: &mut RecordHeads<'_>, at: u64) -> io::Result<Option<(u8, Range<u64>)>> {
     let start = heads.start(at)?;
     let Some((opcode, length, _)) = split_start(&start) else { return Ok(None) };
     let is_end = matches!(opcode, 0 | op::DATA_END) || length > LONGEST_RECORD_BYTES as u64;

@@ -22,7 +22,7 @@ use mcap::{
 };
 
 use super::{
-    heads::{Heads, INDEX_HEAD_BYTES, START_BYTES, is_of_data, length_by_fields, number_at},
+    record_heads::{INDEX_HEAD_BYTES, RecordHeads, START_BYTES, is_of_data, length_by_fields, number_at},
     records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, UnpackedChunk, split_start},
     summary::Contents,
 };
@@ -60,8 +60,12 @@ impl From<io::Error> for SurveyError {
 
 /// Surveys a file that begins like a recording of ours.
 pub(super) fn survey(file: &File) -> Result<Survey, SurveyError> {
-    let mut surveying =
-        Surveying { heads: Heads::of(file)?, at: MAGIC.len() as u64, contents: Contents::default(), last_chunk: None };
+    let mut surveying = Surveying {
+        heads: RecordHeads::of(file)?,
+        at: MAGIC.len() as u64,
+        contents: Contents::default(),
+        last_chunk: None,
+    };
     let ending = loop {
         if let Some(ending) = surveying.step()? {
             break ending;
@@ -78,7 +82,7 @@ enum EndOfData {
 }
 
 struct Surveying<'a> {
-    heads: Heads<'a>,
+    heads: RecordHeads<'a>,
     /// Byte at which the next record begins.
     at: u64,
     contents: Contents,

@@ -113,7 +113,7 @@ impl Forecaster {
 
     /// Starts a new search from the head's travel, if the latest forecast does not cover it and no pair is that near already
     /// (`is_found`). The old forecast stays until the new search has a result.
-    pub fn follow(&mut self, latest: &Forecast, travel_m: f64, is_found: bool) {
+    pub fn advance(&mut self, latest: &Forecast, travel_m: f64, is_found: bool) {
         // A search from this travel was already requested, or the last request has no result yet.
         let is_asked = travel_m == self.asked_from_m || self.asked_from_m != latest.from_m;
         if !is_asked && !latest.covers(travel_m) && !is_found {

@@ -26,7 +26,7 @@ pub const STEPS_AT_A_TIME: u64 = 50_000_000;
 const FORECAST_STEPS: u64 = 20_000_000;
 /// Least reach of a grant ahead of the head in ticks. The server applies a grant one tick later.
 const LEAST_TICKS: f64 = 3.0;
-/// Reach of a grant ahead of the head if the server misses no release, in seconds of wall time at the head's speed.
+/// Reach of a grant ahead of the head if the server misses no period, in seconds of wall time at the head's speed.
 const LEAST_HORIZON_S: f64 = 0.5;
 /// Reach of a new grant in horizons: more than one, so that not every frame needs a new grant.
 const GRANTED_HORIZONS: f64 = 1.5;
@@ -83,7 +83,7 @@ impl<'a> Guard<'a> {
         Self {
             dragon,
             margin_m: config.tables().monitor.margin_m,
-            // A server that misses releases jumps without a frame in between. The grant for a frame may arrive after the next
+            // A server that misses periods jumps without a frame in between. The grant for a frame may arrive after the next
             // jump. So a grant reaches two jumps further.
             horizon_s: LEAST_HORIZON_S + 2.0 * config.tables().serve.catch_up_s,
             run_id,
@@ -100,7 +100,7 @@ impl<'a> Guard<'a> {
 
     /// Takes a frame of the run, and the target of a refused seek. Proves more travel if it is needed, and returns a grant for
     /// the server. Returns the grant again until [`Guard::note_granted`] confirms it.
-    pub fn follow(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
+    pub fn advance(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
         if header.show_state().is_some_and(ShowState::walks) {
             self.walking_speed_mps = header.head_speed_mps;
         }
@@ -120,7 +120,7 @@ impl<'a> Guard<'a> {
         }
     }
 
-    /// Whether the head is at its final rest in this frame. Call it after [`Guard::follow`] with the same frame. A head that is
+    /// Whether the head is at its final rest in this frame. Call it after [`Guard::advance`] with the same frame. A head that is
     /// held at the end of the run rests there because of the run, and not because of the guard.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
         let travel_m = header.head_travel_m;
@@ -242,7 +242,7 @@ mod tests {
         let head_travel_m = dragon.end_travel_m();
         for state in [ShowState::Finished, ShowState::Held] {
             let header = FrameHeader { run_id: 7, head_travel_m, state: state.to_wire(), ..FrameHeader::default() };
-            let _ = guard.follow(&header, None);
+            let _ = guard.advance(&header, None);
             assert!(!guard.is_final(&header), "{state:?}");
         }
     }

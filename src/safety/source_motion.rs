@@ -14,7 +14,7 @@ const TRAVEL_TOLERANCE_M: f64 = SHOW_TIME_TOLERANCE_S * Request::MAX_SPEED_MPS;
 const TIMECODE_SPEEDUP: f64 = 1.25;
 /// Rounding of the instants at which two frames were due, in seconds.
 const CLOCK_TOLERANCE_S: f64 = 2e-9;
-/// Periods between two frames above which a release was missed.
+/// Distance of two frames, in periods, above which a period was missed.
 const MISSED_FROM: f64 = 1.5;
 
 /// Properties of the source's steps in a configuration.
@@ -26,7 +26,7 @@ pub(super) struct SourceMotion {
     rate_hz: u32,
     /// Greatest acceleration in m/s². `None`: the head starts and stops at once.
     accel_mps2: Option<f64>,
-    /// Greatest number of missed releases over which a server jumps between two frames.
+    /// Greatest number of missed periods over which a server jumps between two frames.
     most_jumped: u64,
 }
 
@@ -43,7 +43,7 @@ impl SourceMotion {
     /// Whether the head walked, or stood still, from one frame of a source to a later one. It then passed all travel between,
     /// in this order. Otherwise the source restarted or the head was repositioned, and the travel between is unknown.
     ///
-    /// After missed releases, the next tick of a server advances by all missed periods. So missed releases between two
+    /// After missed periods, the next tick of a server advances by all missed periods. So missed periods between two
     /// successive frames count like lost frames: the clock limits how far the head walked.
     pub(super) fn walked(&self, last: &FrameHeader, next: &FrameHeader) -> bool {
         let Self { tick_s, rate_hz, accel_mps2, most_jumped } = *self;
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn jump_over_missed_releases_is_walked_and_seek_beyond_the_clock_is_not() {
+    fn jump_over_missed_periods_is_walked_and_seek_beyond_the_clock_is_not() {
         let last = due(5 * PERIOD_NS, frame(5, 0.1));
         let walked = |periods, next| MOTION.walked(&last, &due(periods * PERIOD_NS, next));
         for missed in [1_u32, 5, 12] {
@@ -157,11 +157,11 @@ mod tests {
             assert!(walked(periods, rested), "{missed} missed, at rest after them");
         }
         for (periods, next, is_walked, what) in [
-            (12, frame(8, 0.24), true, "missed releases and lost frames"),
+            (12, frame(8, 0.24), true, "missed periods and lost frames"),
             (106, frame(105, 2.2), true, "frames lost while the server made up for a standstill"),
-            (6, frame(6, 0.22), false, "no missed release"),
-            (11, frame(6, 0.32), false, "five missed releases"),
-            (100, frame(6, 2.0), false, "more missed releases than a server jumps over"),
+            (6, frame(6, 0.22), false, "no missed period"),
+            (11, frame(6, 0.32), false, "five missed periods"),
+            (100, frame(6, 2.0), false, "more missed periods than a server jumps over"),
         ] {
             assert_eq!(walked(periods, next), is_walked, "{what}");
         }

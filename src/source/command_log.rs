@@ -29,7 +29,7 @@ impl CommandLog {
         (Self { waiting, run_id, number: 0, stop: None }, to_publish)
     }
 
-    /// Records an event at a show time, with the number of releases missed so far. A full queue drops the event.
+    /// Records an event at a show time, with the number of periods missed so far. A full queue drops the event.
     /// Readers detect this by the gap in the event numbers.
     pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
         let Moment { show_time_ns, overruns } = moment;
@@ -55,7 +55,7 @@ impl CommandLog {
     }
 }
 
-/// Show time and missed releases of a run when it takes a command.
+/// Show time and missed periods of a run when it takes a command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Moment {
     pub(crate) show_time_ns: i64,

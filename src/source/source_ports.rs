@@ -28,7 +28,7 @@ const READER_TIMEOUT: Duration = Duration::from_secs(10);
 /// The ports of one run of a source. Each run has its own number, and its ticks count from 0.
 ///
 /// The sample of the next frame is loaned right after the last one is sent. So there is neither an allocation nor a
-/// search for free memory between a release and its frame.
+/// search for free memory between a due instant and its frame.
 #[derive(Debug)]
 pub(crate) struct SourcePorts {
     // Dropped in this order: the sample before its publisher, ports before their services, all of them before the node.

@@ -66,7 +66,7 @@ impl SourceReport {
         self.gauges.beats.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Reports the values of the last frame, and how many releases have been skipped so far.
+    /// Reports the values of the last frame, and how many periods have been missed so far.
     pub(crate) fn report_frame(&self, frame: &FrameHeader, overruns: u64) {
         self.beat();
         self.gauges.tick.store(frame.tick, Ordering::Release);
@@ -138,7 +138,7 @@ impl Drop for SourceReport {
 /// Percentiles of the times of all ticks, in microseconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TimesOfAll {
-    /// From each release to the start of its tick.
+    /// From each due instant to the start of its tick.
     pub(crate) lateness_us: Percentiles,
     /// From the start of each tick until the loop was ready for the next one.
     pub(crate) tick_us: Percentiles,
@@ -156,7 +156,7 @@ pub(super) struct LoopGauges {
     pub(super) state: AtomicU32,
     /// Frames a second; 0 where it is not known.
     pub(super) rate_hz: AtomicU32,
-    /// Releases skipped so far.
+    /// Periods missed so far.
     pub(super) overruns: AtomicU64,
     /// How far the show is behind the clock, in nanoseconds.
     pub(super) behind_ns: AtomicU64,
@@ -176,7 +176,7 @@ pub(super) struct LoopGauges {
     pub(super) stops: AtomicU32,
     pub(super) timecode: AtomicU32,
     pub(super) timecode_kind: AtomicU32,
-    /// From each release to the start of its tick.
+    /// From each due instant to the start of its tick.
     pub(super) lateness: TimeCounter,
     /// From the start of each tick until the loop was ready for the next one.
     pub(super) duration: TimeCounter,

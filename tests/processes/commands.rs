@@ -7,8 +7,8 @@ use bench_dragon_ipc::{CommandClient, Refusal, Request, ShowState};
 use serde_json::{Value, json};
 use test_support::process::Ended;
 
+use crate::periods::periods;
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::releases::periods;
 use crate::stage::{Server, Stage};
 
 /// Slow, so that the reader's buffer holds twenty seconds.
@@ -122,14 +122,14 @@ fn assert_walked(before: &Shot, after: &Shot, speed_mps: f64) {
     assert_eq!(after.state(), ShowState::Running);
     let periods = periods_between(before, after);
     assert_eq!(next.show_time_ns - last.show_time_ns, (periods * TICK_NS as f64).round() as i64, "tick {}", next.tick);
-    // A new speed applies from its release on. During the releases missed before, the head walked at the old speed.
+    // A new speed applies from its tick on. During the periods missed before, the head walked at the old speed.
     let earlier_m = (periods - next.time_scale) * last.head_speed_mps / RATE_HZ as f64;
     let expected_m = last.head_travel_m + earlier_m + next.time_scale * speed_mps / RATE_HZ as f64;
     assert!((next.head_travel_m - expected_m).abs() < 1e-12, "tick {}: {}", next.tick, next.head_travel_m);
     assert_eq!(next.head_speed_mps, speed_mps);
 }
 
-/// Fails unless the second frame has the first frame's position, advanced at 1 m/s by the releases missed in between.
+/// Fails unless the second frame has the first frame's position, advanced at 1 m/s by the periods missed in between.
 fn assert_stands(before: &Shot, after: &Shot, state: ShowState) {
     assert_eq!(after.state(), state);
     let ran = before.state() == ShowState::Running;

@@ -10,7 +10,7 @@ use test_support::eventually::eventually;
 use crate::reader::{Reader, Shot, assert_whole};
 use crate::stage::{Server, Stage};
 
-/// A server whose head brakes from 1 m/s to rest in two show seconds: 40 releases, of which a busy machine may miss some.
+/// A server whose head brakes from 1 m/s to rest in two show seconds: 40 periods, of which a busy machine may miss some.
 fn serve_braking(stage: &Stage, args: &[&str]) -> Server {
     std::fs::write(stage.path("braking.toml"), "[head]\naccel_mps2 = 0.5\n").expect("the folder is there");
     stage.serve(&[&["--config", "braking.toml", "--rate", "20", "--readers", "1"], args].concat())

@@ -240,7 +240,7 @@ fn lost_timecode_is_red() {
 }
 
 #[test]
-fn many_missed_releases_of_the_last_minute_are_a_warning() {
+fn many_missed_periods_of_the_last_minute_are_a_warning() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--catch-up", "10"]);
     let mut reader = Reader::join(&stage);

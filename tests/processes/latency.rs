@@ -7,19 +7,19 @@ use rustix::process::Signal;
 use serde_json::json;
 use test_support::process::Ended;
 
+use crate::periods::assert_no_frame_missing;
 use crate::reader::Reader;
-use crate::releases::assert_released;
 use crate::stage::Stage;
 
-/// Releases of a show that a reader's buffer holds, so that a late reader loses no frame.
-const RELEASES: u64 = 101;
+/// Periods of a show that a reader's buffer holds, so that a late reader loses no frame.
+const PERIODS: u64 = 101;
 
 /// Measures a whole show, and ends the measurement by Ctrl-C after the show. Returns the number of frames too.
 fn measure_a_show(stage: &Stage, args: &[&str]) -> (Ended, u64) {
     let server = stage.serve(&["--rate", "1000", "--until", "0.1", "--readers", "1"]);
     let latency = stage.start(&[&["latency", "--seconds", "100000"], args].concat());
     let summary = server.summary();
-    assert_released(&summary, RELEASES);
+    assert_no_frame_missing(&summary, PERIODS);
     latency.signal(Signal::INT);
     (latency.end().expect_clean(), summary["frames"].as_u64().expect("a count"))
 }

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use test_support::eventually::eventually;
 use test_support::process::Process;
 
+use crate::periods::assert_no_frame_missing;
 use crate::reader::Reader;
-use crate::releases::assert_released;
 use crate::stage::{Server, Stage};
 
 const CONTACT_S: f64 = 412.473_838;
@@ -81,7 +81,7 @@ fn a_monitor_reports_near_benches_and_their_contact_on_stdout_and_on_the_bus() {
         watch(&stage, &["--start-at", "411", "--time-scale", "20", "--until", "413", "--catch-up", "0"]);
     let run_id = server.run_id;
     let served = server.summary();
-    assert_released(&served, 101);
+    assert_no_frame_missing(&served, 101);
     let (lines, told) = end_after_alert(monitor, &alerts, "contact");
 
     let near = of_kind(&told, "near");
@@ -105,11 +105,11 @@ fn a_monitor_reports_near_benches_and_their_contact_on_stdout_and_on_the_bus() {
 
 #[test]
 fn the_contact_is_found_at_the_same_instant_at_any_time_scale() {
-    for (time_scale, rate, releases) in [("400", "1000", 36), ("1000", "200", 4), ("50", "50", 15)] {
+    for (time_scale, rate, periods) in [("400", "1000", 36), ("1000", "200", 4), ("50", "50", 15)] {
         let stage = Stage::new();
         let pace = ["--start-at", "400", "--time-scale", time_scale, "--rate", rate, "--until", "414"];
         let (server, alerts, monitor) = watch(&stage, &pace);
-        assert_released(&server.summary(), releases);
+        assert_no_frame_missing(&server.summary(), periods);
         let (_, told) = end_after_alert(monitor, &alerts, "contact");
         assert_is_the_contact(&of_kind(&told, "contact")[0]);
     }

@@ -3,8 +3,8 @@
 use bench_dragon_ipc::service::frame_buffer;
 use serde_json::json;
 
+use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, assert_accounted_for, assert_whole};
-use crate::releases::assert_released;
 use crate::stage::Stage;
 
 const PAPER_BENCHES: usize = 223;
@@ -35,13 +35,13 @@ fn a_reader_that_sleeps_loses_its_oldest_frames_and_counts_them() {
 #[test]
 fn a_show_that_fits_into_the_buffer_is_read_completely_after_its_end() {
     let stage = Stage::new();
-    let releases = frame_buffer(PAPER_BENCHES + 1);
-    let until_s = (releases - 1) as f64 / 1000.0;
+    let periods = frame_buffer(PAPER_BENCHES + 1);
+    let until_s = (periods - 1) as f64 / 1000.0;
     let server = stage.serve(&["--rate", "1000", "--until", &until_s.to_string(), "--readers", "2"]);
     let (mut first, mut second) = (Reader::join(&stage), Reader::join(&stage));
     let run_id = server.run_id;
     let summary = server.summary();
-    assert_released(&summary, releases as u64);
+    assert_no_frame_missing(&summary, periods as u64);
     for reader in [&mut first, &mut second] {
         let shots = reader.read_unread();
         assert_whole(&shots, run_id);

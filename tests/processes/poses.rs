@@ -7,18 +7,18 @@ use glam::DVec2;
 use serde_json::Value;
 use test_support::process::Process;
 
+use crate::periods::{assert_no_frame_missing, period};
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::releases::{assert_released, release};
 use crate::stage::{Stage, program};
 
-/// Plays a short show of this many releases, and returns all its frames.
-fn play(stage: &Stage, releases: u64, args: &[&str]) -> Vec<Shot> {
+/// Plays a short show of this many periods, and returns all its frames.
+fn play(stage: &Stage, periods: u64, args: &[&str]) -> Vec<Shot> {
     let server = stage.serve(&[&["--readers", "1"], args].concat());
     let shots = Reader::join(stage).read_to_end();
     assert_whole(&shots, server.run_id);
     let summary = server.summary();
     assert_eq!(summary["frames"], shots.len());
-    assert_released(&summary, releases);
+    assert_no_frame_missing(&summary, periods);
     shots
 }
 
@@ -77,7 +77,7 @@ fn show_time_is_counted_in_whole_steps_from_the_start() {
     let (last, walked) = shots.split_last().expect("the frames of a show");
     for shot in walked {
         assert_eq!(shot.state(), ShowState::Running);
-        let show_time_s = release(&shots[0].header, &shot.header, 7) as f64 * (60.0 / 7.0);
+        let show_time_s = period(&shots[0].header, &shot.header, 7) as f64 * (60.0 / 7.0);
         assert_eq!(shot.header.show_time_ns, (show_time_s * 1e9).round() as i64, "tick {}", shot.header.tick);
         assert_eq!(shot.header.head_travel_m, show_time_s);
     }
@@ -89,22 +89,22 @@ fn every_frame_is_due_a_whole_number_of_periods_after_the_first() {
     let stage = Stage::new();
     let shots = play(&stage, 151, &["--rate", "300", "--until", "0.5"]);
     let epoch_ns = shots[0].header.scheduled_ns;
-    let mut last_release = None;
+    let mut last_period = None;
     for Shot { header, .. } in &shots {
-        let release = ((header.scheduled_ns - epoch_ns) * 300).div_ceil(1_000_000_000);
-        assert_eq!(header.scheduled_ns, epoch_ns + release * 1_000_000_000 / 300, "tick {}", header.tick);
+        let period = ((header.scheduled_ns - epoch_ns) * 300).div_ceil(1_000_000_000);
+        assert_eq!(header.scheduled_ns, epoch_ns + period * 1_000_000_000 / 300, "tick {}", header.tick);
         assert!(header.published_ns >= header.scheduled_ns, "no frame is sent before it is due");
-        assert!(last_release < Some(release), "releases are skipped and never repeated");
-        last_release = Some(release);
+        assert!(last_period < Some(period), "periods are skipped and never repeated");
+        last_period = Some(period);
     }
 }
 
 #[test]
-fn the_summarys_overruns_are_the_skipped_releases() {
+fn the_summarys_overruns_are_the_missed_periods() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "1000", "--until", "0.2", "--readers", "1"]);
     let shots = Reader::join(&stage).read_to_end();
     let (first, last) = (shots[0].header, shots[shots.len() - 1].header);
-    let releases = (last.scheduled_ns - first.scheduled_ns) / 1_000_000;
-    assert_eq!(server.summary()["overruns"], releases - last.tick);
+    let periods = (last.scheduled_ns - first.scheduled_ns) / 1_000_000;
+    assert_eq!(server.summary()["overruns"], periods - last.tick);
 }

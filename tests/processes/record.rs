@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 use test_support::eventually::eventually;
 use test_support::pytest;
 
+use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::releases::assert_released;
 use crate::stage::Stage;
 
 /// Returns the frames of a recording, and whether its end is missing.
@@ -224,7 +224,7 @@ fn a_recording_continues_across_a_restart_of_the_server() {
         let server = stage.serve(&run);
         let run_id = server.run_id;
         let served = server.summary();
-        assert_released(&served, 101);
+        assert_no_frame_missing(&served, 101);
         (run_id, served["frames"].as_u64().expect("a count"))
     });
     let summary = recorder.terminate().last_json();

@@ -9,9 +9,9 @@ use test_support::eventually::eventually;
 use test_support::process::{Ended, Process};
 
 use crate::children::{await_child, children, kill, send};
+use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, Shot};
 use crate::record;
-use crate::releases::assert_released;
 use crate::stage::Stage;
 
 /// A show so slow that a reader's buffer holds four seconds.
@@ -135,10 +135,10 @@ fn a_show_at_full_rate_accounts_for_every_frame() {
     assert_books_balance(&stage, &serde_json::from_str(&written).expect("JSON"));
 }
 
-/// Fails unless the servers of a show with this many releases published a frame at each release that they did not miss.
-pub(crate) fn assert_published(summary: &Value, releases: u64) {
+/// Fails unless the servers of a show with this many periods published a frame in each period that they did not miss.
+pub(crate) fn assert_published(summary: &Value, periods: u64) {
     let (frames, overruns) = (&summary["frames"]["published"], &summary["overruns"]);
-    assert_released(&json!({ "frames": frames, "overruns": overruns }), releases);
+    assert_no_frame_missing(&json!({ "frames": frames, "overruns": overruns }), periods);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn a_configuration_is_played_and_kept_in_the_shows_folder() {
     let ended = stage.run(&["show", "--config", "stage.toml", "--until", "1", "--out", "out", "--format", "json"]);
     assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
     let summary = ended.last_json();
-    assert_released(&json!({ "frames": summary["frames"]["recorded"], "overruns": summary["overruns"] }), 26);
+    assert_no_frame_missing(&json!({ "frames": summary["frames"]["recorded"], "overruns": summary["overruns"] }), 26);
     let kept = fs::read_to_string(stage.path("out/config.toml")).expect("a configuration");
     let config = bench_dragon::config::Config::from_toml(&kept).expect("a whole configuration");
     assert_eq!(

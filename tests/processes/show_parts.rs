@@ -71,12 +71,12 @@ fn a_show_whose_recorder_was_killed_is_one_recording_with_named_gaps() {
     assert!(from <= to && gap["frames"] == to - from + 1, "{gap}");
     assert!(!frames.iter().any(|(run, tick)| *run == run_id && (from..=to).contains(tick)), "{gap}");
     assert!([from - 1, to + 1].iter().all(|tick| frames.contains(&(run_id, *tick))), "{gap}");
-    // A gap is no wrong frame. Only releases that a busy machine has missed in the gap cannot be verified.
+    // A gap is no wrong frame. Only periods that a busy machine has missed in the gap cannot be verified.
     assert_ne!(ended.code(), Some(1), "{lines:#?}");
     if ended.code() == Some(0) {
         assert_eq!((count("frames_verified"), &whole["verified"]), (count("recorded"), &Value::Bool(true)));
     } else {
-        let is_known = |line: &Value| line["reason"].as_str().is_some_and(|reason| reason.contains(" releases among "));
+        let is_known = |line: &Value| line["reason"].as_str().is_some_and(|reason| reason.contains(" periods among "));
         assert!(lines.iter().any(is_known), "{lines:#?}");
     }
 

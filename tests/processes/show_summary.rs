@@ -29,9 +29,9 @@ fn the_summary_covers_the_lateness_and_latency_of_all_servers_and_monitors() {
     kill(await_child(pid, "monitor", None));
     await_child(pid, "serve", Some(server));
     let again = playing.await_status(|status| status.run_id != late.run_id && status.tick >= 60);
-    // A server counts one release per tick: those of the killed server are not included.
-    let (releases, tick) = (again.lateness.count(), again.tick);
-    assert!(releases < late.tick + tick, "{releases} releases at tick {tick}: those of the killed server are included");
+    // A server counts one lateness per tick: those of the killed server are not included.
+    let (counted, tick) = (again.lateness.count(), again.tick);
+    assert!(counted < late.tick + tick, "{counted} ticks at tick {tick}: those of the killed server are included");
 
     let (summary, _) = playing.interrupt();
     let micros = |kind: &str, share: &str| summary[kind][share].as_f64().expect("a number");

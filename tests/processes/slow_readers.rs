@@ -26,7 +26,7 @@ fn read_beyond_a_buffer(witness: &mut Reader, shots: &mut Vec<Shot>) {
     shots.extend(witness.read_to_tick(tick + 2 * frame_buffer(PAPER_BENCHES + 1) as u64));
 }
 
-/// Stops a server and fails unless the witness has read all its frames: one at each release that the server did not skip.
+/// Stops a server and fails unless the witness has read all its frames: one in each period that the server did not miss.
 fn stop_and_assert_steady(server: Server, rate_hz: usize, witness: &mut Reader, shots: &mut Vec<Shot>) {
     let run_id = server.run_id;
     let summary = server.stop();
@@ -35,14 +35,14 @@ fn stop_and_assert_steady(server: Server, rate_hz: usize, witness: &mut Reader, 
     assert_whole(shots, run_id);
     assert_eq!((&summary["frames"], witness.lost()), (&Value::from(shots.len()), 0), "no other reader lost a frame");
     let [first_ns, last_ns] = [0, shots.len() - 1].map(|index| shots[index].header.scheduled_ns);
-    // The server may have skipped more releases after its last frame, up to its end.
-    let [skipped, most] = [last_ns, ended_ns].map(|until_ns| releases(first_ns, until_ns, rate_hz) - shots.len());
+    // The server may have missed more periods after its last frame, up to its end.
+    let [skipped, most] = [last_ns, ended_ns].map(|until_ns| periods(first_ns, until_ns, rate_hz) - shots.len());
     let overruns = summary["overruns"].as_u64().expect("a number") as usize;
     assert!((skipped..=most).contains(&overruns), "{overruns} overruns, not from {skipped} to {most}");
 }
 
-/// Number of releases from one instant to another, both included.
-fn releases(first_ns: u64, last_ns: u64, rate_hz: usize) -> usize {
+/// Number of periods from one instant to another, both included.
+fn periods(first_ns: u64, last_ns: u64, rate_hz: usize) -> usize {
     ((last_ns - first_ns) as f64 * rate_hz as f64 / 1e9).round() as usize + 1
 }
 

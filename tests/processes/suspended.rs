@@ -7,8 +7,8 @@ use serde_json::Value;
 use test_support::eventually::eventually;
 use test_support::process::Process;
 
+use crate::periods::{missed, period};
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::releases::{missed, release};
 use crate::stage::Stage;
 
 const RATE_HZ: u64 = 100;
@@ -22,21 +22,21 @@ pub(crate) fn suspend(process: &Process, suspended_ns: u64) {
     process.signal(Signal::CONT);
 }
 
-/// Fails unless every frame is due at its own release, no frame is due before the previous one was sent, and the server counts
-/// all releases in between as missed.
+/// Fails unless every frame is due in a period of its own, no frame is due before the previous one was sent, and the server
+/// counts all periods in between as missed.
 fn assert_no_burst(shots: &[Shot], summary: &Value) {
     let epoch_ns = shots[0].header.scheduled_ns;
     for pair in shots.windows(2) {
         let [before, after] = [&pair[0].header, &pair[1].header];
-        assert_eq!(after.scheduled_ns, epoch_ns + release(&shots[0].header, after, RATE_HZ) * PERIOD_NS);
-        assert!(after.scheduled_ns >= before.published_ns, "passed releases are skipped, without a burst");
+        assert_eq!(after.scheduled_ns, epoch_ns + period(&shots[0].header, after, RATE_HZ) * PERIOD_NS);
+        assert!(after.scheduled_ns >= before.published_ns, "passed periods are skipped, without a burst");
     }
     let last = &shots[shots.len() - 1].header;
     assert_eq!(summary["frames"], shots.len());
     assert_eq!(
         summary["overruns"],
-        release(&shots[0].header, last, RATE_HZ) - last.tick,
-        "each missed release is counted: {summary}"
+        period(&shots[0].header, last, RATE_HZ) - last.tick,
+        "each missed period is counted: {summary}"
     );
 }
 

@@ -10,8 +10,8 @@ use test_support::process::Process;
 use test_support::pytest::python;
 
 use crate::children::{await_child, kill};
+use crate::periods::periods;
 use crate::reader::{Reader, Shot};
-use crate::releases::periods;
 use crate::stage::{Server, Stage};
 
 /// Seconds of a frame of timecode.
@@ -99,7 +99,7 @@ fn count_seeks(shots: &[Shot]) -> usize {
         let step_ns = pair[1].header.show_time_ns - pair[0].header.show_time_ns;
         let time_scale = pair[1].header.time_scale;
         assert!((0.9..=1.1).contains(&time_scale), "{time_scale}");
-        // During missed releases, the show advanced at the previous time scale.
+        // During missed periods, the show advanced at the previous time scale.
         let jumped = (periods(&pair[0].header, &pair[1].header, RATE_HZ as u64) - 1) as f64;
         let expected_ns = (jumped * pair[0].header.time_scale + time_scale) / RATE_HZ * 1e9;
         (step_ns as f64 - expected_ns).abs() > 2.0

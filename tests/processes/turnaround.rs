@@ -8,10 +8,10 @@ use bench_dragon_ipc::FrameHeader;
 use serde_json::{Value, json};
 use test_support::process::Process;
 
+use crate::periods::{assert_no_frame_missing, period};
 use crate::poses::assert_near;
 use crate::reader::{Reader, assert_whole};
 use crate::record;
-use crate::releases::{assert_released, release};
 use crate::stage::{Stage, program};
 
 /// One show second a tick, slow enough for a reader's buffer to hold the whole show.
@@ -36,12 +36,12 @@ fn a_show_plays_the_turnaround_from_its_start_to_its_end() {
     let (recorded, was_cut) = record::read(&stage.path("out/recording.mcap"));
     assert!(!was_cut);
     assert!(recorded.iter().enumerate().all(|(tick, header)| header.tick == tick as u64));
-    let planned_s = |header: &FrameHeader| (release(&recorded[0], header, RATE_HZ) as i64 - 100).min(100);
+    let planned_s = |header: &FrameHeader| (period(&recorded[0], header, RATE_HZ) as i64 - 100).min(100);
     let is_planned = |header: &&FrameHeader| header.show_time_ns == planned_s(header) * 1_000_000_000;
     assert_eq!(
         recorded.iter().find(|header| !is_planned(header)),
         None,
-        "one second per release, and the last frame at the end"
+        "one second per period, and the last frame at the end"
     );
     assert!(recorded.last().is_some_and(|header| header.show_time_ns == 100_000_000_000));
 }
@@ -54,7 +54,7 @@ fn every_handle_on_the_turn_equals_the_solution() {
     let shots = Reader::join(&stage).read_to_end();
     assert_whole(&shots, server.run_id);
     let served = server.summary();
-    assert_released(&served, 81);
+    assert_no_frame_missing(&served, 81);
     assert_eq!(served["frames"], shots.len());
     let text = fs::read_to_string(stage.path("turn.toml")).expect("the configuration");
     let dragon = Config::from_toml(&text).expect("a turnaround").lead().clone();

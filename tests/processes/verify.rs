@@ -90,7 +90,7 @@ fn a_show_that_was_commanded_is_as_simulated() {
 }
 
 #[test]
-fn a_show_that_missed_releases_is_as_simulated() {
+fn a_show_that_missed_periods_is_as_simulated() {
     let stage = Stage::new();
     let (server, recorder) = record(&stage, &["--rate", "100"]);
     let mut reader = Reader::join(&stage);

@@ -105,7 +105,7 @@ fn a_wall_clock_set_forward_and_back_by_an_hour_changes_nothing() {
             (after.scheduled_ns - before.scheduled_ns) / TICK_NS
         })
         .collect();
-    // The server also counts the releases that it skipped after its last frame.
+    // The server also counts the periods that it missed after its last frame.
     let skipped = periods.iter().sum::<u64>() - periods.len() as u64;
     let most = skipped + (ended_ns - shots[shots.len() - 1].header.scheduled_ns) / TICK_NS;
     let overruns = summary["overruns"].as_u64().expect("a number");

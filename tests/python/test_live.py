@@ -94,7 +94,7 @@ def test_the_ticks_count_on_and_each_advances_show_time_by_one_step(node):
     for _ in range(5):
         after, _ = next(frames)
         assert after.run_id == before.run_id and after.tick > before.tick
-        # Two show seconds per second, also across missed releases.
+        # Two show seconds per second, also across missed periods.
         assert after.show_time_ns - before.show_time_ns == 2 * (after.scheduled_ns - before.scheduled_ns)
         before = after
 

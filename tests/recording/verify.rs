@@ -39,7 +39,7 @@ struct Tape {
 }
 
 impl Tape {
-    /// Simulates a run of this many ticks, with requests at ticks and missed releases before ticks, as a server does.
+    /// Simulates a run of this many ticks, with requests at ticks and missed periods before ticks, as a server does.
     fn of(ticks: u64, requests: &[(u64, Request)], missed: &[(u64, u64)]) -> Self {
         let config = Config::from_toml(TOML).expect("a valid text");
         let start = start();
@@ -50,9 +50,9 @@ impl Tape {
         for tick in 0..ticks {
             let missed = missed.iter().find(|(at, _)| *at == tick).map_or(0, |(_, missed)| *missed);
             if tick > 0 {
-                // Shortly after the last missed release, despite the rounding.
+                // Shortly after the last missed period, despite the rounding.
                 let ended_ns = schedule.due_ns() + Schedule::from_epoch_ns(missed, RATE_HZ).expect("a short time") + 2;
-                assert_eq!(schedule.advance(ended_ns), missed, "the schedule misses these releases");
+                assert_eq!(schedule.advance(ended_ns), missed, "the schedule misses these periods");
             }
             let due = requests.iter().filter(|(at, _)| *at == tick).map(|(_, request)| *request).collect();
             let mut inputs = AskedRequests { due, replies: Vec::new() };
@@ -144,7 +144,7 @@ fn reason(run: &RunVerification) -> (u64, &str) {
 }
 
 #[test]
-fn a_run_with_commands_and_missed_releases_is_as_simulated() {
+fn a_run_with_commands_and_missed_periods_is_as_simulated() {
     let run = eventful().verify();
     assert_eq!(run.verdict, RunVerdict::Verified);
     assert_eq!((run.frames, run.verified, run.missing, run.overruns), (1200, 1200, 0, 373));
@@ -225,7 +225,7 @@ fn the_last_moments_before_a_crash_are_unverifiable_and_not_different() {
 }
 
 #[test]
-fn frames_that_the_recorder_lost_are_simulated_unless_releases_were_missed_meanwhile() {
+fn frames_that_the_recorder_lost_are_simulated_unless_periods_were_missed_meanwhile() {
     let whole = eventful();
     let mut tape = whole.clone();
     tape.frames.retain(|(header, _)| !(500..620).contains(&header.tick) && header.tick != 40);
@@ -237,11 +237,11 @@ fn frames_that_the_recorder_lost_are_simulated_unless_releases_were_missed_meanw
     let run = tape.verify();
     let (from_tick, reason) = reason(&run);
     assert_eq!((from_tick, run.verified, run.frames), (690, 690, 1180));
-    assert_eq!(reason, "20 frames are missing there, and the server missed 78 releases among them, at unknown ticks");
+    assert_eq!(reason, "20 frames are missing there, and the server missed 78 periods among them, at unknown ticks");
 }
 
 #[test]
-fn a_recording_that_begins_late_is_verified_where_no_release_was_missed_before() {
+fn a_recording_that_begins_late_is_verified_where_no_period_was_missed_before() {
     let requests = [(10, Request::Speed { speed_mps: 2.0 }), (150, Request::Pause)];
     let mut tape = Tape::of(200, &requests, &[(120, 5)]);
     tape.frames.retain(|(header, _)| header.tick >= 100);

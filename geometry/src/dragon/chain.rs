@@ -43,15 +43,15 @@ impl Handle {
     }
 }
 
-/// Error: the travel lies outside the run.
+/// Error: the travel is not feasible.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 #[error("travel_m is {travel_m}, must be from {start_travel_m} to {end_travel_m}, where the run ends")]
 pub struct TravelOutOfRange {
     /// The requested travel.
     pub travel_m: f64,
-    /// Travel at the beginning of the run.
+    /// Beginning of the feasible travel.
     pub start_travel_m: f64,
-    /// Travel at the end of the run.
+    /// End of the feasible travel.
     pub end_travel_m: f64,
 }
 
@@ -128,15 +128,15 @@ impl ChainSolver {
     /// The handles with the head at `travel_m`, head first.
     ///
     /// # Errors
-    /// The travel must lie within the dragon's run.
+    /// The travel must be feasible.
     ///
     /// # Panics
-    /// Panics if a link has no solution during the run, which [`Dragon::new`] rules out.
+    /// Panics if a link has no solution at a feasible travel, which [`Dragon::new`] rules out.
     pub fn solve(&mut self, dragon: &Dragon, travel_m: f64) -> Result<&[Handle], TravelOutOfRange> {
         let chain = dragon.chain(travel_m)?;
         self.handles.clear();
         self.handles.extend(chain);
-        assert_eq!(self.handles.len(), dragon.dimensions().handles(), "every link meets the route during the run");
+        assert_eq!(self.handles.len(), dragon.dimensions().handles(), "every link meets the route at feasible travels");
         Ok(&self.handles)
     }
 }

@@ -9,12 +9,12 @@
 //! the longest links, the *taut* one, and that of the shortest links, the *compact* one, bracket each pole of every allowed pose.
 //! Nothing needs to be known of the links between.
 //!
-//! **Where they walk.** The run of the taut dragon and the run of the compact one are proofs for the places that their own
-//! handles pass (see `run`). The bracket of a body handle also has places that only the other chain passes. There, the links are
+//! **Where they walk.** The feasible travels of the taut and of the compact dragon are proofs for the places that their own
+//! handles pass (see `feasible`). The bracket of a body handle also has places that only the other chain passes. There, the links are
 //! searched for faults too, and the brackets hold up to the first.
 
+use super::feasible::{TightSpot, first_fault};
 use super::meter::Meter;
-use super::run::{TightSpot, first_fault};
 use super::{Dragon, DragonError};
 
 /// The two chains that bracket all allowed poses of a dragon.
@@ -62,8 +62,8 @@ impl Loose {
     /// The bracket of a handle, from the rearmost parameter to the foremost one.
     pub(crate) fn bracket(&self, travel_m: f64, handle: usize) -> [f64; 2] {
         [&self.taut, &self.compact].map(|dragon| {
-            let mut chain = dragon.chain(travel_m).expect("the travel lies within the run");
-            chain.nth(handle).expect("every link meets the route during the run").parameter
+            let mut chain = dragon.chain(travel_m).expect("the travel is feasible");
+            chain.nth(handle).expect("every link meets the route at feasible travels").parameter
         })
     }
 

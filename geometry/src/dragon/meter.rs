@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use thiserror::Error;
 
-/// Limit of steps for finding the end of a dragon's run: some seconds of work.
+/// Limit of steps for finding the end of a dragon's feasible travel: some seconds of work.
 const MAX_PLACING_STEPS: u64 = 100_000_000;
 
 /// A limit of work, and the work done under it. Clones share one count.
@@ -111,7 +111,7 @@ impl Meter {
         }
     }
 
-    /// The meter for finding the end of a dragon's run: this one, or one with a limit if this one has none.
+    /// The meter for finding the end of a dragon's feasible travel: this one, or one with a limit if this one has none.
     pub(crate) fn for_placing(&self) -> Self {
         if self.0.is_some() { self.clone() } else { Self::of(MAX_PLACING_STEPS) }
     }

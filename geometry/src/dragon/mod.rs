@@ -7,11 +7,11 @@
 pub(crate) mod board;
 pub(crate) mod chain;
 pub(crate) mod dimensions;
+pub(crate) mod feasible;
 pub(crate) mod link;
 pub(crate) mod loose;
 pub(crate) mod meter;
 mod orbit;
-pub(crate) mod run;
 mod stepper;
 
 use std::f64::consts::TAU;
@@ -29,14 +29,14 @@ pub use dimensions::{
     Dimensions, DimensionsError, LEAST_LINK_M, LENGTH_M, MAX_BENCHES, MOST_PER_LINK, MOST_PER_WIDTH,
     MOST_PLAY_PER_LINK, WIDTH_M,
 };
+pub use feasible::{FeasibleEnd, TightSpot};
 pub use meter::{Meter, Spent};
-pub use run::{RunEnd, TightSpot};
 pub use stepper::{ChainStepper, Instructions};
 
 pub(crate) use orbit::Station;
 
+use feasible::FeasibleTravel;
 use loose::Loose;
-use run::Run;
 
 /// Reason why a dragon cannot walk a route.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
@@ -61,10 +61,10 @@ pub enum DragonError {
         /// Length of the link of that bench, in metres.
         link_m: f64,
     },
-    /// The ground ends before the dragon's run does, or under the dragon at its start.
+    /// The ground ends before the dragon's feasible travel does, or under the dragon at its start.
     #[error("{0}")]
     Ground(GroundGap),
-    /// The search for the end of the run takes too much work.
+    /// The search for the end of the feasible travel takes too much work.
     #[error("the dragon's run is too long, or too tightly wound for its links, to be searched: {0}")]
     TooMuchWork(Spent),
 }
@@ -85,8 +85,8 @@ pub enum DragonError {
 pub struct Dragon {
     dimensions: Dimensions,
     route: Arc<Route>,
-    run: Run,
-    /// Parameter of the head at the run's end.
+    feasible: FeasibleTravel,
+    /// Parameter of the head at the end of the feasible travel.
     pub(crate) end_parameter: f64,
     meter: Meter,
     /// The chains that bracket the poles; `None` for hinges without play.
@@ -94,11 +94,11 @@ pub struct Dragon {
 }
 
 impl Dragon {
-    /// Places a dragon on a route, with the head at the route's start, and finds the end of its run.
+    /// Places a dragon on a route, with the head at the route's start, and finds how far it can walk.
     ///
     /// # Errors
     /// The pitch of a spiral must exceed the boards' width, if the dragon stands on more than a turn of it. At the start, every
-    /// handle must be on the route and move forward. The end of the run must be found within a bounded number of steps of work.
+    /// handle must be on the route and move forward. The end of the feasible travel must be found within a bounded number of steps.
     pub fn new(dimensions: Dimensions, route: Arc<Route>) -> Result<Self, DragonError> {
         Self::with_meter(dimensions, route, Meter::unlimited())
     }
@@ -120,18 +120,18 @@ impl Dragon {
             return Err(DragonError::PitchUnderWidth { pitch_m, width_m });
         }
         let placing = meter.for_placing();
-        let run = Run::of(&route, &dimensions, &placing);
+        let feasible = FeasibleTravel::of(&route, &dimensions, &placing);
         if placing.is_spent() {
             return Err(DragonError::TooMuchWork(placing.spent(route.start_travel_m())));
         }
-        let run = run.map_err(|at| DragonError::CannotStand { at, link_m: dimensions.link_m(at.bench) })?;
-        let end_parameter = route.parameter(run.end_travel_m);
+        let feasible = feasible.map_err(|at| DragonError::CannotStand { at, link_m: dimensions.link_m(at.bench) })?;
+        let end_parameter = route.parameter(feasible.end_travel_m);
         if route.is_on_ground() {
             let start = route.parameter(route.start_travel_m());
             let last = Chain::new(&route, &dimensions, &meter, start).last().map_or(start, |handle| handle.parameter);
             route.ground_gap(last, end_parameter).map_or(Ok(()), |gap| Err(DragonError::Ground(gap)))?;
         }
-        Ok(Self { dimensions, end_parameter, route, run, meter, loose: None })
+        Ok(Self { dimensions, end_parameter, route, feasible, meter, loose: None })
     }
 
     /// The same dragon with another meter for its work.
@@ -173,29 +173,29 @@ impl Dragon {
         &self.route
     }
 
-    /// Travel at the beginning of the run.
+    /// Beginning of the feasible travel.
     pub fn start_travel_m(&self) -> f64 {
         self.route.start_travel_m()
     }
 
-    /// Travel at the end of the run, to about 10⁻¹² m. Every handle walks forward up to this travel.
+    /// End of the feasible travel, to about 10⁻¹² m. Every handle walks forward up to this travel.
     pub fn end_travel_m(&self) -> f64 {
-        self.run.end_travel_m
+        self.feasible.end_travel_m
     }
 
-    /// Parameter of the head at the end of the run.
+    /// Parameter of the head at the end of the feasible travel.
     pub fn end_parameter(&self) -> f64 {
         self.end_parameter
     }
 
-    /// The reason why the run ends.
-    pub fn run_end(&self) -> RunEnd {
-        self.run.end
+    /// The reason why the feasible travel ends.
+    pub fn feasible_end(&self) -> FeasibleEnd {
+        self.feasible.end
     }
 
-    /// The place that a bench cannot follow at the end of the run; `None` if the run ends with the route.
+    /// The place that a bench cannot follow at the end of the feasible travel; `None` at the route's end.
     pub fn tight_spot(&self) -> Option<TightSpot> {
-        let bench = self.run.end.handle()? - 1;
+        let bench = self.feasible.end.handle()? - 1;
         let handle = self.chain(self.end_travel_m()).ok()?.nth(bench)?;
         Some(TightSpot::at(&self.route, bench, handle.parameter))
     }
@@ -203,13 +203,13 @@ impl Dragon {
     /// Iterator over the handles with the head at `travel_m`, head first.
     ///
     /// # Errors
-    /// The travel must lie within the run.
+    /// The travel must be feasible.
     pub fn chain(&self, travel_m: f64) -> Result<Chain<'_>, TravelOutOfRange> {
         self.require_travel(travel_m)?;
         Ok(Chain::new(self.route(), &self.dimensions, &self.meter, self.route.parameter(travel_m)))
     }
 
-    /// Returns an error for a travel outside the run.
+    /// Returns an error for a travel that is not feasible.
     fn require_travel(&self, travel_m: f64) -> Result<(), TravelOutOfRange> {
         let (start_travel_m, end_travel_m) = (self.start_travel_m(), self.end_travel_m());
         let within = travel_m >= start_travel_m && travel_m <= end_travel_m;

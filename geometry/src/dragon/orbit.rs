@@ -33,16 +33,16 @@ impl Dragon {
     }
 
     /// Finds the head's parameter for which handle 1 is at `parameter`. Returns it with the speed of handle 1 divided by the
-    /// speed of the head. `parameter` must be one that handle 1 passes during the run.
+    /// speed of the head. `parameter` must be one that handle 1 passes on feasible travel.
     ///
-    /// Newton's method on the parameter of handle 1, which grows with the head's parameter throughout the run. The result is
+    /// Newton's method on the parameter of handle 1, which grows with the head's parameter on all feasible travel. The result is
     /// exact to about 10⁻¹² m.
     pub(crate) fn head_before(&self, parameter: f64) -> (f64, f64) {
         self.front_before(0, parameter, [self.route.parameter(self.start_travel_m()), self.end_parameter])
     }
 
     /// The same for the front handle of any bench, whose rear handle is at `parameter`. `begin` and `end` are parameters that the
-    /// front handle passes during the run, before and after the result. On other parts of the route, the rear handle of a tight
+    /// front handle passes on feasible travel, before and after the result. On other parts of the route, the rear handle of a tight
     /// link may pass `parameter` too.
     pub(crate) fn front_before(&self, bench: usize, parameter: f64, [begin, end]: [f64; 2]) -> (f64, f64) {
         let begin = begin.max(parameter);
@@ -51,7 +51,7 @@ impl Dragon {
         let guess = self.route.parameter_near(self.route.travel(parameter) + ahead_m, near);
         let mut speed_ratio = 1.0;
         let front_parameter = rising_root(begin..=end.max(begin), guess, ROUNDING_M, |front_parameter| {
-            let rear = self.rear(bench, front_parameter).expect("every handle has a position throughout the run");
+            let rear = self.rear(bench, front_parameter).expect("every handle has a position on all feasible travel");
             speed_ratio = rear.speed_ratio();
             Slope {
                 value: (rear.parameter - parameter) * rear.point.speed_m_per_unit,

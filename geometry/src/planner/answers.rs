@@ -10,7 +10,7 @@ use super::local::VariedDragon;
 use super::pitch::{PitchError, PitchLimit, SmallestPitch, smallest_pitch};
 use super::{Infeasible, Setting, largest_speed_ratio, least_clearance, passage_through};
 use crate::clearance::first_contact;
-use crate::dragon::{Dimensions, DimensionsError, DragonError, Meter, RunEnd, Spent};
+use crate::dragon::{Dimensions, DimensionsError, DragonError, FeasibleEnd, Meter, Spent};
 use crate::number::Number;
 use crate::route::{PitchFamily, Route, RouteError, SpiralSpec};
 
@@ -63,7 +63,7 @@ impl Display for Quantity {
 pub enum Unanswered {
     /// No benches touch on the planned run.
     #[error("no contact before the run ends: {0}")]
-    NoContact(RunEnd),
+    NoContact(FeasibleEnd),
     /// The dragon has fewer than three benches.
     #[error("a dragon with fewer than three benches has no pair of benches that can touch")]
     NoPairs,
@@ -141,7 +141,8 @@ pub(super) fn answer(
 fn contact_time(setting: &Setting, meter: &Meter) -> Result<Answer, Unanswered> {
     let run = VariedDragon::new(setting.dimensions, family(setting)?, meter)?;
     let (start_m, end_m) = (run.dragon.start_travel_m(), run.dragon.end_travel_m());
-    let contact = first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.run_end()))?;
+    let contact =
+        first_contact(&run.dragon, start_m, end_m)?.ok_or(Unanswered::NoContact(run.dragon.feasible_end()))?;
     let timetable = setting.timetable(end_m);
     let value = timetable.time_s(contact.travel_m);
     let derivatives = move || derivative::of_contact_time(&run, &contact, &timetable);

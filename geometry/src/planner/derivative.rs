@@ -23,7 +23,7 @@ use super::local::{Local, Rates, VariedDragon};
 use super::pitch::PitchLimit;
 use super::speed_limit::LargestRatio;
 use crate::clearance::{ClearanceSearch, Contact};
-use crate::dragon::RunEnd;
+use crate::dragon::FeasibleEnd;
 use crate::formation::Timetable;
 use crate::numerics::try_turning_point;
 
@@ -213,7 +213,7 @@ fn end_motion(varied: &VariedDragon, travel_m: f64) -> Option<Motion> {
     } else if varied.family.ends_on_circle() {
         // A spiral ends at the travel at which the head is on the circle.
         Some(Motion::Bound(Local::new(varied, travel_m, 1).head_radius()))
-    } else if varied.family.is_fixed() && varied.dragon.run_end() == RunEnd::RouteEnd {
+    } else if varied.family.is_fixed() && varied.dragon.feasible_end() == FeasibleEnd::RouteEnd {
         // A path ends at a fixed travel.
         Some(Motion::Held)
     } else {

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::passage::{Infeasible, Staging, passage_through};
 use super::speed_limit::{LargestRatio, largest_speed_ratio};
 use crate::clearance::{Contact, first_within};
-use crate::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd, Spent};
+use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
 use crate::route::Turnaround;
 
 /// Number of benches whose speeds are checked when only the links are.
@@ -26,7 +26,7 @@ pub enum Obstacle {
         /// Travel of the head, from its entry into the S.
         travel_m: f64,
         /// The fault of the handle.
-        end: RunEnd,
+        end: FeasibleEnd,
         /// Index of the piece that contains the handle before it: way in, entry arc, line, exit arc, way out.
         piece: usize,
     },
@@ -168,8 +168,8 @@ impl TurnCheck {
 /// A dragon that walks the whole turn.
 fn walked(meter: &Meter, turn: Turnaround, dimensions: Dimensions) -> Result<Dragon, Blocked> {
     let dragon = Dragon::with_meter(dimensions, Arc::new(turn.route()), meter.clone()).map_err(Infeasible::from)?;
-    let (travel_m, end) = (dragon.end_travel_m(), dragon.run_end());
-    let (RunEnd::HandleStops { handle } | RunEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
+    let (travel_m, end) = (dragon.end_travel_m(), dragon.feasible_end());
+    let (FeasibleEnd::HandleStops { handle } | FeasibleEnd::HandleJumps { handle }) = end else { return Ok(dragon) };
     let ahead = dragon.chain(travel_m).expect("the run's end is in it").nth(handle - 1).expect("the handle ahead");
     let segment = dragon.route().seams().partition_point(|&seam| seam < ahead.parameter);
     let piece = if turn.line_m() > 0.0 || segment < 2 { segment } else { segment + 1 };

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::least_clearance::{ClosestApproach, least_clearance};
 use super::speed_limit::{LargestRatio, largest_speed_ratio};
 use crate::clearance::{Contact, first_within};
-use crate::dragon::{Dimensions, Dragon, DragonError, Handle, Meter, RunEnd, Spent};
+use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Handle, Meter, Spent};
 use crate::numerics::{Slope, rising_root};
 use crate::route::Turnaround;
 
@@ -34,7 +34,7 @@ pub enum Infeasible {
         /// Travel of the head.
         travel_m: f64,
         /// The fault of the handle.
-        end: RunEnd,
+        end: FeasibleEnd,
     },
     /// Unknown: the limit of work is reached.
     #[error("no answer: {0}")]
@@ -62,8 +62,8 @@ impl Infeasible {
     /// # Errors
     /// The fault that ends its run.
     pub(super) fn check(dragon: &Dragon) -> Result<(), Self> {
-        match dragon.run_end() {
-            RunEnd::RouteEnd => Ok(()),
+        match dragon.feasible_end() {
+            FeasibleEnd::RouteEnd => Ok(()),
             end => Err(Self::Fault { travel_m: dragon.end_travel_m(), end }),
         }
     }

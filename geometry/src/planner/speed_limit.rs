@@ -30,7 +30,7 @@
 use std::collections::VecDeque;
 
 use super::passage::{ARC_PER_CHORD, Infeasible};
-use crate::dragon::{Chain, Dragon, RunEnd, Spent, Station};
+use crate::dragon::{Chain, Dragon, FeasibleEnd, Spent, Station};
 use crate::numerics::{Slope, peak, rising_root, turning_point};
 
 /// Number of orbits in the survey, evenly spaced over the last link's length that handle 1 walks.
@@ -98,7 +98,7 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
     }
     let LargestRatio { ratio, travel_m, handle } = survey.lowest_as_fast(largest);
     if ratio > JUMP_RATIO {
-        return Err(Infeasible::Fault { travel_m, end: RunEnd::HandleJumps { handle } });
+        return Err(Infeasible::Fault { travel_m, end: FeasibleEnd::HandleJumps { handle } });
     }
     Ok(LargestRatio { ratio, travel_m, handle })
 }

@@ -1,16 +1,16 @@
-//! The feed of a bridge: the newest frame of the bus at each release of the bridge's own rate.
+//! The feed of a bridge: the newest frame of the bus at each due instant of the bridge's own rate.
 
 use std::time::Duration;
 
 use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
 
 use crate::bridge::{Freshness, LatestFrame, StaleAfter, freshness};
-use crate::cli::follow::{WAIT_PERIOD, open_when_there};
+use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
 use crate::system::stop::StopFlag;
 
-/// Statuses that are read per release: the present source's, and one that the last source may have left.
+/// Statuses that are read per frame sent: the present source's, and one that the last source may have left.
 const MAX_STATUSES: usize = 4;
 
 /// Polls the bus at a fixed rate, so that the server need not wake the bridge. After a server has ended, the feed repeats its
@@ -30,8 +30,8 @@ pub(super) struct Feed<'a> {
     has_left: bool,
 }
 
-/// An instant at which to send.
-pub(super) struct Release<'a> {
+/// The frame to send at a due instant of the bridge.
+pub(super) struct DueFrame<'a> {
     pub(super) now_ns: u64,
     pub(super) latest: &'a LatestFrame,
     /// Whether the bridge ends after it.
@@ -39,7 +39,7 @@ pub(super) struct Release<'a> {
 }
 
 impl<'a> Feed<'a> {
-    /// Waits for a server, and counts releases from the instant at which it is found. `None` if a signal arrives first.
+    /// Waits for a server, and counts its periods from the instant at which it is found. `None` if a signal arrives first.
     pub(super) fn open(
         domain: &Domain,
         name: &str,
@@ -62,9 +62,9 @@ impl<'a> Feed<'a> {
         }))
     }
 
-    /// Waits for the next release with a frame to send. After a signal, the last frame follows once more, as stale: receivers must
+    /// Waits until a frame is due to be sent. After a signal, the last frame follows once more, as stale: receivers must
     /// not go on with its speeds. Then `None`.
-    pub(super) fn next(&mut self) -> Result<Option<Release<'_>>, BusError> {
+    pub(super) fn next(&mut self) -> Result<Option<DueFrame<'_>>, BusError> {
         let now_ns = loop {
             if !self.sleep_until(self.schedule.due_ns()) {
                 return Ok(self.farewell());
@@ -93,20 +93,20 @@ impl<'a> Feed<'a> {
                 break now_ns;
             }
         };
-        Ok(self.latest.as_ref().map(|latest| Release { now_ns, latest, is_last: false }))
+        Ok(self.latest.as_ref().map(|latest| DueFrame { now_ns, latest, is_last: false }))
     }
 
-    fn farewell(&mut self) -> Option<Release<'_>> {
+    fn farewell(&mut self) -> Option<DueFrame<'_>> {
         let now_ns = monotonic_ns();
         if std::mem::replace(&mut self.has_left, true) {
             return None;
         }
         let latest = self.latest.as_mut()?;
         latest.freshness = Freshness::Stale { age_ns: now_ns.saturating_sub(latest.header.published_ns) };
-        Some(Release { now_ns, latest, is_last: true })
+        Some(DueFrame { now_ns, latest, is_last: true })
     }
 
-    /// Releases that the bridge missed because it was busy.
+    /// Periods that the bridge missed because it was busy.
     pub(super) fn missed(&self) -> u64 {
         self.schedule.overruns()
     }

@@ -86,13 +86,13 @@ fn hand_on(feed: &mut Feed<'_>, osc: &OscArgs, session: &mut PacketSession) -> a
     let mut encoder = OscEncoder::new(settings.clone());
     let mut packets = Packets::default();
     let mut unix_offset = UnixOffset::measured();
-    while let Some(release) = feed.next()? {
-        let benches = release.latest.benches.len();
+    while let Some(due) = feed.next()? {
+        let benches = due.latest.benches.len();
         let line = || Ok(desk_settings::osc(&settings, osc.to, transport, benches));
         session.note_dragon(benches, &settings.benches, line)?;
         unix_offset.correct(offset_bounds());
-        encoder.frame(release.latest, unix_offset.ns(), &mut packets);
-        session.send_frame(&packets, &release)?;
+        encoder.frame(due.latest, unix_offset.ns(), &mut packets);
+        session.send_frame(&packets, &due)?;
     }
     Ok(())
 }

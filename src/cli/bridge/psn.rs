@@ -82,16 +82,16 @@ fn hand_on(
     let mut encoder = PsnEncoder::new(settings.clone(), session.epoch_ns());
     let mut packets = Packets::default();
     let mut info = Schedule::new(monotonic_ns(), INFO_RATE_HZ);
-    while let Some(release) = feed.next()? {
-        let benches = release.latest.benches.len();
+    while let Some(due) = feed.next()? {
+        let benches = due.latest.benches.len();
         session.note_dragon(benches, &settings.benches, || Ok(desk_settings::psn(settings, to, benches)?))?;
-        if info.due_ns() <= release.now_ns {
-            encoder.info(benches, release.now_ns, &mut packets)?;
-            session.send(&packets, release.now_ns)?;
-            info.advance(release.now_ns);
+        if info.due_ns() <= due.now_ns {
+            encoder.info(benches, due.now_ns, &mut packets)?;
+            session.send(&packets, due.now_ns)?;
+            info.advance(due.now_ns);
         }
-        encoder.data(release.latest, release.now_ns, &mut packets)?;
-        session.send_frame(&packets, &release)?;
+        encoder.data(due.latest, due.now_ns, &mut packets)?;
+        session.send_frame(&packets, &due)?;
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
-use super::feed::Release;
+use super::feed::DueFrame;
 use crate::bridge::{BenchSelection, Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::flags::Format;
 use crate::cli::print::{complain, print_notice, print_report};
@@ -54,7 +54,7 @@ struct BridgeSummary {
     errors: u64,
     /// Frames dropped because the receiver had not accepted the frame before.
     dropped: u64,
-    /// Releases that the bridge missed because it was busy.
+    /// Periods that the bridge missed because it was busy.
     missed: u64,
 }
 
@@ -124,13 +124,13 @@ impl PacketSession {
         print_notice(*format, &started, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
     }
 
-    pub(super) fn send_frame(&mut self, packets: &Packets, release: &Release<'_>) -> anyhow::Result<()> {
-        if !release.is_last {
-            self.note_freshness(release.latest.freshness)?;
+    pub(super) fn send_frame(&mut self, packets: &Packets, due: &DueFrame<'_>) -> anyhow::Result<()> {
+        if !due.is_last {
+            self.note_freshness(due.latest.freshness)?;
         }
-        let is_sent = self.send(packets, release.now_ns)?;
+        let is_sent = self.send(packets, due.now_ns)?;
         self.summary.frames += u64::from(is_sent);
-        self.summary.stale += u64::from(is_sent && !release.is_last && !release.latest.freshness.is_fresh());
+        self.summary.stale += u64::from(is_sent && !due.is_last && !due.latest.freshness.is_fresh());
         Ok(())
     }
 
@@ -171,7 +171,7 @@ impl PacketSession {
         }
     }
 
-    /// Reports the totals. `missed` is the number of missed releases.
+    /// Reports the totals. `missed` is the number of missed periods.
     pub(super) fn finish(mut self, missed: u64) -> anyhow::Result<ExitCode> {
         self.summary.missed = missed;
         let BridgeSummary { frames, stale, packets, bytes, errors, dropped, missed } = self.summary;
@@ -181,7 +181,7 @@ impl PacketSession {
             Counted(packets, "packet"),
             Counted(bytes, "byte"),
             Counted(errors, "error"),
-            Counted(missed, "release")
+            Counted(missed, "period")
         );
         print_report(self.format, &BridgeLine::Summary(self.summary), text)?;
         Ok(ExitCode::SUCCESS)

@@ -11,8 +11,8 @@ use crate::bridge::zenoh::{
     SenderSummary, SendingBridge, SessionMode, SessionSettings, Share, Side, Silence, ZenohReport, check_endpoint,
     wire::MAX_EVERY,
 };
+use crate::cli::bus_readers::open_when_there;
 use crate::cli::flags::{BadInput, Format, within};
-use crate::cli::follow::open_when_there;
 use crate::cli::print::{complain, percentiles, print_notice, print_report};
 use crate::config::RATE_HZ;
 use crate::output::Counted;

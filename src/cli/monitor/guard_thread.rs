@@ -156,7 +156,7 @@ impl GuardWorker {
             if let Some(status) = self.status.poll().map_err(GuardNews::Failed)? {
                 self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
             }
-            let Some(grant @ Request::Grant { from_m, to_m, is_final, .. }) = guard.follow(&header, self.asked_m)
+            let Some(grant @ Request::Grant { from_m, to_m, is_final, .. }) = guard.advance(&header, self.asked_m)
             else {
                 return Ok(());
             };

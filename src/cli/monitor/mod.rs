@@ -7,9 +7,9 @@ use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::{Alert, AlertKind, BusError, Continuity, Domain, Frame, FrameHeader, Sender, ShowState};
 use clap::Args;
 
+use crate::cli::bus_readers::{FrameReading, Next, RunPorts, open_when_there};
 use crate::cli::exit_status::CONTACT;
 use crate::cli::flags::{BusArgs, FormatArgs, within};
-use crate::cli::follow::{Following, Next, RunPorts, open_when_there};
 use crate::config::Config;
 use crate::safety::alerts::{ALERTS_PER_S, AlertPublisher};
 use crate::safety::forecast::Forecaster;
@@ -53,7 +53,7 @@ pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     let mut session =
         MonitorSession { args, domain: &domain, stop: &stop, watched: None, report: MonitorReport::new(args) };
     if let Some(mut ports) = opened {
-        session.follow(&mut ports)?;
+        session.read_frames(&mut ports)?;
         session.take_commands(&mut ports)?;
     }
     session.end_run();
@@ -99,10 +99,10 @@ struct MonitorSession<'a> {
 
 impl MonitorSession<'_> {
     /// Watches frame after frame; after a signal, only frames that were published before it.
-    fn follow(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
-        let mut following = Following::until(self.stop);
+    fn read_frames(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
+        let mut reading = FrameReading::until(self.stop);
         loop {
-            match following.wait(&mut ports.run.frames)? {
+            match reading.wait(&mut ports.run.frames)? {
                 Next::Frame(frame) => self.take(&frame, ports)?,
                 Next::Nothing => {}
                 Next::End => return Ok(()),
@@ -136,7 +136,7 @@ impl MonitorSession<'_> {
         let forecast = watched.forecaster.latest();
         let had_suppressed = watched.monitor.suppressed() > 0;
         let nearest = watched.monitor.observe(header, frame.handles(), Some(&forecast));
-        watched.forecaster.follow(&forecast, header.head_travel_m, watched.monitor.is_touching());
+        watched.forecaster.advance(&forecast, header.head_travel_m, watched.monitor.is_touching());
         let fault = watched.guard.as_mut().and_then(|guard| guard.show(header, nearest));
         if !had_suppressed && watched.monitor.suppressed() > 0 {
             tracing::warn!(

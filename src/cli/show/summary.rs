@@ -30,12 +30,12 @@ pub(super) struct ShowSummary {
     pub(super) contact: Option<ContactReport>,
     /// The permanent stop of the head by the guard; null if there was none.
     pub(super) guard: Option<GuardReport>,
-    /// Times from each release to the start of its tick, in microseconds, over all servers of the show.
+    /// Times from each due instant to the start of its tick, in microseconds, over all servers of the show.
     pub(super) lateness_us: Percentiles,
     /// Times from the instant at which a frame was due to the instant at which the monitor had read it, in microseconds, over
     /// all monitors of the show.
     pub(super) latency_us: Percentiles,
-    /// Releases that the server skipped.
+    /// Periods that the server missed.
     pub(super) overruns: u64,
     /// Lag of the show behind the clock at the end, in seconds of wall time.
     pub(super) behind_s: f64,

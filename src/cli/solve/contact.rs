@@ -232,7 +232,7 @@ fn text(config: &Config, clearance_m: f64, contact: Option<&Contact>, spent: Opt
         );
     }
     let end_s = config.end_s();
-    let end = config.lead().run_end();
+    let end = config.lead().feasible_end();
     match config.lead().tight_spot() {
         None => format!("no {what} before the run ends, at {} s", Fixed::<6>(end_s)),
         Some(spot) => {

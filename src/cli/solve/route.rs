@@ -167,7 +167,7 @@ impl RouteAnswer {
             run_end_m,
             run_end_s: config.map(Config::end_s),
             run_end_point_m: head.map(|head| head.to_array()),
-            ends_because: dragon.map(|dragon| dragon.run_end().to_string()),
+            ends_because: dragon.map(|dragon| dragon.feasible_end().to_string()),
             cannot_follow: tight_spot(placed).map(|spot| TightPlace::of(&spot)),
             infeasible: placed.err().map(ToString::to_string),
             stage: None,

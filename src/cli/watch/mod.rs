@@ -59,7 +59,7 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let stop = Arc::new(AtomicBool::new(false));
     let observing = observe(domain, Arc::clone(&stop), Arc::clone(&mailbox))?;
     let mut session = WatchSession { display, screen, commands, snapshot: Snapshot::default(), shown: None };
-    let watched = session.follow(&mailbox);
+    let watched = session.take_events(&mailbox);
     stop.store(true, Ordering::Relaxed);
     mailbox.close();
     let WatchSession { display, commands, .. } = session;
@@ -93,7 +93,8 @@ struct WatchSession {
 }
 
 impl WatchSession {
-    fn follow(&mut self, mailbox: &Mailbox) -> anyhow::Result<()> {
+    /// Takes events and draws, until an event ends the watch.
+    fn take_events(&mut self, mailbox: &Mailbox) -> anyhow::Result<()> {
         self.display.draw(|frame| draw(frame, &self.snapshot, &self.screen))?;
         while self.take(mailbox.take())? {
             // All waiting events are drawn together.

@@ -124,7 +124,7 @@ fn server(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
     families! {
         /// Ticks published in this run.
         counter ticks_total = header.map(|header| header.tick + 1);
-        /// Releases that were missed in this run.
+        /// Periods that were missed in this run.
         counter overruns_total = status.map(|status| status.overruns);
         /// Lag of the show behind the clock, in wall time: the part of standstills that the show still has to make up.
         gauge behind_seconds = status.map(|status| status.behind_ns as f64 * 1e-9);

@@ -121,7 +121,7 @@ impl CurrentRun {
         self.look_for(if guarded.is_some() { self.run.config.tables().monitor.margin_m } else { 0.0 }, travel_m);
         let is_found = nearest.is_some_and(|pair| pair.clearance_m <= self.looked_for_m);
         let forecast = self.forecaster.latest();
-        self.forecaster.follow(&forecast, travel_m, is_found);
+        self.forecaster.advance(&forecast, travel_m, is_found);
         let motion = HeadMotion::new(header, self.clock(header), self.run.config.tables().head.accel_mps2);
         let end_m = self.run.config.lead().end_travel_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());

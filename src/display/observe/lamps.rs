@@ -12,8 +12,8 @@ use super::recent_overruns::RecentOverruns;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
 
-/// More than one missed release in this many, within the last minute, is a warning, if more than [`FEW_MISSED`] were missed.
-const RELEASES_A_MISS: u64 = 1_000;
+/// More than one missed period in this many, within the last minute, is a warning, if more than [`FEW_MISSED`] were missed.
+const PERIODS_A_MISS: u64 = 1_000;
 const FEW_MISSED: u64 = 10;
 
 /// How urgent a lamp is.
@@ -115,8 +115,8 @@ fn live_server(snapshot: &Snapshot) -> Lamp {
         }
         if overruns > 0 {
             text = format!("{text}, {overruns} overrun{}", if overruns == 1 { "" } else { "s" });
-            let RecentOverruns { missed, releases } = snapshot.recent_overruns;
-            if missed > (releases / RELEASES_A_MISS).max(FEW_MISSED) {
+            let RecentOverruns { missed, periods } = snapshot.recent_overruns;
+            if missed > (periods / PERIODS_A_MISS).max(FEW_MISSED) {
                 level = LampLevel::Warning;
                 text = format!("{text}, {missed} in the last minute");
             }
@@ -267,7 +267,7 @@ pub(super) mod tests {
     #[test]
     fn only_a_server_that_keeps_its_schedule_is_good() {
         let status = Status { rate_hz: 1000, tick: 100_000, ..Status::default() };
-        for (overruns, [missed, releases], behind_ns, level, text) in [
+        for (overruns, [missed, periods], behind_ns, level, text) in [
             (0, [0, 60_000], 0, LampLevel::Good, "1000 Hz"),
             (1, [1, 10], 0, LampLevel::Good, "1000 Hz, 1 overrun"),
             (500, [60, 60_000], 0, LampLevel::Good, "1000 Hz, 500 overruns"),
@@ -275,7 +275,7 @@ pub(super) mod tests {
             (0, [0, 60_000], 1_500_000_000, LampLevel::Warning, "1000 Hz, 1.50 s behind"),
         ] {
             let snapshot = snapshot(&Status { overruns, behind_ns, ..status }, &[]);
-            let recent_overruns = RecentOverruns { missed, releases };
+            let recent_overruns = RecentOverruns { missed, periods };
             check(&Snapshot { recent_overruns, ..snapshot }, "server", level, text);
         }
         let mut restarted = snapshot(&status, &[]);

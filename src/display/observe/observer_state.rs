@@ -114,7 +114,7 @@ impl ObserverState {
 
     fn see(&mut self, frame: FrameCopy) {
         self.seen.frame = Some(Arc::new(frame));
-        self.follow_run();
+        self.begin_run();
         self.seen.nearest = self.current_run().and_then(|(run, frame)| run.measure(&frame.header, &frame.handles));
         let touching = self.seen.nearest.filter(|pair| pair.clearance_m <= 0.0);
         if let (Some(pair), Some(header)) = (touching, self.seen.header()) {
@@ -216,7 +216,7 @@ impl ObserverState {
     }
 
     /// Begins the run of the newest frame, once its description has arrived.
-    fn follow_run(&mut self) {
+    fn begin_run(&mut self) {
         let Some(header) = self.seen.header().copied() else { return };
         if self.current_run().is_some() || self.unreadable_run == Some(header.run_id) {
             return;

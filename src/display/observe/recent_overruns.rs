@@ -9,13 +9,13 @@ const RECENT_NS: u64 = 60_000_000_000;
 /// Least time between two kept counts, in nanoseconds. So at most 60 counts are kept.
 const STEP_NS: u64 = 1_000_000_000;
 
-/// Overruns and releases of the last minute, as far as the observer knows the run.
+/// Overruns and periods of the last minute, as far as the observer knows the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RecentOverruns {
-    /// Releases that were missed.
+    /// Periods that were missed.
     pub missed: u64,
-    /// All releases, met and missed.
-    pub releases: u64,
+    /// All periods, met and missed.
+    pub periods: u64,
 }
 
 /// Keeps the counts of the statuses of the last minute.
@@ -29,11 +29,11 @@ pub(super) struct OverrunLog {
 impl OverrunLog {
     /// Records a status that was received at an instant of `CLOCK_MONOTONIC`, in nanoseconds.
     pub(super) fn note(&mut self, status: &Status, now_ns: u64) {
-        let total = RecentOverruns { missed: status.overruns, releases: status.tick.saturating_add(status.overruns) };
+        let total = RecentOverruns { missed: status.overruns, periods: status.tick.saturating_add(status.overruns) };
         if self.run_id != status.run_id || self.counts.is_empty() {
             self.run_id = status.run_id;
             // All overruns of a run that is younger than a minute are recent.
-            let age_ns = total.releases.saturating_mul(1_000_000_000).checked_div(status.rate_hz.into());
+            let age_ns = total.periods.saturating_mul(1_000_000_000).checked_div(status.rate_hz.into());
             let before =
                 if age_ns.is_some_and(|age_ns| age_ns < RECENT_NS) { RecentOverruns::default() } else { total };
             self.counts.clear();
@@ -53,10 +53,10 @@ impl OverrunLog {
         let Some((_, before)) = self.counts.front().filter(|_| self.run_id == status.run_id) else {
             return RecentOverruns::default();
         };
-        let releases = status.tick.saturating_add(status.overruns);
+        let periods = status.tick.saturating_add(status.overruns);
         RecentOverruns {
             missed: status.overruns.saturating_sub(before.missed),
-            releases: releases.saturating_sub(before.releases),
+            periods: periods.saturating_sub(before.periods),
         }
     }
 }
@@ -104,6 +104,6 @@ mod tests {
         let next = Status { run_id: 2, ..status(3, 2) };
         assert_eq!(log.recent(&next), RecentOverruns::default());
         log.note(&next, 6 * STEP_NS);
-        assert_eq!(log.recent(&next), RecentOverruns { missed: 2, releases: 5 });
+        assert_eq!(log.recent(&next), RecentOverruns { missed: 2, periods: 5 });
     }
 }

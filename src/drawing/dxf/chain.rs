@@ -20,7 +20,7 @@ pub(super) fn order(ends: &[[DVec2; 2]], gap_m: f64) -> Result<Vec<(usize, bool)
     Err(format!("the nearest ends, at {} and {}, are {apart}", place(from), place(to)))
 }
 
-/// Follows curves that meet end to end, in both directions from the first, which keeps its direction.
+/// Chains curves that meet end to end, in both directions from the first, which keeps its direction.
 ///
 /// # Errors
 /// A place where more than two ends meet, and their number.

@@ -14,7 +14,7 @@ pub(super) struct LiveInputs<'a> {
     pub(super) ports: &'a mut SourcePorts,
     pub(super) following: Option<&'a mut TimecodeFollowing>,
     pub(super) tick: u64,
-    /// The schedule, whose due release is that of the tick.
+    /// The schedule, whose next period is that of the tick.
     pub(super) schedule: &'a Schedule,
     /// Whether a signal has asked for the end of the run since the last tick.
     pub(super) is_signalled: bool,

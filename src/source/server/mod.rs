@@ -2,16 +2,16 @@
 //!
 //! Steps of one tick:
 //!
-//! 1. Sleep until the release.
-//! 2. Advance the simulation ([`Simulation::tick`]) by the missed releases, the waiting commands, the newest timecode, and one
+//! 1. Sleep until the tick is due.
+//! 2. Advance the simulation ([`Simulation::tick`]) by the missed periods, the waiting commands, the newest timecode, and one
 //!    period.
 //! 3. Write the handles directly into the loaned sample, send it, and wake the readers.
 //! 4. Loan the next sample.
 //!
 //! The loop neither locks nor formats, and allocates nothing itself. A slower thread publishes its counters.
 //!
-//! A command takes effect at the release at which the loop takes it. Before that, the show advances by the missed
-//! releases without the command. So a show that misses releases has, at every other release, the position that it would
+//! A command takes effect in the period in which the loop takes it. Before that, the show advances by the missed
+//! periods without the command. So a show that misses periods has, in every other period, the position that it would
 //! have had without the misses.
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,7 +39,7 @@ pub use simulation::{Simulation, Steering, TickInputs};
 use live_inputs::LiveInputs;
 use schedule::Schedule;
 
-/// Time from the start of the schedule to release 0.
+/// Time from the start of the schedule to the first due instant.
 const LEAD: Duration = Duration::from_millis(1);
 
 /// Settings of a server.
@@ -63,13 +63,13 @@ pub struct ServerSummary {
     /// Show time of the last frame, in seconds.
     #[serde(rename = "sim_time_s")]
     pub show_time_s: f64,
-    /// Releases skipped.
+    /// Periods missed.
     pub overruns: u64,
     /// Lag of the show behind the clock at the end, in seconds of wall time.
     pub behind_s: f64,
     /// Greatest lag of the run, in seconds of wall time.
     pub most_behind_s: f64,
-    /// From each release to the start of its tick, in microseconds.
+    /// From each due instant to the start of its tick, in microseconds.
     pub lateness_us: Percentiles,
     /// From the start of each tick until the loop was ready for the next one, in microseconds.
     pub tick_us: Percentiles,
@@ -165,7 +165,7 @@ impl Server {
         }
     }
 
-    /// Runs one tick, after `missed` missed releases. Returns the state in its frame.
+    /// Runs one tick, after `missed` missed periods. Returns the state in its frame.
     fn tick(&mut self, tick: u64, missed: u64, schedule: &Schedule, has_signal: bool) -> Result<ShowState, BusError> {
         let Self { simulation, ports, following, is_ending, .. } = self;
         let is_signalled = has_signal && !std::mem::replace(is_ending, true);

@@ -78,7 +78,7 @@ impl Simulation {
         self.motion.follow();
     }
 
-    /// Advances by one tick, after `missed` missed releases. This is the order of a tick: the missed releases, the requests, the
+    /// Advances by one tick, after `missed` missed periods. This is the order of a tick: the missed periods, the requests, the
     /// timecode, one period.
     pub fn tick(&mut self, missed: u64, inputs: &mut impl TickInputs) {
         self.motion.miss(missed);

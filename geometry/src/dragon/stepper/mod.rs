@@ -34,7 +34,7 @@ use pass::{Pass, Way};
 use scratch::{Ahead, Links, Scratch};
 use section::{Section, Step};
 
-/// Longest step, as a share of the shortest link, that the stepper follows. After a longer one it solves the chain again.
+/// Longest step, as a share of the shortest link, that the stepper takes. After a longer one it solves the chain again.
 ///
 /// In such a step a handle moves far less than the distance between two parameters at the same distance from the handle ahead.
 /// So the stepper stays on the solution that is the chain.
@@ -50,7 +50,7 @@ const ROUNDINGS: f64 = 4.0;
 /// Largest corrections of a section after which others follow, as a share of the shortest link.
 const LARGEST_CORRECTION: f64 = 1.0 / 64.0;
 
-/// Follows a dragon from travel to travel, in steps that are short compared to its links.
+/// Advances a dragon from travel to travel, in steps that are short compared to its links.
 ///
 /// Stepped poses differ from those of the reference solver only by rounding: about 10⁻¹² m for the paper's dragon. The last
 /// bits may depend on the sequence of travels. The same sequence gives the same bits on the same machine. No call allocates.
@@ -117,7 +117,7 @@ impl ChainStepper {
         }
     }
 
-    /// The dragon that the stepper follows.
+    /// The dragon that the stepper advances.
     pub fn dragon(&self) -> &Dragon {
         &self.dragon
     }
@@ -126,7 +126,7 @@ impl ChainStepper {
     /// `speed_mps`. `record` creates a record from a position in metres and a velocity in metres per second.
     ///
     /// # Errors
-    /// The travel must lie within the dragon's run.
+    /// The travel must be feasible.
     ///
     /// # Panics
     /// Panics if the number of records differs from the number of handles.
@@ -211,7 +211,7 @@ fn links(dimensions: &Dimensions, first: usize, rounding_m: f64) -> Links {
     }
 }
 
-/// Largest rounding of a parameter, in metres: at the tail at the beginning of the run, or at the head at its end.
+/// Largest rounding of a parameter, in metres: at the tail at the beginning of the feasible travel, or at the head at its end.
 fn rounding_m(dragon: &Dragon, dimensions: &Dimensions) -> f64 {
     let route = dragon.route();
     let body_m: f64 = dimensions.link_m(0) + (dimensions.benches() - 1) as f64 * dimensions.link_m(1);

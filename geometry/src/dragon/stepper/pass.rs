@@ -49,13 +49,13 @@ impl<H, R: Fn(DVec3, DVec3) -> H> Pass<'_, H, R> {
         *head_record = record(head.position_m.into(), DVec3::from(head.tangent_m) * (head.rate * speed_mps));
         let mut ahead = head;
         for (number, (section, records)) in sections.iter_mut().zip(records.chunks_mut(HANDLES)).enumerate() {
-            let followed = match way {
+            let has_advanced = match way {
                 Way::Walk(step) if section.is_placed() => {
-                    section.follow::<FUSED, ON_GROUND>(scratch, curve, &links[number.min(1)], &ahead, step)
+                    section.advance::<FUSED, ON_GROUND>(scratch, curve, &links[number.min(1)], &ahead, step)
                 }
                 _ => false,
             };
-            if !followed {
+            if !has_advanced {
                 if !(matches!(way, Way::Stand) && section.is_placed()) {
                     place(section, scratch, curve, dimensions, number * HANDLES, &ahead);
                 }

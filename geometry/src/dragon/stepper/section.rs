@@ -83,14 +83,14 @@ impl Section {
         }
     }
 
-    /// Follows the handle ahead by one step. Returns whether the step succeeded. If it failed, the section must be placed
+    /// Advances behind the handle ahead by one step. Returns whether the step succeeded. If it failed, the section must be placed
     /// again.
     ///
     /// Each handle is extrapolated by its last two rates. Newton's method on the squares of the links' lengths then corrects
     /// all handles at once. It repeats until the correction is so small that its own error, which is of the order of its
     /// square, vanishes.
     #[inline(always)]
-    pub(super) fn follow<const FUSED: bool, const ON_GROUND: bool>(
+    pub(super) fn advance<const FUSED: bool, const ON_GROUND: bool>(
         &mut self,
         scratch: &mut Scratch,
         curve: Curve<'_>,

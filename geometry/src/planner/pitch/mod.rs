@@ -22,7 +22,7 @@
 //! - The rear handle's radius grows with b, at the same r. The handle lies on a circle of radius d around the front handle, on
 //!   the part beyond the tangents to it from the centre. On that part a smaller Δ lies further out.
 //! - The rear handle's radius grows with r, at the same b, while the link walks. K·d < 2 ensures that it walks (see
-//!   `dragon::run`). Over all b, the curvature K at the radius r is at most 2·1.5^(-3/2)/r.
+//!   `dragon::feasible`). Over all b, the curvature K at the radius r is at most 2·1.5^(-3/2)/r.
 //!
 //! Take the head at a fixed radius, with each link behind the first one walking. As the pitch grows, all handles then move
 //! outward and towards the head's direction.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::{PitchError, SmallestPitch};
 use crate::clearance::first_possible_touch;
-use crate::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd};
+use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
 use crate::numerics::try_turning_point;
 use crate::route::SpiralSpec;
 
@@ -46,7 +46,7 @@ pub fn guaranteed_pitch(
         let end_m = dragon.end_travel_m();
         let touch = first_possible_touch(&dragon, clearance_m, dragon.start_travel_m(), end_m)
             .map_err(|spent| PitchError::PlayUndecided { pitch_m, spent })?;
-        Ok(touch.is_none() && dragon.run_end() == RunEnd::RouteEnd)
+        Ok(touch.is_none() && dragon.feasible_end() == FeasibleEnd::RouteEnd)
     };
     let (mut low_m, mut step_m) = (nominal.pitch_m, STEP_PER_PLAY * dimensions.play_m());
     while !is_clear(low_m + step_m)? {

@@ -142,20 +142,20 @@ fn state_text(header: &FrameHeader) -> Value {
     )
 }
 
-/// Releases of the recorded ticks.
+/// Periods in which the recorded ticks were due.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Releases {
+pub(super) struct Periods {
     rate_hz: u32,
-    /// Due time of release 0, as if no release had been missed before the first frame.
+    /// Due instant of period 0, as if no period had been missed before the first frame.
     epoch_ns: Option<u64>,
     last: Option<u64>,
-    /// Releases missed before the first frame; `None` where the recording does not contain the number.
+    /// Periods missed before the first frame; `None` where the recording does not contain the number.
     missed_before: Option<u64>,
     missed: u64,
 }
 
-impl Releases {
-    /// Creates the releases of a server with this rate, before its first frame.
+impl Periods {
+    /// Creates the periods of a server with this rate, before its first frame.
     pub(super) fn at(rate_hz: u32) -> Self {
         Self { rate_hz, epoch_ns: None, last: None, missed_before: None, missed: 0 }
     }
@@ -164,19 +164,19 @@ impl Releases {
         self.last.is_none()
     }
 
-    /// Known number of missed releases so far.
+    /// Known number of missed periods so far.
     pub(super) fn overruns(&self) -> u64 {
         self.missed_before.unwrap_or(0).saturating_add(self.missed)
     }
 
-    /// Takes a frame after `missing` lost ones. Returns the number of releases missed before it.
+    /// Takes a frame after `missing` lost ones. Returns the number of periods missed before it.
     pub(super) fn take(&mut self, header: &FrameHeader, missing: u64) -> Result<u64, RunVerdict> {
         let wrong = |simulated: String| {
             let recorded = header.scheduled_ns.to_string();
             Difference::in_words(header, "scheduled_ns", recorded, simulated)
         };
         let Some(last) = self.last else {
-            // The first frame gets the release of its tick, so releases missed before it shift the epoch.
+            // The first frame gets the period of its tick, so periods missed before it shift the epoch.
             let epoch_ns = Schedule::from_epoch_ns(header.tick, self.rate_hz)
                 .and_then(|elapsed_ns| header.scheduled_ns.checked_sub(elapsed_ns));
             self.epoch_ns = Some(epoch_ns.ok_or_else(|| wrong("a later instant".to_owned()))?);
@@ -185,21 +185,21 @@ impl Releases {
             return Ok(0);
         };
         let epoch_ns = self.epoch_ns.expect("known since the first frame");
-        let (release, off_ns) = Schedule::nearest_release(epoch_ns, self.rate_hz, header.scheduled_ns)
+        let (period, off_ns) = Schedule::nearest_period(epoch_ns, self.rate_hz, header.scheduled_ns)
             .ok_or_else(|| wrong("a later instant".to_owned()))?;
-        // If the first frame's release is uncertain, rounding may differ by 1 ns.
+        // If the first frame's due instant is uncertain, rounding may differ by 1 ns.
         let tolerance_ns = u64::from(self.missed_before != Some(0));
         if off_ns > tolerance_ns {
-            return Err(wrong(format!("a release (the nearest is {off_ns} ns away)")));
+            return Err(wrong(format!("a due instant (the nearest is {off_ns} ns away)")));
         }
-        let missed = release.checked_sub(last).and_then(|ahead| ahead.checked_sub(missing.saturating_add(1)));
-        let missed = missed.ok_or_else(|| wrong("a later release".to_owned()))?;
-        self.last = Some(release);
+        let missed = period.checked_sub(last).and_then(|ahead| ahead.checked_sub(missing.saturating_add(1)));
+        let missed = missed.ok_or_else(|| wrong("a later due instant".to_owned()))?;
+        self.last = Some(period);
         self.missed += missed;
         Ok(missed)
     }
 
-    /// Checks that an event has the same number of missed releases as the frames show.
+    /// Checks that an event has the same number of missed periods as the frames show.
     pub(super) fn agree_with(&mut self, event: &CommandEvent, header: Option<&FrameHeader>) -> Result<(), RunVerdict> {
         let before = self.missed_before.or_else(|| event.overruns.checked_sub(self.missed));
         if before.is_some_and(|before| before + self.missed == event.overruns) {

@@ -5,9 +5,9 @@
 //! ([`Simulation`]). It compares every recorded frame with the simulated one: all bits of header and handles. It needs
 //! neither a bus nor a server.
 //!
-//! **Missed releases** follow from the frames: each frame was due at `epoch + release / rate`, in integers.
+//! **Missed periods** follow from the frames: each frame was due at `epoch + k / rate`, k the number of its period, in integers.
 //!
-//! **Lost frames**, also those between two parts, are simulated, but not compared. If the server missed releases among them, or a timecode led the
+//! **Lost frames**, also those between two parts, are simulated, but not compared. If the server missed periods among them, or a timecode led the
 //! show, the frames are not determined. Then the verification of the run ends.
 //!
 //! **Values taken from the frames:** the due times, and the time scale while a timecode leads the show. Only the frames
@@ -71,7 +71,7 @@ pub struct RunVerification {
     pub last_tick: u64,
     /// Frames missing in the recording, from tick 0 up to the last verified frame. They were simulated.
     pub missing: u64,
-    /// Releases that the server missed, up to the last verified frame.
+    /// Periods that the server missed, up to the last verified frame.
     pub overruns: u64,
     /// Accepted commands that were applied, without grants.
     pub commands: u64,
@@ -198,7 +198,7 @@ impl RunInProgress {
         self.found.last_tick = frame.header.tick;
         let Some(check) = self.check.as_mut().filter(|_| self.found.verdict == RunVerdict::Verified) else { return };
         let checked = check.take(frame, &mut self.found, stop);
-        self.found.overruns = check.releases.overruns();
+        self.found.overruns = check.periods.overruns();
         match checked {
             Ok(()) => self.found.verified += 1,
             Err(verdict) => self.found.verdict = verdict,

@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, Refusal, Request, Sender};
 
-use super::comparison::{Difference, Releases};
+use super::comparison::{Difference, Periods};
 use super::events::RunEvents;
 use super::run_check::unverifiable;
 use super::{RunVerdict, RunVerification};
@@ -23,7 +23,7 @@ pub(super) struct Timecode {
 pub(super) struct RecordedInputs<'a> {
     pub(super) events: &'a mut RunEvents,
     pub(super) timecode: &'a mut Option<Timecode>,
-    pub(super) releases: &'a mut Releases,
+    pub(super) periods: &'a mut Periods,
     pub(super) tick: u64,
     /// The header of the tick's frame; `None` for a missing frame.
     pub(super) header: Option<&'a FrameHeader>,
@@ -63,7 +63,7 @@ impl RecordedInputs<'_> {
     fn take_events(&mut self, is_wanted: impl Fn(&CommandEvent) -> bool, decide: Decide<'_>) -> Result<(), RunVerdict> {
         let is_due = |event: &CommandEvent, tick| event.tick <= tick && is_wanted(event);
         while let Some(event) = self.events.events.next_if(|event| is_due(event, self.tick)) {
-            self.releases.agree_with(&event, self.header)?;
+            self.periods.agree_with(&event, self.header)?;
             match (event.event_kind(), event.request()) {
                 (Some(EventKind::Stand | EventKind::Follow), _) => {
                     *self.timecode = Some(timecode(&event)?);

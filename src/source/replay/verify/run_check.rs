@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use bench_dragon_ipc::{CommandEvent, FrameHeader, HandleState, Request, RunStart};
 
-use super::comparison::{Releases, difference};
+use super::comparison::{Periods, difference};
 use super::events::RunEvents;
 use super::recorded_inputs::{RecordedInputs, Timecode};
 use super::{RunVerdict, RunVerification};
@@ -35,7 +35,7 @@ pub(super) struct RunCheck {
     events: RunEvents,
     /// The timecode's effect on the show as last recorded.
     timecode: Option<Timecode>,
-    pub(super) releases: Releases,
+    pub(super) periods: Periods,
     next_tick: u64,
     handles: Vec<HandleState>,
 }
@@ -56,7 +56,7 @@ impl RunCheck {
             run_id,
             simulation: Simulation::of_run(&config, &start, run_id).map_err(|error| error.to_string())?,
             handles: vec![HandleState::default(); config.formation().layout().handles()],
-            releases: Releases::at(config.tables().serve.rate_hz),
+            periods: Periods::at(config.tables().serve.rate_hz),
             config,
             start,
             events,
@@ -81,8 +81,8 @@ impl RunCheck {
         let missing = header.tick.checked_sub(self.next_tick).ok_or_else(|| {
             unverifiable(header.tick, "its frames are not in the recorded order: name the files oldest first")
         })?;
-        let begins_late = self.releases.is_empty() && missing > 0;
-        let missed = self.releases.take(header, missing)?;
+        let begins_late = self.periods.is_empty() && missing > 0;
+        let missed = self.periods.take(header, missing)?;
         self.simulate_missing(header.tick, missed, found, stop)?;
         self.simulate(header.tick, missed, Some(header), found)?;
         let simulated = self.simulation.header(self.run_id, header.tick, header.scheduled_ns);
@@ -93,7 +93,7 @@ impl RunCheck {
             Some(difference) if begins_late => {
                 let reason = format!(
                     "the recording begins at tick {}, and its first frame differs from a simulation without missed \
-                     releases: {}",
+                     periods: {}",
                     header.tick, difference
                 );
                 Err(unverifiable(header.tick, reason))
@@ -116,7 +116,7 @@ impl RunCheck {
         let stop_at_first =
             |what: &str| Err(unverifiable(first, format!("{missing} frames are missing there, {what}")));
         if missed > 0 {
-            return stop_at_first(&format!("and the server missed {missed} releases among them, at unknown ticks"));
+            return stop_at_first(&format!("and the server missed {missed} periods among them, at unknown ticks"));
         }
         if missing > MOST_MISSING {
             return stop_at_first(&format!("more than the {MOST_MISSING} in a row that can be simulated"));
@@ -145,8 +145,8 @@ impl RunCheck {
             let reason = format!("{missing} events of its commands are missing there");
             return Err(unverifiable(tick, reason));
         }
-        let Self { events, timecode, releases, simulation, .. } = self;
-        let mut inputs = RecordedInputs { events, timecode, releases, tick, header, found, fault: None };
+        let Self { events, timecode, periods, simulation, .. } = self;
+        let mut inputs = RecordedInputs { events, timecode, periods, tick, header, found, fault: None };
         simulation.tick(missed, &mut inputs);
         match inputs.fault {
             Some(fault) => Err(fault),

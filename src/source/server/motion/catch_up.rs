@@ -1,8 +1,8 @@
-//! Rule by which a show keeps time with the clock although releases are missed. Pure.
+//! Rule by which a show keeps time with the clock although periods are missed. Pure.
 //!
-//! - *Jump.* After a few missed releases the show advances by as many periods at once. So the next frame shows the
+//! - *Jump.* After a few missed periods the show advances by as many periods at once. So the next frame shows the
 //!   dragon at the position that is due.
-//! - *Catch-up.* After a longer standstill the show is *behind* by all missed releases. Each later tick advances by a
+//! - *Catch-up.* After a longer standstill the show is *behind* by all missed periods. Each later tick advances by a
 //!   tenth of a period more than usual, until the lag is zero.
 //!
 //! Show time is counted in *parts*, ten to a period. Parts are whole numbers, so nothing drifts: a show that has caught
@@ -15,19 +15,19 @@ pub(super) const PARTS: u64 = 10;
 /// Greatest pace of a show that catches up, in multiples of its normal pace.
 pub const FASTEST: f64 = (PARTS + 1) as f64 / PARTS as f64;
 
-/// Lag of a show behind the clock, and the response to missed releases.
+/// Lag of a show behind the clock, and the response to missed periods.
 #[derive(Clone, Copy, Debug)]
 pub struct CatchUp {
     most_jumped: u64,
     behind: u64,
     most_behind: u64,
-    /// Releases jumped since the last tick, and the parts by which the show advanced for them.
+    /// Periods jumped since the last tick, and the parts by which the show advanced for them.
     jumped: (u64, u64),
     pace: f64,
 }
 
 impl CatchUp {
-    /// Creates the state of a show that is on time. It jumps at most `most_jumped` releases at once.
+    /// Creates the state of a show that is on time. It jumps at most `most_jumped` periods at once.
     pub(super) fn new(most_jumped: u64) -> Self {
         Self { most_jumped, behind: 0, most_behind: 0, jumped: (0, 0), pace: 1.0 }
     }
@@ -42,30 +42,30 @@ impl CatchUp {
         duration_ns(self.most_behind, rate_hz)
     }
 
-    /// Pace of show time up to the last tick, over the releases since the tick before: 1, or up to [`FASTEST`] while
+    /// Pace of show time up to the last tick, over the periods since the tick before: 1, or up to [`FASTEST`] while
     /// the show catches up.
     pub fn pace(&self) -> f64 {
         self.pace
     }
 
-    /// Returns the parts by which a running show advances for missed releases, before its tick: 0 after a longer
+    /// Returns the parts by which a running show advances for missed periods, before its tick: 0 after a longer
     /// standstill.
-    pub(super) fn miss(&mut self, releases: u64) -> u64 {
-        if releases > self.most_jumped {
-            self.behind = self.behind.saturating_add(releases.saturating_mul(PARTS));
+    pub(super) fn miss(&mut self, periods: u64) -> u64 {
+        if periods > self.most_jumped {
+            self.behind = self.behind.saturating_add(periods.saturating_mul(PARTS));
             return 0;
         }
-        let parts = self.go_on(releases);
-        self.jumped = (releases, parts);
+        let parts = self.go_on(periods);
+        self.jumped = (periods, parts);
         parts
     }
 
     /// Returns the parts by which a tick advances if the show runs.
     pub(super) fn tick(&mut self, runs: bool) -> u64 {
         self.most_behind = self.most_behind.max(self.behind);
-        let (releases, parts) = std::mem::take(&mut self.jumped);
+        let (periods, parts) = std::mem::take(&mut self.jumped);
         let tick_parts = if runs { self.go_on(1) } else { PARTS };
-        self.pace = (parts + tick_parts) as f64 / ((releases + 1) * PARTS) as f64;
+        self.pace = (parts + tick_parts) as f64 / ((periods + 1) * PARTS) as f64;
         tick_parts
     }
 
@@ -73,11 +73,11 @@ impl CatchUp {
         self.behind = 0;
     }
 
-    /// Returns the parts of `releases` periods, plus the lag that the show makes up in them.
-    fn go_on(&mut self, releases: u64) -> u64 {
-        let made_up = self.behind.min(releases);
+    /// Returns the parts of `periods` periods, plus the lag that the show makes up in them.
+    fn go_on(&mut self, periods: u64) -> u64 {
+        let made_up = self.behind.min(periods);
         self.behind -= made_up;
-        releases * PARTS + made_up
+        periods * PARTS + made_up
     }
 }
 
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_show_jumps_a_few_missed_releases_at_its_normal_pace() {
+    fn a_show_jumps_a_few_missed_periods_at_its_normal_pace() {
         let mut catch_up = CatchUp::new(5);
         assert_eq!((catch_up.miss(5), catch_up.tick(true), catch_up.pace()), (50, 10, 1.0));
         assert_eq!((catch_up.behind_ns(1000), catch_up.most_behind_ns(1000)), (0, 0));
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_during_catch_up_makes_up_a_tenth_for_each_release() {
+    fn a_jump_during_catch_up_makes_up_a_tenth_for_each_period() {
         let mut catch_up = CatchUp::new(5);
         catch_up.miss(6);
         assert_eq!((catch_up.miss(3), catch_up.tick(true), catch_up.pace()), (33, 11, 1.1));

@@ -5,8 +5,8 @@
 //! a rest, or change of the time scale. Travel is in closed form from the last change of speed. So rounding does not
 //! grow.
 //!
-//! The show keeps time with the clock: before a tick, [`Motion::miss`] advances the show by the missed releases
-//! ([`CatchUp`]). The grouping of periods has no effect. So a show that missed releases has the same show time and
+//! The show keeps time with the clock: before a tick, [`Motion::miss`] advances the show by the missed periods
+//! ([`CatchUp`]). The grouping of periods has no effect. So a show that missed periods has the same show time and
 //! travel, to the bit, as one that did not.
 //!
 //! A guarded head walks only up to the travel that its guard has granted ([`Request::Grant`]). There it is held until a
@@ -98,13 +98,13 @@ impl Motion {
         }
     }
 
-    /// Takes the number of releases that were missed since the last tick, before the requests of the next one.
+    /// Takes the number of periods that were missed since the last tick, before the requests of the next one.
     ///
     /// A running show advances by as many periods, as if it had ticked. Where they exceed the limit of a jump, the show
     /// falls behind by them instead.
-    pub fn miss(&mut self, releases: u64) {
-        if releases > 0 && self.leg.shown && self.state().walks() {
-            let parts = self.catch_up.miss(releases);
+    pub fn miss(&mut self, periods: u64) {
+        if periods > 0 && self.leg.shown && self.state().walks() {
+            let parts = self.catch_up.miss(periods);
             self.go_on(parts);
         }
     }

@@ -43,12 +43,12 @@ pub struct MotionSettings {
     pub paused: bool,
     /// Number of the run whose guard must grant travel to the head; without one the head walks freely.
     pub guarded_run: Option<u64>,
-    /// Missed releases up to which the show jumps at once; after a longer standstill it catches up slowly.
+    /// Missed periods up to which the show jumps at once; after a longer standstill it catches up slowly.
     pub most_jumped: u64,
 }
 
 impl MotionSettings {
-    /// Settings of a run at 1 m/s between two travels, with no other options. It jumps all missed releases.
+    /// Settings of a run at 1 m/s between two travels, with no other options. It jumps all missed periods.
     pub fn plain(tick_s: f64, start_travel_m: f64, end_travel_m: f64) -> Self {
         Self {
             speed_mps: 1.0,

@@ -23,7 +23,7 @@ const CHUNK_TIMES_BYTES: usize = 8 + 8 + 8 + 4;
 pub(super) const INDEX_HEAD_BYTES: u64 = 2 + 4;
 
 /// A reader of single records at any position of a file.
-pub(super) struct Heads<'a> {
+pub(super) struct RecordHeads<'a> {
     source: BufReader<&'a File>,
     /// Length of the file in bytes.
     pub(super) length: u64,
@@ -31,7 +31,7 @@ pub(super) struct Heads<'a> {
     at: u64,
 }
 
-impl<'a> Heads<'a> {
+impl<'a> RecordHeads<'a> {
     pub(super) fn of(mut file: &'a File) -> io::Result<Self> {
         // Without this advice the kernel reads ahead, into the contents of chunks. A failure costs only time.
         let _ = fadvise(file, 0, None, Advice::Random);

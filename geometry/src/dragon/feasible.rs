@@ -1,7 +1,7 @@
-//! The run of a dragon: how far it can walk, and why it ends there.
+//! The feasible travel of a dragon: how far it can walk, and why not further.
 //!
-//! A run ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link causes this in
-//! three cases. It is perpendicular to the tangent at its front handle: the speed of the rear handle reaches 0. It is
+//! Feasible travel ends at the route's end, or where the chain rule would make a handle stop, reverse or jump. A link causes
+//! this in three cases. It is perpendicular to the tangent at its front handle: the speed of the rear handle reaches 0. It is
 //! perpendicular to the tangent at its rear handle: the speed of the rear handle is unbounded, because its crossing vanishes.
 //! Or a nearer crossing appears.
 //!
@@ -27,7 +27,7 @@ const LOOKS_PER_LINK: f64 = 64.0;
 /// handle's speed would be 16 times that of the front handle.
 const JUMP_PER_LINK: f64 = 0.25;
 
-/// Tolerance of faults and of the run's end, in metres and in units of the parameter.
+/// Tolerance of faults and of the end of the feasible travel, in metres and in units of the parameter.
 const TOLERANCE: f64 = 1e-12;
 
 /// Shortest jump, as a multiple of the longest way of a rear handle whose crossing is about to vanish.
@@ -37,9 +37,9 @@ const LEAST_JUMP: f64 = 8.0;
 /// that, so the depth is exact to rounding.
 const DIP_TOLERANCE: f64 = 1e-7;
 
-/// Reason why a run ends.
+/// Reason why the feasible travel ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RunEnd {
+pub enum FeasibleEnd {
     /// The head reaches the route's end.
     RouteEnd,
     /// The speed of this handle reaches 0. Beyond, it would walk backwards.
@@ -54,7 +54,7 @@ pub enum RunEnd {
     },
 }
 
-impl RunEnd {
+impl FeasibleEnd {
     /// The handle that would stop or jump.
     pub fn handle(self) -> Option<usize> {
         match self {
@@ -89,7 +89,7 @@ impl Display for TightSpot {
     }
 }
 
-impl Display for RunEnd {
+impl Display for FeasibleEnd {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::RouteEnd => write!(formatter, "the route ends"),
@@ -99,37 +99,38 @@ impl Display for RunEnd {
     }
 }
 
-/// The end of a dragon's run, and its reason.
+/// The end of a dragon's feasible travel, and its reason.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
+pub(crate) struct FeasibleTravel {
     pub(crate) end_travel_m: f64,
-    pub(crate) end: RunEnd,
+    pub(crate) end: FeasibleEnd,
 }
 
-impl Run {
-    /// Finds the run of a dragon of these dimensions from the route's start.
+impl FeasibleTravel {
+    /// Finds the feasible travel of a dragon of these dimensions from the route's start.
     ///
     /// # Errors
     /// The first bench whose rear handle has no valid position at the start. The result is valid only if the meter's limit is
     /// not reached.
     pub(crate) fn of(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, TightSpot> {
         let parameters = standing_parameters(route, dimensions, meter)?;
-        let mut run = Self { end_travel_m: route.end_travel_m(), end: RunEnd::RouteEnd };
+        let mut feasible = Self { end_travel_m: route.end_travel_m(), end: FeasibleEnd::RouteEnd };
         for bench in 0..dimensions.benches() {
             let length_m = dimensions.link_m(bench);
             // A body link is sampled only up to the start of the link before it, which reaches a fault beyond that first.
-            let limit = if bench < 2 { route.parameter(run.end_travel_m) } else { parameters[bench - 1] };
+            let limit = if bench < 2 { route.parameter(feasible.end_travel_m) } else { parameters[bench - 1] };
             if meter.is_spent() {
                 break;
             }
             if let Some(fault) = (Faults { route, length_m, meter }).first(parameters[bench], limit) {
-                run.shorten(route, dimensions, meter, bench, &fault);
+                feasible.shorten(route, dimensions, meter, bench, &fault);
             }
         }
-        Ok(run)
+        Ok(feasible)
     }
 
-    /// Ends the run where the front handle of `bench` reaches the fault, if it reaches it. All links before it walk that far.
+    /// Ends the feasible travel where the front handle of `bench` reaches the fault, if it reaches it. All links before it walk
+    /// that far.
     fn shorten(&mut self, route: &Route, dimensions: &Dimensions, meter: &Meter, bench: usize, fault: &Fault) {
         let arrived = |travel_m| {
             let handle = Chain::new(route, dimensions, meter, route.parameter(travel_m)).nth(bench);
@@ -138,7 +139,8 @@ impl Run {
         if arrived(self.end_travel_m) {
             (self.end_travel_m, _) = turning_point(route.start_travel_m(), self.end_travel_m, TOLERANCE, arrived);
             let handle = bench + 1;
-            self.end = if fault.jump { RunEnd::HandleJumps { handle } } else { RunEnd::HandleStops { handle } };
+            self.end =
+                if fault.jump { FeasibleEnd::HandleJumps { handle } } else { FeasibleEnd::HandleStops { handle } };
         }
     }
 }
@@ -283,7 +285,7 @@ impl Faults<'_> {
         later.cos_front > 0.0 && !(-TOLERANCE..=JUMP_PER_LINK * self.length_m).contains(&walked_m)
     }
 
-    /// A parameter behind every rear handle that follows a front handle where K·d < 2: the arc between is at most π·d/2, and a
+    /// A parameter behind every rear handle of a front handle where K·d < 2: the arc between is at most π·d/2, and a
     /// step back covers a third of its arc.
     fn reach_back(&self, front_parameter: f64) -> f64 {
         let arc_m = 1.5 * std::f64::consts::PI * self.length_m;

@@ -1,4 +1,4 @@
-//! Readers of a server for the commands: its frames until a signal, the descriptions of its runs, its record of commands.
+//! Readers of the bus for the subcommands: its frames until a signal, the descriptions of its runs, its record of commands.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ use crate::output::wait_for_reader;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
-/// Period at which a command looks for a missing server.
+/// Period at which a subcommand looks for a missing server.
 const SERVER_LOOK_PERIOD: Duration = Duration::from_millis(20);
 /// Longest wait for a frame before a reader checks the stop flag again.
 pub(crate) const WAIT_PERIOD: Duration = Duration::from_millis(100);
@@ -47,7 +47,7 @@ pub(crate) fn open_when_there<Port>(
     Ok(None)
 }
 
-/// Opens the frames of a server, and the stop flag that signals set, for a command that only produces output. Waits for a
+/// Opens the frames of a server, and the stop flag that signals set, for a subcommand that only produces output. Waits for a
 /// server. `None` if a signal arrives first.
 pub(crate) fn open_frames(bus: &BusArgs, name: &str) -> anyhow::Result<Option<(FrameSubscriber, StopFlag)>> {
     let domain = bus.domain()?;
@@ -57,7 +57,7 @@ pub(crate) fn open_frames(bus: &BusArgs, name: &str) -> anyhow::Result<Option<(F
     Ok(frames.map(|frames| (frames, stop)))
 }
 
-/// Counts of the frames that a measuring command has read.
+/// Counts of the frames that a measuring subcommand has read.
 #[derive(Default, Serialize)]
 pub(crate) struct FrameCounts {
     pub(crate) frames: u64,
@@ -78,7 +78,7 @@ impl FrameCounts {
     }
 }
 
-/// Ports of a reader that follows all runs of an instance.
+/// Ports of a reader of all runs of an instance.
 pub(crate) struct RunPorts {
     pub(crate) frames: FrameSubscriber,
     pub(crate) descriptions: Descriptions,
@@ -105,7 +105,7 @@ impl RunPorts {
 
 /// Returns frame after frame; after a signal, only frames that were published before the signal. So a reader that keeps up
 /// loses no frame at its end, and a reader that is slower than the server ends, too.
-pub(crate) struct Following<'a> {
+pub(crate) struct FrameReading<'a> {
     stop: &'a StopFlag,
     stopped_ns: Option<u64>,
 }
@@ -119,7 +119,7 @@ pub(crate) enum Next {
     End,
 }
 
-impl<'a> Following<'a> {
+impl<'a> FrameReading<'a> {
     pub(crate) fn until(stop: &'a StopFlag) -> Self {
         Self { stop, stopped_ns: None }
     }
