@@ -7,11 +7,13 @@
 //! away.
 
 mod arc;
+mod capability;
 mod coil;
 mod crossing;
 mod error;
 mod family;
 mod kernel;
+mod kinds;
 mod line;
 mod on_ground;
 mod path;
@@ -43,10 +45,10 @@ pub use spiral::Spiral;
 pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
-use kernel::PolarKernel;
 pub(crate) use kernel::{Kernel, PlanPiece};
 pub(crate) use profile::{ORDER, Piece};
 
+use capability::ArcLength;
 use on_ground::lifted;
 use profile::Profile;
 use segment::PlacedSegment;
@@ -216,7 +218,7 @@ impl Route {
 
     /// The smallest pitch of the route's spirals with more than one turn, in metres; infinite for a route without one.
     pub fn pitch_m(&self) -> f64 {
-        let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.pitch_m());
+        let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.curve().pitch_m());
         pitches_m.fold(f64::INFINITY, f64::min)
     }
 
@@ -273,7 +275,7 @@ impl Route {
     /// before it.
     pub fn curvature(&self, parameter: f64) -> f64 {
         let placed = self.segment_at(parameter);
-        placed.segment.curvature(placed.local(parameter))
+        placed.segment.curve().curvature(placed.local(parameter))
     }
 
     /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on. Multiplied with
@@ -321,7 +323,7 @@ impl Route {
     pub(crate) fn is_one_line_or_arc(&self, rear: f64, front: f64) -> bool {
         let number = self.number_of_begin(rear);
         let is_level = self.profile.is_none();
-        is_level && number == self.number_at(front) && !matches!(self.segments[number].segment, Segment::Spiral(_))
+        is_level && number == self.number_at(front) && self.segments[number].segment.curve().has_constant_curvature()
     }
 
     /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the

@@ -12,6 +12,7 @@ use std::ops::RangeInclusive;
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::capability::ArcLength;
 use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
 /// Allowed lengths of a line, and radii of an arc or a spiral, in metres. A spiral may have one radius of 0.

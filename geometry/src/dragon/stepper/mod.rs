@@ -78,8 +78,8 @@ struct Curve<'a> {
 impl Curve<'_> {
     /// The piece of the route at a parameter, which is not NaN, within an interval.
     fn piece_at(&self, parameter: f64, [begin, end]: [f64; 2]) -> PlanPiece {
-        let number = self.kernels.partition_point(|kernel| kernel.begin() <= parameter).max(1);
-        let end = self.kernels.get(number).map_or(end, |next| next.begin().min(end));
+        let number = self.kernels.partition_point(|kernel| kernel.begin <= parameter).max(1);
+        let end = self.kernels.get(number).map_or(end, |next| next.begin.min(end));
         self.kernels[number - 1].piece(parameter, [begin, end])
     }
 }
