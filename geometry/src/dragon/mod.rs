@@ -33,6 +33,7 @@ pub use meter::{Meter, Spent};
 pub use run::{RunEnd, TightSpot};
 pub use stepper::{ChainStepper, Instructions};
 
+pub(crate) use link::ARC_PER_CHORD;
 pub(crate) use orbit::Station;
 
 use loose::Loose;

@@ -11,8 +11,8 @@
 //!    of the head. Often a bound on r is enough for the head; otherwise the head is solved.
 //! 2. Some stretches between two of those parameters may contain the largest ratio. The search examines them with the dragon
 //!    itself, up to the last handle that may be the fastest in between. It splits a stretch wherever a handle crosses a seam of
-//!    the route: there the curvature jumps, and with it the slope of the ratio. It also splits the stretch evenly, into pieces as
-//!    short as those of the search for faults.
+//!    the route: there the curvature jumps, and with it the slope of the ratio. It also splits the stretch evenly, into pieces
+//!    as short as those of the search for faults.
 //! 3. In the pieces next to the largest of these ratios, Brent's method refines it.
 //!
 //! *Precondition.* The dragon walks its whole route.
@@ -29,8 +29,8 @@
 
 use std::collections::VecDeque;
 
-use super::passage::{ARC_PER_CHORD, Infeasible};
-use crate::dragon::{Chain, Dragon, RunEnd, Spent, Station};
+use super::infeasible::Infeasible;
+use crate::dragon::{ARC_PER_CHORD, Chain, Dragon, RunEnd, Spent, Station};
 use crate::numerics::{Slope, peak, rising_root, turning_point};
 
 /// Number of orbits in the survey, evenly spaced over the last link's length that handle 1 walks.

@@ -1,5 +1,5 @@
-//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`PlanPiece`] is a
-//! short part of any segment in a form without a branch, so a loop over many handles compiles to vector instructions.
+//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`PlanPiece`]
+//! is a short part of any segment in a form without a branch, so a loop over many handles compiles to vector instructions.
 
 use glam::DVec2;
 
@@ -7,7 +7,8 @@ use super::RoutePoint;
 use super::kinds::kinds;
 use crate::numerics::sine_and_cosine_anywhere;
 
-/// Largest angle from its anchor, in radians, up to which a piece extends. Sine and cosine are derived from those at the anchor.
+/// Largest angle from its anchor, in radians, up to which a piece extends. Sine and cosine are derived from those at the
+/// anchor.
 const PIECE_ANGLE: f64 = 1.0 / 64.0;
 /// Largest distance from its anchor, in metres, up to which a piece of a line extends.
 const PIECE_M: f64 = 64.0;
@@ -82,17 +83,18 @@ impl Kernel {
         of_formula!(&self.formula, formula => formula.rounding())
     }
 
-    /// The piece for a handle at a parameter of the segment, within an interval that ends no later than the segment.
-    pub(crate) fn piece(&self, parameter: f64, [begin, end]: [f64; 2]) -> PlanPiece {
-        let length = of_formula!(&self.formula, formula => formula.piece_length());
+    /// The piece for a handle at a parameter of the segment, within an interval that ends no later than the segment. `None` for
+    /// a formula without pieces.
+    pub(crate) fn piece(&self, parameter: f64, [begin, end]: [f64; 2]) -> Option<PlanPiece> {
+        let length = of_formula!(&self.formula, formula => formula.piece_length())?;
         let low = self.begin.max(begin).max(parameter - PIECE_BEHIND * length);
         let high = end.min(parameter + (1.0 - PIECE_BEHIND) * length);
         of_formula!(&self.formula, formula => formula.piece(0.5 * (low + high), 0.5 * (high - low)))
     }
 }
 
-/// What a formula can compute.
-trait Evaluate {
+/// What a formula can compute. Without pieces, handles on it are found by the reference solver, which takes longer.
+pub(super) trait Evaluate {
     /// The route at a parameter.
     fn at(&self, parameter: f64) -> RoutePoint;
 
@@ -106,10 +108,14 @@ trait Evaluate {
     }
 
     /// Greatest length of a piece, in units of the parameter.
-    fn piece_length(&self) -> f64;
+    fn piece_length(&self) -> Option<f64> {
+        None
+    }
 
     /// The piece about an anchor.
-    fn piece(&self, anchor: f64, reach: f64) -> PlanPiece;
+    fn piece(&self, _anchor: f64, _reach: f64) -> Option<PlanPiece> {
+        None
+    }
 }
 
 /// A line.
@@ -127,14 +133,14 @@ impl Evaluate for LineFormula {
         RoutePoint::level(self.origin + parameter * self.direction, self.direction, 1.0)
     }
 
-    fn piece_length(&self) -> f64 {
-        2.0 * PIECE_M
+    fn piece_length(&self) -> Option<f64> {
+        Some(2.0 * PIECE_M)
     }
 
-    fn piece(&self, anchor: f64, reach: f64) -> PlanPiece {
+    fn piece(&self, anchor: f64, reach: f64) -> Option<PlanPiece> {
         let centre = self.origin + anchor * self.direction;
         let [cosine, sine] = self.direction.into();
-        PlanPiece { anchor, reach, centre, cosine, sine, turn: 0.0, radius_m: 0.0, slope_m: 1.0 }
+        Some(PlanPiece { anchor, reach, centre, cosine, sine, turn: 0.0, radius_m: 0.0, slope_m: 1.0 })
     }
 }
 
@@ -190,14 +196,14 @@ impl Evaluate for PolarFormula {
         Rounding { parameters, units: (angle + SINE_ERROR_EPSILONS) / self.turn.abs() }
     }
 
-    fn piece_length(&self) -> f64 {
-        2.0 * PIECE_ANGLE / self.turn.abs()
+    fn piece_length(&self) -> Option<f64> {
+        Some(2.0 * PIECE_ANGLE / self.turn.abs())
     }
 
-    fn piece(&self, anchor: f64, reach: f64) -> PlanPiece {
+    fn piece(&self, anchor: f64, reach: f64) -> Option<PlanPiece> {
         let angle = self.angle + self.turn * anchor;
         let (sine, cosine) = sine_and_cosine_anywhere(angle);
-        PlanPiece {
+        Some(PlanPiece {
             anchor,
             reach,
             centre: self.centre,
@@ -206,7 +212,7 @@ impl Evaluate for PolarFormula {
             turn: self.turn,
             radius_m: self.radius_m + self.radius_per_radian_m * angle,
             slope_m: self.turn * self.radius_per_radian_m,
-        }
+        })
     }
 }
 
@@ -240,7 +246,8 @@ mod tests {
                 kernels.iter().rposition(|kernel| kernel.begin < parameter).expect("the first has no beginning");
             let end = kernels.get(number + 1).map_or(f64::INFINITY, |next| next.begin);
             let expected = route.point(parameter);
-            let (position, change) = point(&kernels[number].piece(parameter, [f64::NEG_INFINITY, end]), parameter);
+            let piece = kernels[number].piece(parameter, [f64::NEG_INFINITY, end]).expect("a line, an arc or a spiral");
+            let (position, change) = point(&piece, parameter);
             let scale = 1.0 + expected.position.length();
             prop_assert!(position.distance(expected.position) < 1e-11 * scale, "{parameter}: {expected:?}");
             let off_m = (change - expected.tangent * expected.speed_m_per_unit).length();

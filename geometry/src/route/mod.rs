@@ -2,8 +2,8 @@
 //!
 //! A [`Route`] is a list of [`Segment`]s in walking order: lines, arcs and spirals. Each segment begins at the end of the one
 //! before, with the same tangent. *Travel* is signed arc length in metres, 0 where t = 0. A *parameter* identifies a point of
-//! the route. It grows in walking direction, by 1 per metre on a line or an arc, and by 1 per radian on a spiral. A *seam* is the
-//! parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
+//! the route. It grows in walking direction, by 1 per metre on a line or an arc, and by 1 per radian on a spiral. A *seam* is
+//! the parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
 //! away.
 
 mod arc;
@@ -271,15 +271,15 @@ impl Route {
         }
     }
 
-    /// Signed curvature in the plan, in 1/m, at a parameter, above 0 where the route turns left. At a seam: the curvature of the segment
-    /// before it.
+    /// Signed curvature in the plan, in 1/m, at a parameter, above 0 where the route turns left. At a seam: the curvature of
+    /// the segment before it.
     pub fn curvature(&self, parameter: f64) -> f64 {
         let placed = self.segment_at(parameter);
         placed.segment.curve().curvature(placed.local(parameter))
     }
 
-    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on. Multiplied with
-    /// `steepest`, it is at least a third of `arc_m`.
+    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on. Multiplied
+    /// with `steepest`, it is at least a third of `arc_m`.
     ///
     /// Cheaper than [`parameter`](Self::parameter), which would step back by exactly `arc_m`.
     pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
@@ -303,8 +303,8 @@ impl Route {
         parameter
     }
 
-    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: without ground the exact maximum over all segments
-    /// between them, on ground a bound on the curvature in space.
+    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: without ground the exact maximum over all
+    /// segments between them, on ground a bound on the curvature in space.
     pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let plan = || self.plan_curvature_bound(rear, front);
         self.profile.as_ref().map_or_else(plan, |profile| profile.curvature_bound(rear, front, plan))

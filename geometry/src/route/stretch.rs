@@ -44,10 +44,11 @@ impl Route {
         })
     }
 
-    /// The tightest bend of the plan between two travels, and the first of equal ones; `None` if the route is straight there. The end must
-    /// lie on the curve.
+    /// The tightest bend of the plan between two travels, and the first of equal ones; `None` if the route is straight there.
+    /// The end must lie on the curve.
     ///
-    /// The curvature of a line or an arc is constant, and that of a spiral is monotone. So it is largest at an end of a segment.
+    /// The curvature of a line or an arc is constant, and that of a spiral is monotone. So it is largest at an end of a
+    /// segment.
     pub fn tightest_bend(&self, from_m: f64, to_m: f64) -> Option<TightestBend> {
         let ends = self.stretches(from_m, to_m).flat_map(|stretch| [(stretch, stretch.rear), (stretch, stretch.front)]);
         let curvature =

@@ -5,9 +5,10 @@
 //! end of the route that lies on the route.
 //!
 //! *Method.* The search splits the segments into pieces that turn by at most a right angle. So neither a piece nor two adjacent
-//! pieces cross themselves. A tree of boxes over the pieces, in walking order, finds the pairs of pieces that may meet. Lines and arcs
-//! meet at points in closed form. A pair with another curve is bisected (see [`PiecePair`]) until its halves are provably apart, or
-//! provably meet at most once, where Newton's method finds the point. So no crossing is missed, up to the rounding of positions.
+//! pieces cross themselves. A tree of boxes over the pieces, in walking order, finds the pairs of pieces that may meet. Lines
+//! and arcs meet at points in closed form. A pair with another curve is bisected (see [`PiecePair`]) until its halves are
+//! provably apart, or provably meet at most once, where Newton's method finds the point. So no crossing is missed, up to the
+//! rounding of positions.
 
 mod closed_form;
 mod piece_pair;
@@ -234,8 +235,8 @@ impl Search {
         self.found = kept;
     }
 
-    /// Counts travels at the end of a lap from its beginning. Drops crossings of the lap's end with its beginning, which join up
-    /// to a gap.
+    /// Counts travels at the end of a lap from its beginning. Drops crossings of the lap's end with its beginning, which join
+    /// up to a gap.
     fn join_ends(&mut self) {
         let [from_m, to_m] = self.span_m;
         let from_joint_m = |at_m: f64| if at_m >= to_m - JOINT_MERGE_M { at_m - (to_m - from_m) } else { at_m };
