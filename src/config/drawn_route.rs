@@ -8,7 +8,7 @@ use bench_dragon_geometry::number::Number;
 use glam::{DAffine2, DVec2};
 
 use super::origin_table::OriginTable;
-use super::route_table::RouteTable;
+use super::route_table::{DrawingTable, KindTable, RouteTable};
 use super::{ConfigError, require};
 use crate::drawing::{self, FORMATS, PathChoice};
 
@@ -56,32 +56,30 @@ pub(super) fn read(
     origin: &OriginTable,
     folder: &Path,
 ) -> Result<Option<DrawingFit>, ConfigError> {
-    if !table.is_drawing() {
-        return Ok(None);
-    }
-    table.refuse_other_keys()?;
-    let Some(file) = table.file.clone() else {
+    let KindTable::Drawing(keys) = &table.kind else { return Ok(None) };
+    table.refuse_stray_key()?;
+    let Some(file) = keys.file.clone() else {
         return Err(ConfigError(format!("[route] file is missing, must be a drawing: {FORMATS}")));
     };
     let settings = FitSettings {
-        tolerance_m: table.tolerance_m.unwrap_or(DEFAULT_TOLERANCE_M),
-        corner_radius_m: table.corner_radius_m,
-        joins_samples: table.corner_radius_m.is_none() && drawing::has_points(&file),
+        tolerance_m: keys.tolerance_m.unwrap_or(DEFAULT_TOLERANCE_M),
+        corner_radius_m: keys.corner_radius_m,
+        joins_samples: keys.corner_radius_m.is_none() && drawing::has_points(&file),
     };
     require("route", "tolerance_m", settings.tolerance_m, &TOLERANCE_M)?;
     let require_some =
         |key, value: Option<f64>, allowed| value.map_or(Ok(()), |value| require("route", key, value, allowed));
     require_some("corner_radius_m", settings.corner_radius_m, &CORNER_RADIUS_M)?;
-    require_some("metres_per_unit", table.metres_per_unit, &METRES_PER_UNIT)?;
+    require_some("metres_per_unit", keys.metres_per_unit, &METRES_PER_UNIT)?;
     let choice = PathChoice {
-        id: table.id.as_deref(),
-        label: table.label.as_deref(),
-        layer: table.layer.as_deref(),
-        number: table.number,
-        scale: scale(table)?,
+        id: keys.id.as_deref(),
+        label: keys.label.as_deref(),
+        layer: keys.layer.as_deref(),
+        number: keys.number,
+        scale: scale(keys)?,
         has_origin: !origin.is_empty(),
-        metres_per_unit: table.metres_per_unit,
-        is_closed: table.closed,
+        metres_per_unit: keys.metres_per_unit,
+        is_closed: keys.is_closed,
         gap_m: GAP * settings.tolerance_m,
     };
     let in_file = |reason: String| ConfigError(format!("[route] file {:?}: {reason}", file.display()));
@@ -89,7 +87,7 @@ pub(super) fn read(
     let drawing = drawing::read(&path, &choice).map_err(|error| in_file(error.to_string()))?;
     let drawing = placed(drawing, table.is_placed(), origin).map_err(in_file)?;
     let fit = drawing.fit(&settings).map_err(|error| in_file(error.to_string()))?;
-    *table = table.clone().with_path(&fit, drawing.is_closed)?;
+    table.set_path(&fit, drawing.is_closed)?;
     Ok(Some(DrawingFit {
         file,
         path,
@@ -103,8 +101,8 @@ pub(super) fn read(
 }
 
 /// Metres of the plan for a metre of the page, by `scale`.
-fn scale(table: &RouteTable) -> Result<Option<f64>, ConfigError> {
-    let Some(text) = &table.scale else { return Ok(None) };
+fn scale(keys: &DrawingTable) -> Result<Option<f64>, ConfigError> {
+    let Some(text) = &keys.scale else { return Ok(None) };
     let ratio = || {
         let (page, plan) = text.split_once(':')?;
         let [page, plan] = [page, plan].map(|part| part.trim().parse::<f64>().ok());
@@ -113,7 +111,7 @@ fn scale(table: &RouteTable) -> Result<Option<f64>, ConfigError> {
     let ratio = ratio().ok_or_else(|| {
         ConfigError(format!("[route] scale is {text:?}, must be such as \"1:100\", from 1:0.001 to 1:1000000"))
     })?;
-    match table.metres_per_unit.map(Number) {
+    match keys.metres_per_unit.map(Number) {
         Some(metres) => {
             Err(ConfigError(format!("[route] metres_per_unit is {metres}, but there is a scale too: omit one of them")))
         }

@@ -9,6 +9,7 @@ mod ground_table;
 mod origin_table;
 mod priority;
 mod route_table;
+mod segment_table;
 mod stage_table;
 
 use std::ops::RangeInclusive;

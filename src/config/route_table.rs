@@ -1,15 +1,15 @@
-//! The table `[route]`, not yet checked. Its kind determines which keys apply, and their defaults.
+//! The table `[route]`, not yet checked: the table of its kind, and the keys of every kind.
 
+use std::mem;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use bench_dragon_geometry::drawing::Fit;
 use bench_dragon_geometry::number::Number;
-use bench_dragon_geometry::route::{
-    PathSegment, PathSpec, Placement, RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec,
-};
+use bench_dragon_geometry::route::{PathSpec, Placement, RouteShape, RouteSpec, SpiralSpec, TurnaroundSpec};
 use serde::{Deserialize, Serialize};
 
+use super::segment_table::SegmentTable;
 use super::{ConfigError, require, require_whole};
 
 /// Allowed show times of a plan, in seconds.
@@ -21,56 +21,88 @@ const HEADING_DEG: RangeInclusive<f64> = -360.0..=360.0;
 /// Allowed numbers of laps.
 const LAPS: RangeInclusive<u32> = 1..=10_000;
 
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table")]
+/// `[route]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "RouteKeys", into = "RouteKeys")]
 pub(super) struct RouteTable {
-    kind: RouteKind,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pitch_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    start_turns: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    turn_diameter_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    radius_ratio: Option<f64>,
-    /// Path of a drawing, relative to the folder of the configuration.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) file: Option<PathBuf>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) id: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) label: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) layer: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) number: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) metres_per_unit: Option<f64>,
-    /// Scale of a drawing's page, `"1:100"`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) scale: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) tolerance_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) corner_radius_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    turn_line_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    start_x_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    start_y_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    start_heading_deg: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) kind: KindTable,
+    start: StartTable,
+    /// The error of the first key that belongs to another kind.
+    stray_key: Option<String>,
+}
+
+/// The keys of one kind of route. Missing numbers of a spiral and a turnaround have the paper's values.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum KindTable {
+    Spiral(SpiralSpec),
+    Turnaround(TurnaroundSpec),
+    Path(PathTable),
+    Drawing(DrawingTable),
+}
+
+/// Where and when a route of any kind begins, and when it ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct StartTable {
+    x_m: Option<f64>,
+    y_m: Option<f64>,
+    heading_deg: Option<f64>,
     start_s: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     end_s: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) closed: Option<bool>,
-    #[serde(skip_serializing_if = "Option::is_none")]
+}
+
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct PathTable {
+    is_closed: Option<bool>,
+    laps: Option<u32>,
+    segments: Option<Vec<SegmentTable>>,
+}
+
+/// A drawing that is not read yet.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct DrawingTable {
+    /// Path of the drawing, relative to the folder of the configuration.
+    pub(super) file: Option<PathBuf>,
+    pub(super) id: Option<String>,
+    pub(super) label: Option<String>,
+    pub(super) layer: Option<String>,
+    pub(super) number: Option<u32>,
+    pub(super) metres_per_unit: Option<f64>,
+    /// Scale of the page, `"1:100"`.
+    pub(super) scale: Option<String>,
+    pub(super) tolerance_m: Option<f64>,
+    pub(super) corner_radius_m: Option<f64>,
+    pub(super) is_closed: Option<bool>,
+    laps: Option<u32>,
+}
+
+/// The keys of a route of any kind. Each is read as its own type, so an error of its type has its line. The written document
+/// has them in this order.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table")]
+struct RouteKeys {
+    kind: RouteKind,
+    pitch_m: Option<f64>,
+    start_turns: Option<f64>,
+    turn_diameter_m: Option<f64>,
+    radius_ratio: Option<f64>,
+    file: Option<PathBuf>,
+    id: Option<String>,
+    label: Option<String>,
+    layer: Option<String>,
+    number: Option<u32>,
+    metres_per_unit: Option<f64>,
+    scale: Option<String>,
+    tolerance_m: Option<f64>,
+    corner_radius_m: Option<f64>,
+    turn_line_m: Option<f64>,
+    start_x_m: Option<f64>,
+    start_y_m: Option<f64>,
+    start_heading_deg: Option<f64>,
+    start_s: Option<f64>,
+    end_s: Option<f64>,
+    closed: Option<bool>,
     laps: Option<u32>,
     /// After all other keys, because TOML writes an array of tables last.
-    #[serde(skip_serializing_if = "Option::is_none")]
     segments: Option<Vec<SegmentTable>>,
 }
 
@@ -84,251 +116,105 @@ enum RouteKind {
     Drawing,
 }
 
-/// One of `[[route.segments]]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", try_from = "SegmentKeys")]
-pub(super) enum SegmentTable {
-    Line { length_m: f64 },
-    Arc { radius_m: f64, turn_deg: f64 },
-    Spiral { start_radius_m: f64, end_radius_m: f64, turn_deg: f64 },
-}
-
-/// The keys of a segment of any kind. Each is read as a number, so an error of its type has its line.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a segment")]
-struct SegmentKeys {
-    kind: SegmentKind,
-    length_m: Option<f64>,
-    radius_m: Option<f64>,
-    start_radius_m: Option<f64>,
-    end_radius_m: Option<f64>,
-    turn_deg: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum SegmentKind {
-    Line,
-    Arc,
-    Spiral,
-}
-
-impl TryFrom<SegmentKeys> for SegmentTable {
-    type Error = String;
-
-    /// Fails without a key of the kind, and with a key of another kind.
-    fn try_from(keys: SegmentKeys) -> Result<Self, String> {
-        use SegmentKind::{Arc, Line, Spiral};
-        let SegmentKeys { kind, length_m, radius_m, start_radius_m, end_radius_m, turn_deg } = keys;
-        let keys: [(&str, Option<f64>, &[SegmentKind], &str); 5] = [
-            ("length_m", length_m, &[Line], "\"line\""),
-            ("radius_m", radius_m, &[Arc], "\"arc\""),
-            ("start_radius_m", start_radius_m, &[Spiral], "\"spiral\""),
-            ("end_radius_m", end_radius_m, &[Spiral], "\"spiral\""),
-            ("turn_deg", turn_deg, &[Arc, Spiral], "\"arc\" or kind = \"spiral\""),
-        ];
-        for (key, value, kinds, names) in keys {
-            match (value, kinds.contains(&kind)) {
-                (None, true) => return Err(format!("missing field `{key}`")),
-                (Some(value), false) => {
-                    return Err(format!("{key} is {}, only allowed with kind = {names}", Number(value)));
-                }
-                _ => {}
-            }
-        }
-        Ok(match kind {
-            Line => Self::Line { length_m: known(length_m) },
-            Arc => Self::Arc { radius_m: known(radius_m), turn_deg: known(turn_deg) },
-            Spiral => Self::Spiral {
-                start_radius_m: known(start_radius_m),
-                end_radius_m: known(end_radius_m),
-                turn_deg: known(turn_deg),
-            },
-        })
+impl Default for RouteTable {
+    fn default() -> Self {
+        RouteKeys::default().into()
     }
 }
 
-impl SegmentTable {
-    fn of(segment: &PathSegment) -> Self {
-        match *segment {
-            PathSegment::Line { length_m } => Self::Line { length_m },
-            PathSegment::Arc { radius_m, turn } => Self::Arc { radius_m, turn_deg: turn.to_degrees() },
-            PathSegment::Spiral { start_radius_m, end_radius_m, turn } => {
-                Self::Spiral { start_radius_m, end_radius_m, turn_deg: turn.to_degrees() }
-            }
-        }
-    }
-
-    fn plan(self) -> PathSegment {
-        match self {
-            Self::Line { length_m } => PathSegment::Line { length_m },
-            Self::Arc { radius_m, turn_deg } => PathSegment::Arc { radius_m, turn: turn_deg.to_radians() },
-            Self::Spiral { start_radius_m, end_radius_m, turn_deg } => {
-                PathSegment::Spiral { start_radius_m, end_radius_m, turn: turn_deg.to_radians() }
-            }
-        }
-    }
-}
-
-impl RouteTable {
-    /// The same table with every key that applies. Missing ones have the paper's values, or those that leave the route where
-    /// and as it is.
-    pub(super) fn completed(self) -> Self {
-        if self.is_drawing() {
-            return self;
-        }
+impl From<RouteKeys> for RouteTable {
+    fn from(keys: RouteKeys) -> Self {
+        let stray_key = keys.stray_key();
         let (spiral, turnaround) = (SpiralSpec::default(), TurnaroundSpec::default());
-        let mut table = Self {
-            start_x_m: self.start_x_m.or(Some(0.0)),
-            start_y_m: self.start_y_m.or(Some(0.0)),
-            start_heading_deg: self.start_heading_deg.or(Some(0.0)),
-            ..self
+        let start = StartTable {
+            x_m: keys.start_x_m,
+            y_m: keys.start_y_m,
+            heading_deg: keys.start_heading_deg,
+            start_s: keys.start_s,
+            end_s: keys.end_s,
         };
-        match self.kind {
-            RouteKind::Spiral => {
-                table.pitch_m.get_or_insert(spiral.pitch_m);
-                table.start_turns.get_or_insert(spiral.start_turns);
-                table.start_s.get_or_insert(0.0);
-            }
-            RouteKind::Turnaround => {
-                let times = RouteSpec::from(turnaround);
-                table.pitch_m.get_or_insert(turnaround.pitch_m);
-                table.turn_diameter_m.get_or_insert(turnaround.turn_diameter_m);
-                table.radius_ratio.get_or_insert(turnaround.radius_ratio);
-                table.turn_line_m.get_or_insert(turnaround.line_m);
-                table.start_s.get_or_insert(times.start_s);
-                table.end_s = table.end_s.or(times.end_s);
-            }
-            RouteKind::Path => {
-                table.start_s.get_or_insert(0.0);
-                if table.closed == Some(true) {
-                    table.laps.get_or_insert(1);
-                }
-            }
-            RouteKind::Drawing => {}
-        }
-        table
-    }
-
-    /// The same table with its times multiplied by a factor. A turnaround keeps them: its route has no end.
-    pub(super) fn with_times_scaled(self, factor: f64) -> Self {
-        let scaled = |time_s: Option<f64>| time_s.map(|time_s| factor * time_s);
-        match self.kind {
-            RouteKind::Turnaround => self,
-            _ => Self { start_s: scaled(self.start_s), end_s: scaled(self.end_s), ..self },
-        }
-    }
-
-    /// The same table with another spiral or turnaround. A path stays as it is. Times of another kind of route are dropped.
-    pub(super) fn with_shape(self, shape: &RouteShape) -> Self {
-        let kind = self.kind;
-        let rest = Self {
-            pitch_m: None,
-            start_turns: None,
-            turn_diameter_m: None,
-            radius_ratio: None,
-            turn_line_m: None,
-            ..self
-        };
-        let table = match *shape {
-            RouteShape::Spiral(SpiralSpec { pitch_m, start_turns }) => {
-                let kind = RouteKind::Spiral;
-                Self { kind, pitch_m: Some(pitch_m), start_turns: Some(start_turns), ..rest }
-            }
-            RouteShape::Turnaround(TurnaroundSpec { pitch_m, turn_diameter_m, radius_ratio, line_m }) => Self {
-                kind: RouteKind::Turnaround,
-                pitch_m: Some(pitch_m),
-                turn_diameter_m: Some(turn_diameter_m),
-                radius_ratio: Some(radius_ratio),
-                turn_line_m: Some(line_m),
-                ..rest
-            },
-            RouteShape::Path(_) => return rest,
-        };
-        if table.kind == kind { table } else { Self { start_s: None, end_s: None, ..table } }
-    }
-
-    /// Returns the route of a table with every key that applies.
-    ///
-    /// # Errors
-    /// A key does not apply to this kind, or a number that does not belong to the curve is out of range.
-    pub(super) fn plan(&self) -> Result<RouteSpec, ConfigError> {
-        self.refuse_other_keys()?;
-        let shape = match self.kind {
-            RouteKind::Spiral => {
-                RouteShape::Spiral(SpiralSpec { pitch_m: known(self.pitch_m), start_turns: known(self.start_turns) })
-            }
-            RouteKind::Turnaround => RouteShape::Turnaround(TurnaroundSpec {
-                pitch_m: known(self.pitch_m),
-                turn_diameter_m: known(self.turn_diameter_m),
-                radius_ratio: known(self.radius_ratio),
-                line_m: known(self.turn_line_m),
+        let kind = match keys.kind {
+            RouteKind::Spiral => KindTable::Spiral(SpiralSpec {
+                pitch_m: keys.pitch_m.unwrap_or(spiral.pitch_m),
+                start_turns: keys.start_turns.unwrap_or(spiral.start_turns),
             }),
-            RouteKind::Path => RouteShape::Path(self.path()?),
-            RouteKind::Drawing => {
-                let reason = "kind is \"drawing\", only allowed in a file: its drawing is another file";
-                return Err(ConfigError(format!("[route] {reason}")));
+            RouteKind::Turnaround => KindTable::Turnaround(TurnaroundSpec {
+                pitch_m: keys.pitch_m.unwrap_or(turnaround.pitch_m),
+                turn_diameter_m: keys.turn_diameter_m.unwrap_or(turnaround.turn_diameter_m),
+                radius_ratio: keys.radius_ratio.unwrap_or(turnaround.radius_ratio),
+                line_m: keys.turn_line_m.unwrap_or(turnaround.line_m),
+            }),
+            RouteKind::Path => {
+                KindTable::Path(PathTable { is_closed: keys.closed, laps: keys.laps, segments: keys.segments })
             }
+            RouteKind::Drawing => KindTable::Drawing(DrawingTable {
+                file: keys.file,
+                id: keys.id,
+                label: keys.label,
+                layer: keys.layer,
+                number: keys.number,
+                metres_per_unit: keys.metres_per_unit,
+                scale: keys.scale,
+                tolerance_m: keys.tolerance_m,
+                corner_radius_m: keys.corner_radius_m,
+                is_closed: keys.closed,
+                laps: keys.laps,
+            }),
         };
-        let (start_x_m, start_y_m) = (known(self.start_x_m), known(self.start_y_m));
-        let (start_heading_deg, start_s) = (known(self.start_heading_deg), known(self.start_s));
-        require("route", "start_x_m", start_x_m, &PLACE_M)?;
-        require("route", "start_y_m", start_y_m, &PLACE_M)?;
-        require("route", "start_heading_deg", start_heading_deg, &HEADING_DEG)?;
-        require("route", "start_s", start_s, &PLAN_S)?;
-        if let Some(end_s) = self.end_s {
-            require("route", "end_s", end_s, &PLAN_S)?;
-            if end_s <= start_s {
-                let (start_s, end_s) = (Number(start_s), Number(end_s));
-                return Err(ConfigError(format!("[route] end_s is {end_s}, must be above start_s {start_s}")));
-            }
-        }
-        let placement = Placement { position: [start_x_m, start_y_m].into(), heading: start_heading_deg.to_radians() };
-        Ok(RouteSpec { shape, placement, start_s, end_s: self.end_s, ground: None })
+        Self { kind, start, stray_key }
     }
+}
 
-    /// Whether the table says where the route begins.
-    pub(super) fn is_placed(&self) -> bool {
-        self.start_x_m.is_some() && self.start_y_m.is_some()
-    }
-
-    /// Whether the route is a drawing, which is not read yet.
-    pub(super) fn is_drawing(&self) -> bool {
-        self.kind == RouteKind::Drawing
-    }
-
-    /// The same table with the path of a drawing in place of its file. The path begins where it is drawn, unless the table
-    /// moves or turns it.
-    ///
-    /// # Errors
-    /// There are laps, but the path is open.
-    pub(super) fn with_path(self, fit: &Fit, is_closed: bool) -> Result<Self, ConfigError> {
-        if let (Some(laps), false) = (self.laps, is_closed) {
-            return Err(ConfigError(format!("[route] laps is {laps}, only allowed with a closed path")));
-        }
-        Ok(Self {
-            kind: RouteKind::Path,
-            start_x_m: self.start_x_m.or(Some(fit.begin.position.x + 0.0)),
-            start_y_m: self.start_y_m.or(Some(fit.begin.position.y + 0.0)),
-            start_heading_deg: self.start_heading_deg.or(Some(fit.begin.heading.to_degrees() + 0.0)),
-            start_s: self.start_s,
-            end_s: self.end_s,
-            closed: Some(is_closed),
-            laps: self.laps,
-            segments: Some(fit.segments.iter().map(SegmentTable::of).collect()),
+impl From<RouteTable> for RouteKeys {
+    fn from(RouteTable { kind, start, .. }: RouteTable) -> Self {
+        let keys = Self {
+            start_x_m: start.x_m,
+            start_y_m: start.y_m,
+            start_heading_deg: start.heading_deg,
+            start_s: start.start_s,
+            end_s: start.end_s,
             ..Self::default()
-        })
+        };
+        match kind {
+            KindTable::Spiral(spiral) => Self {
+                kind: RouteKind::Spiral,
+                pitch_m: Some(spiral.pitch_m),
+                start_turns: Some(spiral.start_turns),
+                ..keys
+            },
+            KindTable::Turnaround(turnaround) => Self {
+                kind: RouteKind::Turnaround,
+                pitch_m: Some(turnaround.pitch_m),
+                turn_diameter_m: Some(turnaround.turn_diameter_m),
+                radius_ratio: Some(turnaround.radius_ratio),
+                turn_line_m: Some(turnaround.line_m),
+                ..keys
+            },
+            KindTable::Path(path) => {
+                Self { kind: RouteKind::Path, closed: path.is_closed, laps: path.laps, segments: path.segments, ..keys }
+            }
+            KindTable::Drawing(drawing) => Self {
+                kind: RouteKind::Drawing,
+                file: drawing.file,
+                id: drawing.id,
+                label: drawing.label,
+                layer: drawing.layer,
+                number: drawing.number,
+                metres_per_unit: drawing.metres_per_unit,
+                scale: drawing.scale,
+                tolerance_m: drawing.tolerance_m,
+                corner_radius_m: drawing.corner_radius_m,
+                closed: drawing.is_closed,
+                laps: drawing.laps,
+                ..keys
+            },
+        }
     }
+}
 
-    fn path(&self) -> Result<PathSpec, ConfigError> {
-        let segments = self.segments.iter().flatten().map(|segment| segment.plan()).collect();
-        let laps = self.laps.filter(|_| self.closed == Some(true));
-        laps.map_or(Ok(()), |laps| require_whole("route", "laps", laps, &LAPS))?;
-        Ok(PathSpec { segments, laps })
-    }
-
-    /// Fails for a key that does not apply to the kind of route.
-    pub(super) fn refuse_other_keys(&self) -> Result<(), ConfigError> {
+impl RouteKeys {
+    /// The error of the first key that does not apply to the kind of route.
+    fn stray_key(&self) -> Option<String> {
         use RouteKind::{Drawing, Path, Spiral, Turnaround};
         let number = |value: Option<f64>| value.map(|value| Number(value).to_string());
         let quoted = |value: &Option<String>| value.as_ref().map(|value| format!("{value:?}"));
@@ -352,18 +238,11 @@ impl RouteTable {
             ("tolerance_m", number(self.tolerance_m), &[Drawing]),
             ("corner_radius_m", number(self.corner_radius_m), &[Drawing]),
         ];
-        for (key, value, kinds) in keys {
-            let Some(value) = value.filter(|_| !kinds.contains(&self.kind)) else { continue };
+        keys.into_iter().find_map(|(key, value, kinds)| {
+            let value = value.filter(|_| !kinds.contains(&self.kind))?;
             let names: Vec<String> = kinds.iter().map(|kind| format!("kind = \"{}\"", kind.name())).collect();
-            let allowed = names.join(" or ");
-            return Err(ConfigError(format!("[route] {key} is {value}, only allowed with {allowed}")));
-        }
-        match self.laps {
-            Some(laps) if self.closed != Some(true) && self.kind != Drawing => {
-                Err(ConfigError(format!("[route] laps is {laps}, only allowed with closed = true")))
-            }
-            _ => Ok(()),
-        }
+            Some(format!("[route] {key} is {value}, only allowed with {}", names.join(" or ")))
+        })
     }
 }
 
@@ -378,6 +257,129 @@ impl RouteKind {
     }
 }
 
-fn known(value: Option<f64>) -> f64 {
-    value.expect("the table is complete")
+impl RouteTable {
+    /// The same table with every key that applies. Missing ones leave the route where and as it is.
+    pub(super) fn completed(mut self) -> Self {
+        let times = match &mut self.kind {
+            KindTable::Drawing(_) => return self,
+            KindTable::Spiral(_) => [Some(0.0), None],
+            KindTable::Turnaround(turnaround) => {
+                let times = RouteSpec::from(*turnaround);
+                [Some(times.start_s), times.end_s]
+            }
+            KindTable::Path(path) => {
+                if path.is_closed == Some(true) {
+                    path.laps.get_or_insert(1);
+                }
+                [Some(0.0), None]
+            }
+        };
+        let StartTable { x_m, y_m, heading_deg, start_s, end_s } = self.start;
+        self.start = StartTable {
+            x_m: x_m.or(Some(0.0)),
+            y_m: y_m.or(Some(0.0)),
+            heading_deg: heading_deg.or(Some(0.0)),
+            start_s: start_s.or(times[0]),
+            end_s: end_s.or(times[1]),
+        };
+        self
+    }
+
+    /// The same table with its times multiplied by a factor. A turnaround keeps them: its route has no end.
+    pub(super) fn with_times_scaled(mut self, factor: f64) -> Self {
+        if !matches!(self.kind, KindTable::Turnaround(_)) {
+            let StartTable { start_s, end_s, .. } = &mut self.start;
+            [*start_s, *end_s] = [*start_s, *end_s].map(|time_s| time_s.map(|time_s| factor * time_s));
+        }
+        self
+    }
+
+    /// The same table with another spiral or turnaround. A path stays as it is. Times of another kind of route are dropped.
+    pub(super) fn with_shape(self, shape: &RouteShape) -> Self {
+        let kind = match *shape {
+            RouteShape::Spiral(spiral) => KindTable::Spiral(spiral),
+            RouteShape::Turnaround(turnaround) => KindTable::Turnaround(turnaround),
+            RouteShape::Path(_) => return self,
+        };
+        let is_same_kind = mem::discriminant(&kind) == mem::discriminant(&self.kind);
+        let times = if is_same_kind { [self.start.start_s, self.start.end_s] } else { [None; 2] };
+        Self { kind, start: StartTable { start_s: times[0], end_s: times[1], ..self.start }, ..self }
+    }
+
+    /// Returns the route of a table with every key that applies.
+    ///
+    /// # Errors
+    /// A key does not apply to this kind, or a number that does not belong to the curve is out of range.
+    pub(super) fn plan(&self) -> Result<RouteSpec, ConfigError> {
+        self.refuse_stray_key()?;
+        let shape = match &self.kind {
+            KindTable::Spiral(spiral) => RouteShape::Spiral(*spiral),
+            KindTable::Turnaround(turnaround) => RouteShape::Turnaround(*turnaround),
+            KindTable::Path(path) => RouteShape::Path(path.plan()?),
+            KindTable::Drawing(_) => {
+                let reason = "kind is \"drawing\", only allowed in a file: its drawing is another file";
+                return Err(ConfigError(format!("[route] {reason}")));
+            }
+        };
+        let StartTable { x_m, y_m, heading_deg, start_s, end_s } = self.start;
+        let [x_m, y_m, heading_deg, start_s] = [x_m, y_m, heading_deg, start_s].map(|value| value.unwrap_or(0.0));
+        require("route", "start_x_m", x_m, &PLACE_M)?;
+        require("route", "start_y_m", y_m, &PLACE_M)?;
+        require("route", "start_heading_deg", heading_deg, &HEADING_DEG)?;
+        require("route", "start_s", start_s, &PLAN_S)?;
+        if let Some(end_s) = end_s {
+            require("route", "end_s", end_s, &PLAN_S)?;
+            if end_s <= start_s {
+                let (start_s, end_s) = (Number(start_s), Number(end_s));
+                return Err(ConfigError(format!("[route] end_s is {end_s}, must be above start_s {start_s}")));
+            }
+        }
+        let placement = Placement { position: [x_m, y_m].into(), heading: heading_deg.to_radians() };
+        Ok(RouteSpec { shape, placement, start_s, end_s, ground: None })
+    }
+
+    /// Whether the table says where the route begins.
+    pub(super) fn is_placed(&self) -> bool {
+        self.start.x_m.is_some() && self.start.y_m.is_some()
+    }
+
+    /// Whether the route is a drawing, which is not read yet.
+    pub(super) fn is_drawing(&self) -> bool {
+        matches!(self.kind, KindTable::Drawing(_))
+    }
+
+    /// Replaces a drawing by its path. The path begins where it is drawn, unless the table moves or turns it.
+    ///
+    /// # Errors
+    /// There are laps, but the path is open.
+    pub(super) fn set_path(&mut self, fit: &Fit, is_closed: bool) -> Result<(), ConfigError> {
+        let laps = if let KindTable::Drawing(drawing) = &self.kind { drawing.laps } else { None };
+        if let (Some(laps), false) = (laps, is_closed) {
+            return Err(ConfigError(format!("[route] laps is {laps}, only allowed with a closed path")));
+        }
+        self.start.x_m.get_or_insert(fit.begin.position.x + 0.0);
+        self.start.y_m.get_or_insert(fit.begin.position.y + 0.0);
+        self.start.heading_deg.get_or_insert(fit.begin.heading.to_degrees() + 0.0);
+        let segments = Some(fit.segments.iter().map(SegmentTable::of).collect());
+        self.kind = KindTable::Path(PathTable { is_closed: Some(is_closed), laps, segments });
+        Ok(())
+    }
+
+    /// Fails for a key that does not apply to the kind of route.
+    pub(super) fn refuse_stray_key(&self) -> Result<(), ConfigError> {
+        self.stray_key.clone().map_or(Ok(()), |error| Err(ConfigError(error)))
+    }
+}
+
+impl PathTable {
+    fn plan(&self) -> Result<PathSpec, ConfigError> {
+        if let Some(laps) = self.laps {
+            if self.is_closed != Some(true) {
+                return Err(ConfigError(format!("[route] laps is {laps}, only allowed with closed = true")));
+            }
+            require_whole("route", "laps", laps, &LAPS)?;
+        }
+        let segments = self.segments.iter().flatten().map(|segment| segment.plan()).collect();
+        Ok(PathSpec { segments, laps: self.laps })
+    }
 }

@@ -1,6 +1,5 @@
 //! The dragon at one travel, or its front part.
 
-use super::coverage::drift_m;
 use crate::dragon::Dragon;
 use crate::dragon::board::Board;
 use crate::dragon::chain::Handle;
@@ -99,4 +98,23 @@ impl BenchPose {
     pub(super) fn walks_m(&self, later: &Self) -> [f64; 2] {
         [later.front_travel_m - self.front_travel_m, later.rear_travel_m - self.rear_travel_m]
     }
+}
+
+/// Bound on the distance of any point of a bench's board from its position at either end of an interval. `front_m` and `rear_m`
+/// are the arcs that its handles walk on it.
+///
+/// The handles move at most by the arcs that they walk. A corner is a handle plus a vector of length ρ fixed to the board, and
+/// the heading changes by at most the sum of the arcs divided by d. Of all points of a rigid board, a corner moves furthest.
+///
+/// On ground, the direction of the link changes by that sum, ε. Two vectors of the lengths q and at least q − ε that differ by ε
+/// have directions that differ by at most ε/(q − ε/2).
+pub(super) fn drift_m(dragon: &Dragon, bench: usize, earlier: &Board, [front_m, rear_m]: [f64; 2]) -> f64 {
+    let turn = (front_m + rear_m) / dragon.dimensions().link_m(bench);
+    let seen_turn = if dragon.route().is_on_ground() {
+        let mean_share = dragon.seen_share(bench, earlier) - 0.5 * turn;
+        if mean_share > 0.0 { (turn / mean_share).min(2.0) } else { 2.0 }.max(turn)
+    } else {
+        turn
+    };
+    front_m.max(rear_m) + dragon.corner_arm_m() * seen_turn
 }

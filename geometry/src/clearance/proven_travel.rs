@@ -37,8 +37,8 @@ impl<'a> ProvenTravel<'a> {
     /// The interval that contains only one travel of the run.
     ///
     /// # Errors
-    /// The nearest pair, if it is nearer than the margin. For loose hinges: a pair that may be nearer in some pose, or the nearest
-    /// pair if nothing is proved about all poses.
+    /// The nearest pair, if it is nearer than the margin. For loose hinges: a pair that may be nearer in some pose. If the bounds
+    /// prove nothing about the poses, it is the nearest pair.
     pub fn at(dragon: &'a Dragon, margin_m: f64, travel_m: f64) -> Result<Self, PairClearance> {
         let mut search = ApproachSearch::new(dragon, Pairs::UnrepeatedSince(travel_m), travel_m);
         if let Some(nearest) = search.nearest().filter(|nearest| nearest.clearance_m < margin_m) {
@@ -103,7 +103,7 @@ impl<'a> ProvenTravel<'a> {
 /// Begins the proof for loose hinges; `None` for hinges without play, and for fewer than three benches, which have no pair.
 ///
 /// # Errors
-/// The pair that may be nearer than the margin in some pose, or the nearest pair if nothing is proved.
+/// The pair that may be nearer than the margin in some pose. If the bounds prove nothing, it is the nearest pair.
 fn begin_play(
     dragon: &Dragon,
     margin_m: f64,

@@ -8,7 +8,6 @@
 //! Whether a link walks depends only on the parameter of its front handle, and all body links are alike. So a *fault* is a
 //! parameter of the route that a front handle cannot pass. The head's link and the body links have separate faults.
 
-use crate::number::{Fixed, Place};
 use std::fmt::{self, Display, Formatter};
 
 use glam::DVec2;
@@ -17,6 +16,7 @@ use super::chain::Chain;
 use super::dimensions::Dimensions;
 use super::link::{Link, RearEnd};
 use super::meter::Meter;
+use crate::number::{Fixed, Place};
 use crate::numerics::{peak, turning_point};
 use crate::route::Route;
 

@@ -5,6 +5,10 @@ use glam::DVec3;
 use super::meter::Meter;
 use crate::route::{Route, RoutePoint};
 
+/// Upper bound on the arc per metre of chord, for a curve with |κ| ≤ K and K times the chord under 2: (2/x)·asin(x/2) at x = 2,
+/// which is π/2, rounded up.
+pub(crate) const ARC_PER_CHORD: f64 = 1.571;
+
 /// Bound on the steps of the walk back. Each step covers a good part of the missing distance, so only a link that spans very
 /// many turns of the route needs nearly as many.
 const MAX_STEPS: u32 = 10_000;

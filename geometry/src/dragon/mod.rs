@@ -33,6 +33,7 @@ pub use feasible::{FeasibleEnd, TightSpot};
 pub use meter::{Meter, Spent};
 pub use stepper::{ChainStepper, Instructions};
 
+pub(crate) use link::ARC_PER_CHORD;
 pub(crate) use orbit::Station;
 
 use feasible::FeasibleTravel;

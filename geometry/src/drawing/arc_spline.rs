@@ -1,8 +1,8 @@
 //! Arc splines: the fewest lines and arcs with common tangents within a tolerance of a smooth curve.
 //!
 //! Source: R. L. S. Drysdale, G. Rote and A. Sturm, *Approximation of an open polygonal curve with a minimum number of circular
-//! arcs and biarcs* (2008): a shortest path over the points of the curve, whose steps are biarcs. Here only steps about as long as
-//! the longest from each point are tried.
+//! arcs and biarcs* (2008): a shortest path over the points of the curve, whose steps are biarcs. Here only steps about as long
+//! as the longest from each point are tried.
 
 use std::ops::RangeInclusive;
 

@@ -66,8 +66,8 @@ impl Elements {
         self.count += 1;
     }
 
-    /// Adds an arc. One of a radius that no path has becomes a line, an arc of the greatest radius, and a line, between the same
-    /// tangents.
+    /// Adds an arc. One of a radius that no path has becomes a line, an arc of the greatest radius, and a line, between the
+    /// same tangents.
     fn push_arc(&mut self, arc: &Element) {
         for element in bounded(arc).into_iter().flatten() {
             self.push(element);

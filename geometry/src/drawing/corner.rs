@@ -28,8 +28,8 @@ pub(super) struct Rounding {
 }
 
 impl Rounding {
-    /// The arc of a radius nearest to the corner between the end of `before` and the beginning of `after`; `None` if it does not
-    /// fit. `turn` is the angle of the corner, above 0 to the left.
+    /// The arc of a radius nearest to the corner between the end of `before` and the beginning of `after`; `None` if it does
+    /// not fit. `turn` is the angle of the corner, above 0 to the left.
     pub(super) fn find(before: &[Element], after: &[Element], turn: f64, radius_m: f64) -> Option<Self> {
         let side_m = radius_m * turn.signum();
         for sum in 0..2 * MAX_CONSUMED {

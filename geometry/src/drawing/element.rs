@@ -112,8 +112,8 @@ impl Element {
 /// The largest distance between elements and the outline that they follow; `None` if it is above a limit.
 ///
 /// 1. Neighbouring elements have a common tangent, so a common normal. The normals at the two ends of an element bound a wedge.
-/// 2. The outline is cut where it first crosses each normal. A part in the wedge of its element is as far from the element as
-///    from the whole line or circle.
+/// 2. The first crossing of each normal divides the outline into parts. A part in the wedge of its element is as far from the
+///    element as from the whole line or circle.
 /// 3. A part is continuous from one normal to the other, so it crosses every normal of its element. No point of the element is
 ///    further from the outline than the outline's points are from the element.
 /// 4. Where a part leaves its wedge, by rounding or because it turns back, the distance of each edge is bounded by those of its

@@ -28,14 +28,15 @@ const ATTEMPTS: [f64; 3] = [1.0, 0.7, 0.4];
 /// Shortest element of a path, in metres, and its turn. A shorter one is left out.
 const SHORTEST_M: f64 = 1e-6;
 const LEAST_TURN: f64 = 1e-9;
-/// Greatest distance by which an arc that turns by a slight kink too moves its end, relative to the tolerance: first one that nobody
-/// sees, and where no arc of its own fits, a larger one.
+/// Greatest distance by which an arc that turns by a slight kink too moves its end, relative to the tolerance: first one that
+/// nobody sees, and where no arc of its own fits, a larger one.
 const UNSEEN: f64 = 1e-3;
 const ABSORBED: f64 = 0.25;
-/// Number of times that the radius of a joint without a given radius is halved until it fits. An arc that bends to the same side as
-/// its neighbour must be tighter than that: from the greatest radius down to 0.1 µm.
+/// Number of times that the radius of a joint without a given radius is halved until it fits. An arc that bends to the same
+/// side as its neighbour must be tighter than that: from the greatest radius down to 0.1 µm.
 const HALVINGS: usize = 40;
-/// Largest length that the arc of a joint without a given radius replaces on each side, relative to that of straight neighbours.
+/// Largest length that the arc of a joint without a given radius replaces on each side, relative to that of straight
+/// neighbours.
 const KINK_REACH: f64 = 1.5;
 
 /// Elements that follow a part of the drawing, or the arc of a rounded corner.
@@ -134,8 +135,8 @@ fn fitting(corner: &Corner, before: &[Element], after: &[Element], radius_m: f64
     (corner.is_rounded || found.replaced_m(before, after) <= KINK_REACH * straight_m).then_some(found)
 }
 
-/// Lets an arc beside a slight kink turn by the kink too, so that both sides have one direction at the joint. Returns whether one
-/// of the arcs can: this moves its far end by at most `limit_m`, half of its length times the angle.
+/// Lets an arc beside a slight kink turn by the kink too, so that both sides have one direction at the joint. Returns whether
+/// one of the arcs can: this moves its far end by at most `limit_m`, half of its length times the angle.
 ///
 /// A joint of coordinates with few decimals has an angle such as 1e-7, for which an arc of its own would be too short.
 fn is_absorbed(turn: f64, before: &mut [Element], after: &mut [Element], limit_m: f64) -> bool {
@@ -259,8 +260,8 @@ fn trim(outline: &mut Vec<DVec2>, position: DVec2, tangent: DVec2, near_m: f64) 
     }
 }
 
-/// Where an outline first crosses a normal within `near_m` of a position on it: the number of the edge, and the point. Otherwise
-/// the crossing nearest to the position.
+/// Where an outline first crosses a normal within `near_m` of a position on it: the number of the edge, and the point.
+/// Otherwise the crossing nearest to the position.
 fn crossing(outline: &[DVec2], position: DVec2, tangent: DVec2, near_m: f64) -> Option<(usize, DVec2)> {
     let ahead_m = |point: DVec2| (point - position).dot(tangent);
     let mut nearest: Option<(f64, usize, DVec2)> = None;

@@ -19,8 +19,8 @@ const SMOOTH: f64 = 1e-9;
 const HANDLE: f64 = 1e-3;
 /// Largest angle between two edges of a sampled curve.
 const SAMPLED: f64 = 0.8 * PI;
-/// Largest difference of a corner's angle from half a turn at which the path turns back on itself, in radians: an arc of 1 cm would
-/// replace 20 km on each side.
+/// Largest difference of a corner's angle from half a turn at which the path turns back on itself, in radians: an arc of 1 cm
+/// would replace 20 km on each side.
 const BACK: f64 = 1e-6;
 /// Smallest radius of the arc that replaces a slight kink within the tolerance, in metres, unless corners have a radius. Every
 /// dragon can walk it.
@@ -149,8 +149,8 @@ fn checked(drawing: &Drawing, tolerance_m: f64) -> Result<Vec<Part>, DrawingErro
     Ok(parts)
 }
 
-/// Removes a last line up to `gap_m` long that makes a corner with a curve. It joins ends that are apart by their rounded decimals,
-/// in any direction.
+/// Removes a last line up to `gap_m` long that makes a corner with a curve. It joins ends that are apart by their rounded
+/// decimals, in any direction.
 fn drop_closing_remainder(
     parts: &mut Vec<Part>,
     gap_m: f64,

@@ -1,8 +1,9 @@
 //! Heights on a regular grid, and the surface between them.
 //!
-//! Each cell is the bicubic polynomial that has, at its four corners, the height, the slopes and the mixed derivative of the grid
-//! there (Hermite interpolation). These are differences of the neighbouring heights: central ones, or one-sided ones at an edge. So
-//! the surface passes through every height, and two cells have the same height and the same slopes along their common edge.
+//! Each cell is the bicubic polynomial that has, at its four corners, the height, the slopes and the mixed derivative of the
+//! grid there (Hermite interpolation). These are differences of the neighbouring heights: central ones, or one-sided ones at an
+//! edge. So the surface passes through every height, and two cells have the same height and the same slopes along their common
+//! edge.
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -176,8 +177,8 @@ impl HeightMap {
         [at(0, 0), at(self.columns - 1, self.rows - 1)]
     }
 
-    /// The heights on which the surface over these cells depends, in order. A map of only these runs has the same surface there,
-    /// to the last bit.
+    /// The heights on which the surface over these cells depends, in order. A map of only these runs has the same surface
+    /// there, to the last bit.
     pub fn runs(&self, cells: impl Iterator<Item = [usize; 2]>) -> Vec<HeightRun> {
         let around = |at: usize| at.saturating_sub(1)..=at + 2;
         let known = |&(row, column): &(usize, usize)| self.known(column, row).is_some();

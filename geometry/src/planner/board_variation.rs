@@ -7,14 +7,19 @@
 //! tie, the clearance has a kink and no derivative.
 
 use glam::DVec2;
+use thiserror::Error;
 
 use super::Change;
 use super::chain_variation::HandleVariation;
-use super::derivative::Undefined;
 use crate::dragon::Board;
 
 /// Largest difference of clearances that count as equal, in metres. Contacts are exact to about 10⁻¹¹ m.
 pub(super) const TIE_M: f64 = 1e-9;
+
+/// Reason why a value has no derivative.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("{0}")]
+pub struct Undefined(pub &'static str);
 
 /// Change of a board per unit of a change.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,10 +15,8 @@
 //! All of these are exact up to rounding and up to the travel at which they are taken. A smooth extremum is therefore first
 //! refined to the travel at which ∂c/∂s or ∂R/∂s is 0.
 
-use thiserror::Error;
-
 use super::Parameter;
-use super::board_variation::TIE_M;
+use super::board_variation::{TIE_M, Undefined};
 use super::local::{Local, Rates, VariedDragon};
 use super::pitch::PitchLimit;
 use super::speed_limit::LargestRatio;
@@ -37,11 +35,6 @@ const LONGEST_REACH_M: f64 = 1e-2;
 
 /// Tolerance of an extremum's travel, in metres. Rounding ends the search earlier, except near t = 0.
 const FINEST_M: f64 = 1e-20;
-
-/// Reason why a value has no derivative.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-#[error("{0}")]
-pub struct Undefined(pub &'static str);
 
 /// The derivatives with respect to each parameter, in the order of the parameters.
 pub(super) type Derivatives = [Result<f64, Undefined>; Parameter::ALL.len()];

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use super::Parameter;
-use super::board_variation::{BoardVariation, Witness};
+use super::board_variation::{BoardVariation, Undefined, Witness};
 use super::chain_variation::{Change, HandleVariation, handle_variations};
-use super::derivative::Undefined;
 use crate::dragon::{Board, Dimensions, Dragon, DragonError, Handle, Meter};
 use crate::route::PitchFamily;
 

@@ -1,15 +1,16 @@
 //! Obstacles: reasons why a dragon cannot pass a turn.
 
-use crate::number::Fixed;
 use std::f64::consts::PI;
 use std::fmt::{self, Display, Formatter};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use super::passage::{Infeasible, Staging, passage_through};
+use super::infeasible::Infeasible;
+use super::passage::{Staging, passage_through};
 use super::speed_limit::{LargestRatio, largest_speed_ratio};
 use crate::clearance::{Contact, first_within};
 use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
+use crate::number::Fixed;
 use crate::route::Turnaround;
 
 /// Number of benches whose speeds are checked when only the links are.

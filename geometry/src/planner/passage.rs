@@ -1,73 +1,20 @@
 //! The passage of a whole dragon through a turn, and its limits on clearance and speed.
 
-use crate::number::Fixed;
 use std::sync::Arc;
 
-use thiserror::Error;
-
+use super::infeasible::Infeasible;
 use super::least_clearance::{ClosestApproach, least_clearance};
 use super::speed_limit::{LargestRatio, largest_speed_ratio};
 use crate::clearance::{Contact, first_within};
-use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Handle, Meter, Spent};
+use crate::dragon::{ARC_PER_CHORD, Dimensions, Dragon, Handle, Meter, Spent};
 use crate::numerics::{Slope, rising_root};
 use crate::route::Turnaround;
-
-/// Upper bound on the arc per metre of chord, for a curve with |κ| ≤ K and K times the chord under 2: (2/x)·asin(x/2) at x = 2,
-/// which is π/2, rounded up.
-pub(super) const ARC_PER_CHORD: f64 = 1.571;
 
 /// Tolerance of the end of a passage, in metres of travel.
 const TOLERANCE_M: f64 = 1e-9;
 
 /// Bound on how often the length of a passage is doubled.
 const MAX_DOUBLINGS: usize = 10;
-
-/// Reason why a dragon cannot walk its whole route.
-#[derive(Clone, Copy, Debug, Error, PartialEq)]
-pub enum Infeasible {
-    /// The dragon cannot stand at the start.
-    #[error(transparent)]
-    Dragon(DragonError),
-    /// A handle cannot pass a parameter of the route.
-    #[error("{end} with the head at {} m of travel", Fixed::<6>(*travel_m))]
-    Fault {
-        /// Travel of the head.
-        travel_m: f64,
-        /// The fault of the handle.
-        end: FeasibleEnd,
-    },
-    /// Unknown: the limit of work is reached.
-    #[error("no answer: {0}")]
-    TooMuchWork(Spent),
-}
-
-impl From<DragonError> for Infeasible {
-    fn from(error: DragonError) -> Self {
-        match error {
-            DragonError::TooMuchWork(spent) => Self::TooMuchWork(spent),
-            error => Self::Dragon(error),
-        }
-    }
-}
-
-impl From<Spent> for Infeasible {
-    fn from(spent: Spent) -> Self {
-        Self::TooMuchWork(spent)
-    }
-}
-
-impl Infeasible {
-    /// Returns an error for a dragon that does not reach its route's end.
-    ///
-    /// # Errors
-    /// The fault that ends its run.
-    pub(super) fn check(dragon: &Dragon) -> Result<(), Self> {
-        match dragon.feasible_end() {
-            FeasibleEnd::RouteEnd => Ok(()),
-            end => Err(Self::Fault { travel_m: dragon.end_travel_m(), end }),
-        }
-    }
-}
 
 /// Limits for a dragon on its whole passage through a turn.
 #[derive(Clone, Copy, Debug, PartialEq)]

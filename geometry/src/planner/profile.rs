@@ -5,8 +5,8 @@
 //! rest is in pieces of 1/256 of a link's length. On the pieces, Brent's method refines the minima of each pair. A minimum is
 //! kept if no other pair is nearer there.
 //!
-//! On a line or an arc a clearance may stay at its minimum for a while. Such a plateau counts once, at its beginning, if no pair
-//! is as near just before. So the plateaus of further pairs that come to the same place do not count again.
+//! On a line or an arc a clearance may stay at its minimum for a while. Such a plateau counts once, at its beginning, if no
+//! pair is as near just before. So the plateaus of further pairs that come to the same place do not count again.
 //!
 //! *Guarantee.* Every interval on which a pair comes under the limit is evaluated, however short. A near miss is exact to
 //! rounding, about 10⁻¹² m. Two minima of the same pair within one piece count as one. The travel at which a plateau begins is
@@ -134,8 +134,8 @@ struct Bracket {
     plateau_m: Option<f64>,
 }
 
-/// The brackets of one pair's minima. `way` contains the pair's pieces in order of travel. Minima less deep than rounding do not
-/// count.
+/// The brackets of one pair's minima. `way` contains the pair's pieces in order of travel. Minima less deep than rounding do
+/// not count.
 fn brackets(way: &[Piece]) -> Vec<Bracket> {
     let mut brackets = Vec::new();
     for (i, piece) in way.iter().enumerate() {

@@ -4,8 +4,8 @@
 //! begins and ends at times.
 
 use super::answers::{Answer, Quantity, Unanswered, answer};
+use super::board_variation::Undefined;
 use super::cores::on_all_cores;
-use super::derivative::Undefined;
 use super::{Parameter, Setting};
 use crate::dragon::Meter;
 

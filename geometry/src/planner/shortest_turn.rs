@@ -1,8 +1,9 @@
 //! The shortest S of two arcs in which a dragon can turn inside a circle, within limits of clearance and speed.
 //!
-//! `turn_line` tries a line between the arcs. The S may begin further in than the circle, where the spiral has any radius ρ up to the circle's radius. It has the length
-//! 2·α·ρ / sin α, with α = atan(2π·ρ/pitch), for every ratio of its radii (see `route::turnaround`). So the S is longer for a
-//! larger ρ. The search finds the least ρ at which the dragon passes with some ratio.
+//! `turn_line` tries a line between the arcs. The S may begin further in than the circle, where the spiral has any radius ρ up
+//! to the circle's radius. It has the length 2·α·ρ / sin α, with α = atan(2π·ρ/pitch), for every ratio of its radii (see
+//! `route::turnaround`). So the S is longer for a larger ρ. The search finds the least ρ at which the dragon passes with some
+//! ratio.
 //!
 //! *Method.* Neither the radii nor the ratios at which the dragon passes need be an interval. So the search tries [`RADII`]
 //! radii from the centre outward, each with [`RATIOS`] ratios. Two neighbouring ratios may have different obstacles, for

@@ -9,10 +9,10 @@
 //!
 //! 1. The run is surveyed. [`SURVEYED_PER_LINK`] such orbits give the speed of the fastest handle for a few thousand parameters
 //!    of the head. Often a bound on r is enough for the head; otherwise the head is solved.
-//! 2. Stretches between two of those parameters that may contain the largest ratio are searched with the dragon itself, up to
-//!    the last handle that may be the fastest in between. They are cut where a handle crosses a seam of the route, because there
-//!    the curvature jumps, and with it the slope of the ratio. They are also cut evenly, so that the pieces are as short as those
-//!    of the search for faults.
+//! 2. Some stretches between two of those parameters may contain the largest ratio. The search examines them with the dragon
+//!    itself, up to the last handle that may be the fastest in between. It splits a stretch wherever a handle crosses a seam of
+//!    the route: there the curvature jumps, and with it the slope of the ratio. It also splits the stretch evenly, into pieces
+//!    as short as those of the search for faults.
 //! 3. In the pieces next to the largest of these ratios, Brent's method refines it.
 //!
 //! *Precondition.* The dragon walks its whole route.
@@ -29,8 +29,8 @@
 
 use std::collections::VecDeque;
 
-use super::passage::{ARC_PER_CHORD, Infeasible};
-use crate::dragon::{Chain, Dragon, FeasibleEnd, Spent, Station};
+use super::infeasible::Infeasible;
+use crate::dragon::{ARC_PER_CHORD, Chain, Dragon, FeasibleEnd, Spent, Station};
 use crate::numerics::{Slope, peak, rising_root, turning_point};
 
 /// Number of orbits in the survey, evenly spaced over the last link's length that handle 1 walks.
@@ -314,7 +314,7 @@ impl Survey<'_> {
         ends.map(at).to_vec()
     }
 
-    /// Travels that cut a stretch into pieces: evenly, and where one of the handles crosses a seam.
+    /// Travels that split a stretch into pieces: evenly, and where one of the handles crosses a seam.
     fn cuts(&self, low_m: f64, high_m: f64, handles: usize) -> Vec<f64> {
         let parameters_at =
             |travel_m| -> Vec<f64> { self.chain(travel_m).take(handles).map(|state| state.parameter).collect() };

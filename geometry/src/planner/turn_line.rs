@@ -6,10 +6,10 @@
 //!
 //! *Method.* Lengths of the line are whole multiples of a decimal unit, about a hundredth of the longer link, so that the line
 //! can be measured out on the ground. The search first tries [`COARSE_LINES`] lines, each [`COARSE_PER_LINK`]th of the longer
-//! link longer than the one before. Then it tries lines to either side of the best one, at distances that are halved down to one
-//! unit. A line is better if the dragon passes an S with it that is shorter than the best one so far by [`GAIN`]. Only then the
-//! radius is reduced further. At a fixed line, the length of the S grows with the radius ρ at which it begins. The search at
-//! each radius, the extents of the checks and the verification are those of `shortest_turn`.
+//! link longer than the one before. Then it tries lines to either side of the best one, at distances that are halved down to
+//! one unit. A line is better if the dragon passes an S with it that is shorter than the best one so far by [`GAIN`]. Only then
+//! the radius is reduced further. At a fixed line, the length of the S grows with the radius ρ at which it begins. The search
+//! at each radius, the extents of the checks and the verification are those of `shortest_turn`.
 //!
 //! *Guarantee.* The answer is clear on the whole passage, and shorter than the S that it is compared with. That no other line
 //! gives a shorter S is not proved.
@@ -43,8 +43,8 @@ const RADIUS_M: f64 = 1e-6;
 const FIRST_STEP: f64 = 1.0 / 256.0;
 
 /// Finds the shortest S with a line, inside the turning circle of this turnaround, that the dragon passes within the limits of
-/// `staging`. It is shorter than `arcs`, the shortest S without a line, if there is one. Returns `None` if no line that was tried
-/// gives such an S.
+/// `staging`. It is shorter than `arcs`, the shortest S without a line, if there is one. Returns `None` if no line that was
+/// tried gives such an S.
 ///
 /// The meter counts all work. `progress` receives the share of the work that each step completes, from any thread.
 ///

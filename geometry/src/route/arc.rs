@@ -1,8 +1,13 @@
 //! A circular arc, walked clockwise or counter-clockwise.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
 use glam::DVec2;
 
-use super::{Kernel, Placement, PolarKernel};
+use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
+use super::crossing::{ClosedForm, TOUCH_ANGLE};
+use super::kernel::{Formula, PolarFormula};
+use super::{Kernel, Placement, Segment};
 
 /// Direction in which an arc turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +54,6 @@ impl CircularArc {
         Self { centre: position - radius_m * end, radius_m, turn, begin, angle }
     }
 
-    pub(super) fn placed(self, placement: &Placement) -> Self {
-        Self { centre: placement.place(self.centre), begin: placement.turn(self.begin), ..self }
-    }
-
     /// Centre of the circle.
     pub fn centre(&self) -> DVec2 {
         self.centre
@@ -79,15 +80,55 @@ impl CircularArc {
         let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
         self.turn.sign() * angle * self.radius_m
     }
+}
 
-    /// Distance from a point to the furthest point of the arc, in metres. That point lies beyond the centre, or is an end of
-    /// the arc.
-    pub(super) fn furthest_m(&self, from: DVec2) -> f64 {
+impl PlaneCurve for CircularArc {
+    #[inline]
+    fn span(&self) -> (f64, f64) {
+        (0.0, self.length_m())
+    }
+
+    fn place(&mut self, placement: &Placement) {
+        (self.centre, self.begin) = (placement.place(self.centre), placement.turn(self.begin));
+    }
+
+    fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        let turn = self.curvature(0.0);
+        let formula = PolarFormula {
+            centre: self.centre,
+            angle: self.begin.to_angle() + turn * offset,
+            turn,
+            radius_m: self.radius_m,
+            radius_per_radian_m: 0.0,
+            axis: 0.0,
+        };
+        Kernel { begin, formula: Formula::Polar(formula) }
+    }
+
+    fn reference(&self) -> DVec2 {
+        self.centre
+    }
+}
+
+impl ArcLength for CircularArc {}
+
+impl Bounds for CircularArc {
+    #[inline]
+    fn curvature(&self, _at: f64) -> f64 {
+        self.turn.sign() / self.radius_m
+    }
+
+    fn has_constant_curvature(&self) -> bool {
+        true
+    }
+
+    /// The furthest point of the arc lies beyond the centre, or is an end of the arc.
+    fn furthest_m(&self, from: DVec2) -> f64 {
         let away = self.centre - from;
         let direction = away.normalize_or(self.begin);
         let passes = (0..2).any(|round| {
             let angle = f64::atan2(self.begin.perp_dot(direction), self.begin.dot(direction));
-            let turned = self.turn.sign() * angle + f64::from(round) * std::f64::consts::TAU;
+            let turned = self.turn.sign() * angle + f64::from(round) * TAU;
             (0.0..=self.angle).contains(&turned)
         });
         if passes {
@@ -97,24 +138,21 @@ impl CircularArc {
             kernel.at(0.0).position.distance(from).max(kernel.at(self.length_m()).position.distance(from))
         }
     }
+}
 
-    /// Signed curvature in 1/m, above 0 for a left turn.
-    #[inline]
-    pub(super) fn curvature(&self) -> f64 {
-        self.turn.sign() / self.radius_m
+impl Crosses for CircularArc {
+    fn right_angle(&self) -> f64 {
+        FRAC_PI_2 * self.radius_m
     }
 
-    pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let turn = self.curvature();
-        Kernel::Polar(PolarKernel {
-            begin,
-            centre: self.centre,
-            angle: self.begin.to_angle() + turn * offset,
-            turn,
-            radius_m: self.radius_m,
-            radius_per_radian_m: 0.0,
-            axis: 0.0,
-        })
+    fn closed_form(&self) -> Option<ClosedForm<'_>> {
+        Some(ClosedForm::Circle(self))
+    }
+
+    /// Arcs of the same circle never cross.
+    fn never_crosses(&self, other: &Segment) -> bool {
+        let (Segment::Arc(other), tolerance_m) = (other, 0.1 * TOUCH_ANGLE * self.radius_m) else { return false };
+        self.centre.distance(other.centre) <= tolerance_m && (self.radius_m - other.radius_m).abs() <= tolerance_m
     }
 }
 

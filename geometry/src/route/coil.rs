@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::Segment;
+use super::capability::PlaneCurve;
 use super::segment::PlacedSegment;
 
 /// The rear part of a route, up to the parameter `end`: a spiral r = b·θ about a centre, walked inward.
@@ -58,7 +59,7 @@ impl Coil {
         if !is_way_out {
             return None;
         }
-        let furthest_m = between.iter().map(|between| between.segment.furthest_m(self.centre));
+        let furthest_m = between.iter().map(|between| between.segment.curve().furthest_m(self.centre));
         let turn_radius_m = furthest_m.fold(self.radius_per_radian_m * self.end_angle, f64::max);
         turn_radius_m.is_finite().then_some(WayOut { begin: last.begin, turn_radius_m })
     }

@@ -1,15 +1,19 @@
-//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`PlanPiece`] is a
-//! short part of any segment in a form without a branch, so a loop over many handles compiles to vector instructions.
+//! Segments in the route's own parameter, as plain arithmetic. A [`Kernel`] evaluates any point of a segment. A [`PlanPiece`]
+//! is a short part of any segment in a form without a branch, so a loop over many handles compiles to vector instructions.
 
 use glam::DVec2;
 
 use super::RoutePoint;
+use super::kinds::kinds;
 use crate::numerics::sine_and_cosine_anywhere;
 
-/// Largest angle from its anchor, in radians, up to which a piece extends. Sine and cosine are derived from those at the anchor.
+/// Largest angle from its anchor, in radians, up to which a piece extends. Sine and cosine are derived from those at the
+/// anchor.
 const PIECE_ANGLE: f64 = 1.0 / 64.0;
 /// Largest distance from its anchor, in metres, up to which a piece of a line extends.
 const PIECE_M: f64 = 64.0;
+/// Error of a sine or cosine, in units of `f64::EPSILON`.
+const SINE_ERROR_EPSILONS: f64 = 2.0;
 /// Share of a piece that lies behind the handle for which it is made. Handles walk forward, but corrections may be backward.
 const PIECE_BEHIND: f64 = 0.125;
 
@@ -34,103 +38,110 @@ pub(crate) struct PlanPiece {
     pub(crate) slope_m: f64,
 }
 
+kinds! {
+    $ as of_formula;
+    /// A formula for the points of a segment in the route's own parameter.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub(crate) enum Formula {
+        /// A line.
+        Line(LineFormula),
+        /// An arc or a spiral.
+        Polar(PolarFormula),
+    }
+}
+
 /// A segment in the route's own parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kernel {
-    Line(LineKernel),
-    Polar(PolarKernel),
+pub(crate) struct Kernel {
+    /// The parameter at which the segment begins. It ends where the next segment begins.
+    pub(crate) begin: f64,
+    pub(super) formula: Formula,
+}
+
+/// Rounding between a parameter and its point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rounding {
+    /// Number of roundings of the size of the parameter.
+    pub(super) parameters: f64,
+    /// Further rounding, in units of the parameter.
+    pub(super) units: f64,
 }
 
 impl Kernel {
     /// The route at a parameter.
     #[inline]
     pub(super) fn at(&self, parameter: f64) -> RoutePoint {
-        match self {
-            Self::Line(line) => RoutePoint::level(line.origin + parameter * line.direction, line.direction, 1.0),
-            Self::Polar(polar) => {
-                let angle = polar.angle + polar.turn * parameter;
-                let (radius_m, slope_m) =
-                    (polar.radius_m + polar.radius_per_radian_m * angle, polar.radius_per_radian_m);
-                let (sine, cosine) = sine_and_cosine_anywhere(angle);
-                let spoke = DVec2::new(cosine, sine);
-                let position = polar.centre + radius_m * spoke;
-                if slope_m == 0.0 {
-                    let tangent = polar.turn.signum() * spoke.perp();
-                    return RoutePoint::level(position, tangent, 1.0);
-                }
-                // Calculates in units of the slope, so that the square of a tiny radius does not underflow to 0.
-                let radius = angle - polar.axis;
-                let speed = (1.0 + radius * radius).sqrt();
-                let forward = 1f64.copysign(polar.turn * slope_m);
-                let tangent = forward / speed * (spoke + radius * spoke.perp());
-                RoutePoint::level(position, tangent, slope_m.abs() * speed)
-            }
-        }
+        of_formula!(&self.formula, formula => formula.at(parameter))
     }
 
-    /// The parameter at which the segment begins. It ends where the next segment begins.
-    #[inline]
-    pub(crate) fn begin(&self) -> f64 {
-        match self {
-            Self::Line(line) => line.begin,
-            Self::Polar(polar) => polar.begin,
-        }
-    }
-
-    /// A bound on the change of the speed per unit of the parameter. With r = b·θ the speed is b·√(1 + θ²).
+    /// A bound on the change of the speed per unit of the parameter.
     pub(super) fn acceleration_bound(&self) -> f64 {
-        match self {
-            Self::Line(_) => 0.0,
-            Self::Polar(polar) => polar.radius_per_radian_m.abs(),
-        }
+        of_formula!(&self.formula, formula => formula.acceleration_bound())
     }
 
-    /// The piece for a handle at a parameter of the segment, within an interval that ends no later than the segment.
-    pub(crate) fn piece(&self, parameter: f64, [begin, end]: [f64; 2]) -> PlanPiece {
-        let length = match self {
-            Self::Line(_) => 2.0 * PIECE_M,
-            Self::Polar(polar) => 2.0 * PIECE_ANGLE / polar.turn.abs(),
-        };
-        let low = self.begin().max(begin).max(parameter - PIECE_BEHIND * length);
+    pub(super) fn rounding(&self) -> Rounding {
+        of_formula!(&self.formula, formula => formula.rounding())
+    }
+
+    /// The piece for a handle at a parameter of the segment, within an interval that ends no later than the segment. `None` for
+    /// a formula without pieces.
+    pub(crate) fn piece(&self, parameter: f64, [begin, end]: [f64; 2]) -> Option<PlanPiece> {
+        let length = of_formula!(&self.formula, formula => formula.piece_length())?;
+        let low = self.begin.max(begin).max(parameter - PIECE_BEHIND * length);
         let high = end.min(parameter + (1.0 - PIECE_BEHIND) * length);
-        let (anchor, reach) = (0.5 * (low + high), 0.5 * (high - low));
-        match self {
-            Self::Line(line) => PlanPiece {
-                anchor,
-                reach,
-                centre: line.origin + anchor * line.direction,
-                cosine: line.direction.x,
-                sine: line.direction.y,
-                turn: 0.0,
-                radius_m: 0.0,
-                slope_m: 1.0,
-            },
-            Self::Polar(polar) => {
-                let angle = polar.angle + polar.turn * anchor;
-                let (sine, cosine) = sine_and_cosine_anywhere(angle);
-                PlanPiece {
-                    anchor,
-                    reach,
-                    centre: polar.centre,
-                    cosine,
-                    sine,
-                    turn: polar.turn,
-                    radius_m: polar.radius_m + polar.radius_per_radian_m * angle,
-                    slope_m: polar.turn * polar.radius_per_radian_m,
-                }
-            }
-        }
+        of_formula!(&self.formula, formula => formula.piece(0.5 * (low + high), 0.5 * (high - low)))
+    }
+}
+
+/// What a formula can compute. Without pieces, handles on it are found by the reference solver, which takes longer.
+pub(super) trait Evaluate {
+    /// The route at a parameter.
+    fn at(&self, parameter: f64) -> RoutePoint;
+
+    /// A bound on the change of the speed per unit of the parameter.
+    fn acceleration_bound(&self) -> f64 {
+        0.0
+    }
+
+    fn rounding(&self) -> Rounding {
+        Rounding { parameters: 1.0, units: 0.0 }
+    }
+
+    /// Greatest length of a piece, in units of the parameter.
+    fn piece_length(&self) -> Option<f64> {
+        None
+    }
+
+    /// The piece about an anchor.
+    fn piece(&self, _anchor: f64, _reach: f64) -> Option<PlanPiece> {
+        None
     }
 }
 
 /// A line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LineKernel {
-    pub(super) begin: f64,
+pub(crate) struct LineFormula {
     /// The point of the line at parameter 0, in metres.
     pub(super) origin: DVec2,
     /// Unit vector.
     pub(super) direction: DVec2,
+}
+
+impl Evaluate for LineFormula {
+    #[inline]
+    fn at(&self, parameter: f64) -> RoutePoint {
+        RoutePoint::level(self.origin + parameter * self.direction, self.direction, 1.0)
+    }
+
+    fn piece_length(&self) -> Option<f64> {
+        Some(2.0 * PIECE_M)
+    }
+
+    fn piece(&self, anchor: f64, reach: f64) -> Option<PlanPiece> {
+        let centre = self.origin + anchor * self.direction;
+        let [cosine, sine] = self.direction.into();
+        Some(PlanPiece { anchor, reach, centre, cosine, sine, turn: 0.0, radius_m: 0.0, slope_m: 1.0 })
+    }
 }
 
 /// An arc or a spiral, whose radius is linear in the polar angle about a fixed centre.
@@ -138,8 +149,7 @@ pub(crate) struct LineKernel {
 /// With φ = `angle` + `turn`·parameter, a point lies at the distance `radius_m` + `radius_per_radian_m`·φ from the centre, in
 /// the direction φ. For an arc, `radius_per_radian_m` is 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PolarKernel {
-    pub(super) begin: f64,
+pub(crate) struct PolarFormula {
     /// Centre, in metres.
     pub(super) centre: DVec2,
     /// φ at parameter 0, in radians.
@@ -154,10 +164,55 @@ pub(crate) struct PolarKernel {
     pub(super) axis: f64,
 }
 
-impl PolarKernel {
-    /// φ at parameter 0.
-    pub(super) fn angle(&self) -> f64 {
-        self.angle
+impl Evaluate for PolarFormula {
+    #[inline]
+    fn at(&self, parameter: f64) -> RoutePoint {
+        let angle = self.angle + self.turn * parameter;
+        let (radius_m, slope_m) = (self.radius_m + self.radius_per_radian_m * angle, self.radius_per_radian_m);
+        let (sine, cosine) = sine_and_cosine_anywhere(angle);
+        let spoke = DVec2::new(cosine, sine);
+        let position = self.centre + radius_m * spoke;
+        if slope_m == 0.0 {
+            let tangent = self.turn.signum() * spoke.perp();
+            return RoutePoint::level(position, tangent, 1.0);
+        }
+        // Calculates in units of the slope, so that the square of a tiny radius does not underflow to 0.
+        let radius = angle - self.axis;
+        let speed = (1.0 + radius * radius).sqrt();
+        let forward = 1f64.copysign(self.turn * slope_m);
+        let tangent = forward / speed * (spoke + radius * spoke.perp());
+        RoutePoint::level(position, tangent, slope_m.abs() * speed)
+    }
+
+    /// With r = b·θ the speed is b·√(1 + θ²).
+    fn acceleration_bound(&self) -> f64 {
+        self.radius_per_radian_m.abs()
+    }
+
+    /// The direction from the centre is rounded once more than the parameter, unless it equals the parameter.
+    fn rounding(&self) -> Rounding {
+        let angle = self.angle.abs();
+        let parameters = if angle == 0.0 { 1.0 } else { 2.0 };
+        Rounding { parameters, units: (angle + SINE_ERROR_EPSILONS) / self.turn.abs() }
+    }
+
+    fn piece_length(&self) -> Option<f64> {
+        Some(2.0 * PIECE_ANGLE / self.turn.abs())
+    }
+
+    fn piece(&self, anchor: f64, reach: f64) -> Option<PlanPiece> {
+        let angle = self.angle + self.turn * anchor;
+        let (sine, cosine) = sine_and_cosine_anywhere(angle);
+        Some(PlanPiece {
+            anchor,
+            reach,
+            centre: self.centre,
+            cosine,
+            sine,
+            turn: self.turn,
+            radius_m: self.radius_m + self.radius_per_radian_m * angle,
+            slope_m: self.turn * self.radius_per_radian_m,
+        })
     }
 }
 
@@ -188,10 +243,11 @@ mod tests {
         for step in 1..500 {
             let parameter = route.parameter(start_m + f64::from(step) / 500.0 * (end_m - start_m));
             let number =
-                kernels.iter().rposition(|kernel| kernel.begin() < parameter).expect("the first has no beginning");
-            let end = kernels.get(number + 1).map_or(f64::INFINITY, Kernel::begin);
+                kernels.iter().rposition(|kernel| kernel.begin < parameter).expect("the first has no beginning");
+            let end = kernels.get(number + 1).map_or(f64::INFINITY, |next| next.begin);
             let expected = route.point(parameter);
-            let (position, change) = point(&kernels[number].piece(parameter, [f64::NEG_INFINITY, end]), parameter);
+            let piece = kernels[number].piece(parameter, [f64::NEG_INFINITY, end]).expect("a line, an arc or a spiral");
+            let (position, change) = point(&piece, parameter);
             let scale = 1.0 + expected.position.length();
             prop_assert!(position.distance(expected.position) < 1e-11 * scale, "{parameter}: {expected:?}");
             let off_m = (change - expected.tangent * expected.speed_m_per_unit).length();

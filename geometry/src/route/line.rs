@@ -2,7 +2,9 @@
 
 use glam::DVec2;
 
-use super::kernel::LineKernel;
+use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
+use super::crossing::ClosedForm;
+use super::kernel::{Formula, LineFormula};
 use super::{Kernel, Placement};
 
 /// A straight line, with or without a beginning. Its parameter is in metres.
@@ -27,10 +29,6 @@ impl Line {
         Self { origin: position, direction, begin: f64::NEG_INFINITY, end: 0.0 }
     }
 
-    pub(super) fn placed(self, placement: &Placement) -> Self {
-        Self { origin: placement.place(self.origin), direction: placement.turn(self.direction), ..self }
-    }
-
     /// Point at parameter 0.
     pub(super) fn origin(&self) -> DVec2 {
         self.origin
@@ -40,12 +38,48 @@ impl Line {
     pub(super) fn direction(&self) -> DVec2 {
         self.direction
     }
+}
 
-    pub(super) fn span(&self) -> (f64, f64) {
+impl PlaneCurve for Line {
+    #[inline]
+    fn span(&self) -> (f64, f64) {
         (self.begin, self.end)
     }
 
-    pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        Kernel::Line(LineKernel { begin, origin: self.origin + offset * self.direction, direction: self.direction })
+    fn place(&mut self, placement: &Placement) {
+        (self.origin, self.direction) = (placement.place(self.origin), placement.turn(self.direction));
+    }
+
+    fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        let origin = self.origin + offset * self.direction;
+        Kernel { begin, formula: Formula::Line(LineFormula { origin, direction: self.direction }) }
+    }
+
+    fn reference(&self) -> DVec2 {
+        self.origin
+    }
+}
+
+impl ArcLength for Line {}
+
+impl Bounds for Line {
+    #[inline]
+    fn curvature(&self, _at: f64) -> f64 {
+        0.0
+    }
+
+    fn has_constant_curvature(&self) -> bool {
+        true
+    }
+
+    fn furthest_m(&self, from: DVec2) -> f64 {
+        let ends = [self.begin, self.end].map(|at| (self.origin + at * self.direction).distance(from));
+        ends.into_iter().fold(0.0, f64::max)
+    }
+}
+
+impl Crosses for Line {
+    fn closed_form(&self) -> Option<ClosedForm<'_>> {
+        Some(ClosedForm::Line(self))
     }
 }

@@ -2,16 +2,18 @@
 //!
 //! A [`Route`] is a list of [`Segment`]s in walking order: lines, arcs and spirals. Each segment begins at the end of the one
 //! before, with the same tangent. *Travel* is signed arc length in metres, 0 where t = 0. A *parameter* identifies a point of
-//! the route. It grows in walking direction, by 1 per metre on a line or an arc, and by 1 per radian on a spiral. A *seam* is the
-//! parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
+//! the route. It grows in walking direction, by 1 per metre on a line or an arc, and by 1 per radian on a spiral. A *seam* is
+//! the parameter at which one segment ends and the next begins. Angles are counter-clockwise from +x, with x to the right and y
 //! away.
 
 mod arc;
+mod capability;
 mod coil;
 mod crossing;
 mod error;
 mod family;
 mod kernel;
+mod kinds;
 mod line;
 mod on_ground;
 mod path;
@@ -43,10 +45,10 @@ pub use spiral::Spiral;
 pub use stretch::TightestBend;
 pub use turnaround::Turnaround;
 
-use kernel::PolarKernel;
 pub(crate) use kernel::{Kernel, PlanPiece};
 pub(crate) use profile::{ORDER, Piece};
 
+use capability::ArcLength;
 use on_ground::lifted;
 use profile::Profile;
 use segment::PlacedSegment;
@@ -216,7 +218,7 @@ impl Route {
 
     /// The smallest pitch of the route's spirals with more than one turn, in metres; infinite for a route without one.
     pub fn pitch_m(&self) -> f64 {
-        let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.pitch_m());
+        let pitches_m = self.segments.iter().filter_map(|placed| placed.segment.curve().pitch_m());
         pitches_m.fold(f64::INFINITY, f64::min)
     }
 
@@ -269,15 +271,15 @@ impl Route {
         }
     }
 
-    /// Signed curvature in the plan, in 1/m, at a parameter, above 0 where the route turns left. At a seam: the curvature of the segment
-    /// before it.
+    /// Signed curvature in the plan, in 1/m, at a parameter, above 0 where the route turns left. At a seam: the curvature of
+    /// the segment before it.
     pub fn curvature(&self, parameter: f64) -> f64 {
         let placed = self.segment_at(parameter);
-        placed.segment.curvature(placed.local(parameter))
+        placed.segment.curve().curvature(placed.local(parameter))
     }
 
-    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on. Multiplied with
-    /// `steepest`, it is at least a third of `arc_m`.
+    /// Returns a parameter behind `parameter`. The arc between the two is at most `arc_m`, which callers rely on. Multiplied
+    /// with `steepest`, it is at least a third of `arc_m`.
     ///
     /// Cheaper than [`parameter`](Self::parameter), which would step back by exactly `arc_m`.
     pub fn step_back(&self, parameter: f64, arc_m: f64) -> f64 {
@@ -301,8 +303,8 @@ impl Route {
         parameter
     }
 
-    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: without ground the exact maximum over all segments
-    /// between them, on ground a bound on the curvature in space.
+    /// A bound on |curvature| in 1/m between two parameters, `rear <= front`: without ground the exact maximum over all
+    /// segments between them, on ground a bound on the curvature in space.
     pub fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let plan = || self.plan_curvature_bound(rear, front);
         self.profile.as_ref().map_or_else(plan, |profile| profile.curvature_bound(rear, front, plan))
@@ -321,7 +323,7 @@ impl Route {
     pub(crate) fn is_one_line_or_arc(&self, rear: f64, front: f64) -> bool {
         let number = self.number_of_begin(rear);
         let is_level = self.profile.is_none();
-        is_level && number == self.number_at(front) && !matches!(self.segments[number].segment, Segment::Spiral(_))
+        is_level && number == self.number_at(front) && self.segments[number].segment.curve().has_constant_curvature()
     }
 
     /// Bound on the displacement along the curve that rounding causes at a parameter, in metres. `speed_m_per_unit` is the

@@ -10,8 +10,8 @@ use super::{Route, RouteError, RoutePoint};
 use crate::ground::{Ground, HeightRun, MAX_SLOPE};
 use crate::number::Number;
 
-/// Room for a standing dragon behind the start, in lengths of the dragon. Where its links walk, the arc over a link is at most π/2
-/// times its length.
+/// Room for a standing dragon behind the start, in lengths of the dragon. Where its links walk, the arc over a link is at most
+/// π/2 times its length.
 const ROOM_PER_LENGTH: f64 = 2.0;
 /// Difference of slopes that counts as none.
 const EQUALLY_STEEP: f64 = 1e-9;
@@ -74,8 +74,8 @@ pub(super) fn lifted(profile: &Profile, parameter: f64, plan: RoutePoint, plan_m
 }
 
 impl Route {
-    /// The same plan on ground, walked from a travel to another one, or to the end of the curve. Travel is then the arc in space,
-    /// 0 at the same place as before. Behind the start there is room for a dragon of this length.
+    /// The same plan on ground, walked from a travel to another one, or to the end of the curve. Travel is then the arc in
+    /// space, 0 at the same place as before. Behind the start there is room for a dragon of this length.
     ///
     /// ```
     /// use bench_dragon_geometry::{ground::Ground, route::Route};

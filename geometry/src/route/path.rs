@@ -12,6 +12,7 @@ use std::ops::RangeInclusive;
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::capability::ArcLength;
 use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
 /// Allowed lengths of a line, and radii of an arc or a spiral, in metres. A spiral may have one radius of 0.
@@ -176,16 +177,16 @@ impl PathSegment {
         Placement { position: segment.point(segment.span().1).position, heading: begin.heading + turned }
     }
 
-    /// Whether a spiral's radii are so nearly equal that an arc of their mean is more exact: the rounding of a spiral grows with
-    /// the number of turns to its centre.
+    /// Whether a spiral's radii are so nearly equal that an arc of their mean is more exact: the rounding of a spiral grows
+    /// with the number of turns to its centre.
     fn is_circular(&self) -> bool {
         let Self::Spiral { start_radius_m, end_radius_m, turn } = *self else { return false };
         let difference_m = (end_radius_m - start_radius_m).abs();
         difference_m <= 8.0 * (f64::EPSILON * turn.abs()).sqrt() * start_radius_m.max(end_radius_m)
     }
 
-    /// The same segment with a measure changed by a share: 0 is the length or the turn, 1 the radius of an arc or the end radius of
-    /// a spiral.
+    /// The same segment with a measure changed by a share: 0 is the length or the turn, 1 the radius of an arc or the end
+    /// radius of a spiral.
     fn with_measure(&self, measure: usize, share: f64) -> Option<Self> {
         let factor = 1.0 + share;
         match (*self, measure) {

@@ -1,10 +1,13 @@
 //! A part of an Archimedean spiral r = b·θ, anywhere in the plane.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::DVec2;
 
-use super::{Kernel, Placement, PolarKernel, Segment, Turn};
+use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
+use super::crossing::MEETING_M;
+use super::kernel::{Formula, PolarFormula};
+use super::{Kernel, Placement, Segment, Turn};
 
 /// Largest deviation from half a turn that counts as rounding, in radians.
 const HALF_TURN_TOLERANCE: f64 = 1e-12;
@@ -70,10 +73,6 @@ impl Spiral {
         Self { centre, axis, winding, ..self }
     }
 
-    pub(super) fn placed(self, placement: &Placement) -> Self {
-        self.about(placement.place(self.centre), self.axis + placement.heading, self.winding)
-    }
-
     /// Centre of the spiral.
     pub fn centre(&self) -> DVec2 {
         self.centre
@@ -87,11 +86,6 @@ impl Spiral {
     /// b in metres.
     pub fn radius_per_radian_m(&self) -> f64 {
         self.radius_per_radian_m
-    }
-
-    /// Whether this part of the spiral has a point beside another turn.
-    pub(super) fn has_neighbouring_turns(&self) -> bool {
-        self.end - self.begin > TAU
     }
 
     /// Whether the head walks towards the centre.
@@ -112,40 +106,56 @@ impl Spiral {
         centre && pitch && self.winding == other.winding && (self.axis - other.axis - PI).abs() <= HALF_TURN_TOLERANCE
     }
 
-    /// Whether this spiral is the other one, turned by any angle about the same centre. Such spirals are equal, or have only
-    /// their centre in common. Centres this far apart are the same.
-    pub(super) fn is_turned_copy(&self, other: &Self, tolerance_m: f64) -> bool {
-        let is_equal_pitch = (self.pitch_m - other.pitch_m).abs() <= f64::EPSILON.sqrt() * self.pitch_m;
-        let distance_m = self.centre.distance(other.centre);
-        is_equal_pitch
-            && self.winding == other.winding
-            && distance_m <= tolerance_m * (1.0 + self.centre.abs().max_element())
-    }
-
     /// Metres of arc per radian.
     #[inline]
     pub(super) fn speed_m_per_unit(&self, at: f64) -> f64 {
         self.radius_per_radian_m * unit_speed(self.angle(at))
     }
+}
 
-    pub(super) fn span(&self) -> (f64, f64) {
+impl PlaneCurve for Spiral {
+    #[inline]
+    fn span(&self) -> (f64, f64) {
         (self.begin, self.end)
     }
 
+    fn place(&mut self, placement: &Placement) {
+        *self = self.about(placement.place(self.centre), self.axis + placement.heading, self.winding);
+    }
+
+    fn kernel(&self, begin: f64, offset: f64) -> Kernel {
+        let (turn, slope_m) = (self.winding.sign() * self.sense, self.winding.sign() * self.radius_per_radian_m);
+        let formula = PolarFormula {
+            centre: self.centre,
+            angle: self.axis + turn * offset,
+            turn,
+            radius_m: -slope_m * self.axis,
+            radius_per_radian_m: slope_m,
+            axis: self.axis,
+        };
+        Kernel { begin, formula: Formula::Polar(formula) }
+    }
+
+    fn reference(&self) -> DVec2 {
+        self.centre
+    }
+}
+
+impl ArcLength for Spiral {
     /// Arc length from the centre, negative for an inward spiral.
     #[inline]
-    pub(super) fn arc_m(&self, at: f64) -> f64 {
+    fn arc_m(&self, at: f64) -> f64 {
         self.sense * (self.radius_per_radian_m * unit_length(self.angle(at)))
     }
 
     #[inline]
-    pub(super) fn at_arc(&self, arc_m: f64) -> f64 {
+    fn at_arc(&self, arc_m: f64) -> f64 {
         let sign = self.sense;
         sign * unit_angle((sign * arc_m / self.radius_per_radian_m).max(0.0))
     }
 
     #[inline]
-    pub(super) fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
+    fn at_arc_near(&self, arc_m: f64, guess: f64) -> f64 {
         let sign = self.sense;
         sign * unit_angle_near((sign * arc_m / self.radius_per_radian_m).max(0.0), sign * guess)
     }
@@ -159,7 +169,7 @@ impl Spiral {
     /// 2. Behind a parameter of an outward spiral, the speed falls. Its mean over any step that ends at the parameter is at
     ///    least half of the speed at the parameter.
     #[inline]
-    pub(super) fn step_back(&self, at: f64, arc_m: f64) -> f64 {
+    fn step_back(&self, at: f64, arc_m: f64) -> f64 {
         if !self.is_inward() {
             return arc_m / self.speed_m_per_unit(at);
         }
@@ -167,32 +177,42 @@ impl Spiral {
         let unit_speed2 = 1.0 + angle * angle;
         2.0 * unit_arc / (unit_speed2.sqrt() + (unit_speed2 + 4.0 * unit_arc).sqrt())
     }
+}
 
-    /// The greatest |curvature| between two parameters. |Curvature| falls from the centre outward.
+impl Bounds for Spiral {
+    /// |κ| = (2 + θ²) / (b·(1 + θ²)^(3/2)) in 1/m.
     #[inline]
-    pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
-        self.curvature(if self.is_inward() { front } else { rear }).abs()
-    }
-
-    /// Signed curvature: |κ| = (2 + θ²) / (b·(1 + θ²)^(3/2)) in 1/m.
-    #[inline]
-    pub(super) fn curvature(&self, at: f64) -> f64 {
+    fn curvature(&self, at: f64) -> f64 {
         let squared = self.angle(at) * self.angle(at);
         let size = (2.0 + squared) / (self.radius_per_radian_m * (1.0 + squared).sqrt() * (1.0 + squared));
         self.winding.sign() * self.sense * size
     }
 
-    pub(super) fn kernel(&self, begin: f64, offset: f64) -> Kernel {
-        let (turn, slope_m) = (self.winding.sign() * self.sense, self.winding.sign() * self.radius_per_radian_m);
-        Kernel::Polar(PolarKernel {
-            begin,
-            centre: self.centre,
-            angle: self.axis + turn * offset,
-            turn,
-            radius_m: -slope_m * self.axis,
-            radius_per_radian_m: slope_m,
-            axis: self.axis,
-        })
+    /// |Curvature| falls from the centre outward.
+    #[inline]
+    fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
+        self.curvature(if self.is_inward() { front } else { rear }).abs()
+    }
+
+    fn pitch_m(&self) -> Option<f64> {
+        (self.end - self.begin > TAU).then_some(self.pitch_m)
+    }
+}
+
+impl Crosses for Spiral {
+    /// A spiral turns by at most twice its angle: the angle between spoke and tangent is atan θ.
+    fn right_angle(&self) -> f64 {
+        FRAC_PI_4
+    }
+
+    /// A spiral turned by any angle about its centre is equal, or has only the centre in common with it.
+    fn never_crosses(&self, other: &Segment) -> bool {
+        let Segment::Spiral(other) = other else { return false };
+        let has_equal_pitch = (self.pitch_m - other.pitch_m).abs() <= f64::EPSILON.sqrt() * self.pitch_m;
+        let distance_m = self.centre.distance(other.centre);
+        has_equal_pitch
+            && self.winding == other.winding
+            && distance_m <= MEETING_M * (1.0 + self.centre.abs().max_element())
     }
 }
 

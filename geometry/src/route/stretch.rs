@@ -44,14 +44,15 @@ impl Route {
         })
     }
 
-    /// The tightest bend of the plan between two travels, and the first of equal ones; `None` if the route is straight there. The end must
-    /// lie on the curve.
+    /// The tightest bend of the plan between two travels, and the first of equal ones; `None` if the route is straight there.
+    /// The end must lie on the curve.
     ///
-    /// The curvature of a line or an arc is constant, and that of a spiral is monotone. So it is largest at an end of a segment.
+    /// The curvature of a line or an arc is constant, and that of a spiral is monotone. So it is largest at an end of a
+    /// segment.
     pub fn tightest_bend(&self, from_m: f64, to_m: f64) -> Option<TightestBend> {
         let ends = self.stretches(from_m, to_m).flat_map(|stretch| [(stretch, stretch.rear), (stretch, stretch.front)]);
         let curvature =
-            |stretch: Stretch<'_>, at: f64| stretch.placed.segment.curvature(stretch.placed.local(at)).abs();
+            |stretch: Stretch<'_>, at: f64| stretch.placed.segment.curve().curvature(stretch.placed.local(at)).abs();
         let bends = ends.map(|(stretch, at)| (stretch, at, curvature(stretch, at)));
         let tightest = bends.reduce(|tightest, bend| if bend.2 > tightest.2 { bend } else { tightest });
         let (stretch, at, curvature) = tightest.filter(|&(_, _, curvature)| curvature > 0.0)?;

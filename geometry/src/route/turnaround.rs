@@ -31,6 +31,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
 
+use super::capability::PlaneCurve;
 use super::family::SegmentVariation;
 use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Turn};
 
@@ -173,7 +174,10 @@ impl Turnaround {
 
     /// The entry arc and the exit arc.
     pub fn arcs(&self) -> [CircularArc; 2] {
-        self.arcs.map(|arc| arc.placed(&self.placement))
+        self.arcs.map(|mut arc| {
+            arc.place(&self.placement);
+            arc
+        })
     }
 
     /// Length of the line between the arcs, in metres; 0 without one.

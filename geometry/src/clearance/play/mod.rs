@@ -1,13 +1,14 @@
 //! Proofs that no two benches touch, whatever the play of the hinges allows.
 //!
-//! **Pairs.** The poles behind a pole depend on its place alone, and all body links are alike. So a pair of benches is given by
-//! the place x of its front pole, by whether its front bench is the head's, and by how many benches lie between. The head's pole
-//! is at the head's travel. Pole 1 is the first body pole at each place. So one walk of the head's pole and one of a body pole
-//! settle all pairs, each place once.
+//! **Pairs.** The poles behind a pole depend on its place alone, and all body links are alike. So three facts determine a pair of
+//! benches: the place x of its front pole, whether its front bench is the head's, and the number of benches in between. The
+//! head's pole is at the head's travel. Pole 1 is the first body pole at each place. So one walk of the head's pole and one of a
+//! body pole examine all pairs, each place once.
 //!
-//! **Cells.** A walk goes in cells of x. In each, the chains of the longest and of the shortest links bracket all poles behind
-//! (see `dragon::loose`), and [`BoardRange`] bounds the boards. A pair that is not proved apart is looked at again with the
-//! bracket of its rear bench in parts, and then in halves of the cell, down to [`RESOLUTION_M`].
+//! **Cells.** The search divides each walk into intervals of x, the cells. In a cell, the chains of the longest and of the
+//! shortest links bracket all poles behind (see `dragon::loose`), and [`BoardRange`] bounds the boards. If the bounds do not
+//! prove a pair apart, the search divides the bracket of the rear bench. If that is not enough, it halves the cell, down to
+//! [`RESOLUTION_M`].
 //!
 //! **Guarantee.** No pose that the play allows has a clearance up to the searched one before the travel that is found, up to the
 //! rounding of the poses, about 10⁻¹² m. The bound lets each bench use its play at its own poles and the play of all links before
@@ -31,7 +32,7 @@ const STRIDE_LINKS: f64 = 0.25;
 
 /// Steps of work that take as long as the range of a board and its gaps to another one.
 const STEPS_PER_RANGE: u64 = 20;
-/// Offsets of a cell that are looked at in the time of one step.
+/// Offsets of a cell that the search examines in the time of one step.
 const OFFSETS_PER_STEP: u64 = 8;
 
 /// Shortest cell, in metres.

@@ -1,6 +1,6 @@
 //! Poses that the play of the hinges allows, and that touch. The truth about the first touch lies between the proof and these.
 //!
-//! A pose of two benches is given by [`Share`]s of its freedom: how long the links before and between them are, how far apart the
+//! [`Share`]s of its freedom determine a pose of two benches: how long the links before and between them are, how far apart the
 //! two poles of each bench are, and how each board lies on its poles. Every choice of shares is an allowed pose by construction. A
 //! pattern search (Hooke and Jeeves 1961, Journal of the ACM 8) looks for the shares with the least clearance, in one interval of
 //! travel after the other. It finds a touch or finds none: it proves nothing.

@@ -6,7 +6,7 @@
 //! are the ratios of the handles' rates, so the speeds follow without further work.
 //!
 //! The reference solver ([`ChainSolver`](super::ChainSolver)) is the standard for the result. It also takes over where a step
-//! is impossible: at the first pose, after a jump, and where a handle nearly stops.
+//! is impossible: at the first pose, after a jump, where a handle nearly stops, and on a segment without vector pieces.
 
 #![allow(clippy::inline_always, reason = "a function that is not inlined loses the vector instructions of its caller")]
 
@@ -76,11 +76,11 @@ struct Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// The piece of the route at a parameter, which is not NaN, within an interval.
-    fn piece_at(&self, parameter: f64, [begin, end]: [f64; 2]) -> PlanPiece {
-        let number = self.kernels.partition_point(|kernel| kernel.begin() <= parameter).max(1);
-        let end = self.kernels.get(number).map_or(end, |next| next.begin().min(end));
-        self.kernels[number - 1].piece(parameter, [begin, end])
+    /// The piece of the route at a parameter, which is not NaN, within an interval. `None` on a segment without pieces.
+    fn piece_at(&self, parameter: f64, [begin, end]: [f64; 2]) -> Option<PlanPiece> {
+        let number = self.kernels.partition_point(|kernel| kernel.begin <= parameter).max(1);
+        let end = self.kernels.get(number).map_or(end, |next| next.begin.min(end));
+        self.kernels.get(number - 1)?.piece(parameter, [begin, end])
     }
 }
 
@@ -219,4 +219,27 @@ fn rounding_m(dragon: &Dragon, dimensions: &Dimensions) -> f64 {
     ends.map(|parameter| route.rounding_m(parameter, route.point(parameter).speed_m_per_unit))
         .into_iter()
         .fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dragon::ChainSolver;
+
+    /// A segment without pieces is a kind whose points need more than a centre and a radius.
+    #[test]
+    fn on_segments_without_pieces_the_stepper_has_the_poses_of_the_reference_solver() {
+        let dimensions = Dimensions::new(40, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+        let route = Arc::new(Route::spiral(0.55, 16.0).expect("the paper's spiral is valid"));
+        let dragon = Arc::new(Dragon::new(dimensions, route).expect("the dragon stands on the spiral"));
+        let (mut stepper, mut solver) = (ChainStepper::new(Arc::clone(&dragon)), ChainSolver::new(&dragon));
+        stepper.kernels.clear();
+        let mut positions = vec![DVec3::ZERO; dragon.dimensions().handles()];
+        for travel_m in [0.0, 0.01, 0.02, 0.02, 5.0] {
+            stepper.step(travel_m, 1.0, &mut positions, |position, _| position).expect("within the run");
+            let solved = solver.solve(&dragon, travel_m).expect("within the run");
+            let expected: Vec<DVec3> = solved.iter().map(|handle| handle.position.extend(handle.height_m)).collect();
+            assert_eq!(positions, expected, "at {travel_m} m");
+        }
+    }
 }

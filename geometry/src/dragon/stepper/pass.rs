@@ -56,12 +56,14 @@ impl<H, R: Fn(DVec3, DVec3) -> H> Pass<'_, H, R> {
                 _ => false,
             };
             if !has_advanced {
-                if !(matches!(way, Way::Stand) && section.is_placed()) {
+                let is_placed = matches!(way, Way::Stand) && section.is_placed();
+                if !(is_placed && section.stand::<FUSED, ON_GROUND>(scratch, curve)) {
                     place(section, scratch, curve, dimensions, number * HANDLES, &ahead);
-                }
-                // The first pose uses the same arithmetic as all others, so that a standing dragon does not move by rounding.
-                if section.is_placed() {
-                    section.stand::<FUSED, ON_GROUND>(scratch, curve);
+                    // The first pose uses the same arithmetic as all others, so that a standing dragon does not move by rounding.
+                    // On a segment without pieces, the pose of the reference solver stays.
+                    if section.is_placed() {
+                        section.stand::<FUSED, ON_GROUND>(scratch, curve);
+                    }
                 }
             }
             write::<H, ON_GROUND>(section, scratch, speed_mps, records, &record);

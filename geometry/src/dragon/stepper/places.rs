@@ -55,7 +55,7 @@ impl Places {
 
     /// Whether every handle is on its piece.
     #[inline(always)]
-    pub(super) fn reach(&self, parameters: &Values) -> bool {
+    pub(super) fn has_all(&self, parameters: &Values) -> bool {
         let mut beyond = [f64::NEG_INFINITY; LANES];
         for row in 0..ROWS {
             for (lane, beyond) in beyond.iter_mut().enumerate() {
@@ -68,22 +68,28 @@ impl Places {
         beyond.into_iter().all(|over| over <= 0.0)
     }
 
-    /// Finds the pieces of the handles that are not on theirs. A NaN parameter has none; the step that produced it fails.
+    /// Finds the pieces of the handles that are not on theirs. Returns whether there are any: a NaN parameter has none, and
+    /// neither has a segment without pieces.
     #[cold]
     #[inline(never)]
-    pub(super) fn renew(&mut self, parameters: &Values, curve: Curve<'_>) {
+    pub(super) fn renew(&mut self, parameters: &Values, curve: Curve<'_>) -> bool {
         for (k, &parameter) in parameters.iter().enumerate() {
             let is_on = (parameter - self.anchors[k]).abs() <= self.reaches[k];
-            if is_on || parameter.is_nan() {
+            if is_on {
                 continue;
             }
-            let Some((lift, ends)) = curve.route.profile_piece(parameter) else {
-                self.set(k, &curve.piece_at(parameter, [f64::NEG_INFINITY, f64::INFINITY]));
-                continue;
-            };
-            self.set(k, &curve.piece_at(parameter, ends));
-            self.heights.get_or_insert_with(|| Box::new(Heights::new())).set(k, &lift);
+            if parameter.is_nan() {
+                return false;
+            }
+            let lift = curve.route.profile_piece(parameter);
+            let ends = lift.as_ref().map_or([f64::NEG_INFINITY, f64::INFINITY], |(_, ends)| *ends);
+            let Some(piece) = curve.piece_at(parameter, ends) else { return false };
+            self.set(k, &piece);
+            if let Some((lift, _)) = lift {
+                self.heights.get_or_insert_with(|| Box::new(Heights::new())).set(k, &lift);
+            }
         }
+        true
     }
 
     fn set(&mut self, k: usize, piece: &PlanPiece) {

@@ -100,7 +100,9 @@ impl Section {
     ) -> bool {
         self.extrapolate::<FUSED>(step);
         for _ in 0..MAX_CORRECTIONS {
-            self.stand::<FUSED, ON_GROUND>(scratch, curve);
+            if !self.stand::<FUSED, ON_GROUND>(scratch, curve) {
+                return false;
+            }
             scratch.lead::<ON_GROUND>(ahead);
             let walks = scratch.linearise::<FUSED, ON_GROUND>(links);
             scratch.sum_up_lanes::<FUSED>();
@@ -116,12 +118,17 @@ impl Section {
         false
     }
 
-    /// Calculates positions and tangents at the handles' parameters.
+    /// Calculates positions and tangents at the handles' parameters. Returns false, and changes nothing, if one of the handles is
+    /// on no piece of the route.
     #[inline(always)]
-    pub(super) fn stand<const FUSED: bool, const ON_GROUND: bool>(&mut self, scratch: &mut Scratch, curve: Curve<'_>) {
+    pub(super) fn stand<const FUSED: bool, const ON_GROUND: bool>(
+        &mut self,
+        scratch: &mut Scratch,
+        curve: Curve<'_>,
+    ) -> bool {
         let Self { parameters, places, .. } = self;
-        if !places.reach(parameters) {
-            places.renew(parameters, curve);
+        if !(places.has_all(parameters) || places.renew(parameters, curve)) {
+            return false;
         }
         for (k, &parameter) in parameters.iter().enumerate() {
             scratch.set(k, places.point::<FUSED>(k, parameter));
@@ -129,6 +136,7 @@ impl Section {
                 scratch.set_height(k, places.height::<FUSED>(k, parameter));
             }
         }
+        true
     }
 
     #[inline(always)]

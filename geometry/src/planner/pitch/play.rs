@@ -1,9 +1,9 @@
 //! The smallest pitch for loose hinges: no pose that the play allows touches on the way to the circle.
 //!
 //! The search starts at the smallest pitch without play and widens it, in steps that double, until the bounds on all poses (see
-//! `clearance::play`) rule out a contact; then it bisects the last step. The pitches that the bounds rule out need not be an interval.
-//! So the answer is a pitch without a possible contact, a step of [`TOLERANCE_M`] below which there is none without; a smaller pitch
-//! further below is not ruled out.
+//! `clearance::play`) rule out a contact; then it bisects the last step. The pitches that the bounds rule out need not be an
+//! interval. So the answer is a pitch without a possible contact, a step of [`TOLERANCE_M`] below which there is none without;
+//! a smaller pitch further below is not ruled out.
 
 use std::sync::Arc;
 

@@ -4,30 +4,30 @@
 //! two tangents. At a smaller angle the route touches itself, or runs along itself. That is not a crossing, and neither is an
 //! end of the route that lies on the route.
 //!
-//! *Method.* The segments are cut into pieces that turn by at most a right angle, so neither a piece nor two adjacent pieces
-//! cross themselves. A tree of boxes over the pieces, in walking order, finds the pairs of pieces that may meet. Lines and arcs
-//! meet at points in closed form. A pair with a spiral is bisected (see [`SpiralPair`]) until its halves are provably apart, or
-//! provably meet at most once, where Newton's method finds the point. So no crossing is missed, up to the rounding of positions.
+//! *Method.* The search splits the segments into pieces that turn by at most a right angle. So neither a piece nor two adjacent
+//! pieces cross themselves. A tree of boxes over the pieces, in walking order, finds the pairs of pieces that may meet. Lines
+//! and arcs meet at points in closed form. A pair with another curve is bisected (see [`PiecePair`]) until its halves are
+//! provably apart, or provably meet at most once, where Newton's method finds the point. So no crossing is missed, up to the
+//! rounding of positions.
 
 mod closed_form;
 mod piece_pair;
 mod tree;
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-
 use glam::DVec2;
 
+use super::Route;
 use super::stretch::Stretch;
-use super::{Route, Segment};
 
-use closed_form::{arc_and_arc, line_and_arc, line_and_line, parameter_near};
-use piece_pair::{SpiralPair, Verdict};
+pub(super) use closed_form::ClosedForm;
+use closed_form::parameter_near;
+use piece_pair::{PiecePair, Verdict};
 use tree::{Node, Piece, Tree};
 
 /// Smallest angle of a crossing, in radians. Positions are exact to about 10⁻¹² m, so a smaller angle would depend on rounding.
-const TOUCH_ANGLE: f64 = 1e-6;
+pub(super) const TOUCH_ANGLE: f64 = 1e-6;
 /// Distance in metres, relative to 1 m plus the distance from the origin, at which two points of pieces are the same.
-const MEETING_M: f64 = 1e-9;
+pub(super) const MEETING_M: f64 = 1e-9;
 /// Travels that are nearer than this belong to the same crossing, in metres. A crossing at a seam is found on both sides of it.
 const MERGE_M: f64 = 1e-6;
 /// The same for the joint of a closed path, whose ends may be this far apart.
@@ -92,16 +92,10 @@ impl Search {
     }
 
     /// Cuts stretches into pieces; `None` if there are too many.
-    ///
-    /// An arc turns by its angle. A spiral turns by at most twice its angle: the angle between spoke and tangent is atan θ.
     fn cut<'a>(&mut self, stretches: impl Iterator<Item = Stretch<'a>>) -> Option<Vec<Piece<'a>>> {
         let mut pieces = Vec::new();
         for stretch in stretches {
-            let longest = match stretch.placed.segment {
-                Segment::Line(_) => f64::INFINITY,
-                Segment::Arc(arc) => FRAC_PI_2 * arc.radius_m(),
-                Segment::Spiral(_) => FRAC_PI_4,
-            };
+            let longest = stretch.placed.segment.curve().right_angle();
             let span = stretch.front - stretch.rear;
             let count = (span / longest).ceil().max(1.0);
             self.steps = self.steps.saturating_add((count as u64).saturating_mul(STEPS_PER_ITEM));
@@ -151,15 +145,9 @@ impl Search {
 
     /// Finds the crossings of two pieces.
     fn meet(&mut self, first: &Stretch<'_>, second: &Stretch<'_>) {
-        let points: Vec<DVec2> = match (&first.placed.segment, &second.placed.segment) {
-            (Segment::Spiral(_), _) | (_, Segment::Spiral(_)) => return self.bisect(*first, *second),
-            (Segment::Line(one), Segment::Line(other)) => line_and_line(one, other).into_iter().collect(),
-            (Segment::Line(line), Segment::Arc(arc)) | (Segment::Arc(arc), Segment::Line(line)) => {
-                line_and_arc(line, arc).into_iter().flatten().collect()
-            }
-            (Segment::Arc(one), Segment::Arc(other)) => arc_and_arc(one, other).into_iter().flatten().collect(),
-        };
-        for near in points {
+        let forms = [first, second].map(|stretch| stretch.placed.segment.curve().closed_form());
+        let [Some(one), Some(other)] = forms else { return self.bisect(*first, *second) };
+        for near in one.crossings(other) {
             self.settle([first, second], near);
         }
     }
@@ -210,7 +198,7 @@ impl Search {
 
     /// Bisects a pair of pieces down to pairs that are apart, touch, or meet at most once.
     fn bisect(&mut self, first: Stretch<'_>, second: Stretch<'_>) {
-        let mut pairs = vec![SpiralPair { stretches: [first, second] }];
+        let mut pairs = vec![PiecePair { stretches: [first, second] }];
         while let Some(pair) = pairs.pop() {
             self.steps += 2;
             if self.is_spent() {
@@ -247,8 +235,8 @@ impl Search {
         self.found = kept;
     }
 
-    /// Counts travels at the end of a lap from its beginning. Drops crossings of the lap's end with its beginning, which join up
-    /// to a gap.
+    /// Counts travels at the end of a lap from its beginning. Drops crossings of the lap's end with its beginning, which join
+    /// up to a gap.
     fn join_ends(&mut self) {
         let [from_m, to_m] = self.span_m;
         let from_joint_m = |at_m: f64| if at_m >= to_m - JOINT_MERGE_M { at_m - (to_m - from_m) } else { at_m };

@@ -1,13 +1,13 @@
-//! A pair of pieces, at least one of them on a spiral, and the bounds that decide whether they cross.
+//! A pair of pieces without crossings in closed form, and the bounds that decide whether they cross.
 
 use glam::DVec2;
 
 use super::{MEETING_M, TOUCH_ANGLE};
 use crate::route::stretch::Stretch;
 
-/// Two pieces, at least one of them on a spiral.
+/// Two pieces, at least one of them neither on a line nor on an arc.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SpiralPair<'a> {
+pub(super) struct PiecePair<'a> {
     pub(super) stretches: [Stretch<'a>; 2],
 }
 
@@ -21,7 +21,7 @@ pub(super) enum Verdict {
     Unknown(usize),
 }
 
-impl SpiralPair<'_> {
+impl PiecePair<'_> {
     /// Examines the pair.
     ///
     /// 1. A curve with |κ| ≤ K stays within K·ℓ²/8 of the chord between its ends. So the pieces are apart if their chords are

@@ -3,7 +3,6 @@
 use glam::DVec2;
 
 use super::MEETING_M;
-use super::closed_form::never_cross;
 use super::piece_pair::Chord;
 use crate::route::Segment;
 use crate::route::stretch::Stretch;
@@ -73,7 +72,7 @@ impl<'a> Tree<'a> {
             return true;
         }
         match (self.segment(first), self.segment(second)) {
-            (Some(one), Some(other)) => std::ptr::eq(one, other) || never_cross(one, other),
+            (Some(one), Some(other)) => std::ptr::eq(one, other) || one.curve().never_crosses(other),
             _ => false,
         }
     }

@@ -10,8 +10,9 @@ use crate::route::Route;
 
 /// Longest part of the route that is fitted as a whole, in metres of the plan.
 const STRIDE_M: f64 = 4.0;
-/// Shortest piece, in metres of the plan. A shorter part belongs to the piece before, if that is on the same segment: the surface has
-/// bounded second derivatives, so its height is off by about 10⁻¹¹ m at most. The rounding of heights would give it no good slope.
+/// Shortest piece, in metres of the plan. A shorter part belongs to the piece before, if that is on the same segment: the
+/// surface has bounded second derivatives, so its height is off by about 10⁻¹¹ m at most. The rounding of heights would give it
+/// no good slope.
 const LEAST_M: f64 = 1e-5;
 /// Shortest part that is divided to find where the ground becomes too steep, in units of the parameter.
 const STEEP: f64 = 1e-3;

@@ -1,12 +1,12 @@
 //! Profiles: the heights along a route, and the arc of the curve that they lift into space.
 //!
-//! A profile is a table of pieces. Each lies over one segment and one cell of the ground, and has height and speed as polynomials
-//! of the route's parameter, fitted to [`FIT_M`]. So nothing that walks needs the ground. A profile reaches over the part of the
-//! route that a dragon may walk. It ends earlier where the ground has no height or is too steep. Beyond its ends the curve goes on
-//! at a constant grade, and no handle may walk there.
+//! A profile is a table of pieces. Each lies over one segment and one cell of the ground, and has height and speed as
+//! polynomials of the route's parameter, fitted to [`FIT_M`]. So nothing that walks needs the ground. A profile reaches over
+//! the part of the route that a dragon may walk. It ends earlier where the ground has no height or is too steep. Beyond its
+//! ends the curve goes on at a constant grade, and no handle may walk there.
 //!
-//! *Curvature.* Let the plan of a curve have the curvature κ, and let its height be z(s), where s is the arc of the plan. With q =
-//! 1 + z'², the curvature in space is √(κ²/q² + z″²/q³), at most √(κ² + z″²). Bounds on z″ follow from the coefficients.
+//! *Curvature.* Let the plan of a curve have the curvature κ, and let its height be z(s), where s is the arc of the plan. With
+//! q = 1 + z'², the curvature in space is √(κ²/q² + z″²/q³), at most √(κ² + z″²). Bounds on z″ follow from the coefficients.
 
 mod builder;
 mod piece;
@@ -72,8 +72,8 @@ pub(crate) struct Profile {
 }
 
 impl Profile {
-    /// Height at a parameter in metres, and its growth per metre of the plan. `plan` gives the travel in the plan, `speed` is the
-    /// speed of the plan.
+    /// Height at a parameter in metres, and its growth per metre of the plan. `plan` gives the travel in the plan, `speed` is
+    /// the speed of the plan.
     pub(super) fn height(&self, parameter: f64, plan: impl FnOnce() -> f64, speed: f64) -> [f64; 2] {
         if let Some(end) = self.beyond(parameter) {
             return [end.height_m + end.grade * (plan() - end.plan_m), end.grade];
@@ -160,14 +160,15 @@ impl Profile {
         &self.cells
     }
 
-    /// The piece at a parameter, or that which begins there, and the parameters at which it begins and ends; `None` beyond the ends.
+    /// The piece at a parameter, or that which begins there, and the parameters at which it begins and ends; `None` beyond the
+    /// ends.
     pub(super) fn piece(&self, parameter: f64) -> Option<(Piece, [f64; 2])> {
         let number = self.number_of_begin(parameter);
         self.beyond(parameter).is_none().then(|| (self.pieces[number], [self.begins[number], self.end_of(number)]))
     }
 
-    /// The curve beyond an end as a piece about a parameter, and the parameters between which it is exact enough for benches that
-    /// only fill a vector. `plan` gives travel and speed in the plan at a parameter.
+    /// The curve beyond an end as a piece about a parameter, and the parameters between which it is exact enough for benches
+    /// that only fill a vector. `plan` gives travel and speed in the plan at a parameter.
     pub(super) fn piece_beyond(&self, parameter: f64, plan: impl Fn(f64) -> [f64; 2]) -> (Piece, [f64; 2]) {
         let [first, last] = &self.ends;
         let [plan_m, speed] = plan(parameter);

@@ -302,7 +302,7 @@ impl Motion {
         }
     }
 
-    /// Begins a leg at an instant of the present leg, which has been shown.
+    /// Begins a leg inside the present one. A tick has already shown its start, so the next tick moves on.
     fn begin_leg(&mut self, start_s: f64, ticks: f64) {
         self.walk.count_from(ticks);
         self.leg = Leg { start_s, parts: 0, shown: true };
