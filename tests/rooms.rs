@@ -1,38 +1,57 @@
-//! The rooms of `src/` and of `ipc/src/` use each other in one direction: a room uses only rooms of rows above its own in
-//! [`PROGRAM`] and [`BUS`].
+//! The rooms of the program, of the bus and of geometry use each other in one direction: a room uses only rooms of the rows under
+//! its own in the picture of ARCHITECTURE.md. Every room is in that picture.
 //!
 //! Rooms are modules of one crate, so the compiler does not check this.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Rows of rooms. Those of one row do not use each other.
-type Order = [&'static [&'static str]];
-
-/// The rooms of the program.
-const PROGRAM: &Order = &[
-    &["system"],
-    &["drawing", "height_map"],
-    &["config"],
-    &["output"],
-    &["recording"],
-    &["source"],
-    &["safety", "command_queue"],
-    &["display", "bridge"],
-    &["cli"],
-];
-/// The rooms of the bus.
-const BUS: &Order = &[&["wire"], &["domain"], &["wake"], &["service"], &["client"]];
+/// Rows of rooms, the lowest first. Those of one row do not use each other.
+type Order = [Vec<String>];
 
 #[test]
-fn no_room_uses_a_room_above_it() {
-    let faults = [faults("src", PROGRAM), faults("ipc/src", BUS)].concat();
+fn rooms_use_each_other_as_in_the_picture_of_the_architecture() {
+    let columns = picture();
+    assert_eq!(columns.iter().map(|(folder, _)| &**folder).collect::<Vec<_>>(), ["src", "ipc/src", "geometry/src"]);
+    let faults: Vec<String> = columns.iter().flat_map(|(folder, order)| faults(folder, order)).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
+    for (folder, order) in &columns {
+        let drawn: BTreeSet<&str> = order.iter().flatten().map(String::as_str).collect();
+        assert_eq!(rooms(&root().join(folder)).iter().map(String::as_str).collect::<BTreeSet<_>>(), drawn, "{folder}");
+    }
+}
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The folders of the picture, each with its rows of rooms: a table of columns divided by `│`, with the folders in its first row.
+fn picture() -> Vec<(String, Vec<Vec<String>>)> {
+    let text = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("the page can be read");
+    let cells = |line: &str| line.split('│').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+    let mut lines = text.lines().map(cells).filter(|cells| cells.len() == 3);
+    let folders = lines.next().expect("the page has a picture of the rooms");
+    let mut columns: Vec<_> = folders.into_iter().map(|folder| (folder, Vec::new())).collect();
+    for row in lines {
+        for ((_, order), cell) in columns.iter_mut().zip(&row).filter(|(_, cell)| !cell.is_empty()) {
+            order.insert(0, cell.split(',').map(|room| room.trim().to_owned()).collect());
+        }
+    }
+    columns
+}
+
+/// The modules of a folder of sources.
+fn rooms(src: &Path) -> BTreeSet<String> {
+    let name = |path: PathBuf| path.with_extension("").file_name().and_then(|name| name.to_str()).map(str::to_owned);
+    let entries = fs::read_dir(src).expect("a folder of sources").map(|entry| entry.expect("an entry").path());
+    let is_room = |path: &PathBuf| path.is_dir() || path.extension().is_some_and(|end| end == "rs");
+    entries.filter(is_room).filter_map(name).filter(|name| !["lib", "main"].contains(&&**name)).collect()
 }
 
 /// Returns place, room and used room of each upward use in a crate's folder of sources.
 fn faults(folder: &str, order: &Order) -> Vec<String> {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let src = root().join(folder);
     let mut faults = Vec::new();
     for path in sources(&src) {
         let inner = path.strip_prefix(&src).expect("the path is in this folder").with_extension("");
@@ -52,7 +71,9 @@ fn faults(folder: &str, order: &Order) -> Vec<String> {
 fn upward_uses_are_found_alone_and_in_braces_and_not_in_comments() {
     let text = "//! As in [`crate::cli`].\nuse crate::config::{Config, cli};\nuse crate::{\n    config::{Config, RATE_HZ},\n    \
                 display::Look,\n    output::Counted,\n};\nlet it = crate::command_queue::open(); // crate::bridge\n";
-    let found = |room| upward_uses(PROGRAM, room, text);
+    let order = ["config", "output", "command_queue", "display,bridge", "cli"]
+        .map(|row| row.split(',').map(str::to_owned).collect::<Vec<_>>());
+    let found = |room| upward_uses(&order, room, text);
     assert_eq!(found("output"), [(3, "display"), (8, "command_queue")].map(|(line, used)| (line, used.to_owned())));
     assert_eq!(found("bridge"), [(3, "display".to_owned())], "rooms of one row do not use each other");
     assert_eq!(found("cli"), []);
@@ -96,7 +117,7 @@ fn first_segments(text: &str) -> Vec<String> {
 }
 
 fn row(order: &Order, room: &str) -> Option<usize> {
-    order.iter().position(|rooms| rooms.contains(&room))
+    order.iter().position(|rooms| rooms.iter().any(|name| name == room))
 }
 
 fn sources(folder: &Path) -> Vec<PathBuf> {

@@ -35,13 +35,14 @@ impl Show<'_> {
         let stopped = self.end_children(|role| role == ChildRole::Serve, END_TIMEOUT + self.braking);
         // The last frame and status may still be in the buffers.
         let looked = self.look_at_bus();
-        let outcome = self.outcome(played, over);
-        self.tell_pages(&outcome);
-        self.reports.totals.summary.outcome = Some(outcome);
         self.bus = None;
         let read = self.end_children(|role| role != ChildRole::View, END_TIMEOUT);
         // A child that was killed during its end has printed no summary.
         self.reports.close_monitor();
+        // A monitor that lags finds a contact after the server has ended.
+        let outcome = self.outcome(played, over);
+        self.tell_pages(&outcome);
+        self.reports.totals.summary.outcome = Some(outcome);
         self.finish_recording();
         set_live_line(None);
         let closed = self.end_children(|_| true, END_TIMEOUT);

@@ -39,6 +39,13 @@ pub(super) enum Ending {
     Failed { process: String, reason: String, restarts: u32 },
 }
 
+impl Ending {
+    /// A contact, if this is the planned end of a show that the contact would have ended before.
+    fn or_earlier(self, contact: Self) -> Self {
+        if matches!(self, Self::EndOfRun { .. } | Self::Until { .. }) { contact } else { self }
+    }
+}
+
 impl From<Ending> for Outcome {
     fn from(ending: Ending) -> Self {
         let text = match &ending {
@@ -99,12 +106,10 @@ impl Show<'_> {
         if self.is_stopped {
             return Some(Over::Server);
         }
-        // A timecode may move back from the end.
-        if self.is_performance || self.args.run.timecode.source.is_some() {
+        if !self.ends_by_itself() {
             return None;
         }
         let known = &self.reports.totals.summary;
-        let contact = known.contact.as_ref().map(|at| Ending::Contact { time_s: at.time_s, benches: at.benches });
         let guard =
             known.guard.as_ref().map(|at| Ending::Guard { held_at_s: at.held_at_s, is_margin_kept: at.is_margin_kept });
         let end = self.seen.header.and_then(|header| match header.show_state() {
@@ -112,10 +117,22 @@ impl Show<'_> {
             Some(ShowState::Finished) => Some(Over::Show(Ending::EndOfRun { time_s: header.show_time_s() })),
             _ => None,
         });
-        contact.or(guard).map(Over::Show).or(end)
+        self.contact().or(guard).map(Over::Show).or(end)
     }
 
-    /// The outcome of a show whose server has ended. `over` is the first sign that it was over; without one, a signal ended it.
+    /// Whether a contact, the guard's hold or the end of the run ends the show. A timecode may move back from the end.
+    fn ends_by_itself(&self) -> bool {
+        !self.is_performance && self.args.run.timecode.source.is_none()
+    }
+
+    /// The contact, if the monitor has found one.
+    fn contact(&self) -> Option<Ending> {
+        let contact = self.reports.totals.summary.contact.as_ref();
+        contact.map(|at| Ending::Contact { time_s: at.time_s, benches: at.benches })
+    }
+
+    /// The outcome of a show whose server and monitor have ended. A contact comes before the end of a rehearsal, even if the
+    /// monitor found it later. `over` is the first sign that it was over; without one, a signal ended it.
     pub(super) fn outcome(&self, played: &anyhow::Result<()>, over: Option<Over>) -> Outcome {
         let failed = |error: &anyhow::Error| {
             let (process, reason) = ("show".to_owned(), format!("{error:#}"));
@@ -127,7 +144,11 @@ impl Show<'_> {
             (Ok(()), Some(Over::Server)) => self.server_ending(),
             (Ok(()), None) => self.stop.signal().map_or(Ending::ServerEnded, |signal| Ending::Signal { signal }),
         };
-        ending.into()
+        let contact = self.contact().filter(|_| self.ends_by_itself());
+        match contact {
+            Some(contact) => ending.or_earlier(contact).into(),
+            None => ending.into(),
+        }
     }
 
     /// Whether a server that has ended in order may not end the show: a performance ends by a command or a signal to the show.
@@ -167,6 +188,20 @@ const NANOSECOND_S: f64 = 1e-9;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_contact_that_the_monitor_found_late_comes_before_a_planned_end_alone() {
+        let contact = Ending::Contact { time_s: 412.473_838, benches: [0, 8] };
+        for (ending, is_contact) in [
+            (Ending::EndOfRun { time_s: 430.0 }, true),
+            (Ending::Until { time_s: 430.0 }, true),
+            (Ending::Stopped { sender: "ctl".to_owned(), pid: None }, false),
+            (Ending::Signal { signal: "SIGINT" }, false),
+        ] {
+            let settled = ending.clone().or_earlier(contact.clone());
+            assert_eq!(settled, if is_contact { contact.clone() } else { ending });
+        }
+    }
 
     #[test]
     fn an_outcome_has_its_kind_and_one_sentence() {
