@@ -37,6 +37,9 @@ pub struct Document {
     pub(super) stage: StageTable,
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
+    /// The dragons of a formation, each with a name, the keys of `[dragon]`, and its own `route` and `head`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) dragons: Vec<toml::Table>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -177,7 +180,7 @@ pub(super) fn parse(text: &str) -> Result<Document, ConfigError> {
 }
 
 /// Rewrites a message of the TOML reader in one line, with plain words for Rust types.
-fn in_plain_words(message: &str) -> String {
+pub(super) fn in_plain_words(message: &str) -> String {
     let message = &with_short_numbers(message);
     let names = [
         ("\n", "; "),

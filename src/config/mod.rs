@@ -5,6 +5,7 @@
 
 mod document;
 mod drawn_route;
+mod formation_document;
 mod ground_table;
 mod origin_table;
 mod priority;
@@ -26,6 +27,7 @@ use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
+pub use formation_document::{FormationDocument, NamedDragon};
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 
 use document::{DragonTable, parse, read};
@@ -81,6 +83,38 @@ pub struct Config {
     formation: Arc<Formation>,
 }
 
+/// A checked document of one dragon, or a configuration of several.
+#[derive(Clone, Debug)]
+pub enum PlanDocument {
+    /// A document with the short form for one dragon.
+    OneDragon(Box<ConfigDocument>),
+    /// A document with `[[dragons]]`.
+    Formation(FormationDocument),
+}
+
+impl PlanDocument {
+    /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values. `placing_steps`: as for
+    /// [`ConfigDocument::with_placing_steps`].
+    ///
+    /// # Errors
+    /// A file cannot be read, a value is not valid, a drawing has no path, or a dragon of several does not fit on its route.
+    pub fn load(
+        path: Option<&Path>,
+        set_flags: impl FnOnce(&mut Document),
+        placing_steps: Option<u64>,
+    ) -> Result<Self, ConfigError> {
+        let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
+        set_flags(&mut tables);
+        let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        if !tables.dragons.is_empty() {
+            return FormationDocument::build(tables, folder, placing_steps).map(Self::Formation);
+        }
+        let document = ConfigDocument::of_tables(tables, folder)?;
+        let document = placing_steps.into_iter().fold(document, ConfigDocument::with_placing_steps);
+        Ok(Self::OneDragon(Box::new(document)))
+    }
+}
+
 impl ConfigDocument {
     /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values. A drawn route is read from its
     /// own file, and becomes a path: the written document needs no drawing.
@@ -88,9 +122,18 @@ impl ConfigDocument {
     /// # Errors
     /// A file cannot be read, a value is not valid, or a drawing has no path.
     pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
-        let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
-        set_flags(&mut tables);
-        let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        match PlanDocument::load(path, set_flags, None)? {
+            PlanDocument::OneDragon(document) => Ok(*document),
+            PlanDocument::Formation(formation) => {
+                let names: Vec<&str> = formation.dragons().iter().map(|dragon| &*dragon.name).collect();
+                let (count, names) = (names.len(), names.join(", "));
+                Err(ConfigError(format!("[[dragons]] has {count} dragons, {names}: only one is allowed here")))
+            }
+        }
+    }
+
+    /// The checked document of tables without `[[dragons]]`.
+    fn of_tables(mut tables: Document, folder: &Path) -> Result<Self, ConfigError> {
         let origin = std::mem::take(&mut tables.origin);
         origin.check(tables.route.is_drawing() || tables.ground.is_file())?;
         let drawing = drawn_route::read(&mut tables.route, &origin, folder)?;
@@ -202,6 +245,9 @@ impl ConfigDocument {
     }
 
     fn check(mut tables: Document) -> Result<Self, ConfigError> {
+        if !tables.dragons.is_empty() {
+            return Err(ConfigError("[[dragons]] is present, only one dragon is allowed here".to_owned()));
+        }
         let serve = &tables.serve;
         require_whole("serve", "rate_hz", serve.rate_hz, &RATE_HZ)?;
         require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;

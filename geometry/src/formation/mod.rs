@@ -31,6 +31,12 @@ impl Planned {
         self.timetable.travel_m(time_s).clamp(start_m, end_m)
     }
 
+    /// Speed of the head at a plan time, in metres per second of it: 0 before its start and after its end.
+    pub fn speed_mps(&self, time_s: f64) -> f64 {
+        let is_walking = (self.timetable.start_s()..self.timetable.end_s()).contains(&time_s);
+        if is_walking { self.timetable.speed_mps(time_s) } else { 0.0 }
+    }
+
     /// The chain at a plan time.
     pub(crate) fn chain_at(&self, time_s: f64) -> Chain<'_> {
         self.dragon.chain(self.travel_m(time_s)).expect("a travel of the timetable is in the run")

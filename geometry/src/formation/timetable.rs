@@ -101,6 +101,11 @@ impl Timetable {
         (accel_mps2 * ramped_s).min(top_mps)
     }
 
+    /// Time at which the head leaves.
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
     /// Show time at which the head rests at the run's end. Without ramps: at which it arrives there.
     pub fn end_s(&self) -> f64 {
         match self.ramps {

@@ -13,10 +13,11 @@ use super::figure::{FigureArgs, even_travels, in_plan, pair};
 use super::play::PlayAnswer;
 use super::poses::coarser_step_s;
 use super::stage::StageAnswer;
-use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, load_plan};
+use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, formation, load_any_plan};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
+use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_json, print_line};
-use crate::config::{Config, NEAR_M};
+use crate::config::{Config, NEAR_M, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
 
@@ -110,7 +111,13 @@ impl SpeedAnswer {
 }
 
 pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
-    let config = load_plan(&args.config, args.work)?;
+    match load_any_plan(&args.config, args.work)? {
+        PlanDocument::OneDragon(document) => of_one_dragon(args, &in_file(&args.config, document.build())?),
+        PlanDocument::Formation(document) => formation::contact(args, &document),
+    }
+}
+
+fn of_one_dragon(args: &ContactArgs, config: &Config) -> anyhow::Result<()> {
     args.figure.keep_drawing(config.document())?;
     let dragon = config.lead();
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
@@ -128,15 +135,15 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
         point_m: contact.map(|contact| contact.point.to_array()),
         clearance_m: args.clearance,
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
-        play: PlayAnswer::of(&config, contact.as_ref(), clearance_m, args.work),
-        speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(&config, max_ratio, args.work)),
-        stage: StageAnswer::of(&config, args.work),
-        profile: args.profile.then(|| Profile::of(&config, to_m, args)).transpose()?,
+        play: PlayAnswer::of(config, contact.as_ref(), clearance_m, args.work),
+        speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(config, max_ratio, args.work)),
+        stage: StageAnswer::of(config, args.work),
+        profile: args.profile.then(|| Profile::of(config, to_m, args)).transpose()?,
     };
     match args.format.format {
         Format::Json => print_json(&answer)?,
         Format::Text => {
-            print_line(text(&config, clearance_m, contact.as_ref(), spent))?;
+            print_line(text(config, clearance_m, contact.as_ref(), spent))?;
             if let Some(play) = &answer.play {
                 print_line(play.text(&what(clearance_m)))?;
             }
@@ -149,7 +156,7 @@ pub(super) fn run(args: &ContactArgs) -> anyhow::Result<()> {
             }
         }
     }
-    draw(args, &config, to_m, contact.as_ref(), answer.profile.as_ref())
+    draw(args, config, to_m, contact.as_ref(), answer.profile.as_ref())
 }
 
 /// Draws the clearance over time if a profile is requested, else the boards at the contact.

@@ -11,13 +11,14 @@ use serde::Serialize;
 
 use self::figure::{FigureArgs, keep_drawing};
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
-use crate::cli::{in_file, load_document};
-use crate::config::{Config, ConfigDocument};
+use crate::cli::{in_file, load_document, reading};
+use crate::config::{Config, ConfigDocument, PlanDocument};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
 mod contact;
 mod figure;
+mod formation;
 mod list;
 mod pitch;
 mod play;
@@ -154,6 +155,12 @@ impl AnswerArgs {
 /// Reads the configuration of a question. `--work` limits the search for the end of the dragon's run.
 fn load_plan(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<Config> {
     in_file(args, load_plan_document(args, work)?.build())
+}
+
+/// Reads the configuration of a question about one dragon or several.
+fn load_any_plan(args: &ConfigArgs, work: WorkArgs) -> anyhow::Result<PlanDocument> {
+    let file = args.config.as_deref();
+    in_file(args, reading::within_limits(file, || PlanDocument::load(file, |_| (), work.placing_steps())))
 }
 
 /// Reads the configuration of a question without a dragon on its route.

@@ -3,16 +3,17 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use bench_dragon_geometry::dragon::ChainSolver;
+use bench_dragon_geometry::dragon::{self, ChainSolver};
 use bench_dragon_geometry::number::Number;
 use clap::{ArgGroup, Args, ValueEnum, ValueHint};
 use serde::Serialize;
 
 use super::figure::{FigureArgs, on_turn, plan_of};
-use super::{WorkArgs, load_plan, xlsx};
+use super::{WorkArgs, formation, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, nanoseconds, step};
+use crate::cli::in_file;
 use crate::cli::print::{print_bytes, print_json, print_line};
-use crate::config::Config;
+use crate::config::{Config, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::PlanView;
 use crate::output::table::{self, Cell, Column, Table};
@@ -75,21 +76,24 @@ pub(crate) enum TableFormat {
 const DECIMALS: usize = 6;
 
 #[derive(Serialize)]
-struct PosesAnswer {
-    poses: Vec<Pose>,
+pub(super) struct PosesAnswer {
+    pub(super) poses: Vec<Pose>,
     /// Whether tables show heights.
     #[serde(skip)]
-    has_heights: bool,
+    pub(super) has_heights: bool,
 }
 
 #[derive(Serialize)]
-struct Pose {
-    time_s: f64,
-    handles: Vec<Handle>,
+pub(super) struct Pose {
+    pub(super) time_s: f64,
+    pub(super) handles: Vec<Handle>,
 }
 
 #[derive(Serialize)]
-struct Handle {
+pub(super) struct Handle {
+    /// Name of the dragon, of several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dragon: Option<String>,
     index: usize,
     x_m: f64,
     y_m: f64,
@@ -98,7 +102,13 @@ struct Handle {
 }
 
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
-    let config = load_plan(&args.config, args.work)?;
+    match load_any_plan(&args.config, args.work)? {
+        PlanDocument::OneDragon(document) => of_one_dragon(args, &in_file(&args.config, document.build())?),
+        PlanDocument::Formation(document) => formation::poses(args, &document)?.print(args.format),
+    }
+}
+
+fn of_one_dragon(args: &PosesArgs, config: &Config) -> anyhow::Result<()> {
     args.figure.keep_drawing(config.document())?;
     let mut most = MAX_POSITIONS / config.lead().dimensions().handles();
     if args.xlsx.is_some() {
@@ -107,20 +117,15 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     }
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
     let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
-    let answer = PosesAnswer::at(&times_s, &config);
-    match args.format {
-        TableFormat::Json => print_json(&answer)?,
-        TableFormat::Csv => print_bytes(table::csv(&[answer.by_time()]))?,
-        TableFormat::Text if args.xlsx.is_some() => (),
-        TableFormat::Text => print_bytes(table::text(
-            &answer.poses.iter().map(|pose| pose.table(answer.has_heights)).collect::<Vec<_>>(),
-        ))?,
+    let answer = PosesAnswer::at(&times_s, config);
+    if args.format != TableFormat::Text || args.xlsx.is_none() {
+        answer.print(args.format)?;
     }
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &table::workbook(&answer.sheets())?)?;
     }
     if let Some(time_s) = figure_s {
-        args.figure.save(plan_view(&args.figure, &config, time_s)?.draw())?;
+        args.figure.save(plan_view(&args.figure, config, time_s)?.draw())?;
     }
     if args.format == TableFormat::Text { answer.print_files(args) } else { Ok(()) }
 }
@@ -157,18 +162,38 @@ impl PosesAnswer {
         Self { poses, has_heights: config.lead().route().is_on_ground() }
     }
 
+    pub(super) fn print(&self, format: TableFormat) -> anyhow::Result<()> {
+        match format {
+            TableFormat::Json => print_json(self),
+            TableFormat::Csv => print_bytes(table::csv(&[self.by_time()])),
+            TableFormat::Text => {
+                let tables: Vec<Table> = self.poses.iter().map(|pose| pose.table(self.has_heights)).collect();
+                print_bytes(table::text(&tables))
+            }
+        }
+    }
+
     /// A table with a row for every handle at every time.
     fn by_time(&self) -> Table {
         let numbers = number_columns(["x_m", "y_m", "z_m", "speed_mps"], self.has_heights);
-        let columns = [Column::number("time_s", DECIMALS), Column::whole("handle")].into_iter().chain(numbers);
+        let time = std::iter::once(Column::number("time_s", DECIMALS));
+        let columns = time.chain(self.dragon_column()).chain([Column::whole("handle")]).chain(numbers);
         let mut table = Table::new("poses", columns.collect());
         for Pose { time_s, handles } in &self.poses {
             for handle in handles {
-                let row = [(*time_s).into(), handle.index.into()].into_iter();
-                table.push(row.chain(handle.numbers(self.has_heights).map(Cell::from)).collect());
+                let row = std::iter::once((*time_s).into()).chain(handle.dragon.clone().map(Cell::from));
+                table.push(
+                    row.chain([handle.index.into()]).chain(handle.numbers(self.has_heights).map(Cell::from)).collect(),
+                );
             }
         }
         table
+    }
+
+    /// The column of the dragons' names, of several dragons.
+    fn dragon_column(&self) -> Option<Column> {
+        let handle = self.poses.first()?.handles.first()?;
+        handle.dragon.as_ref().map(|_| Column::text("dragon"))
     }
 
     /// Sheets of positions and speeds with a column for every time, as in the paper's workbook.
@@ -218,22 +243,20 @@ impl Pose {
     fn at(time_s: f64, config: &Config, chain: &mut ChainSolver) -> Self {
         let head_speed_mps = config.timetable().speed_mps(time_s);
         let handles = chain.solve(config.lead(), travel_m(time_s, config)).expect("the travel is in the run");
-        let handles = handles.iter().enumerate().map(|(index, handle)| Handle {
-            index,
-            x_m: handle.position.x,
-            y_m: handle.position.y,
-            z_m: handle.height_m,
-            speed_mps: handle.speed_ratio * head_speed_mps,
-        });
-        Self { time_s, handles: handles.collect() }
+        let handles = handles.iter().enumerate();
+        Self {
+            time_s,
+            handles: handles.map(|(index, handle)| Handle::of(None, index, handle, head_speed_mps)).collect(),
+        }
     }
 
     fn table(&self, has_heights: bool) -> Table {
         let numbers = number_columns(["x m", "y m", "z m", "m/s"], has_heights);
-        let columns = std::iter::once(Column::whole("handle")).chain(numbers);
+        let dragon = self.handles.first().and_then(|handle| handle.dragon.as_ref()).map(|_| Column::text("dragon"));
+        let columns = dragon.into_iter().chain([Column::whole("handle")]).chain(numbers);
         let mut table = Table::new(format!("at {} s", self.time_s), columns.collect());
         for handle in &self.handles {
-            let row = std::iter::once(handle.index.into());
+            let row = handle.dragon.clone().map(Cell::from).into_iter().chain([handle.index.into()]);
             table.push(row.chain(handle.numbers(has_heights).map(Cell::from)).collect());
         }
         table
@@ -241,6 +264,17 @@ impl Pose {
 }
 
 impl Handle {
+    pub(super) fn of(dragon: Option<String>, index: usize, handle: &dragon::Handle, head_speed_mps: f64) -> Self {
+        Self {
+            dragon,
+            index,
+            x_m: handle.position.x,
+            y_m: handle.position.y,
+            z_m: handle.height_m,
+            speed_mps: handle.speed_ratio * head_speed_mps,
+        }
+    }
+
     /// The numbers of a table's row, with or without the height.
     fn numbers(&self, has_heights: bool) -> impl Iterator<Item = f64> {
         let height = has_heights.then_some(self.z_m);

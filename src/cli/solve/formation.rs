@@ -1,0 +1,106 @@
+//! Questions about several dragons: `solve contact` and `solve poses` for a configuration with `[[dragons]]`.
+
+use std::ops::RangeInclusive;
+
+use bench_dragon_geometry::clearance::{Meeting, first_meeting};
+use bench_dragon_geometry::dragon::ChainSolver;
+use bench_dragon_geometry::number::Fixed;
+use serde::Serialize;
+
+use super::contact::ContactArgs;
+use super::poses::{Handle, MAX_POSITIONS, Pose, PosesAnswer, PosesArgs, times_s};
+use crate::cli::flags::{BadInput, Format};
+use crate::cli::print::{print_json, print_line};
+use crate::config::FormationDocument;
+
+/// The first contact of several dragons.
+#[derive(Serialize)]
+struct MeetingAnswer<'a> {
+    /// Plan time in seconds; null where no benches touch.
+    time_s: Option<f64>,
+    /// The indices of the two benches within their dragons.
+    benches: Option<[usize; 2]>,
+    /// The names of their dragons.
+    dragons: Option<[&'a str; 2]>,
+    point_m: Option<[f64; 2]>,
+    /// The requested clearance, in metres.
+    clearance_m: Option<f64>,
+    /// Plan time up to which there is no contact, where the search took too much work.
+    searched_to_s: Option<f64>,
+}
+
+/// Answers `solve contact` for a formation.
+pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyhow::Result<()> {
+    refuse("--profile", args.profile, document)?;
+    refuse("--max-ratio", args.max_ratio.is_some(), document)?;
+    refuse("--figure", args.figure.is_asked(), document)?;
+    let clearance_m = args.clearance.unwrap_or(0.0);
+    let formation = document.formation().metered(&args.work.meter());
+    let searched = first_meeting(&formation, clearance_m, document.start_s(), document.end_s());
+    let meeting = searched.as_ref().ok().copied().flatten();
+    let members = meeting.map(|meeting| meeting.benches.map(|bench| document.named_bench(bench)));
+    let answer = MeetingAnswer {
+        time_s: meeting.map(|meeting| meeting.time_s),
+        benches: members.map(|members| members.map(|(_, index)| index)),
+        dragons: members.map(|members| members.map(|(name, _)| name)),
+        point_m: meeting.map(|meeting| meeting.point.to_array()),
+        clearance_m: args.clearance,
+        searched_to_s: searched.as_ref().err().map(|unfinished| unfinished.reached_s),
+    };
+    if args.format.format == Format::Json {
+        print_json(&answer)?;
+        return Ok(());
+    }
+    let what = if clearance_m > 0.0 { format!("within {clearance_m} m") } else { "contact".to_owned() };
+    let text = match (meeting, members, searched.err()) {
+        (Some(Meeting { time_s, point, .. }), Some([(one, first), (other, second)]), _) => format!(
+            "first {what} at {} s: {one} bench {first} and {other} bench {second}, at ({}, {})",
+            Fixed::<6>(time_s),
+            Fixed::<6>(point.x),
+            Fixed::<6>(point.y),
+        ),
+        (_, _, Some(unfinished)) => format!(
+            "no {what} before {} s; not searched further: {unfinished}; --work allows more",
+            Fixed::<6>(unfinished.reached_s)
+        ),
+        _ => format!("no {what}, until the last dragon ends at {} s", Fixed::<6>(document.end_s())),
+    };
+    print_line(text)?;
+    Ok(())
+}
+
+/// Answers `solve poses` for a formation.
+pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::Result<PosesAnswer> {
+    refuse("--figure", args.figure.is_asked(), document)?;
+    refuse("--xlsx", args.xlsx.is_some(), document)?;
+    let most = MAX_POSITIONS / document.formation().layout().handles();
+    let span: RangeInclusive<f64> = document.start_s()..=document.end_s();
+    let times_s = times_s(&args.times, &span, most)?;
+    let poses = times_s.into_iter().map(|time_s| pose(document, time_s)).collect();
+    let has_heights = document.dragons().iter().any(|dragon| dragon.config.lead().route().is_on_ground());
+    Ok(PosesAnswer { poses, has_heights })
+}
+
+/// The handles of all dragons at a plan time, dragon after dragon.
+fn pose(document: &FormationDocument, time_s: f64) -> Pose {
+    let mut handles = Vec::with_capacity(document.formation().layout().handles());
+    for (named, planned) in document.dragons().iter().zip(document.formation().dragons()) {
+        let mut solver = ChainSolver::new(&planned.dragon);
+        let head_speed_mps = planned.speed_mps(time_s);
+        let chain = solver.solve(&planned.dragon, planned.travel_m(time_s)).expect("the travel is in the run");
+        let name = Some(named.name.clone());
+        handles.extend(
+            chain.iter().enumerate().map(|(index, handle)| Handle::of(name.clone(), index, handle, head_speed_mps)),
+        );
+    }
+    Pose { time_s, handles }
+}
+
+/// Fails for a flag that is for one dragon only.
+fn refuse(flag: &str, is_set: bool, document: &FormationDocument) -> Result<(), BadInput> {
+    if is_set {
+        let count = document.dragons().len();
+        return Err(BadInput(format!("{flag} is for one dragon, the configuration has {count}")));
+    }
+    Ok(())
+}

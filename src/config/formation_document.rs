@@ -1,0 +1,192 @@
+//! `[[dragons]]`: several dragons on one clock. Each entry has the keys of `[dragon]`, its own `[dragons.route]` and
+//! `[dragons.head]`, and is checked as the configuration of one dragon with the other tables of the file.
+
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
+use std::path::Path;
+use std::sync::Arc;
+
+use bench_dragon_geometry::dragon::MAX_BENCHES;
+use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+use super::document::{Document, DragonTable, HeadTable, in_plain_words};
+use super::{Config, ConfigDocument, ConfigError, require};
+
+/// Allowed numbers of dragons.
+const DRAGONS: RangeInclusive<usize> = 1..=32;
+/// Longest name of a dragon, in characters.
+const MAX_NAME: usize = 24;
+/// Allowed plan times at which a head leaves, in seconds.
+const LEAVES_S: RangeInclusive<f64> = 0.0..=1e6;
+
+/// A dragon of a formation.
+#[derive(Clone, Debug)]
+pub struct NamedDragon {
+    /// Its name, which is unique.
+    pub name: String,
+    /// Its colour as `#rrggbb`, if the configuration has one.
+    pub colour: Option<String>,
+    /// Its configuration, as if it were alone.
+    pub config: Config,
+}
+
+/// A valid configuration of several dragons.
+#[derive(Clone, Debug)]
+pub struct FormationDocument {
+    dragons: Vec<NamedDragon>,
+    formation: Arc<Formation>,
+}
+
+impl FormationDocument {
+    /// Builds the formation of a document with `[[dragons]]`. `folder` is that of the configuration.
+    ///
+    /// # Errors
+    /// There are too many dragons, a name is not valid or occurs twice, or the table of a dragon is not valid.
+    pub(super) fn build(mut tables: Document, folder: &Path, placing_steps: Option<u64>) -> Result<Self, ConfigError> {
+        let entries = std::mem::take(&mut tables.dragons);
+        require_no_short_form(&tables)?;
+        if !DRAGONS.contains(&entries.len()) {
+            let (count, most) = (entries.len(), DRAGONS.end());
+            return Err(ConfigError(format!("[[dragons]] occurs {count} times, at most {most} are allowed")));
+        }
+        let mut names = BTreeSet::new();
+        let mut dragons = Vec::new();
+        let mut planned = Vec::new();
+        for (number, entry) in (1..).zip(entries) {
+            let name = name_of(&entry, number)?;
+            if !names.insert(name.clone()) {
+                return Err(ConfigError(format!("[[dragons]] name is \"{name}\" twice, must be unique")));
+            }
+            let of_dragon = |ConfigError(text): ConfigError| ConfigError(format!("dragon {name}: {text}"));
+            let (dragon, timetable) = named(&name, entry, &tables, folder, placing_steps).map_err(of_dragon)?;
+            planned.push(Planned { dragon: Arc::clone(dragon.config.lead()), timetable });
+            dragons.push(dragon);
+        }
+        let formation = Formation::new(planned);
+        let benches = formation.layout().benches();
+        if benches > MAX_BENCHES {
+            let text = format!("[[dragons]] have {benches} benches together, at most {MAX_BENCHES} are allowed");
+            return Err(ConfigError(text));
+        }
+        Ok(Self { dragons, formation: Arc::new(formation) })
+    }
+
+    /// The dragons, the leading one first.
+    pub fn dragons(&self) -> &[NamedDragon] {
+        &self.dragons
+    }
+
+    /// All dragons on their routes.
+    pub fn formation(&self) -> &Arc<Formation> {
+        &self.formation
+    }
+
+    /// The name of the dragon of a bench that is numbered on from dragon to dragon, and its index within that dragon.
+    pub fn named_bench(&self, bench: usize) -> (&str, usize) {
+        let (dragon, index) = self.formation.layout().place(bench);
+        (&self.dragons[dragon].name, index)
+    }
+
+    /// Plan time at which the last dragon reaches its end, in seconds.
+    pub fn end_s(&self) -> f64 {
+        self.formation.dragons().iter().map(|planned| planned.timetable.end_s()).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Plan time at which the first dragon leaves, in seconds.
+    pub fn start_s(&self) -> f64 {
+        self.formation.dragons().iter().map(|planned| planned.timetable.start_s()).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Fails for a document that also has the short form for one dragon.
+fn require_no_short_form(tables: &Document) -> Result<(), ConfigError> {
+    let plain = Document::default();
+    let short = [
+        ("dragon", tables.dragon != plain.dragon),
+        ("route", tables.route != plain.route),
+        ("head", tables.head != plain.head),
+    ];
+    match short.into_iter().find(|(_, is_set)| *is_set) {
+        Some((table, _)) => Err(ConfigError(format!(
+            "[{table}] and [[dragons]] exclude each other: use [dragons.{table}] in each entry"
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn name_of(entry: &Table, number: usize) -> Result<String, ConfigError> {
+    let allowed = "1 to 24 of a–z, 0–9 and -";
+    let Some(name) = entry.get("name") else {
+        return Err(ConfigError(format!("[[dragons]] name of number {number} is missing, must be {allowed}")));
+    };
+    let is_plain = |char: char| char.is_ascii_lowercase() || char.is_ascii_digit() || char == '-';
+    match name.as_str() {
+        Some(text) if (1..=MAX_NAME).contains(&text.len()) && text.chars().all(is_plain) => Ok(text.to_owned()),
+        _ => Err(ConfigError(format!("[[dragons]] name of number {number} is {name}, must be {allowed}"))),
+    }
+}
+
+fn colour_of(value: Option<Value>) -> Result<Option<String>, ConfigError> {
+    let Some(value) = value else { return Ok(None) };
+    let is_colour = |text: &str| {
+        text.strip_prefix('#')
+            .is_some_and(|digits| digits.len() == 6 && digits.chars().all(|digit| digit.is_ascii_hexdigit()))
+    };
+    match value.as_str() {
+        Some(text) if is_colour(text) => Ok(Some(text.to_owned())),
+        _ => Err(ConfigError(format!("colour is {value}, must be as \"#c8a04a\""))),
+    }
+}
+
+/// The dragon of an entry, and its travel over plan time.
+fn named(
+    name: &str,
+    mut entry: Table,
+    shared: &Document,
+    folder: &Path,
+    placing_steps: Option<u64>,
+) -> Result<(NamedDragon, Timetable), ConfigError> {
+    entry.remove("name");
+    let colour = colour_of(entry.remove("colour"))?;
+    let mut head = sub_table(&mut entry, "head")?;
+    let leaves_s = match head.remove("start_s") {
+        None => 0.0,
+        Some(Value::Float(start_s)) => start_s,
+        Some(Value::Integer(start_s)) => start_s as f64,
+        Some(other) => return Err(ConfigError(format!("[head] start_s is {other}, must be a number"))),
+    };
+    require("head", "start_s", leaves_s, &LEAVES_S)?;
+    let route = sub_table(&mut entry, "route")?;
+    let tables = Document {
+        head: of_table::<HeadTable>(head)?,
+        route: of_table(route)?,
+        dragon: of_table::<DragonTable>(entry)?,
+        ..shared.clone()
+    };
+    let document = ConfigDocument::of_tables(tables, folder)?;
+    let document = placing_steps.into_iter().fold(document, ConfigDocument::with_placing_steps);
+    if document.dimensions().play_m() > 0.0 {
+        let poles = "[dragon] pole_diameter_m: hinges of several dragons have no play: remove it";
+        return Err(ConfigError(poles.to_owned()));
+    }
+    let config = document.build()?;
+    let HeadTable { speed_mps, accel_mps2 } = config.tables().head;
+    let (start_m, end_m) = (config.lead().start_travel_m(), config.lead().end_travel_m());
+    let timetable = Timetable::leaving(leaves_s, start_m, speed_mps, accel_mps2, end_m);
+    Ok((NamedDragon { name: name.to_owned(), colour, config }, timetable))
+}
+
+/// Takes a table out of an entry; an empty one if it is not there.
+fn sub_table(entry: &mut Table, key: &str) -> Result<Table, ConfigError> {
+    match entry.remove(key) {
+        None => Ok(Table::new()),
+        Some(Value::Table(table)) => Ok(table),
+        Some(other) => Err(ConfigError(format!("{key} is {other}, must be a table"))),
+    }
+}
+
+fn of_table<T: DeserializeOwned>(table: Table) -> Result<T, ConfigError> {
+    table.try_into().map_err(|error: toml::de::Error| ConfigError(in_plain_words(error.message())))
+}
