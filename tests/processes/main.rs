@@ -29,6 +29,7 @@ mod excerpts;
 mod export;
 mod figures;
 mod first_tracker;
+mod formations;
 mod full_memory;
 mod gate;
 mod ground;

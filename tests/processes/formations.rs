@@ -1,0 +1,115 @@
+//! Several dragons in a configuration: what the planner answers about them, and what is refused.
+
+use serde_json::{Value, json};
+
+use crate::stage::Stage;
+
+/// Two straight dragons: `gold` walks along the x axis, `silver` up the line x = 10, from 20 m below.
+const CROSSING: &str = r#"
+[[dragons]]
+name = "gold"
+benches = 4
+[dragons.route]
+kind = "path"
+segments = [{ kind = "line", length_m = 40.0 }]
+
+[[dragons]]
+name = "silver"
+benches = 3
+[dragons.route]
+kind = "path"
+start_x_m = 10.0
+start_y_m = -20.0
+start_heading_deg = 90.0
+segments = [{ kind = "line", length_m = 40.0 }]
+[dragons.head]
+speed_mps = 2.0
+start_s = 2.0
+"#;
+
+fn solve(stage: &Stage, args: &[&str]) -> Value {
+    let ended = stage.run(&[&["solve"], args, &["--config", "two.toml", "--format", "json"]].concat());
+    ended.expect_clean();
+    serde_json::from_str(&ended.stdout).expect("JSON")
+}
+
+fn stage_with(text: &str) -> Stage {
+    let stage = Stage::new();
+    std::fs::write(stage.path("two.toml"), text).expect("the folder is writable");
+    stage
+}
+
+#[test]
+fn the_first_contact_of_two_dragons_names_both_and_the_indices_within_them() {
+    let stage = stage_with(CROSSING);
+    let contact = solve(&stage, &["contact"]);
+    // Gold's front edge reaches silver's lane at 10 − 0.15 − 0.275 m; silver's reaches gold's lane at 20 − 0.425 m, 2 m/s from 2 s.
+    let silver_s = 2.0 + (20.0 - 0.425) / 2.0;
+    assert!((contact["time_s"].as_f64().expect("a time") - silver_s).abs() < 1e-9, "{contact}");
+    assert_eq!(contact["dragons"], json!(["gold", "silver"]));
+    assert_eq!(contact["benches"], json!([0, 0]));
+    let later = CROSSING.replace("start_s = 2.0", "start_s = 60.0");
+    let apart = solve(&stage_with(&later), &["contact"]);
+    assert_eq!(apart["time_s"], Value::Null, "{apart}");
+    let text = stage.run(&["solve", "contact", "--config", "two.toml"]);
+    text.expect_clean();
+    assert!(text.stdout.contains("gold bench 0 and silver bench 0"), "{}", text.stdout);
+}
+
+#[test]
+fn poses_have_the_name_of_their_dragon_and_the_index_within_it() {
+    let stage = stage_with(CROSSING);
+    let poses = solve(&stage, &["poses", "--at", "1,7"]);
+    let handles = |pose: usize| poses["poses"][pose]["handles"].as_array().expect("handles").clone();
+    assert_eq!((handles(0).len(), handles(1).len()), (5 + 4, 5 + 4));
+    let first_of_silver = |pose: usize| handles(pose)[5].clone();
+    assert_eq!((&first_of_silver(0)["dragon"], &first_of_silver(0)["index"]), (&json!("silver"), &json!(0)));
+    // Before it leaves, silver stands at its beginning.
+    assert_eq!((&first_of_silver(0)["y_m"], &first_of_silver(0)["speed_mps"]), (&json!(-20.0), &json!(0.0)));
+    assert!((first_of_silver(1)["y_m"].as_f64().expect("a number") + 10.0).abs() < 1e-9);
+    assert!((first_of_silver(1)["speed_mps"].as_f64().expect("a number") - 2.0).abs() < 1e-12);
+    let csv = stage.run(&["solve", "poses", "--at", "1", "--config", "two.toml", "--format", "csv"]);
+    csv.expect_clean();
+    assert!(csv.stdout.starts_with("time_s,dragon,handle,x_m,y_m,speed_mps"), "{}", csv.stdout);
+}
+
+#[test]
+fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
+    for (text, line) in [
+        (CROSSING.replace("\"silver\"", "\"gold\""), "[[dragons]] name is \"gold\" twice, must be unique"),
+        (
+            CROSSING.replace("\"silver\"", "\"Silver!\""),
+            "[[dragons]] name of number 2 is \"Silver!\", must be 1 to 24 of a–z, 0–9 and -",
+        ),
+        (CROSSING.replace("name = \"silver\"\n", ""), "[[dragons]] name of number 2 is missing"),
+        (CROSSING.replace("benches = 3", "benches = 0"), "dragon silver: [dragon] benches is 0"),
+        (CROSSING.replace("benches = 3", "bench = 3"), "dragon silver: unknown field `bench`"),
+        (
+            CROSSING.replace("benches = 3", "colour = \"red\""),
+            "dragon silver: colour is \"red\", must be as \"#c8a04a\"",
+        ),
+        (CROSSING.replace("start_s = 2.0", "start_s = -2.0"), "dragon silver: [head] start_s is -2, must be from 0"),
+        (CROSSING.replace("benches = 3", "pole_diameter_m = 0.05"), "dragon silver: [dragon] pole_diameter_m"),
+        (format!("[dragon]\nbenches = 7\n{CROSSING}"), "[dragon] and [[dragons]] exclude each other"),
+        (
+            CROSSING.replace("benches = 4", "benches = 60000").replace("benches = 3", "benches = 60000"),
+            "[[dragons]] have 120000 benches together, at most 100000 are allowed",
+        ),
+    ] {
+        let ended = stage_with(&text).run(&["solve", "contact", "--config", "two.toml"]);
+        assert_eq!((ended.code(), &*ended.stdout), (Some(2), ""), "{}", ended.stderr);
+        assert!(ended.stderr.contains(line) && ended.stderr.lines().count() == 1, "{line}: {}", ended.stderr);
+    }
+    let stage = stage_with(CROSSING);
+    for args in [&["serve"][..], &["show"], &["solve", "pitch"], &["solve", "turn"], &["doctor"]] {
+        let ended = stage.run(&[args, &["--config", "two.toml"]].concat());
+        assert_eq!(ended.code(), Some(2), "{args:?}: {}", ended.stderr);
+        assert!(
+            ended.stderr.contains("[[dragons]] has 2 dragons, gold, silver: only one is allowed here"),
+            "{}",
+            ended.stderr
+        );
+    }
+    let profile = stage.run(&["solve", "contact", "--profile", "--config", "two.toml"]);
+    assert!(profile.stderr.contains("--profile is for one dragon, the configuration has 2"), "{}", profile.stderr);
+}
