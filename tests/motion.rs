@@ -2,7 +2,7 @@
 
 use bench_dragon::source::server::motion::{FASTEST, HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::formation::Timetable;
-use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
+use bench_dragon_ipc::{Refusal, Request, ShowState, Stop, Stops};
 use proptest::prelude::*;
 use test_support::property::random_cases;
 
@@ -59,7 +59,7 @@ fn only_release_lifts_a_hold() {
 fn a_show_is_ready_at_its_start_until_its_first_release() {
     let mut motion = after(start(MotionSettings { ready: true, ..plan() }), 9);
     assert_eq!((motion.head().state, motion.head().travel_m), (ShowState::Ready, 0.0));
-    assert_eq!(motion.stops(), Stops { ready: true, ..Stops::default() });
+    assert_eq!(motion.stops(), Stops::from([Stop::Ready]));
     assert_eq!(motion.request(Request::Resume), Err(Refusal::Ready));
     motion.request(Request::Release).expect("the release starts the show");
     assert_eq!(after(motion, 3).head().travel_m, 0.003);
@@ -79,9 +79,9 @@ fn a_hold_before_the_first_release_is_a_safety_stop() {
 fn only_the_first_hold_of_a_restarted_server_is_that_of_its_restart() {
     let mut motion = start(MotionSettings { held: true, restarted: true, ..plan() });
     assert_eq!(motion.head().state, ShowState::Held);
-    assert_eq!(motion.stops(), Stops { held: true, restarted: true, ..Stops::default() });
+    assert_eq!(motion.stops(), Stops::from([Stop::Held, Stop::Restarted]));
     motion.request(Request::Hold).expect("hold is always accepted");
-    assert_eq!(motion.stops(), Stops { held: true, ..Stops::default() });
+    assert_eq!(motion.stops(), Stops::from([Stop::Held]));
 }
 
 #[test]
@@ -369,10 +369,12 @@ fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
 fn a_head_reports_every_cause_of_its_stop() {
     let mut motion = start(MotionSettings { held: true, ..guarded() });
     motion.request(Request::Pause).expect("the command is never refused");
-    assert_eq!(motion.stops(), Stops { paused: true, held: true, guard_limit: true, ..Stops::default() });
+    assert_eq!(motion.stops(), Stops::from([Stop::Paused, Stop::Held, Stop::GuardLimit]));
     motion.follow();
     motion.request(Request::Stop).expect("the command is never refused");
-    assert!(motion.stops().timecode && motion.stops().ending && !motion.stops().run_end);
+    assert!(
+        motion.stops().has(Stop::Timecode) && motion.stops().has(Stop::Ending) && !motion.stops().has(Stop::RunEnd)
+    );
 }
 
 /// Returns a guarded head at this travel.

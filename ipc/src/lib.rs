@@ -69,8 +69,8 @@ pub use domain::{
 pub use wake::WakePage;
 pub use wire::{
     Alert, AlertKind, BenchState, Command, CommandEvent, CommandReply, EventKind, FrameHeader, GuardState, HandleState,
-    ReaderReport, Refusal, ReplayStatus, Request, RunStart, Sender, Severity, ShowState, SourceKind, Status, Stops,
-    TimeHistogram, TimecodeKind, TimecodeState, frame_bytes,
+    ReaderReport, Refusal, ReplayStatus, Request, RunStart, Sender, Severity, ShowState, SourceKind, Status, Stop,
+    Stops, TimeHistogram, TimecodeKind, TimecodeState, frame_bytes,
 };
 /// Traits that convert the bus's layouts to and from their bytes.
 pub use zerocopy::{FromBytes, IntoBytes};

@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::{
     CommandClient, CommandEvent, CommandEventReader, EventKind, GuardState, Refusal, Request, Sender, ShowState,
-    SourceKind, StatusReader,
+    SourceKind, StatusReader, Stop,
 };
 use rustix::process::Signal;
 use test_support::eventually::eventually;
@@ -54,7 +54,7 @@ fn a_stopped_server_brakes_first_and_its_last_frame_and_status_are_ended() {
         (last.run_id, last.source_kind(), last.guard_state()),
         (run_id, Some(SourceKind::Server), Some(GuardState::None))
     );
-    assert!(last.stops().ending, "{:?}", last.stops());
+    assert!(last.stops().has(Stop::Ending), "{:?}", last.stops());
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use bench_dragon_ipc::Stop;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 use test_support::process::Ended;
@@ -49,7 +50,7 @@ fn a_show_that_is_interrupted_reports_who_steered_it() {
     let ctl = |args: &[&str]| playing.stage.run(&[&["ctl", "--format", "json"], args].concat());
     ctl(&["speed", "0.5"]).expect_clean();
     ctl(&["hold"]).expect_clean();
-    playing.await_status(|status| status.stops().held);
+    playing.await_status(|status| status.stops().has(Stop::Held));
     ctl(&["release"]).expect_clean();
     assert_eq!(ctl(&["release"]).code(), Some(1), "there is no hold to release");
     playing.await_status(|status| status.tick > 100);

@@ -85,7 +85,7 @@ def test_every_frame_is_the_one_that_echo_prints(node):
         by_tick[header.tick] = frame
     for line in printed:
         handles = ((handle["position_m"], handle["velocity_mps"]) for handle in line["handles"])
-        assert by_tick[line["tick"]] == frame_bytes(line, handles)
+        assert by_tick[line["tick"]] == frame_bytes(line | {"show_time_ns": line["sim_time_ns"]}, handles)
 
 
 def test_the_ticks_count_on_and_each_advances_show_time_by_one_step(node):

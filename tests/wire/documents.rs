@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use bench_dragon_ipc::{AlertKind, ShowState, SourceKind, TimecodeKind, TimecodeState};
+use bench_dragon_ipc::{AlertKind, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState};
 use test_support::foreign_form::require_passage;
 
 use crate::layouts::{self, Field};
@@ -35,6 +35,7 @@ fn the_page_for_stock_clients_has_the_numbers_of_the_enums() {
         ("| 148 | u32 | `source` | ", numbers(&SourceKind::ALL)),
         ("| 156 | u32 | `timecode` | ", numbers(&TimecodeState::ALL)),
         ("| 160 | u32 | `timecode_kind` | ", numbers(&TimecodeKind::ALL)),
+        ("| 164 | u32 | `stops` | bits: ", bits(&Stop::ALL)),
         ("| 56 | u32 | `kind` | ", numbers(&AlertKind::ALL)),
     ] {
         require_passage(&repository(STOCK_PAGE), row, &numbers, " |\n");
@@ -43,8 +44,16 @@ fn the_page_for_stock_clients_has_the_numbers_of_the_enums() {
 
 /// The variants with their numbers, which begin with 0: `0 near, 1 contact`.
 fn numbers(variants: &[impl Display]) -> String {
-    let numbered = variants.iter().enumerate().map(|(number, variant)| format!("{number} {variant}"));
-    numbered.collect::<Vec<_>>().join(", ")
+    listed((0..).zip(variants))
+}
+
+/// The variants with their bits: `1 paused, 2 held`.
+fn bits(variants: &[impl Display]) -> String {
+    listed((0..).map(|number| 1 << number).zip(variants))
+}
+
+fn listed(numbered: impl Iterator<Item = (u32, impl Display)>) -> String {
+    numbered.map(|(number, variant)| format!("{number} {variant}")).collect::<Vec<_>>().join(", ")
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use bench_dragon_ipc::{
-    AlertKind, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stops, TimecodeKind, TimecodeState,
+    AlertKind, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState,
 };
 use test_support::foreign_form::{Constant, line, require_file, wrapped};
 
@@ -31,43 +31,33 @@ fn codes_have_the_names_and_the_numbers_of_the_enums() {
         class("Sender", Sender::ABOUT, &Sender::MEANINGS),
         class("ShowState", ShowState::ABOUT, &ShowState::MEANINGS),
         class("SourceKind", SourceKind::ABOUT, &SourceKind::MEANINGS),
+        class_of(
+            "IntFlag",
+            "Stops",
+            "Reasons for which the head stands or brakes. Several may hold at once.",
+            Constant::bits("", &Stop::MEANINGS),
+        ),
         class("TimecodeKind", TimecodeKind::ABOUT, &TimecodeKind::MEANINGS),
         class("TimecodeState", TimecodeState::ABOUT, &TimecodeState::MEANINGS),
     ];
     let about =
         "\"\"\"Numeric codes of the bus. Generated from the Rust crate by its test `wire`; not changed by hand.\"\"\"";
-    let module = format!("{about}\n\nfrom bench_dragon.wire import WireCode\n{}", classes.concat());
+    let module =
+        format!("{about}\n\nfrom enum import IntFlag\n\nfrom bench_dragon.wire import WireCode\n{}", classes.concat());
     require_file(&repository(&format!("{PACKAGE}/codes.py")), &module);
 }
 
 fn class(name: &str, about: &str, meanings: &[(&str, u32, &str)]) -> String {
-    let codes = Constant::all("", meanings).into_iter().map(|Constant { name, number, meaning }| {
+    class_of("WireCode", name, about, Constant::all("", meanings))
+}
+
+fn class_of(base: &str, name: &str, about: &str, constants: Vec<Constant>) -> String {
+    let codes = constants.into_iter().map(|Constant { name, number, meaning }| {
         let meaning = wrapped(&format!("{meaning}\"\"\""), "    \"\"\"", "    ", WIDTH);
         format!("    {name} = {number}\n{meaning}\n")
     });
     let codes: String = codes.collect();
-    format!("\n\nclass {name}(WireCode):\n    \"\"\"{}\"\"\"\n\n{codes}", line(about))
-}
-
-#[test]
-fn stops_have_the_bits_of_the_bus() {
-    let source = text(&format!("{PACKAGE}/status.py"));
-    let (_, class) = source.split_once("class Stops(enum.IntFlag):\n").expect("a class of the stops");
-    let values = class.lines().take_while(|line| line.is_empty() || line.starts_with("    "));
-    let python: Vec<(String, u32)> = values
-        .filter_map(|line| line.split_once(" = "))
-        .map(|(name, bit)| (name.trim().to_lowercase(), bit.parse().expect("a bit")))
-        .collect();
-    let name = |bit: u32| {
-        let stops = format!("{:?}", Stops::from_wire(bit));
-        stops
-            .split([' ', ','])
-            .zip(stops.split([' ', ',']).skip(1))
-            .find(|(_, value)| *value == "true")
-            .map(|(name, _)| name.trim_end_matches(':').to_owned())
-    };
-    let bus: Vec<(String, u32)> = (0..32).map(|bit| 1 << bit).filter_map(|bit| Some((name(bit)?, bit))).collect();
-    assert_eq!(python, bus);
+    format!("\n\nclass {name}({base}):\n    \"\"\"{}\"\"\"\n\n{codes}", line(about))
 }
 
 #[test]

@@ -297,6 +297,124 @@ typedef enum {
 } bd_event_kind_t;
 
 /**
+ * The kind of source that publishes the frames.
+ */
+typedef enum {
+  /**
+   * A server, which simulates the show.
+   */
+  BD_KIND_SERVER = 0,
+  /**
+   * A replay of a recording.
+   */
+  BD_KIND_REPLAY = 1,
+  /**
+   * A bridge that receives the frames of another host.
+   */
+  BD_KIND_REMOTE = 2,
+} bd_source_kind_t;
+
+/**
+ * State of the guard.
+ */
+typedef enum {
+  /**
+   * The server is not guarded.
+   */
+  BD_GUARD_NONE = 0,
+  /**
+   * The server waits for grants, and no guard runs.
+   */
+  BD_GUARD_MISSING = 1,
+  /**
+   * A guard runs.
+   */
+  BD_GUARD_RUNNING = 2,
+} bd_guard_state_t;
+
+/**
+ * State of the timecode that the server follows.
+ */
+typedef enum {
+  /**
+   * The server follows no timecode.
+   */
+  BD_TIMECODE_NONE = 0,
+  /**
+   * No timecode has arrived yet; the show stands.
+   */
+  BD_TIMECODE_WAITING = 1,
+  /**
+   * The timecode runs, and the show follows.
+   */
+  BD_TIMECODE_LOCKED = 2,
+  /**
+   * The timecode stands, and so does the show.
+   */
+  BD_TIMECODE_STANDING = 3,
+  /**
+   * The timecode is lost. The show runs on at its own speed, unless it was standing.
+   */
+  BD_TIMECODE_LOST = 4,
+} bd_timecode_state_t;
+
+/**
+ * The protocol of the timecode.
+ */
+typedef enum {
+  /**
+   * The server follows no timecode.
+   */
+  BD_PROTOCOL_NONE = 0,
+  /**
+   * Art-Net (`ArtTimeCode`).
+   */
+  BD_PROTOCOL_ART_NET = 1,
+  /**
+   * Open Sound Control.
+   */
+  BD_PROTOCOL_OSC = 2,
+} bd_timecode_kind_t;
+
+/**
+ * Reason for which the head stands or brakes. A bit of `stops`.
+ */
+typedef enum {
+  /**
+   * The operator's pause.
+   */
+  BD_STOP_PAUSED = 1,
+  /**
+   * A safety hold. `release` lifts it.
+   */
+  BD_STOP_HELD = 2,
+  /**
+   * The head is at the end of the granted travel.
+   */
+  BD_STOP_GUARD_LIMIT = 4,
+  /**
+   * The timecode stands, or has not arrived yet.
+   */
+  BD_STOP_TIMECODE = 8,
+  /**
+   * The server is ending.
+   */
+  BD_STOP_ENDING = 16,
+  /**
+   * The end of the route, of the run or of the requested time.
+   */
+  BD_STOP_RUN_END = 32,
+  /**
+   * The show waits at its start. `release` starts it.
+   */
+  BD_STOP_READY = 64,
+  /**
+   * The server was restarted, and has held the show since. The show is held too.
+   */
+  BD_STOP_RESTARTED = 128,
+} bd_stop_t;
+
+/**
  * The kind of program that sends a command.
  */
 typedef enum {
@@ -629,25 +747,23 @@ typedef struct {
    */
   uint32_t pid;
   /**
-   * Kind of source: 0 a server, 1 a replay, 2 a bridge from another host.
+   * A `bd_source_kind_t`.
    */
   uint32_t source;
   /**
-   * State of the guard: 0 the server is not guarded, 1 it is guarded but no guard runs, 2 a guard runs.
+   * A `bd_guard_state_t`.
    */
   uint32_t guard;
   /**
-   * State of the timecode: 0 the server follows none, 1 none has arrived yet, 2 it runs, 3 it stands, 4 it is lost.
+   * A `bd_timecode_state_t`.
    */
   uint32_t timecode;
   /**
-   * Protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
+   * A `bd_timecode_kind_t`.
    */
   uint32_t timecode_kind;
   /**
-   * Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
-   * the timecode. 16: the server is ending. 32: the end of the run. 64: the show waits at its start. 128: the server was
-   * restarted, and has held the show since.
+   * Reasons for which the head stands or brakes, as bits: a sum of `bd_stop_t`.
    */
   uint32_t stops;
 } bd_status_t;

@@ -45,17 +45,15 @@ pub struct bd_status_t {
     pub state: u32,
     /// Process id of the server.
     pub pid: u32,
-    /// Kind of source: 0 a server, 1 a replay, 2 a bridge from another host.
+    /// A `bd_source_kind_t`.
     pub source: u32,
-    /// State of the guard: 0 the server is not guarded, 1 it is guarded but no guard runs, 2 a guard runs.
+    /// A `bd_guard_state_t`.
     pub guard: u32,
-    /// State of the timecode: 0 the server follows none, 1 none has arrived yet, 2 it runs, 3 it stands, 4 it is lost.
+    /// A `bd_timecode_state_t`.
     pub timecode: u32,
-    /// Protocol of the timecode: 0 none, 1 Art-Net, 2 OSC.
+    /// A `bd_timecode_kind_t`.
     pub timecode_kind: u32,
-    /// Reasons for which the head stands or brakes, as bits. 1: a pause. 2: a hold. 4: the end of the granted travel. 8:
-    /// the timecode. 16: the server is ending. 32: the end of the run. 64: the show waits at its start. 128: the server was
-    /// restarted, and has held the show since.
+    /// Reasons for which the head stands or brakes, as bits: a sum of `bd_stop_t`.
     pub stops: u32,
 }
 

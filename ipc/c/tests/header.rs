@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use bench_dragon_ipc::{AlertKind, EventKind, Refusal, Sender, ShowState};
+use bench_dragon_ipc::{
+    AlertKind, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState,
+};
 use test_support::foreign_form::{Constant, line, require_file, wrapped};
 
 /// Width of the header in characters.
@@ -59,6 +61,15 @@ fn enums() -> String {
         typedef("bd_command_t", "Kind of a command.", &Constant::all("BD_COMMAND_", requests)),
         typedef("bd_refusal_t", &format!("{} Later versions may add reasons.", Refusal::ABOUT), &refusals),
         typedef("bd_event_kind_t", EventKind::ABOUT, &events),
+        typedef("bd_source_kind_t", SourceKind::ABOUT, &Constant::all("BD_KIND_", &SourceKind::MEANINGS)),
+        typedef("bd_guard_state_t", GuardState::ABOUT, &Constant::all("BD_GUARD_", &GuardState::MEANINGS)),
+        typedef("bd_timecode_state_t", TimecodeState::ABOUT, &Constant::all("BD_TIMECODE_", &TimecodeState::MEANINGS)),
+        typedef("bd_timecode_kind_t", TimecodeKind::ABOUT, &Constant::all("BD_PROTOCOL_", &TimecodeKind::MEANINGS)),
+        typedef(
+            "bd_stop_t",
+            &format!("{} A bit of `stops`.", Stop::ABOUT),
+            &Constant::bits("BD_STOP_", &Stop::MEANINGS),
+        ),
         typedef("bd_sender_t", Sender::ABOUT, &Constant::all("BD_SENDER_", &Sender::MEANINGS)),
     ]
     .join("\n\n")

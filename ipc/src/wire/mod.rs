@@ -20,5 +20,5 @@ pub use command_event::{CommandEvent, EventKind, RunStart};
 pub use frame::{FrameHeader, HandleState, ShowState, frame_bytes};
 pub use reader_report::ReaderReport;
 pub use replay_status::ReplayStatus;
-pub use status::{GuardState, SourceKind, Status, Stops, TimecodeKind, TimecodeState};
+pub use status::{GuardState, SourceKind, Status, Stop, Stops, TimecodeKind, TimecodeState};
 pub use time_histogram::TimeHistogram;

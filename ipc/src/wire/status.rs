@@ -1,5 +1,7 @@
 //! Status of the server: the latest value on the `bench-dragon/status` service.
 
+use core::fmt;
+
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{Immutable, IntoBytes, KnownLayout};
 
@@ -178,52 +180,70 @@ wire_enum! {
     }
 }
 
-/// Reasons for which the head stands or brakes. Several may hold at once.
-#[allow(clippy::struct_excessive_bools, reason = "independent bits of the wire")]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Stops {
-    /// Bit 0: the operator's pause.
-    pub paused: bool,
-    /// Bit 1: a safety hold. `release` lifts it.
-    pub held: bool,
-    /// Bit 2: the head is at the end of the granted travel.
-    pub guard_limit: bool,
-    /// Bit 3: the timecode stands, or has not arrived yet.
-    pub timecode: bool,
-    /// Bit 4: the server is ending.
-    pub ending: bool,
-    /// Bit 5: the end of the route, of the run or of the requested time.
-    pub run_end: bool,
-    /// Bit 6: the show waits at its start. `release` starts it.
-    pub ready: bool,
-    /// Bit 7: the server was restarted, and has held the show since. Bit 1 is set too.
-    pub restarted: bool,
+wire_enum! {
+    /// Reason for which the head stands or brakes.
+    #[derive(Eq, Hash)]
+    Stop {
+        /// The operator's pause.
+        Paused = 0, "paused";
+        /// A safety hold. `release` lifts it.
+        Held = 1, "held";
+        /// The head is at the end of the granted travel.
+        GuardLimit = 2, "guard_limit";
+        /// The timecode stands, or has not arrived yet.
+        Timecode = 3, "timecode";
+        /// The server is ending.
+        Ending = 4, "ending";
+        /// The end of the route, of the run or of the requested time.
+        RunEnd = 5, "run_end";
+        /// The show waits at its start. `release` starts it.
+        Ready = 6, "ready";
+        /// The server was restarted, and has held the show since. The show is held too.
+        Restarted = 7, "restarted";
+    }
 }
+
+/// The reasons for which the head stands or brakes. Several may hold at once. A [`Stop`]'s number is that of its bit.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub struct Stops(u32);
 
 impl Stops {
     /// The bits on the wire.
     pub fn to_wire(self) -> u32 {
-        self.in_order().into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum()
+        self.0
     }
 
     /// The stops of the bits on the wire. Bits that this version does not support are ignored.
     pub fn from_wire(bits: u32) -> Self {
-        let holds = |bit: u32| bits >> bit & 1 == 1;
-        Self {
-            paused: holds(0),
-            held: holds(1),
-            guard_limit: holds(2),
-            timecode: holds(3),
-            ending: holds(4),
-            run_end: holds(5),
-            ready: holds(6),
-            restarted: holds(7),
-        }
+        Self(bits).iter().collect()
     }
 
-    fn in_order(self) -> [bool; 8] {
-        let Self { paused, held, guard_limit, timecode, ending, run_end, ready, restarted } = self;
-        [paused, held, guard_limit, timecode, ending, run_end, ready, restarted]
+    /// Whether the head stands or brakes for this reason.
+    pub fn has(self, stop: Stop) -> bool {
+        self.0 >> stop.to_wire() & 1 == 1
+    }
+
+    /// The reasons, by their numbers.
+    pub fn iter(self) -> impl Iterator<Item = Stop> {
+        Stop::ALL.into_iter().filter(move |&stop| self.has(stop))
+    }
+}
+
+impl FromIterator<Stop> for Stops {
+    fn from_iter<T: IntoIterator<Item = Stop>>(stops: T) -> Self {
+        Self(stops.into_iter().fold(0, |bits, stop| bits | 1 << stop.to_wire()))
+    }
+}
+
+impl<const N: usize> From<[Stop; N]> for Stops {
+    fn from(stops: [Stop; N]) -> Self {
+        stops.into_iter().collect()
+    }
+}
+
+impl fmt::Debug for Stops {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_set().entries(self.iter()).finish()
     }
 }
 
@@ -236,6 +256,7 @@ mod tests {
         for bits in 0..1 << 8 {
             assert_eq!(Stops::from_wire(bits).to_wire(), bits);
         }
+        assert_eq!(Stops::from_wire(1 << 8 | 1 << 31), Stops::default());
     }
 
     #[test]

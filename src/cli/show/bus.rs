@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::{
     BusError, CommandEvent, CommandEventReader, Domain, FrameHeader, FrameSubscriber, ReaderReports, ShowState, Status,
-    StatusReader, Stops,
+    StatusReader, Stop, Stops,
 };
 
 pub(super) struct ShowPorts {
@@ -52,7 +52,7 @@ impl LastSeen {
                 (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);
             }
             Some(ShowState::Paused) => self.is_paused = true,
-            Some(ShowState::Stopping) => self.is_paused = self.stops().paused,
+            Some(ShowState::Stopping) => self.is_paused = self.stops().has(Stop::Paused),
             _ => {}
         }
         self.header = Some(*header);
@@ -75,7 +75,7 @@ impl LastSeen {
             Some(ShowState::Held) => {
                 self.status.as_ref().is_none_or(|status| header.head_travel_m != status.granted_to_m)
             }
-            Some(ShowState::Stopping) => self.stops().held,
+            Some(ShowState::Stopping) => self.stops().has(Stop::Held),
             _ => false,
         })
     }

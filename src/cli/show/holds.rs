@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use bench_dragon_ipc::{CommandEvent, EventKind, Sender, ShowState, Status};
+use bench_dragon_ipc::{CommandEvent, EventKind, Sender, ShowState, Status, Stop};
 use serde::Serialize;
 
 use super::wall_time::WallTime;
@@ -97,7 +97,9 @@ impl HoldLog {
                     self.close(at, None);
                 }
             }
-            Some(ShowState::Held) if stops.guard_limit && !stops.held && self.has_walked && self.open.is_none() => {
+            Some(ShowState::Held)
+                if stops.has(Stop::GuardLimit) && !stops.has(Stop::Held) && self.has_walked && self.open.is_none() =>
+            {
                 let by = Sender::Guard.name().to_owned();
                 let time_s = status.show_time_ns as f64 * 1e-9;
                 self.begin(HoldKind::GrantEnd, HoldReport { time_s, ..of(at, by) });
@@ -201,7 +203,7 @@ mod tests {
     fn a_seek_ends_a_stop_of_the_guard_also_while_the_show_is_paused() {
         let mut log = HoldLog::default();
         log.take(&start(false, false));
-        let guarded = Stops { guard_limit: true, ..Stops::default() };
+        let guarded = Stops::from([Stop::GuardLimit]);
         let at = |second| WallTime::of(&event(EventKind::Stop, Sender::Server, second));
         log.see(&status(ShowState::Running, Stops::default()), at(21));
         log.see(&status(ShowState::Held, guarded), at(22));
@@ -227,7 +229,7 @@ mod tests {
     #[test]
     fn a_guards_stop_counts_from_the_first_walk_on_until_the_next() {
         let (mut log, at) = (HoldLog::default(), WallTime::default());
-        let stopped = status(ShowState::Held, Stops { guard_limit: true, ..Stops::default() });
+        let stopped = status(ShowState::Held, Stops::from([Stop::GuardLimit]));
         log.see(&stopped, at);
         assert_eq!(words(&log), [""; 0], "it waits for its first grant");
         for _ in 0..2 {
@@ -236,7 +238,7 @@ mod tests {
             log.see(&stopped, at);
         }
         assert_eq!(words(&log), ["guard, ended", "guard"]);
-        let held = Stops { guard_limit: true, held: true, ..Stops::default() };
+        let held = Stops::from([Stop::GuardLimit, Stop::Held]);
         log.take(&event(EventKind::Hold, Sender::Ctl, 9));
         log.see(&status(ShowState::Held, held), at);
         assert_eq!(words(&log), ["guard, ended", "guard, ended", "ctl"]);

@@ -1,6 +1,6 @@
 //! The commands that the source would accept now.
 
-use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, TimecodeState};
+use bench_dragon_ipc::{GuardState, Refusal, Request, ShowState, SourceKind, Status, Stop, TimecodeState};
 use serde::Serialize;
 
 use super::guard_situation::GuardSituation;
@@ -38,7 +38,7 @@ impl Controls {
             let refused = Self::all(&Refusal::Replayed.to_string());
             return Self { pause: None, resume: None, seek: None, stop: None, ..refused };
         }
-        if status.is_some_and(|status| status.stops().ending) {
+        if status.is_some_and(|status| status.stops().has(Stop::Ending)) {
             let refused = Self::all("the server is ending");
             return Self { hold: None, ..refused };
         }
@@ -75,7 +75,7 @@ impl Controls {
 fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
     let waits_for_guard = |status: &Status| status.guard_state() != Some(GuardState::None);
     match status {
-        Some(status) => status.stops().held || state == Some(ShowState::Held) && !waits_for_guard(status),
+        Some(status) => status.stops().has(Stop::Held) || state == Some(ShowState::Held) && !waits_for_guard(status),
         None => state == Some(ShowState::Held),
     }
 }
@@ -178,10 +178,10 @@ mod tests {
 
     #[test]
     fn the_command_that_lifts_a_stop_depends_on_its_cause() {
-        let held = Stops { held: true, ..Stops::default() };
-        let limit = Stops { guard_limit: true, ..Stops::default() };
-        let both = Stops { held: true, ..limit };
-        let ending = Stops { ending: true, ..Stops::default() };
+        let held = Stops::from([Stop::Held]);
+        let limit = Stops::from([Stop::GuardLimit]);
+        let both = Stops::from([Stop::Held, Stop::GuardLimit]);
+        let ending = Stops::from([Stop::Ending]);
         for (state, stops, guard, expected) in [
             (ShowState::Paused, Stops::default(), GuardState::None, "release"),
             (ShowState::Held, held, GuardState::None, "resume"),
@@ -200,7 +200,7 @@ mod tests {
 
     #[test]
     fn at_the_guards_permanent_end_no_reason_promises_that_the_dragon_walks_on() {
-        let limit = Stops { guard_limit: true, ..Stops::default() };
+        let limit = Stops::from([Stop::GuardLimit]);
         let held = snapshot(ShowState::Held, &stopped(limit, GuardState::Running));
         for (guard, part) in [
             (GuardSituation::Waiting, "it walks on by itself if the guard proves the travel ahead"),

@@ -1,7 +1,7 @@
 //! The situation of the guard: waiting, working, at its end, or missing.
 
 use bench_dragon_geometry::clearance::{PairClearance, PlayEnd};
-use bench_dragon_ipc::{FrameHeader, GuardState, ShowState, Status, TimecodeState};
+use bench_dragon_ipc::{FrameHeader, GuardState, ShowState, Status, Stop, TimecodeState};
 use serde::Serialize;
 
 /// The situation of the guard.
@@ -40,7 +40,8 @@ impl GuardSituation {
             Some(GuardState::Running) => {}
         }
         let stops = status.stops();
-        if !stops.guard_limit || stops.run_end || header.show_state().is_some_and(ShowState::walks) {
+        if !stops.has(Stop::GuardLimit) || stops.has(Stop::RunEnd) || header.show_state().is_some_and(ShowState::walks)
+        {
             return Self::Working;
         }
         let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
@@ -86,8 +87,8 @@ mod tests {
     #[test]
     fn a_waiting_working_ended_or_dead_guard_is_a_situation_each() {
         let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
-        let at_limit = Stops { guard_limit: true, ..Stops::default() };
-        let at_run_end = Stops { run_end: true, ..at_limit };
+        let at_limit = Stops::from([Stop::GuardLimit]);
+        let at_run_end = Stops::from([Stop::GuardLimit, Stop::RunEnd]);
         let (none, running) = (TimecodeState::None, GuardState::Running);
         for (status, expected) in vec![
             (status(GuardState::None, at_limit, f64::NAN, none), GuardSituation::None),
@@ -107,7 +108,7 @@ mod tests {
     #[test]
     fn a_head_repositioned_below_the_margin_gets_no_grant() {
         let held = FrameHeader { state: ShowState::Held.to_wire(), ..FrameHeader::default() };
-        let stops = Stops { guard_limit: true, ..Stops::default() };
+        let stops = Stops::from([Stop::GuardLimit]);
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
         let pair = PairClearance { benches: [0, 8], clearance_m: 0.0004, point: glam::DVec2::ZERO };
         let situation = GuardSituation::of(&status, &held, Some(pair), 0.0005, None);
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn a_head_repositioned_where_a_pose_may_touch_gets_no_grant() {
         let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
-        let stops = Stops { guard_limit: true, ..Stops::default() };
+        let stops = Stops::from([Stop::GuardLimit]);
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
         let far = PairClearance { benches: [0, 8], clearance_m: 0.02, point: glam::DVec2::ZERO };
         let situation = |travel_m| {

@@ -1,7 +1,7 @@
 //! How the show stands: one word, how urgent it is, its cause, and what to do. Every display and `ctl status` show the same.
 
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, SourceKind, Status, TimecodeState};
+use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, SourceKind, Status, Stop, TimecodeState};
 use serde::Serialize;
 
 use super::contact::Contact;
@@ -197,10 +197,10 @@ fn hung_guard(snapshot: &Snapshot, now_ns: u64) -> Option<(String, String)> {
 fn stopping(snapshot: &Snapshot) -> String {
     let stops = snapshot.status.as_deref().map(Status::stops).unwrap_or_default();
     let why = match stops {
-        _ if stops.ending => "The server was asked to end. ",
-        _ if stops.held => "Hold. ",
-        _ if stops.paused => "Pause. ",
-        _ if stops.timecode => "The timecode stands still. ",
+        _ if stops.has(Stop::Ending) => "The server was asked to end. ",
+        _ if stops.has(Stop::Held) => "Hold. ",
+        _ if stops.has(Stop::Paused) => "Pause. ",
+        _ if stops.has(Stop::Timecode) => "The timecode stands still. ",
         _ => "",
     };
     match snapshot.forecast {
@@ -213,7 +213,7 @@ fn stopping(snapshot: &Snapshot) -> String {
 
 fn paused(status: Option<&Status>) -> Standing {
     let standing = |cause: &str| Standing::new(Level::Caution, "PAUSED", cause);
-    let by_operator = status.is_none_or(|status| status.stops().paused);
+    let by_operator = status.is_none_or(|status| status.stops().has(Stop::Paused));
     match status.and_then(Status::timecode_state) {
         Some(TimecodeState::Waiting) if !by_operator => standing("The show waits for its first timecode."),
         Some(timecode) if !by_operator && timecode != TimecodeState::None => {
@@ -241,8 +241,8 @@ fn held(snapshot: &Snapshot) -> Standing {
     let status_of_hold = snapshot.status.as_deref().filter(|status| status.show_state() == Some(ShowState::Held));
     let Some(status) = status_of_hold else { return Standing::new(Level::Caution, "HELD", "The dragon stands.") };
     let stops = status.stops();
-    if stops.held || status.guard_state() == Some(GuardState::None) {
-        let (cause, remedy) = if stops.restarted {
+    if stops.has(Stop::Held) || status.guard_state() == Some(GuardState::None) {
+        let (cause, remedy) = if stops.has(Stop::Restarted) {
             ("The server was restarted, so the dragon stands where it was last seen.".to_owned(), LOOK_AND_RELEASE)
         } else {
             (format!("{} holds the show for safety.", holder(snapshot)), RELEASE)
@@ -319,14 +319,14 @@ mod tests {
     #[test]
     fn only_safety_stops_and_failures_are_red() {
         let none = Stops::default();
-        let [held, limit] = [Stops { held: true, ..none }, Stops { guard_limit: true, ..none }];
+        let [held, limit] = [Stops::from([Stop::Held]), Stops::from([Stop::GuardLimit])];
         for (state, stops, guard, expected) in [
             (ShowState::Running, none, GuardState::None, (Level::Good, "RUNNING")),
             (ShowState::Stopping, held, GuardState::None, (Level::Caution, "STOPPING")),
-            (ShowState::Paused, Stops { paused: true, ..none }, GuardState::None, (Level::Caution, "PAUSED")),
+            (ShowState::Paused, Stops::from([Stop::Paused]), GuardState::None, (Level::Caution, "PAUSED")),
             (ShowState::Ready, none, GuardState::None, (Level::Calm, "READY")),
             (ShowState::Held, held, GuardState::None, (Level::Danger, "HELD")),
-            (ShowState::Held, Stops { restarted: true, ..held }, GuardState::None, (Level::Danger, "HELD")),
+            (ShowState::Held, Stops::from([Stop::Held, Stop::Restarted]), GuardState::None, (Level::Danger, "HELD")),
             (ShowState::Held, limit, GuardState::Running, (Level::Calm, "HELD")),
             (ShowState::Finished, none, GuardState::None, (Level::Calm, "FINISHED")),
             (ShowState::Ended, none, GuardState::None, (Level::Calm, "ENDED")),
@@ -378,7 +378,7 @@ mod tests {
 
     #[test]
     fn a_hold_says_what_stops_the_dragon_after_it() {
-        let stops = Stops { held: true, guard_limit: true, ..Stops::default() };
+        let stops = Stops::from([Stop::Held, Stop::GuardLimit]);
         let held = snapshot(ShowState::Held, stops, GuardState::Running);
         for (guard, remedy) in [
             (GuardSituation::Waiting, "A release lifts the hold."),
@@ -409,7 +409,7 @@ mod tests {
         assert_eq!((running.level, running.word), (Level::Danger, "RUNNING"));
         assert_eq!(running.cause, format!("{dangers} The dragon walks."));
         assert!(running.remedy.is_some_and(|remedy| remedy.starts_with("Hold the show. Look at the benches")));
-        let held = Standing::of(&bad(ShowState::Held, Stops { held: true, ..Stops::default() }), 0);
+        let held = Standing::of(&bad(ShowState::Held, Stops::from([Stop::Held])), 0);
         assert_eq!(held.cause, format!("{dangers} An operator holds the show for safety."));
         assert!(held.remedy.is_some_and(|remedy| remedy.ends_with("walks on. A release lifts the hold.")));
     }
@@ -438,7 +438,7 @@ mod tests {
         let mut readers = ReaderLog::default();
         readers.push(monitor);
         let at = |published_ns, state: ShowState, guard| {
-            let stops = Stops { guard_limit: state == ShowState::Held, ..Stops::default() };
+            let stops = if state == ShowState::Held { Stops::from([Stop::GuardLimit]) } else { Stops::default() };
             let snapshot = snapshot(state, stops, GuardState::Running);
             let header = FrameHeader { published_ns, ..*snapshot.header().expect("a frame") };
             let live = Snapshot::live(header);

@@ -4,7 +4,7 @@ use std::net::IpAddr;
 
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
-use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stops};
+use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stop};
 use glam::DVec2;
 use jiff::Zoned;
 use serde::Deserialize;
@@ -191,24 +191,8 @@ fn server_status(status: &Status) -> Value {
         "tick_us": Percentiles::from(&status.tick_time),
         "source": status.source_kind().map_or(UNKNOWN, |kind| kind.name()),
         "timecode": status.timecode_state().map_or(UNKNOWN, |state| state.name()),
-        "stops": stop_names(status.stops()),
+        "stops": status.stops().iter().map(Stop::name).collect::<Vec<_>>(),
     })
-}
-
-/// The names of the stops that hold.
-fn stop_names(stops: Stops) -> Vec<&'static str> {
-    let Stops { paused, held, guard_limit, timecode, ending, run_end, ready, restarted } = stops;
-    let named = [
-        (paused, "paused"),
-        (held, "held"),
-        (guard_limit, "guard_limit"),
-        (timecode, "timecode"),
-        (ending, "ending"),
-        (run_end, "run_end"),
-        (ready, "ready"),
-        (restarted, "restarted"),
-    ];
-    named.into_iter().filter_map(|(holds, name)| holds.then_some(name)).collect()
 }
 
 #[derive(Deserialize)]

@@ -114,7 +114,7 @@ pub(super) fn lamp_sign(level: LampLevel, look: Look) -> (&'static str, Style) {
 mod tests {
     use std::sync::Arc;
 
-    use bench_dragon_ipc::{GuardState, ShowState, Status, Stops};
+    use bench_dragon_ipc::{GuardState, ShowState, Status, Stop, Stops};
 
     use super::*;
     use crate::display::observe::GuardSituation;
@@ -130,9 +130,9 @@ mod tests {
 
     #[test]
     fn each_cause_of_a_hold_has_its_sentence_and_under_timecode_no_stop_is_permanent() {
-        let at_limit = Stops { guard_limit: true, ..Stops::default() };
-        let by_operator = Stops { held: true, ..Stops::default() };
-        let restarted = Stops { restarted: true, ..by_operator };
+        let at_limit = Stops::from([Stop::GuardLimit]);
+        let by_operator = Stops::from([Stop::Held]);
+        let restarted = Stops::from([Stop::Held, Stop::Restarted]);
         let text = |stops: Stops, guard| {
             let state = GuardState::Running.to_wire();
             let status =

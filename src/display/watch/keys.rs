@@ -1,6 +1,6 @@
 //! The handling of keys.
 
-use bench_dragon_ipc::{Request, ShowState};
+use bench_dragon_ipc::{Request, ShowState, Stop};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::footer::CommandOutcome;
@@ -157,7 +157,7 @@ impl Screen {
 
 /// The request of the space bar: a pause if the head walks and the show is not paused yet, else a resume.
 pub(super) fn space_request(snapshot: &Snapshot) -> Request {
-    let is_paused = snapshot.status.as_ref().is_some_and(|status| status.stops().paused);
+    let is_paused = snapshot.status.as_ref().is_some_and(|status| status.stops().has(Stop::Paused));
     let pauses = snapshot.state().is_some_and(ShowState::walks) && !is_paused;
     if pauses { Request::Pause } else { Request::Resume }
 }

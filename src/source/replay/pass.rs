@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{BusError, FrameHeader, HandleState, ReplayStatus, ShowState, Stops};
+use bench_dragon_ipc::{BusError, FrameHeader, HandleState, ReplayStatus, ShowState, Stop, Stops};
 use crossbeam::channel::RecvTimeoutError;
 use serde::{Deserialize, Serialize};
 
@@ -254,9 +254,9 @@ impl<'a> Pass<'a> {
         let Some(frame) = &self.shown else { return Ok(()) };
         let begun_ns = monotonic_ns();
         let (state, stops) = if is_paused {
-            (ShowState::Paused, Stops { paused: true, ..Stops::default() })
+            (ShowState::Paused, Stops::from([Stop::Paused]))
         } else {
-            (ShowState::Finished, Stops { run_end: true, ..Stops::default() })
+            (ShowState::Finished, Stops::from([Stop::RunEnd]))
         };
         let header = FrameHeader {
             run_id: self.ports.run_id,

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::source::SourceLock;
-use bench_dragon_ipc::{BusError, CommandEvent, Domain, EventKind, RunStart, Sender, ShowState, SourceKind};
+use bench_dragon_ipc::{BusError, CommandEvent, Domain, EventKind, RunStart, Sender, ShowState, SourceKind, Stop};
 
 use crate::config::Config;
 use crate::output::histogram::Percentiles;
@@ -196,7 +196,8 @@ impl Server {
     fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const POLL_PERIOD: Duration = Duration::from_millis(1);
         let begun = Instant::now();
-        let is_to_end = |server: &Self| server.simulation.motion().stops().ending || stop.load(Ordering::Relaxed);
+        let is_to_end =
+            |server: &Self| server.simulation.motion().stops().has(Stop::Ending) || stop.load(Ordering::Relaxed);
         while !is_to_end(self) && self.ports.awaits_readers(self.settings.readers, begun) {
             let moment = self.moment(0);
             self.ports.take_commands(0, moment, |request| self.simulation.request(request));

@@ -32,6 +32,12 @@ impl Constant {
         };
         meanings.iter().map(constant).collect()
     }
+
+    /// The bits of an enum's variants, each with the bit of its number.
+    pub fn bits(prefix: &str, meanings: &[(&str, u32, &str)]) -> Vec<Self> {
+        let bit = |constant: Self| Self { number: 1 << constant.number, ..constant };
+        Self::all(prefix, meanings).into_iter().map(bit).collect()
+    }
 }
 
 fn capitals(variant: &str) -> String {

@@ -23,6 +23,7 @@ from bench_dragon.codes import (
     Sender,
     ShowState,
     SourceKind,
+    Stops,
     TimecodeKind,
     TimecodeState,
 )
@@ -46,7 +47,7 @@ from bench_dragon.errors import (
 from bench_dragon.frame import Frame, FrameHeader, HandleState
 from bench_dragon.show import Show
 from bench_dragon.source import SourceState
-from bench_dragon.status import Status, Stops, TimeHistogram
+from bench_dragon.status import Status, TimeHistogram
 
 __all__ = [
     "Alert",

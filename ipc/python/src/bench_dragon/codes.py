@@ -1,5 +1,7 @@
 """Numeric codes of the bus. Generated from the Rust crate by its test `wire`; not changed by hand."""
 
+from enum import IntFlag
+
 from bench_dragon.wire import WireCode
 
 
@@ -174,6 +176,27 @@ class SourceKind(WireCode):
     """A replay of a recording."""
     REMOTE = 2
     """A bridge that receives the frames of another host."""
+
+
+class Stops(IntFlag):
+    """Reasons for which the head stands or brakes. Several may hold at once."""
+
+    PAUSED = 1
+    """The operator's pause."""
+    HELD = 2
+    """A safety hold. `release` lifts it."""
+    GUARD_LIMIT = 4
+    """The head is at the end of the granted travel."""
+    TIMECODE = 8
+    """The timecode stands, or has not arrived yet."""
+    ENDING = 16
+    """The server is ending."""
+    RUN_END = 32
+    """The end of the route, of the run or of the requested time."""
+    READY = 64
+    """The show waits at its start. `release` starts it."""
+    RESTARTED = 128
+    """The server was restarted, and has held the show since. The show is held too."""
 
 
 class TimecodeKind(WireCode):

@@ -1,7 +1,6 @@
 """Status of the server."""
 
 import ctypes
-import enum
 
 from bench_dragon.codes import GuardState, ShowState, SourceKind, TimecodeKind, TimecodeState
 from bench_dragon.wire import WireType, decoded
@@ -23,26 +22,6 @@ class TimeHistogram(WireType):
 
 
 
-
-class Stops(enum.IntFlag):
-    """Reasons for which the head stands or brakes. Several may hold at once."""
-
-    PAUSED = 1
-    """The operator's pause."""
-    HELD = 2
-    """A safety hold. `release` lifts it."""
-    GUARD_LIMIT = 4
-    """The head is at the end of the granted travel."""
-    TIMECODE = 8
-    """The timecode stands, or has not arrived yet."""
-    ENDING = 16
-    """The server is ending."""
-    RUN_END = 32
-    """The end of the route, of the run or of the requested time."""
-    READY = 64
-    """The show waits at its start. `release` starts it."""
-    RESTARTED = 128
-    """The server was restarted, and has held the show since. `HELD` is set too."""
 
 
 class Status(WireType):

@@ -17,7 +17,7 @@ mod catch_up;
 mod plan;
 mod walk;
 
-use bench_dragon_ipc::{Refusal, Request, ShowState, Stops};
+use bench_dragon_ipc::{Refusal, Request, ShowState, Stop, Stops};
 
 pub use catch_up::{CatchUp, FASTEST};
 pub use plan::{HeadState, Limits, MotionPlan, MotionPlanError, MotionSettings};
@@ -207,16 +207,17 @@ impl Motion {
     /// The reasons for which the head stands or brakes.
     pub fn stops(&self) -> Stops {
         let rests = self.walk.rests_since().is_some();
-        Stops {
-            paused: self.paused,
-            held: self.held,
-            guard_limit: rests && self.is_at_limit(),
-            timecode: self.stands,
-            ending: self.ending,
-            run_end: self.over || rests && self.travel_m() >= self.plan.end_travel_m,
-            ready: self.ready,
-            restarted: self.restarted,
-        }
+        let stops = [
+            (Stop::Paused, self.paused),
+            (Stop::Held, self.held),
+            (Stop::GuardLimit, rests && self.is_at_limit()),
+            (Stop::Timecode, self.stands),
+            (Stop::Ending, self.ending),
+            (Stop::RunEnd, self.over || rests && self.travel_m() >= self.plan.end_travel_m),
+            (Stop::Ready, self.ready),
+            (Stop::Restarted, self.restarted),
+        ];
+        stops.into_iter().filter_map(|(stop, holds)| holds.then_some(stop)).collect()
     }
 
     fn granted_to_m(&self) -> Option<f64> {
