@@ -239,7 +239,10 @@ mod tests {
             stepper.step(travel_m, 1.0, &mut positions, |position, _| position).expect("within the run");
             let solved = solver.solve(&dragon, travel_m).expect("within the run");
             for (position, handle) in positions.iter().zip(solved) {
-                assert!(position.truncate().distance(handle.position) < 1e-12, "at {travel_m} m: {position}, {handle:?}");
+                assert!(
+                    position.truncate().distance(handle.position) < 1e-12,
+                    "at {travel_m} m: {position}, {handle:?}"
+                );
             }
         }
     }
