@@ -29,13 +29,6 @@ pub struct Approach {
     pub direction: DVec2,
 }
 
-impl Approach {
-    /// Whether the boards have at least one common point.
-    pub fn touching(&self) -> bool {
-        self.clearance_m <= 0.0
-    }
-}
-
 impl Board {
     /// The board of a bench whose hinges are at `front` and `rear`, which must not coincide.
     ///

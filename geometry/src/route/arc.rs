@@ -19,6 +19,11 @@ pub enum Turn {
 }
 
 impl Turn {
+    /// The direction of an angle, above 0 to the left.
+    pub(super) fn of(angle: f64) -> Self {
+        if angle > 0.0 { Self::CounterClockwise } else { Self::Clockwise }
+    }
+
     /// Returns 1 for a left turn, −1 for a right turn.
     #[inline]
     pub(super) fn sign(self) -> f64 {

@@ -142,7 +142,6 @@ impl PathSegment {
     /// The segment that begins at a placement.
     fn segment(&self, begin: &Placement) -> Segment {
         let tangent = DVec2::from_angle(begin.heading);
-        let direction = |turn: f64| if turn > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
         match *self {
             Self::Line { length_m } => Segment::Line(Line::from_begin(begin.position, tangent, length_m)),
             Self::Arc { radius_m, turn } => Segment::Arc(arc(begin, radius_m, turn)),
@@ -153,7 +152,7 @@ impl PathSegment {
                 let per_radian_m = (end_radius_m - start_radius_m).abs() / turn.abs();
                 let [from_angle, to_angle] = [start_radius_m, end_radius_m].map(|radius_m| radius_m / per_radian_m);
                 // The direction as the angle of the spiral grows: backwards on the way in.
-                let winding = direction(if end_radius_m > start_radius_m { turn } else { -turn });
+                let winding = Turn::of(if end_radius_m > start_radius_m { turn } else { -turn });
                 let spiral = Spiral::new(TAU * per_radian_m, from_angle, to_angle);
                 Segment::Spiral(spiral.from_begin(begin.position, tangent, winding))
             }
@@ -249,8 +248,7 @@ impl PathSegment {
 }
 
 fn arc(begin: &Placement, radius_m: f64, turn: f64) -> CircularArc {
-    let direction = if turn > 0.0 { Turn::CounterClockwise } else { Turn::Clockwise };
-    CircularArc::from_begin(begin.position, DVec2::from_angle(begin.heading), radius_m, turn.abs(), direction)
+    CircularArc::from_begin(begin.position, DVec2::from_angle(begin.heading), radius_m, turn.abs(), Turn::of(turn))
 }
 
 impl PathSpec {
