@@ -27,7 +27,7 @@ fn tables(page: &str) -> Vec<Table> {
                 row.extend(cell.take());
             }
             Event::Text(text) => cell.iter_mut().for_each(|cell| cell.push_str(&text)),
-            Event::Code(code) => cell.iter_mut().for_each(|cell| cell.push_str(&format!("`{code}`"))),
+            Event::Code(code) => cell.iter_mut().for_each(|cell| cell.extend(["`", &code, "`"])),
             _ => {}
         }
     }
