@@ -57,7 +57,7 @@ fn only_release_lifts_a_hold() {
 
 #[test]
 fn a_show_is_ready_at_its_start_until_its_first_release() {
-    let mut motion = after(start(MotionSettings { ready: true, ..plan() }), 9);
+    let mut motion = after(start(MotionSettings { is_ready: true, ..plan() }), 9);
     assert_eq!((motion.head().state, motion.head().travel_m), (ShowState::Ready, 0.0));
     assert_eq!(motion.stops(), Stops::from([Stop::Ready]));
     assert_eq!(motion.request(Request::Resume), Err(Refusal::Ready));
@@ -68,7 +68,7 @@ fn a_show_is_ready_at_its_start_until_its_first_release() {
 
 #[test]
 fn a_hold_before_the_first_release_is_a_safety_stop() {
-    let mut motion = start(MotionSettings { ready: true, ..plan() });
+    let mut motion = start(MotionSettings { is_ready: true, ..plan() });
     motion.request(Request::Hold).expect("hold is always accepted");
     assert_eq!(motion.head().state, ShowState::Held);
     motion.request(Request::Release).expect("the release is accepted");
@@ -77,7 +77,7 @@ fn a_hold_before_the_first_release_is_a_safety_stop() {
 
 #[test]
 fn only_the_first_hold_of_a_restarted_server_is_that_of_its_restart() {
-    let mut motion = start(MotionSettings { held: true, restarted: true, ..plan() });
+    let mut motion = start(MotionSettings { is_held: true, is_restarted: true, ..plan() });
     assert_eq!(motion.head().state, ShowState::Held);
     assert_eq!(motion.stops(), Stops::from([Stop::Held, Stop::Restarted]));
     motion.request(Request::Hold).expect("hold is always accepted");
@@ -230,7 +230,7 @@ fn neither_release_nor_resume_lifts_a_guards_stop() {
 
 #[test]
 fn a_grant_does_not_lift_a_hold() {
-    let mut motion = start(MotionSettings { held: true, ..guarded() });
+    let mut motion = start(MotionSettings { is_held: true, ..guarded() });
     grant(&mut motion, 0.0, 10.0).expect("the grant covers the head");
     assert_eq!(after(motion, 5).head().state, ShowState::Held);
     motion.request(Request::Release).expect("the release is accepted");
@@ -367,7 +367,7 @@ fn a_run_with_an_end_has_ended_there_and_one_without_is_finished() {
 
 #[test]
 fn a_head_reports_every_cause_of_its_stop() {
-    let mut motion = start(MotionSettings { held: true, ..guarded() });
+    let mut motion = start(MotionSettings { is_held: true, ..guarded() });
     motion.request(Request::Pause).expect("the command is never refused");
     assert_eq!(motion.stops(), Stops::from([Stop::Paused, Stop::Held, Stop::GuardLimit]));
     motion.follow();

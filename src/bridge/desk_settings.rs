@@ -41,7 +41,7 @@ pub fn osc(settings: &OscSettings, to: SocketAddrV4, transport: OscTransport, be
         OscTransport::Udp => format!("UDP {} {}", cast(to), host(to)),
         OscTransport::Tcp => format!("TCP {}, SLIP", host(to)),
     };
-    let bundles = if settings.bundle { ", in bundles" } else { "" };
+    let bundles = if settings.is_bundled { ", in bundles" } else { "" };
     let [first, second] = transform.axes().horizontal_letters();
     let unit = match angle {
         AngleUnit::Degrees => "degrees",

@@ -47,7 +47,7 @@ pub struct OscSettings {
     /// The unit of headings.
     pub angle: AngleUnit,
     /// Whether messages are sent in bundles.
-    pub bundle: bool,
+    pub is_bundled: bool,
     /// The chosen benches.
     pub benches: BenchSelection,
     /// The transform to the coordinate system of the receivers.
@@ -73,7 +73,7 @@ impl OscEncoder {
     /// `CLOCK_MONOTONIC` to Unix time.
     pub fn frame(&mut self, latest: &LatestFrame, unix_minus_monotonic_ns: i64, packets: &mut Packets) {
         packets.clear();
-        if !self.settings.bundle {
+        if !self.settings.is_bundled {
             self.write_messages(latest, packets);
             return;
         }

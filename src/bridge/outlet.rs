@@ -18,7 +18,7 @@ pub struct Delivery {
     /// Sends that failed.
     pub errors: u64,
     /// Whether the whole frame was dropped because the receiver had not accepted all of the previous frame.
-    pub dropped: bool,
+    pub is_dropped: bool,
     /// The first error.
     pub trouble: Option<io::Error>,
 }
@@ -106,8 +106,8 @@ pub enum OutageChange {
 
 impl Outage {
     /// Records the result of one frame at `now_ns`. Returns a change that has to be reported, if any.
-    pub fn note(&mut self, failed: bool, now_ns: u64) -> Option<OutageChange> {
-        if failed {
+    pub fn note(&mut self, has_failed: bool, now_ns: u64) -> Option<OutageChange> {
+        if has_failed {
             self.last_failure_ns = now_ns;
             self.failed_frames += 1;
             return (self.failed_frames == 1).then_some(OutageChange::Began);

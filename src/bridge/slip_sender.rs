@@ -49,7 +49,7 @@ impl SlipSender {
         if !self.flush()? {
             let trouble =
                 io::Error::new(ErrorKind::TimedOut, "the receiver is slower than the bridge, frames are dropped");
-            return Ok(Delivery { dropped: true, trouble: Some(trouble), ..Delivery::default() });
+            return Ok(Delivery { is_dropped: true, trouble: Some(trouble), ..Delivery::default() });
         }
         let mut delivery = Delivery::default();
         for packet in packets.iter() {

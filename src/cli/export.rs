@@ -126,14 +126,14 @@ const WRITE_BUFFER_BYTES: usize = 1 << 20;
 pub(crate) fn run(args: &ExportArgs) -> anyhow::Result<ExitCode> {
     let (interval, every_ns) = (args.interval.interval()?, args.every);
     let parts = Arc::new(find_parts(std::slice::from_ref(&args.file))?);
-    let with_events = matches!(args.out, TableFile::Xlsx(_));
+    let has_events = matches!(args.out, TableFile::Xlsx(_));
     let settings = ExportSettings {
         parts: Arc::clone(&parts),
         interval,
         every_ns,
         subject: args.subject(),
-        with_events,
-        with_grants: args.grants,
+        has_events,
+        has_grants: args.grants,
     };
     let mut selection = Selection::open(settings);
     require_another_file(&parts, &args.out)?;

@@ -1,4 +1,4 @@
-//! Flags that several commands share, and the parsers of their values. The error of a wrong value states what is allowed.
+//! Flags that several subcommands share, and the parsers of their values. The error of a wrong value states what is allowed.
 
 use std::fmt::Display;
 use std::net::SocketAddr;
@@ -88,7 +88,7 @@ pub(crate) struct ChildArgs {
     pub(crate) parent: Option<u32>,
 }
 
-/// An error in the arguments that only the command itself, not the parser, can find.
+/// An error in the arguments that only the subcommand itself, not the parser, can find.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct BadInput(pub(crate) String);

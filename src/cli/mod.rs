@@ -1,6 +1,6 @@
-//! The command line: parses it, runs the command and reports its error.
+//! The command line: parses it, runs the subcommand and reports its error.
 //!
-//! Each command has a file or a folder. It holds the command's arguments with their help, and connects the arguments, the
+//! Each subcommand has a file or a folder. It holds the subcommand's arguments with their help, and connects the arguments, the
 //! library, the bus, the clocks and stdout.
 
 #![allow(
@@ -14,9 +14,9 @@ use std::io;
 use std::process::ExitCode;
 
 use anyhow::Context as _;
+use clap::Parser;
 use clap::builder::Styles;
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
 
 use crate::config::{Config, ConfigDocument, Document};
 use crate::output::terminal_text::{Painted, is_coloured, printable};
@@ -56,6 +56,7 @@ pub use serve::ServeLine;
 /// Real-time motion server for the bench dragon.
 #[derive(Debug, Parser)]
 #[command(name = "bench-dragon", version, about, propagate_version = true, disable_help_subcommand = true)]
+#[command(subcommand_value_name = "SUBCOMMAND", subcommand_help_heading = "Subcommands")]
 #[command(after_help = "Examples:
   bench-dragon show --time-scale 20           the paper's dragon, to its first contact
   bench-dragon serve --config stage.toml      only a server
@@ -65,16 +66,16 @@ pub use serve::ServeLine;
 Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact with --fail-on-contact, 4 disk full while recording.
 RUST_LOG=debug logs more detail. NO_COLOR=1 turns colours off.")]
 pub(crate) struct Cli {
-    /// The command to run.
+    /// The subcommand to run.
     #[command(subcommand)]
-    pub(crate) command: Command,
+    pub(crate) subcommand: Subcommand,
     #[command(flatten)]
     pub(crate) child: ChildArgs,
 }
 
-/// The program's commands.
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
+/// The program's subcommands.
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Subcommand {
     Show(show::ShowArgs),
     Serve(serve::ServeArgs),
     Monitor(monitor::MonitorArgs),
@@ -105,7 +106,7 @@ pub fn main() -> ExitCode {
     let status = run();
     let printed = output::finish_stdout();
     let status = match printed {
-        // A failed command has already reported its reason.
+        // A failed subcommand has already reported its reason.
         Err(error) if status == ExitCode::SUCCESS => {
             complain_of(&error.into());
             ExitCode::FAILURE
@@ -127,7 +128,7 @@ fn run() -> ExitCode {
     };
     log::to_stderr();
     limits::settle();
-    match run_command(cli) {
+    match run_subcommand(cli) {
         Ok(status) => status,
         Err(error) if exit_status::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
@@ -137,39 +138,39 @@ fn run() -> ExitCode {
     }
 }
 
-/// Runs a command. Returns the exit status of the process.
-fn run_command(cli: Cli) -> anyhow::Result<ExitCode> {
+/// Runs a subcommand. Returns the exit status of the process.
+fn run_subcommand(cli: Cli) -> anyhow::Result<ExitCode> {
     parent::end_with_parent(cli.child)?;
-    if is_only_output(&cli.command) {
+    if is_only_output(&cli.subcommand) {
         wait_for_reader(None);
     }
-    match cli.command {
-        Command::Show(args) => show::run(&args),
-        Command::Serve(args) => serve::run(&args),
-        Command::Monitor(args) => monitor::run(&args),
-        Command::Record(args) => record::run(&args),
-        Command::Replay(args) => replay::run(&args),
-        Command::Export(args) => export::run(&args),
-        Command::Bridge(args) => bridge::run(&args),
-        Command::View(args) => web::view(&args),
-        Command::Metrics(args) => web::metrics(&args),
-        Command::Ctl(args) => ctl::run(&args),
-        Command::Watch(args) => watch::run(&args),
-        Command::Echo(args) => echo::run(&args),
-        Command::Hz(args) => hz::run(&args),
-        Command::Latency(args) => latency::run(&args),
-        Command::Solve(args) => solve::run(args.question),
-        Command::Doctor(args) => doctor::run(&args),
-        Command::Iox2Config(args) => print_iox2_config(&args),
-        Command::Completions(args) => shell::completions(args),
-        Command::Man(args) => shell::man(&args),
+    match cli.subcommand {
+        Subcommand::Show(args) => show::run(&args),
+        Subcommand::Serve(args) => serve::run(&args),
+        Subcommand::Monitor(args) => monitor::run(&args),
+        Subcommand::Record(args) => record::run(&args),
+        Subcommand::Replay(args) => replay::run(&args),
+        Subcommand::Export(args) => export::run(&args),
+        Subcommand::Bridge(args) => bridge::run(&args),
+        Subcommand::View(args) => web::view(&args),
+        Subcommand::Metrics(args) => web::metrics(&args),
+        Subcommand::Ctl(args) => ctl::run(&args),
+        Subcommand::Watch(args) => watch::run(&args),
+        Subcommand::Echo(args) => echo::run(&args),
+        Subcommand::Hz(args) => hz::run(&args),
+        Subcommand::Latency(args) => latency::run(&args),
+        Subcommand::Solve(args) => solve::run(args.question),
+        Subcommand::Doctor(args) => doctor::run(&args),
+        Subcommand::Iox2Config(args) => print_iox2_config(&args),
+        Subcommand::Completions(args) => shell::completions(args),
+        Subcommand::Man(args) => shell::man(&args),
     }
 }
 
-/// Whether a command only produces output and installs no signal handlers.
-fn is_only_output(command: &Command) -> bool {
-    use Command::{Completions, Doctor, Export, Iox2Config, Man, Solve};
-    matches!(command, Solve(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
+/// Whether a subcommand only produces output and installs no signal handlers.
+fn is_only_output(subcommand: &Subcommand) -> bool {
+    use Subcommand::{Completions, Doctor, Export, Iox2Config, Man, Solve};
+    matches!(subcommand, Solve(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
 }
 
 fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {

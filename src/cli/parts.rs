@@ -1,4 +1,4 @@
-//! The parts of a recording for the commands that read one: finding them, and messages about gaps.
+//! The parts of a recording for the subcommands that read one: finding them, and messages about gaps.
 
 use std::path::PathBuf;
 

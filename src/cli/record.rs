@@ -170,7 +170,7 @@ fn check_sizes(args: &RecordArgs) -> Result<(), BadInput> {
     }
 }
 
-/// Repairs all recordings of a folder. A failure does not stop the other repairs; the last one is the error of the command.
+/// Repairs all recordings of a folder. A failure does not stop the other repairs; the last one is the error of the subcommand.
 fn repair_all(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     let mut failure = None;
     for file in recordings_in(&args.file).map_err(|error| BadInput(format!("{:#}", anyhow::Error::from(error))))? {

@@ -161,7 +161,7 @@ pub(crate) fn run(args: &ServeArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// Reads the configuration, overrides it with the flags, and checks it for a server on this machine.
-pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyhow::Result<Config> {
+pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, is_guarded: bool) -> anyhow::Result<Config> {
     let RealTimeArgs { cpu, priority, spin_us } = pace.real_time;
     let config = load_config(args, |Document { serve, monitor, .. }| {
         serve.rate_hz = pace.rate.unwrap_or(serve.rate_hz);
@@ -170,7 +170,7 @@ pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, guard: bool) -> anyh
         serve.cpu = cpu.or(serve.cpu);
         serve.priority = priority.unwrap_or(serve.priority);
         serve.spin_us = spin_us.unwrap_or(serve.spin_us);
-        monitor.guard |= guard;
+        monitor.guard |= is_guarded;
     })?;
     check_cpu(&config)?;
     Ok(config)

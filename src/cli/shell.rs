@@ -16,7 +16,7 @@ use crate::cli::print::{print_bytes, print_line};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
-/// Print a script that completes this program's commands, options and files in a shell.
+/// Print a script that completes this program's subcommands, options and files in a shell.
 #[derive(Clone, Copy, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon completions bash > ~/.local/share/bash-completion/completions/bench-dragon
@@ -43,16 +43,16 @@ pub(crate) struct CompletionsArgs {
 
 After the last example, man bench-dragon and man bench-dragon-solve-contact find their pages.")]
 pub(crate) struct ManArgs {
-    /// Command whose page to print, as in `solve contact` [default: the program itself].
-    #[arg(value_name = "COMMAND", conflicts_with = "out")]
-    pub(crate) command: Vec<String>,
-    /// Write all pages, one per command, into this folder; a missing folder is created.
+    /// Subcommand whose page to print, as in `solve contact` [default: the program itself].
+    #[arg(value_name = "SUBCOMMAND", conflicts_with = "out")]
+    pub(crate) subcommand: Vec<String>,
+    /// Write all pages, one per subcommand, into this folder; a missing folder is created.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
 }
 
 const NAME: &str = "bench-dragon";
-/// The name without a hyphen. With a hyphen, the bash script of `clap_complete` does not complete after a command.
+/// The name without a hyphen. With a hyphen, the bash script of `clap_complete` does not complete after a subcommand.
 const NAME_IN_BASH: &str = "bench_dragon";
 
 pub(super) fn completions(args: CompletionsArgs) -> anyhow::Result<ExitCode> {
@@ -70,23 +70,23 @@ fn script(shell: Shell) -> anyhow::Result<String> {
 
 pub(super) fn man(args: &ManArgs) -> anyhow::Result<ExitCode> {
     let mut program = Cli::command();
-    // Sets the full name of each command, and the arguments that it inherits from its parent commands.
+    // Sets the full name of each subcommand, and the arguments that it inherits from its parents.
     program.build();
     match &args.out {
         Some(folder) => write_all(&program, folder)?,
-        None => print_bytes(page(find(&program, &args.command)?)?)?,
+        None => print_bytes(page(find(&program, &args.subcommand)?)?)?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Finds a command by its name, which may have several words.
+/// Finds a subcommand by its name, which may have several words.
 fn find<'a>(program: &'a Command, name: &[String]) -> Result<&'a Command, BadInput> {
     name.iter().try_fold(program, |command, word| {
         command.find_subcommand(word).ok_or_else(|| {
             let allowed: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
             let allowed = if allowed.is_empty() { "nothing".to_owned() } else { allowed.join(", ") };
             let (name, parent) = (name.join(" "), called(command));
-            BadInput(format!("COMMAND is {name}, must be a command: allowed after {parent}: {allowed}"))
+            BadInput(format!("SUBCOMMAND is {name}, must be a subcommand: allowed after {parent}: {allowed}"))
         })
     })
 }
@@ -95,7 +95,7 @@ fn called(command: &Command) -> &str {
     command.get_bin_name().unwrap_or_else(|| command.get_name())
 }
 
-/// Writes the pages of a command and of all its subcommands, and prints their paths.
+/// Writes the pages of a subcommand and of all its own subcommands, and prints their paths.
 fn write_all(program: &Command, folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).map_err(|error| {
         BadInput(format!("--out is {}, must be a folder that can be created: {error}", folder.display()))
@@ -123,18 +123,18 @@ const NAME_SECTION: &str = ".SH NAME\n";
 const AS_TYPED: &str = ".nh\n.ad l\n";
 
 const EXIT_STATUSES: [(&str, &str); 3] = [("0", "done"), ("1", "failed"), ("2", "bad arguments or configuration")];
-/// Additional exit statuses, each with an argument of the commands that have it.
+/// Additional exit statuses, each with an argument of the subcommands that have it.
 const OTHER_STATUSES: [(&str, (&str, &str)); 2] = [
     ("fail_on_contact", ("3", "contact with --fail-on-contact")),
     ("rotate_mb", ("4", "the recording's disk is full")),
 ];
 
-/// The name of a command's page: `bench-dragon-solve-contact`.
+/// The name of a subcommand's page: `bench-dragon-solve-contact`.
 fn page_title(command: &Command) -> &str {
     command.get_display_name().unwrap_or_else(|| command.get_name())
 }
 
-/// The page of a command that has been built, in roff.
+/// The page of a subcommand that has been built, in roff.
 fn page(command: &Command) -> anyhow::Result<String> {
     let Epilogue { examples, notes } = Epilogue::of(command);
     let about = command.get_about().map(ToString::to_string).unwrap_or_default();
@@ -177,7 +177,7 @@ fn add_exit_status(command: &Command, page: &mut Roff) {
     }
 }
 
-/// Adds references to the pages of the parent commands.
+/// Adds references to the pages of the parents.
 fn add_see_also(command: &Command, page: &mut Roff) {
     let words: Vec<&str> = called(command).split(' ').collect();
     for above in 1..words.len() {
@@ -189,7 +189,7 @@ fn add_see_also(command: &Command, page: &mut Roff) {
     }
 }
 
-/// The text after a command's help: examples, then notes.
+/// The text after a subcommand's help: examples, then notes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Epilogue {
     /// Lines to type. Two or more blanks separate a line from its remark, if it has one.
@@ -199,7 +199,7 @@ pub(crate) struct Epilogue {
 }
 
 impl Epilogue {
-    /// The epilogue of a command. Examples are the indented lines under a line that begins with "Example".
+    /// The epilogue of a subcommand. Examples are the indented lines under a line that begins with "Example".
     pub(crate) fn of(command: &Command) -> Self {
         let text = command.get_after_help().map(ToString::to_string).unwrap_or_default();
         let mut epilogue = Self::default();
@@ -226,7 +226,7 @@ mod tests {
 
     use super::*;
 
-    /// The program, its commands and their subcommands.
+    /// The program, its subcommands and theirs.
     fn commands() -> Vec<Command> {
         let mut program = Cli::command();
         program.build();

@@ -21,12 +21,12 @@ use crate::system::stop::StopFlag;
 
 /// Snapshots per second.
 const SNAPSHOTS_HZ: u32 = 20;
-/// Time for which the command reads the bus, in nanoseconds. Each reader reports in this time; a monitor that does not is
+/// Time for which the subcommand reads the bus, in nanoseconds. Each reader reports in this time; a monitor that does not is
 /// missing.
 const LOOK_NS: u64 = 2_050_000_000;
 /// Longest wait for a bus, in nanoseconds.
 const NO_SERVER_NS: u64 = 500_000_000;
-/// Longest duration of the command, in nanoseconds.
+/// Longest duration of the subcommand, in nanoseconds.
 const LONGEST_NS: u64 = 4_000_000_000;
 
 /// Prints the status. The exit status is 0 if frames arrive and no lamp is red, else 1.

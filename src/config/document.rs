@@ -107,7 +107,7 @@ pub struct MonitorTable {
     pub guard: bool,
 }
 
-/// Settings of the command `show` alone.
+/// Settings of the subcommand `show` alone.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "a table")]
 pub(super) struct ShowTable {

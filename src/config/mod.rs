@@ -356,12 +356,12 @@ impl Config {
         (self.tables().serve.catch_up_s * f64::from(self.tables().serve.rate_hz) * (1.0 + 2.0 * f64::EPSILON)) as u64
     }
 
-    /// Whether the command `show` plays a performance, which only its operator ends.
+    /// Whether the subcommand `show` plays a performance, which only its operator ends.
     pub fn stays(&self) -> bool {
         self.tables().show.stay
     }
 
-    /// Command lines of `[[show.also]]`, in their order. The command `show` checks them.
+    /// Command lines of `[[show.also]]`, in their order. The subcommand `show` checks them.
     pub fn also(&self) -> Vec<&str> {
         self.tables().show.also.iter().map(|also| also.command.as_str()).collect()
     }

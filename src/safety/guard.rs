@@ -172,8 +172,8 @@ impl<'a> Guard<'a> {
     }
 
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
-        let within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
-        let proven = within_run.then(|| ProvenTravel::at(self.dragon, self.margin_m, travel_m))?.ok()?;
+        let is_within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
+        let proven = is_within_run.then(|| ProvenTravel::at(self.dragon, self.margin_m, travel_m))?.ok()?;
         Some(Granting { proven, granted: None })
     }
 }

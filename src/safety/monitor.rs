@@ -122,7 +122,7 @@ impl Monitor {
         self.alerts.clear();
         let forecast_ns = self.forecast_ns(header, forecast);
         match self.last.replace(*header) {
-            Some(last) if self.source.walked(&last, header) => self.sweep(&last, header, forecast),
+            Some(last) if self.source.has_walked(&last, header) => self.sweep(&last, header, forecast),
             _ => {
                 self.pairs.clear();
                 self.stage.iter_mut().for_each(StageWatch::restart);

@@ -45,7 +45,7 @@ impl SourceMotion {
     ///
     /// After missed periods, the next tick of a server advances by all missed periods. So missed periods between two
     /// successive frames count like lost frames: the clock limits how far the head walked.
-    pub(super) fn walked(&self, last: &FrameHeader, next: &FrameHeader) -> bool {
+    pub(super) fn has_walked(&self, last: &FrameHeader, next: &FrameHeader) -> bool {
         let Self { tick_s, rate_hz, accel_mps2, most_jumped } = *self;
         if last.run_id != next.run_id || last.tick >= next.tick {
             return false;
@@ -142,14 +142,14 @@ mod tests {
                 "a last step, shortened",
             ),
         ] {
-            assert_eq!(MOTION.walked(&last, &next), is_walked, "{what}");
+            assert_eq!(MOTION.has_walked(&last, &next), is_walked, "{what}");
         }
     }
 
     #[test]
     fn jump_over_missed_periods_is_walked_and_seek_beyond_the_clock_is_not() {
         let last = due(5 * PERIOD_NS, frame(5, 0.1));
-        let walked = |periods, next| MOTION.walked(&last, &due(periods * PERIOD_NS, next));
+        let walked = |periods, next| MOTION.has_walked(&last, &due(periods * PERIOD_NS, next));
         for missed in [1_u32, 5, 12] {
             let (periods, next) = (6 + u64::from(missed), frame(6, 0.12 + 0.02 * f64::from(missed)));
             assert!(walked(periods, next), "{missed} missed");
@@ -174,7 +174,7 @@ mod tests {
         let (first, second, jump) = (making_up(105, 6, 0.122), making_up(106, 7, 0.144), making_up(110, 8, 0.232));
         let on_time = due(111 * PERIOD_NS, frame(9, 0.252));
         for pair in [stood, first, second, jump, on_time].windows(2) {
-            assert!(MOTION.walked(&pair[0], &pair[1]), "{pair:?}");
+            assert!(MOTION.has_walked(&pair[0], &pair[1]), "{pair:?}");
         }
     }
 
@@ -182,7 +182,7 @@ mod tests {
     fn frames_of_another_host_that_are_due_at_their_arrival_are_walked() {
         let last = due(0, frame(5, 0.1));
         for (at_ns, time_s) in [(14_000_000, 0.12), (27_000_000, 0.12), (51_000_000, 0.16), (333_000_000, 0.34)] {
-            assert!(MOTION.walked(&last, &due(at_ns, frame(6, time_s))), "{time_s} s after {at_ns} ns");
+            assert!(MOTION.has_walked(&last, &due(at_ns, frame(6, time_s))), "{time_s} s after {at_ns} ns");
         }
     }
 
@@ -191,7 +191,7 @@ mod tests {
         let ramping = SourceMotion { accel_mps2: Some(2.0), ..MOTION };
         let last = FrameHeader { head_speed_mps: 0.5, ..frame(5, 0.1) };
         let next = |travel_m| FrameHeader { head_speed_mps: 0.54, ..at_travel(travel_m, frame(6, 0.12)) };
-        assert!(ramping.walked(&last, &next(0.1104)) && !ramping.walked(&last, &next(0.1107)));
-        assert!(!MOTION.walked(&last, &next(0.1104)));
+        assert!(ramping.has_walked(&last, &next(0.1104)) && !ramping.has_walked(&last, &next(0.1107)));
+        assert!(!MOTION.has_walked(&last, &next(0.1104)));
     }
 }

@@ -27,23 +27,23 @@ fn latest(benches: usize, freshness: Freshness) -> LatestFrame {
     LatestFrame { header, benches: vec![bench; benches], freshness }
 }
 
-fn settings(angle: AngleUnit, bundle: bool) -> OscSettings {
+fn settings(angle: AngleUnit, is_bundled: bool) -> OscSettings {
     OscSettings {
         bench_address: "/b/{index}".parse().expect("an address"),
         show_address: "/s".parse().expect("an address"),
         angle,
-        bundle,
+        is_bundled,
         benches: BenchSelection::default(),
         transform: StageTransform::of_axes(AxisOrder::RIGHT_AWAY_UP),
     }
 }
 
-fn encoder(angle: AngleUnit, bundle: bool) -> OscEncoder {
-    OscEncoder::new(settings(angle, bundle))
+fn encoder(angle: AngleUnit, is_bundled: bool) -> OscEncoder {
+    OscEncoder::new(settings(angle, is_bundled))
 }
 
-fn packets(benches: usize, angle: AngleUnit, bundle: bool, freshness: Freshness) -> Vec<OscPacket> {
-    let mut encoder = encoder(angle, bundle);
+fn packets(benches: usize, angle: AngleUnit, is_bundled: bool, freshness: Freshness) -> Vec<OscPacket> {
+    let mut encoder = encoder(angle, is_bundled);
     let mut packets = Packets::default();
     encoder.frame(&latest(benches, freshness), 500_000_000, &mut packets);
     assert!(packets.iter().all(|packet| packet.len() <= MAX_PACKET_LEN));
@@ -181,7 +181,7 @@ fn the_line_for_a_receiver_has_all_that_an_operator_enters() {
     assert_eq!(desk_settings::osc(&settings, to, OscTransport::Udp, 223), expected);
     settings.benches = "0,10..20".parse().expect("a choice");
     settings.transform = StageTransform::of_axes("x,z,-y".parse().expect("axes"));
-    (settings.bundle, settings.angle) = (true, AngleUnit::Radians);
+    (settings.is_bundled, settings.angle) = (true, AngleUnit::Radians);
     let expected = "Open Sound Control: TCP 10.0.0.30 port 10000, SLIP, in bundles, /s (time, state, time scale, tick, fresh), \
                     /b/0, /b/10 to /b/14 (x, y, z, heading, speed), axes x right, y up, z towards the audience, metres, at \
                     the centre of each board, heading in radians from x to z";

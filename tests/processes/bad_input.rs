@@ -174,14 +174,14 @@ fn a_command_without_a_server_reports_how_to_start_one() {
 }
 
 #[test]
-fn a_call_without_a_command_prints_the_help() {
+fn a_call_without_a_subcommand_prints_the_help() {
     let ended = Process::start(program::<&str>(&[])).end();
     assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""));
-    assert!(ended.stderr.contains("Usage: bench-dragon <COMMAND>"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("Usage: bench-dragon <SUBCOMMAND>"), "{}", ended.stderr);
 }
 
 #[test]
-fn every_command_has_help_with_an_example() {
+fn every_subcommand_has_help_with_an_example() {
     for command in [
         "show",
         "serve",

@@ -26,6 +26,7 @@ mod zenoh;
   bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
 
 A bridge polls the frames; the server never waits for it. A bench's position is the centre of its board.")]
+#[command(subcommand_value_name = "PROTOCOL", subcommand_help_heading = "Protocols")]
 pub(crate) struct BridgeArgs {
     /// The protocol.
     #[command(subcommand)]

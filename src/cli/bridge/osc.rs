@@ -114,7 +114,7 @@ fn settings(osc: &OscArgs) -> OscSettings {
         bench_address: osc.address.clone(),
         show_address: osc.show_address.clone(),
         angle: osc.angle,
-        bundle: osc.bundle,
+        is_bundled: osc.bundle,
         benches: osc.stage.benches.clone(),
         transform: osc.stage.transform(osc.axes),
     }

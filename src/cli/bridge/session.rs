@@ -140,7 +140,7 @@ impl PacketSession {
         self.summary.packets += delivery.packets;
         self.summary.bytes += delivery.bytes;
         self.summary.errors += delivery.errors;
-        self.summary.dropped += u64::from(delivery.dropped);
+        self.summary.dropped += u64::from(delivery.is_dropped);
         let to = &self.to;
         match (self.outage.note(delivery.trouble.is_some(), now_ns), delivery.trouble) {
             (Some(OutageChange::Began), Some(error)) => {

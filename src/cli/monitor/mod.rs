@@ -58,8 +58,8 @@ pub(super) fn run(args: &MonitorArgs) -> anyhow::Result<ExitCode> {
     }
     session.end_run();
     session.report.print_summary()?;
-    let failed = args.fail_on_contact && session.report.summary.contact.is_some();
-    Ok(if failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
+    let has_failed = args.fail_on_contact && session.report.summary.contact.is_some();
+    Ok(if has_failed { ExitCode::from(CONTACT) } else { ExitCode::SUCCESS })
 }
 
 struct MonitorPorts {
@@ -70,9 +70,9 @@ struct MonitorPorts {
 }
 
 impl MonitorPorts {
-    fn open(domain: &Domain, guard: bool, stop: &StopFlag) -> Result<Self, BusError> {
+    fn open(domain: &Domain, is_guard: bool, stop: &StopFlag) -> Result<Self, BusError> {
         let open_others = || {
-            let lock = guard.then(|| GuardLock::take(domain)).transpose()?;
+            let lock = is_guard.then(|| GuardLock::take(domain)).transpose()?;
             Ok((AlertPublisher::open(domain)?, lock))
         };
         let (run, (alerts, lock)) = RunPorts::open(domain, "monitor", stop, open_others)?;

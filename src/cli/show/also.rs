@@ -4,7 +4,7 @@ use bench_dragon_ipc::Instance;
 use clap::Parser as _;
 
 use crate::cli::flags::BadInput;
-use crate::cli::{Cli, Command, without_usage};
+use crate::cli::{Cli, Subcommand, without_usage};
 
 const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 
@@ -47,7 +47,7 @@ impl AlsoCommand {
         args.extend(["--instance".to_owned(), instance.to_string()]);
         let program = "bench-dragon".to_owned();
         let cli = Cli::try_parse_from(std::iter::once(&program).chain(&args)).map_err(|error| in_one_line(&error))?;
-        Ok(Self { name: name(&cli.command)?.to_owned(), args })
+        Ok(Self { name: name(&cli.subcommand)?.to_owned(), args })
     }
 }
 
@@ -59,20 +59,22 @@ fn lines_of(commands: &[AlsoCommand], name: &str) -> usize {
     commands.iter().filter(is_of).count()
 }
 
-/// The name of a command that reads until it is stopped. The error of any other command is the reason for which it is refused.
-fn name(command: &Command) -> Result<&'static str, String> {
+/// The name of a subcommand that reads until it is stopped. The error of any other is the reason for which it is refused.
+fn name(subcommand: &Subcommand) -> Result<&'static str, String> {
     let ends_with = |flag: &str| Err(format!(": must be without {flag}, because it must run until it is stopped"));
-    match command {
-        Command::Bridge(bridge) => bridge.bridge.name_beside_show().map_err(|reason| format!(": {reason}")),
-        Command::Monitor(monitor) if monitor.guard => Err(": must be without --guard, which the show sets".to_owned()),
-        Command::Monitor(monitor) if monitor.fail_on_contact => ends_with("--fail-on-contact"),
-        Command::Echo(echo) if echo.count.is_some() => ends_with("--count"),
-        Command::Hz(hz) if hz.seconds.is_some() => ends_with("--seconds"),
-        Command::View(_) => Ok("view"),
-        Command::Metrics(_) => Ok("metrics"),
-        Command::Monitor(_) => Ok("monitor"),
-        Command::Echo(_) => Ok("echo"),
-        Command::Hz(_) => Ok("hz"),
+    match subcommand {
+        Subcommand::Bridge(bridge) => bridge.bridge.name_beside_show().map_err(|reason| format!(": {reason}")),
+        Subcommand::Monitor(monitor) if monitor.guard => {
+            Err(": must be without --guard, which the show sets".to_owned())
+        }
+        Subcommand::Monitor(monitor) if monitor.fail_on_contact => ends_with("--fail-on-contact"),
+        Subcommand::Echo(echo) if echo.count.is_some() => ends_with("--count"),
+        Subcommand::Hz(hz) if hz.seconds.is_some() => ends_with("--seconds"),
+        Subcommand::View(_) => Ok("view"),
+        Subcommand::Metrics(_) => Ok("metrics"),
+        Subcommand::Monitor(_) => Ok("monitor"),
+        Subcommand::Echo(_) => Ok("echo"),
+        Subcommand::Hz(_) => Ok("hz"),
         _ => Err(format!(", must be {ALLOWED}: commands that read until they are stopped")),
     }
 }

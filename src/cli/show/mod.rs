@@ -131,8 +131,8 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let printed = summary.as_ref().map_or(Ok(()), print);
     result.and(printed)?;
     let summary = summary.expect("only a show with an error has none");
-    let touched = args.fail_on_contact && summary.contact.is_some();
-    Ok(match (touched, show.reports.has_given_up) {
+    let has_touched = args.fail_on_contact && summary.contact.is_some();
+    Ok(match (has_touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
         (false, true) => ExitCode::FAILURE,
         (false, false) => ExitCode::SUCCESS,

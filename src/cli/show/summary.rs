@@ -152,7 +152,7 @@ impl ShowTotals {
         name: &str,
         reason: &str,
         show_time_s: Option<f64>,
-        restarted: bool,
+        is_restarted: bool,
     ) {
         let Restarts { serve, monitor, record, view, also } = &mut self.summary.restarts;
         let count = match role {
@@ -162,9 +162,9 @@ impl ShowTotals {
             ChildRole::View => view,
             ChildRole::Also(_) => also.entry(name.to_owned()).or_default(),
         };
-        *count += u32::from(restarted);
+        *count += u32::from(is_restarted);
         let (role, reason, at) = (name.to_owned(), reason.to_owned(), format!("{:.3}", Timestamp::now()));
-        self.summary.restart_log.push(RestartReport { role, reason, show_time_s, at, restarted });
+        self.summary.restart_log.push(RestartReport { role, reason, show_time_s, at, restarted: is_restarted });
     }
 
     pub(super) fn summary(&self) -> ShowSummary {

@@ -42,6 +42,7 @@ pub(super) use figure::{in_plan, pair};
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
   bench-dragon solve sensitivity --figure sensitivity.svg")]
+#[command(subcommand_value_name = "QUESTION", subcommand_help_heading = "Questions")]
 pub(crate) struct SolveArgs {
     /// The question to answer.
     #[command(subcommand)]

@@ -110,9 +110,9 @@ impl Readers<'_> {
 pub(super) fn has_full_disk(snapshot: &Snapshot) -> bool {
     let readers = &snapshot.readers;
     let records = readers.awaited().any(|report| report.name() == RECORDER);
-    let ended = readers.newest(RECORDER).is_some_and(ReaderReport::has_full_disk);
+    let has_ended = readers.newest(RECORDER).is_some_and(ReaderReport::has_full_disk);
     let waits = readers.awaited().any(|report| report.name() == SUPERVISOR && report.has_full_disk());
-    !records && (ended || waits)
+    !records && (has_ended || waits)
 }
 
 /// Time until the disk of a recorder is full, in seconds; `None` if no recorder reports one.

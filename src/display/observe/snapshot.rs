@@ -198,10 +198,10 @@ impl SourcePresence {
     /// assert_eq!(SourcePresence::judge(501 * ms, 2, true), SourcePresence::Live);
     /// assert_eq!(SourcePresence::judge(201 * ms, 1_000, false), SourcePresence::Gone { age_ns: 201 * ms });
     /// ```
-    pub fn judge(age_ns: u64, rate_hz: u32, source_is_there: bool) -> Self {
-        let (least, periods) = if source_is_there { SILENT } else { GONE };
+    pub fn judge(age_ns: u64, rate_hz: u32, has_source: bool) -> Self {
+        let (least, periods) = if has_source { SILENT } else { GONE };
         let limit = Duration::from_secs(periods.into()).checked_div(rate_hz).unwrap_or_default().max(least);
-        match (u128::from(age_ns) <= limit.as_nanos(), source_is_there) {
+        match (u128::from(age_ns) <= limit.as_nanos(), has_source) {
             (true, _) => Self::Live,
             (false, true) => Self::Silent { age_ns },
             (false, false) => Self::Gone { age_ns },

@@ -53,7 +53,7 @@ pub(super) enum Wrong {
 
 impl Guesses {
     /// Whether a token from an address may be compared now.
-    pub(super) fn allow(&self, address: IpAddr, now: Instant) -> bool {
+    pub(super) fn allows(&self, address: IpAddr, now: Instant) -> bool {
         let is_local = address.to_canonical().is_loopback();
         is_local || self.origins.get(&network(address)).is_none_or(|origin| origin.allows(now))
     }
@@ -129,20 +129,20 @@ mod tests {
     #[test]
     fn after_a_burst_an_address_may_guess_once_a_second_and_others_are_free() {
         let now = Instant::now();
-        assert!(after(BURST - 1, FAR, now).allow(address(FAR), now));
+        assert!(after(BURST - 1, FAR, now).allows(address(FAR), now));
         let mut guesses = after(BURST, FAR, now);
-        assert!(!guesses.allow(address(FAR), now) && guesses.allow(address("10.0.0.7"), now));
+        assert!(!guesses.allows(address(FAR), now) && guesses.allows(address("10.0.0.7"), now));
         let later = now + PERIOD;
-        assert!(guesses.allow(address(FAR), later));
+        assert!(guesses.allows(address(FAR), later));
         guesses.note(address(FAR), "another", later);
-        assert!(!guesses.allow(address(FAR), later) && guesses.allow(address(FAR), later + PERIOD));
+        assert!(!guesses.allows(address(FAR), later) && guesses.allows(address(FAR), later + PERIOD));
     }
 
     #[test]
     fn this_machine_is_never_refused() {
         let now = Instant::now();
         for here in ["127.0.0.1", "::1", "::ffff:127.0.0.1"] {
-            assert!(after(1000, here, now).allow(address(here), now), "{here}");
+            assert!(after(1000, here, now).allows(address(here), now), "{here}");
         }
     }
 
@@ -150,8 +150,8 @@ mod tests {
     fn addresses_of_one_network_share_their_guesses() {
         let now = Instant::now();
         let guesses = after(BURST, "2001:db8::1", now);
-        assert!(!guesses.allow(address("2001:db8::2"), now) && guesses.allow(address("2001:db8:0:1::1"), now));
-        assert!(!after(BURST, "::ffff:10.0.0.66", now).allow(address(FAR), now));
+        assert!(!guesses.allows(address("2001:db8::2"), now) && guesses.allows(address("2001:db8:0:1::1"), now));
+        assert!(!after(BURST, "::ffff:10.0.0.66", now).allows(address(FAR), now));
     }
 
     #[test]
@@ -159,7 +159,7 @@ mod tests {
         let (mut guesses, now) = (Guesses::default(), Instant::now());
         assert_eq!(guesses.note(address(FAR), "yesterday", now), Wrong::Guess(Some(1)));
         assert!((0..1000).all(|_| guesses.note(address(FAR), "yesterday", now) == Wrong::Known));
-        assert!(guesses.allow(address(FAR), now));
+        assert!(guesses.allows(address(FAR), now));
     }
 
     #[test]

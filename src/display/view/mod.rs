@@ -262,7 +262,7 @@ impl Inner {
         let address = connection.address();
         // The counts are consistent even after a panic.
         let mut guesses = self.guesses.lock().unwrap_or_else(PoisonError::into_inner);
-        if !guesses.allow(address, now) {
+        if !guesses.allows(address, now) {
             return Judgement::NotCompared;
         }
         let Shown::Wrong(token) = self.access.token_of(headers) else { return Judgement::Operator };

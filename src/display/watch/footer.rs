@@ -45,7 +45,7 @@ pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, 
     let look = screen.look;
     let (space, controls) = (space_request(snapshot), Controls::of(snapshot));
     let confirmation = screen.confirmation.map_or(("", ""), |confirmation| confirmation.keys());
-    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.confirmation.is_some(), screen.read_only) {
+    let keys: &[(&str, &str)] = match (screen.entry.is_some(), screen.confirmation.is_some(), screen.is_read_only) {
         (true, _, _) => &[("h", "hold"), ("enter", "send"), ("esc", "cancel")],
         (_, true, _) => &[("h", "hold"), confirmation, ("esc", "cancel")],
         (_, _, true) => &[HELP, QUIT, ("f", "follow"), ("0", "all"), ("[ ]", "zoom")],

@@ -36,7 +36,7 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
         _ => (snapshot.presence.name(), tone),
     };
     spans.push(Span::styled(format!("   {name}"), look.theme.text(tone)));
-    if screen.read_only {
+    if screen.is_read_only {
         spans.push(Span::styled("   read-only", look.theme.faint()));
     }
     frame.render_widget(Line::from(spans), area);

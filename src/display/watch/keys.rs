@@ -38,7 +38,7 @@ impl Screen {
         }
         let code = without_caps_lock(key.code);
         // A hold never waits, not even for an incomplete number.
-        if code == KeyCode::Char('h') && !self.read_only {
+        if code == KeyCode::Char('h') && !self.is_read_only {
             (self.entry, self.overlay) = (None, None);
             return self.send(Request::Hold);
         }
@@ -52,7 +52,7 @@ impl Screen {
             return KeyAction::None;
         }
         match code {
-            KeyCode::Char('r') if !self.read_only => self.ask(Request::Release, snapshot, now_ns),
+            KeyCode::Char('r') if !self.is_read_only => self.ask(Request::Release, snapshot, now_ns),
             KeyCode::Esc if confirmation.is_some() => KeyAction::None,
             KeyCode::Char('q') | KeyCode::Esc => KeyAction::Quit,
             KeyCode::Char('?') => self.lay_over(Overlay::Help),
@@ -66,7 +66,7 @@ impl Screen {
                 KeyAction::None
             }
             code if self.camera.press(code, snapshot) => KeyAction::None,
-            KeyCode::Char(character) if !self.read_only => self.press_command(character, snapshot),
+            KeyCode::Char(character) if !self.is_read_only => self.press_command(character, snapshot),
             _ => KeyAction::None,
         }
     }

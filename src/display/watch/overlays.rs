@@ -76,7 +76,7 @@ pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         ("ctrl-z", "suspend"),
         ("q  esc", "quit"),
     ];
-    let commands = if screen.read_only { &[][..] } else { &commands };
+    let commands = if screen.is_read_only { &[][..] } else { &commands };
     let line = |(key, does): &(&'static str, &'static str)| {
         Line::from(vec![Span::styled(format!(" {key:<10}"), strong()), Span::raw(*does)])
     };

@@ -51,8 +51,8 @@ pub(super) fn walking(state: ShowState, head_speed_mps: f64) -> Snapshot {
     Snapshot::live(FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() })
 }
 
-pub(super) fn new_screen(read_only: bool) -> Screen {
-    Screen::new("dragon", Look::default(), read_only)
+pub(super) fn new_screen(is_read_only: bool) -> Screen {
+    Screen::new("dragon", Look::default(), is_read_only)
 }
 
 /// Presses keys, one after another, and returns their actions.

@@ -20,7 +20,7 @@ use crate::output::command_words::CommandWords;
 pub struct Screen {
     pub(super) instance: String,
     pub(super) look: Look,
-    pub(super) read_only: bool,
+    pub(super) is_read_only: bool,
     pub(super) camera: Camera,
     pub(super) lateness: LatenessHistory,
     pub(super) speed_steps: SpeedSteps,
@@ -46,9 +46,9 @@ pub(super) enum Overlay {
 }
 
 impl Screen {
-    /// Returns a screen for an instance. Its keys send commands, unless it is `read_only`.
-    pub fn new(instance: &str, look: Look, read_only: bool) -> Self {
-        Self { instance: instance.to_owned(), look, read_only, ..Self::default() }
+    /// Returns a screen for an instance. Its keys send commands, unless `is_read_only`.
+    pub fn new(instance: &str, look: Look, is_read_only: bool) -> Self {
+        Self { instance: instance.to_owned(), look, is_read_only, ..Self::default() }
     }
 
     /// Handles a snapshot at an instant of a monotonic clock, and records what the screen shows of the past. Returns whether

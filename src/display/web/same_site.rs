@@ -18,9 +18,9 @@ use super::site::refuse;
 /// use bench_dragon::display::web::Hosts;
 ///
 /// let hosts = Hosts::new("127.0.0.1:8223".parse().unwrap(), Some("booth"), &["dragon.example".to_owned()]);
-/// assert!(hosts.allow("127.0.0.1:8223") && hosts.allow("localhost:9000") && hosts.allow("[::1]:8223"));
-/// assert!(hosts.allow("Dragon.Example"));
-/// assert!(!hosts.allow("evil.example:8223") && !hosts.allow("10.0.0.5:8223") && !hosts.allow("booth:8223"));
+/// assert!(hosts.allows("127.0.0.1:8223") && hosts.allows("localhost:9000") && hosts.allows("[::1]:8223"));
+/// assert!(hosts.allows("Dragon.Example"));
+/// assert!(!hosts.allows("evil.example:8223") && !hosts.allows("10.0.0.5:8223") && !hosts.allows("booth:8223"));
 /// ```
 #[derive(Clone, Debug)]
 pub struct Hosts {
@@ -45,7 +45,7 @@ impl Hosts {
     }
 
     /// Whether a host, with or without a port, names this site.
-    pub fn allow(&self, host: &str) -> bool {
+    pub fn allows(&self, host: &str) -> bool {
         let Some(name) = without_port(host) else { return false };
         match name.parse::<IpAddr>() {
             Ok(address) => !self.is_loopback || address.is_loopback(),
@@ -98,7 +98,7 @@ fn check(hosts: &Hosts, request: &Request) -> Result<(), &'static str> {
     let headers = request.headers();
     let host = only(headers, HOST.as_str()).ok_or("a request must have exactly one Host header")?;
     let named = request.uri().authority().map(Authority::as_str);
-    if !hosts.allow(host) || named.is_some_and(|named| !named.eq_ignore_ascii_case(host)) {
+    if !hosts.allows(host) || named.is_some_and(|named| !named.eq_ignore_ascii_case(host)) {
         return Err("this Host is not allowed: use the machine's address, or start with --allow-host NAME");
     }
     if headers.contains_key(ORIGIN) {
@@ -134,10 +134,10 @@ mod tests {
     fn off_loopback_every_address_and_only_the_machines_own_names_are_allowed() {
         let hosts = Hosts::new("0.0.0.0:8223".parse().expect("an address"), Some("Booth"), &[]);
         for host in ["10.0.0.5:8223", "[fe80::1]:8223", "booth", "BOOTH.local:8223", "localhost"] {
-            assert!(hosts.allow(host), "{host}");
+            assert!(hosts.allows(host), "{host}");
         }
         for host in ["evil.example", "booth.evil.example:8223", "10.0.0.5.evil.example", "0x7f000001"] {
-            assert!(!hosts.allow(host), "{host}");
+            assert!(!hosts.allows(host), "{host}");
         }
     }
 
@@ -155,7 +155,7 @@ mod tests {
             "user@localhost",
             "localhost/",
         ] {
-            assert!(!hosts.allow(host), "{host}");
+            assert!(!hosts.allows(host), "{host}");
         }
     }
 

@@ -112,9 +112,9 @@ pub(super) fn curve(entity: &Entity<'_>) -> Result<(Vec<Piece>, bool), DrawingFi
         return Err(entity.fault(&format!("has {} parts, at most {MAX_PIECES} are allowed", pieces.len())));
     }
     // Entities other than lines, ellipses and splines are in their own plane.
-    let in_plane = ["ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"].contains(&entity.kind);
+    let is_in_plane = ["ARC", "CIRCLE", "LWPOLYLINE", "POLYLINE"].contains(&entity.kind);
     let mirrored = DAffine2::from_scale(DVec2::new(-1.0, 1.0));
-    if in_plane && entity.is_mirrored()? {
+    if is_in_plane && entity.is_mirrored()? {
         return Ok((pieces.iter().flat_map(|piece| piece.mapped(&mirrored)).collect(), is_closed));
     }
     Ok((pieces, is_closed))

@@ -200,10 +200,10 @@ fn rounded_size(transform: &DAffine2, shape: Node<'_, '_>, shown: &Shown<'_>, pi
     let largest = |vector: DVec2| vector.abs().max_element();
     let linear = transform.matrix2.to_cols_array();
     let factor = linear.iter().fold(0.0_f64, |most, entry| most.max(entry.abs()));
-    let in_double = ["path", "polyline", "polygon"].contains(&shape.tag_name().name());
+    let is_in_double = ["path", "polyline", "polygon"].contains(&shape.tag_name().name());
     // A map by whole numbers rounds nothing.
     let is_exact = linear.iter().all(|entry| entry.fract() == 0.0);
-    let size = if !in_double {
+    let size = if !is_in_double {
         let bounds = shown.resolved.bounds();
         [bounds.left(), bounds.right(), bounds.top(), bounds.bottom()]
             .map(|at| f64::from(at).abs())

@@ -84,7 +84,7 @@ impl Sizes {
         }
         let lengths = placed.values.iter().filter(|(name, _)| LENGTHS.contains(name));
         let lengths: Vec<Length> = lengths.filter_map(|(_, value)| Length::from_str(value).ok()).collect();
-        let fills = tag == "svg" && placed.get("viewBox").is_some() && lengths_missing(placed);
+        let fills = tag == "svg" && placed.get("viewBox").is_some() && lacks_a_length(placed);
         if !is_root && (fills || lengths.iter().any(|length| length.unit == Percent)) {
             self.percentages.insert(node.id());
         }
@@ -117,7 +117,7 @@ fn numbers(text: &str) -> impl Iterator<Item = f64> {
     })
 }
 
-fn lengths_missing(placed: &Placed<'_>) -> bool {
+fn lacks_a_length(placed: &Placed<'_>) -> bool {
     ["width", "height"].into_iter().any(|name| placed.get(name).is_none())
 }
 

@@ -33,9 +33,9 @@ pub(crate) struct ExportSettings {
     pub(crate) every_ns: i64,
     pub(crate) subject: ExportSubject,
     /// Whether alerts and commands are exported too: a workbook has sheets for them.
-    pub(crate) with_events: bool,
+    pub(crate) has_events: bool,
     /// Whether the accepted grants of a guard are among the commands.
-    pub(crate) with_grants: bool,
+    pub(crate) has_grants: bool,
 }
 
 /// The parts of the recording that could not be read, and its gaps.

@@ -47,15 +47,15 @@ impl Selection {
                 }
                 return Ok(None);
             };
-            let ExportSettings { interval, subject, with_events, with_grants, .. } = self.settings;
+            let ExportSettings { interval, subject, has_events, has_grants, .. } = self.settings;
             let is_of =
-                |events: ExportSubject, time_ns| (with_events || subject == events) && interval.contains(time_ns);
+                |events: ExportSubject, time_ns| (has_events || subject == events) && interval.contains(time_ns);
             match &recorded {
                 Recorded::Frame(frame) => self.count_frame(&frame.header),
                 Recorded::Alert(alert) if is_of(ExportSubject::Alerts, alert.alert.show_time_ns) => {
                     self.counts.alerts += 1;
                 }
-                Recorded::Command(event) if is_plain_grant(event) && !with_grants => continue,
+                Recorded::Command(event) if is_plain_grant(event) && !has_grants => continue,
                 Recorded::Command(event) if is_of(ExportSubject::Commands, event.show_time_ns) => {
                     self.counts.commands += 1;
                 }

@@ -90,7 +90,7 @@ pub struct Follower {
     /// [`TimecodeState::Waiting`] before the first timecode.
     state: TimecodeState,
     /// Whether a lost timecode stood before.
-    stood: bool,
+    was_standing: bool,
     /// First sample with the newest position.
     newest: Option<TimecodeSample>,
     /// Arrival of the newest sample, of any position.
@@ -124,7 +124,7 @@ impl Follower {
         Self {
             settings,
             state: TimecodeState::Waiting,
-            stood: false,
+            was_standing: false,
             newest: None,
             heard_ns: 0,
             suspect: None,
@@ -212,7 +212,7 @@ impl Follower {
         if before == state {
             return None;
         }
-        self.stood = before == TimecodeState::Standing;
+        self.was_standing = before == TimecodeState::Standing;
         // The estimate of the pace belongs to the earlier state.
         (self.pace, self.correction, self.learned_ns) = (1.0, 0.0, None);
         Some(event)
@@ -256,7 +256,7 @@ impl Follower {
     /// starts on time.
     fn go_on(&self, newest: TimecodeSample, now_ns: u64, show: ShowPosition) -> FollowerOrder {
         let is_before = self.running_target_s(newest, now_ns, show) < self.settings.first_s;
-        self.order(self.stood || !self.has_met || is_before, None)
+        self.order(self.was_standing || !self.has_met || is_before, None)
     }
 
     /// Show time of a running timecode now, in seconds.

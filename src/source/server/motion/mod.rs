@@ -32,7 +32,7 @@ struct Leg {
     /// Tenths of a period since the leg's start.
     parts: u64,
     /// Whether the tick that shows the leg's start has begun.
-    shown: bool,
+    is_shown: bool,
 }
 
 /// The motion of the head.
@@ -46,19 +46,19 @@ pub struct Motion {
     speed_mps: f64,
     authority: Option<Authority>,
     catch_up: CatchUp,
-    paused: bool,
-    held: bool,
+    is_paused: bool,
+    is_held: bool,
     /// Whether the show waits at its start for its first release.
-    ready: bool,
+    is_ready: bool,
     /// Whether the hold is that of a restarted server.
-    restarted: bool,
+    is_restarted: bool,
     follows: bool,
     stands: bool,
-    ending: bool,
+    is_ending: bool,
     /// Whether the show has reached its end time.
-    over: bool,
+    is_over: bool,
     /// Whether a seek has moved the head, and it has not walked since.
-    repositioned: bool,
+    was_repositioned: bool,
 }
 
 impl Motion {
@@ -67,20 +67,20 @@ impl Motion {
         let plan = plan.settings();
         let mut motion = Self {
             plan,
-            leg: Leg { start_s: plan.start_s, parts: 0, shown: false },
+            leg: Leg { start_s: plan.start_s, parts: 0, is_shown: false },
             walk: Walk::at_rest(plan.tick_s, plan.accel_mps2, plan.start_travel_m),
             speed_mps: plan.start_speed_mps,
             authority: plan.guarded_run.map(Authority::none),
             catch_up: CatchUp::new(plan.most_jumped),
-            paused: plan.paused,
-            held: plan.held,
-            ready: plan.ready,
-            restarted: plan.restarted && plan.held,
+            is_paused: plan.is_paused,
+            is_held: plan.is_held,
+            is_ready: plan.is_ready,
+            is_restarted: plan.is_restarted && plan.is_held,
             follows: false,
             stands: false,
-            ending: false,
-            over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
-            repositioned: false,
+            is_ending: false,
+            is_over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
+            was_repositioned: false,
         };
         motion.steer();
         motion
@@ -90,7 +90,7 @@ impl Motion {
     ///
     /// The first tick of a run, and the first after a seek, shows the start of its leg.
     pub fn advance(&mut self) {
-        let starts_leg = !std::mem::replace(&mut self.leg.shown, true);
+        let starts_leg = !std::mem::replace(&mut self.leg.is_shown, true);
         let runs = !starts_leg && self.state().walks();
         let parts = self.catch_up.tick(runs);
         if runs {
@@ -103,7 +103,7 @@ impl Motion {
     /// A running show advances by as many periods, as if it had ticked. Where they exceed the limit of a jump, the show
     /// falls behind by them instead.
     pub fn miss(&mut self, periods: u64) {
-        if periods > 0 && self.leg.shown && self.state().walks() {
+        if periods > 0 && self.leg.is_shown && self.state().walks() {
             let parts = self.catch_up.miss(periods);
             self.go_on(parts);
         }
@@ -124,7 +124,7 @@ impl Motion {
         if parts == 0 {
             return;
         }
-        self.repositioned = false;
+        self.was_repositioned = false;
         let next = self.leg.parts + parts;
         if self.plan.until_s.is_some_and(|until_s| self.sim_s_at(periods(next)) >= until_s) {
             return self.end_show();
@@ -142,14 +142,14 @@ impl Motion {
     /// is kept for the guard.
     pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
         match request {
-            Request::Pause => self.paused = true,
+            Request::Pause => self.is_paused = true,
             Request::Resume => self.resume()?,
             Request::Speed { speed_mps } => self.set_speed(speed_mps)?,
             Request::Seek { show_time_s } => self.seek(show_time_s)?,
             Request::Hold => self.hold(),
             Request::Release => self.release()?,
             Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
-            Request::Stop => self.ending = true,
+            Request::Stop => self.is_ending = true,
             // Only a replay has a recorded pace.
             Request::Pace { .. } => return Err(Refusal::Unknown),
         }
@@ -162,9 +162,9 @@ impl Motion {
         if tick_s == self.plan.tick_s {
             return;
         }
-        let shown = self.leg.shown;
+        let shown = self.leg.is_shown;
         self.begin_leg(self.sim_s(), self.ticks());
-        self.leg.shown = shown;
+        self.leg.is_shown = shown;
         self.walk.count_in(tick_s);
         self.plan.tick_s = tick_s;
     }
@@ -183,12 +183,12 @@ impl Motion {
 
     /// Whether the operator has paused or held the show, or has not started it yet.
     pub fn is_stopped(&self) -> bool {
-        self.paused || self.held || self.ready
+        self.is_paused || self.is_held || self.is_ready
     }
 
     /// Show time of the next tick if the show runs, in seconds.
     pub fn next_sim_s(&self) -> f64 {
-        let runs = self.leg.shown && self.state().walks();
+        let runs = self.leg.is_shown && self.state().walks();
         if runs { self.sim_s_at(self.ticks() + 1.0) } else { self.sim_s() }
     }
 
@@ -208,14 +208,14 @@ impl Motion {
     pub fn stops(&self) -> Stops {
         let rests = self.walk.rests_since().is_some();
         let stops = [
-            (Stop::Paused, self.paused),
-            (Stop::Held, self.held),
+            (Stop::Paused, self.is_paused),
+            (Stop::Held, self.is_held),
             (Stop::GuardLimit, rests && self.is_at_limit()),
             (Stop::Timecode, self.stands),
-            (Stop::Ending, self.ending),
-            (Stop::RunEnd, self.over || rests && self.travel_m() >= self.plan.end_travel_m),
-            (Stop::Ready, self.ready),
-            (Stop::Restarted, self.restarted),
+            (Stop::Ending, self.is_ending),
+            (Stop::RunEnd, self.is_over || rests && self.travel_m() >= self.plan.end_travel_m),
+            (Stop::Ready, self.is_ready),
+            (Stop::Restarted, self.is_restarted),
         ];
         stops.into_iter().filter_map(|(stop, holds)| holds.then_some(stop)).collect()
     }
@@ -227,13 +227,13 @@ impl Motion {
     fn state(&self) -> ShowState {
         let rests = self.walk.rests_since().is_some();
         match self {
-            Self { ending: true, .. } if rests || self.over => ShowState::Ended,
-            Self { held: true, .. } if rests || self.over => ShowState::Held,
-            Self { ready: true, .. } => ShowState::Ready,
-            Self { over: true, .. } => self.state_at_end(),
+            Self { is_ending: true, .. } if rests || self.is_over => ShowState::Ended,
+            Self { is_held: true, .. } if rests || self.is_over => ShowState::Held,
+            Self { is_ready: true, .. } => ShowState::Ready,
+            Self { is_over: true, .. } => self.state_at_end(),
             _ if rests && self.travel_m() >= self.plan.end_travel_m => self.state_at_end(),
             _ if rests && self.is_at_limit() => ShowState::Held,
-            Self { paused: true, .. } | Self { stands: true, .. } if rests => ShowState::Paused,
+            Self { is_paused: true, .. } | Self { stands: true, .. } if rests => ShowState::Paused,
             _ if self.is_to_stand() => ShowState::Stopping,
             _ => ShowState::Running,
         }
@@ -243,13 +243,13 @@ impl Motion {
     /// finished show. A timecode that jumps past the end may jump back, so with timecode the run ends only when the head walks
     /// to its end.
     fn state_at_end(&self) -> ShowState {
-        let ends = self.plan.until_s.is_some() && !self.plan.stays && !(self.follows && self.repositioned);
+        let ends = self.plan.until_s.is_some() && !self.plan.stays && !(self.follows && self.was_repositioned);
         if ends { ShowState::Ended } else { ShowState::Finished }
     }
 
     /// Whether the operator, the timecode or a stop brings the head to rest.
     fn is_to_stand(&self) -> bool {
-        self.held || self.ready || self.paused || self.stands || self.ending
+        self.is_held || self.is_ready || self.is_paused || self.stands || self.is_ending
     }
 
     fn is_at_limit(&self) -> bool {
@@ -297,7 +297,7 @@ impl Motion {
         match self.walk.rests_since() {
             Some(since) if !self.state().walks() => self.begin_leg(self.sim_s_at(since), since),
             _ => {
-                self.over = true;
+                self.is_over = true;
                 self.begin_leg(until_s.max(self.sim_s()), until);
             }
         }
@@ -306,31 +306,31 @@ impl Motion {
     /// Begins a leg inside the present one. A tick has already shown its start, so the next tick moves on.
     fn begin_leg(&mut self, start_s: f64, ticks: f64) {
         self.walk.count_from(ticks);
-        self.leg = Leg { start_s, parts: 0, shown: true };
+        self.leg = Leg { start_s, parts: 0, is_shown: true };
     }
 
     fn resume(&mut self) -> Result<(), Refusal> {
         match self.state() {
-            _ if self.held => return Err(Refusal::Held),
+            _ if self.is_held => return Err(Refusal::Held),
             ShowState::Ready => return Err(Refusal::Ready),
             ShowState::Held => return Err(Refusal::HeldByGuard),
             ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
-            ShowState::Running | ShowState::Stopping | ShowState::Paused => self.paused = false,
+            ShowState::Running | ShowState::Stopping | ShowState::Paused => self.is_paused = false,
         }
         Ok(())
     }
 
     /// Holds the show by request: the hold is no longer that of a start or restart.
     fn hold(&mut self) {
-        (self.held, self.ready, self.restarted) = (true, false, false);
+        (self.is_held, self.is_ready, self.is_restarted) = (true, false, false);
     }
 
     fn release(&mut self) -> Result<(), Refusal> {
-        if !self.held && !self.ready {
+        if !self.is_held && !self.is_ready {
             let by_guard = self.state() == ShowState::Held;
             return Err(if by_guard { Refusal::HeldByGuard } else { Refusal::NotHeld });
         }
-        (self.held, self.ready, self.restarted) = (false, false, false);
+        (self.is_held, self.is_ready, self.is_restarted) = (false, false, false);
         Ok(())
     }
 
@@ -350,7 +350,7 @@ impl Motion {
         self.catch_up.clear();
         self.leg = Leg { start_s: show_time_s, parts: 0, shown: false };
         self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
-        self.over = self.plan.until_s.is_some_and(|until_s| show_time_s >= until_s);
+        self.is_over = self.plan.until_s.is_some_and(|until_s| show_time_s >= until_s);
         self.repositioned = true;
         Ok(())
     }

@@ -34,13 +34,13 @@ pub struct MotionSettings {
     /// Whether the show stands finished at that time, instead of ending.
     pub stays: bool,
     /// Whether tick 0 is held.
-    pub held: bool,
+    pub is_held: bool,
     /// Whether the show waits at its start for its first release.
-    pub ready: bool,
+    pub is_ready: bool,
     /// Whether the server was restarted, which is then the cause of the hold.
-    pub restarted: bool,
+    pub is_restarted: bool,
     /// Whether tick 0 is paused, or will be once the hold is lifted.
-    pub paused: bool,
+    pub is_paused: bool,
     /// Number of the run whose guard must grant travel to the head; without one the head walks freely.
     pub guarded_run: Option<u64>,
     /// Missed periods up to which the show jumps at once; after a longer standstill it catches up slowly.
@@ -62,10 +62,10 @@ impl MotionSettings {
             end_travel_m,
             until_s: None,
             stays: false,
-            held: false,
-            ready: false,
-            restarted: false,
-            paused: false,
+            is_held: false,
+            is_ready: false,
+            is_restarted: false,
+            is_paused: false,
             guarded_run: None,
             most_jumped: u64::MAX,
         }
@@ -134,10 +134,10 @@ impl MotionPlan {
             end_travel_m: config.lead().end_travel_m(),
             until_s: start.until_s,
             stays: start.stays,
-            held: start.is_held,
-            ready: start.is_ready,
-            restarted: start.is_restarted,
-            paused: start.is_paused,
+            is_held: start.is_held,
+            is_ready: start.is_ready,
+            is_restarted: start.is_restarted,
+            is_paused: start.is_paused,
             guarded_run: start.is_guarded.then_some(run_id),
             most_jumped: config.most_jumped(),
         })

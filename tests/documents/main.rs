@@ -7,6 +7,8 @@ use std::path::{Component, Path, PathBuf};
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
+mod words;
+
 /// Folders without documents of the project.
 const SKIPPED: [&str; 4] = [".git", "node_modules", "target", "corpus"];
 
