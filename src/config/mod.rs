@@ -41,6 +41,9 @@ pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
 pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
 /// Allowed planned speeds of the head, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
+/// Speed in metres per show second from which on times of arrival are forecast. An ordered speed may be slower, down to 0: then the
+/// head counts as one that stands.
+pub const FORECAST_SPEED_MPS: f64 = 1e-6;
 /// Allowed values of the head's greatest acceleration, in m/s².
 pub const HEAD_ACCEL_MPS2: RangeInclusive<f64> = 0.001..=1000.0;
 /// Allowed clearances of the monitor's warning, in metres.
