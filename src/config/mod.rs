@@ -16,12 +16,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter, RunEnd};
-use bench_dragon_geometry::ground::Ground;
-use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::ground::{Ground, HeightMap};
+use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::HeadTimetable;
 use bench_dragon_geometry::route::{Route, RouteError, RouteShape, RouteSpec};
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
+use glam::DVec2;
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
@@ -39,6 +40,8 @@ pub const CPU: RangeInclusive<u32> = 0..=1023;
 pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
 /// Allowed values of the longest standstill after which a show jumps, in seconds of wall time.
 pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
+/// Distance of a map from (0, 0), in metres, from which on its coordinates are those of a survey.
+const SURVEY_M: f64 = 10_000.0;
 /// Allowed planned speeds of the head, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
 /// Speed in metres per show second from which on times of arrival are forecast. An ordered speed may be slower, down to 0: then the
@@ -161,9 +164,22 @@ impl ConfigDocument {
     pub fn curve(&self) -> Result<Route, ConfigError> {
         let route = self.route.build(self.tables.head.speed_mps, self.dimensions.longest_m());
         route.map_err(|error| {
-            let table =
-                if matches!(error, RouteError::Ground(_) | RouteError::LongOnGround) { "ground" } else { "route" };
-            ConfigError(format!("[{table}] {error}"))
+            let (table, hint) = match error {
+                RouteError::Ground(_) => ("ground", self.origin_hint()),
+                RouteError::LongOnGround => ("ground", String::new()),
+                _ => ("route", String::new()),
+            };
+            ConfigError(format!("[{table}] {error}{hint}"))
+        })
+    }
+
+    /// The remedy for a map in the coordinates of a survey, under a route that is about (0, 0).
+    fn origin_hint(&self) -> String {
+        let first = self.route.ground.as_ref().and_then(|ground| ground.height_map()).map(HeightMap::first);
+        let is_far = |first: &DVec2| first.length() > SURVEY_M;
+        first.filter(is_far).map_or_else(String::new, |DVec2 { x, y }| {
+            let at = format!("({}, {})", Fixed::<0>(x), Fixed::<0>(y));
+            format!("; the map begins at {at} m: set [origin] to the point of it that is (0, 0) of the route")
         })
     }
 
@@ -180,7 +196,8 @@ impl ConfigDocument {
     pub fn build(self) -> Result<Config, ConfigError> {
         let route = Arc::new(self.curve()?);
         let dragon = self.place(route).map_err(|error| match error {
-            DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}")),
+            DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}{}", self.origin_hint())),
+            DragonError::TooMuchWork(_) => ConfigError(format!("{error}; --work of `bench-dragon solve` allows more")),
             error => ConfigError(error.to_string()),
         })?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })

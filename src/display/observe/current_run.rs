@@ -257,6 +257,7 @@ mod tests {
     fn a_standing_head_walks_on_at_its_speed_before_it_braked() {
         assert_eq!(after(&[1.0, 1.0, 0.5, 0.5, 0.0, 0.0]), Some(0.5));
         assert_eq!(after(&[0.5, 0.5, 0.4, 0.25, 0.01, 0.0]), Some(0.5));
+        assert_eq!(after(&[0.5, 0.5, 1e-320, 1e-320]), Some(0.5), "no arrival can be forecast at that speed");
     }
 
     #[test]
