@@ -197,8 +197,7 @@ impl ConfigDocument {
         let route = Arc::new(self.curve()?);
         let dragon = self.place(route).map_err(|error| match error {
             DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}{}", self.origin_hint())),
-            DragonError::TooMuchWork(_) => ConfigError(format!("{error}; --work of `bench-dragon solve` allows more")),
-            error => ConfigError(error.to_string()),
+            error => ConfigError(unplaced(&error)),
         })?;
         Ok(Config { document: self, dragon: Arc::new(dragon) })
     }
@@ -266,6 +265,14 @@ impl ConfigDocument {
             "[route] the {what} {segments} segments, which take {written} bytes, at most {MAX_DESCRIPTION_LEN} are allowed: \
              {remedy}"
         )))
+    }
+}
+
+/// Why a dragon cannot be placed on its route, and the remedy if there is one.
+pub fn unplaced(error: &DragonError) -> String {
+    match error {
+        DragonError::TooMuchWork(_) => format!("{error}; --work of `bench-dragon solve` allows more"),
+        _ => error.to_string(),
     }
 }
 

@@ -243,6 +243,8 @@ fn transforms_of_css_are_applied_or_refused() {
         ("<path style=\"/*x*/display:none\" d=\"M0 0h99\"/><path d=\"M0 0h10\"/>", 10.0),
         ("<path style=\"-webkit-transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
         ("<style>@import url('https://fonts.googleapis.com/css?family=A');</style><path d=\"M0 0h10\"/>", 10.0),
+        ("<style media=\"print\">path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", 10.0),
+        ("<style media=\"screen\">path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", 20.0),
         ("<style>g { path { fill: red } }</style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<circle style=\"r:7px\" cx=\"20\" cy=\"20\" r=\"1\"/>", 43.982_297),
         (
@@ -294,6 +296,11 @@ fn transforms_of_css_are_applied_or_refused() {
             "<style>@media screen { path { transform: scale(2) } }</style><path d=\"M0 0h10\"/>",
             "has a style sheet with \"@media screen\"",
         ),
+        (
+            "<style media=\"(min-width: 9px)\">path { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
+            "has a style sheet with \"@media (min-width: 9px)\"",
+        ),
+        ("<style>} path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", "has a style sheet with \"} path\""),
         (
             "<symbol id=\"s\" transform=\"scale(2)\"><path d=\"M0 0h10\"/></symbol><use href=\"#s\"/>",
             "has the transform \"scale(2)\", which is not supported for a symbol",
