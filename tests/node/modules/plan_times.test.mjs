@@ -48,7 +48,7 @@ test('the plan in words has its near misses and its contact', () => {
 });
 
 test('after the end, the plan in words keeps what is behind the head', () => {
-  const times = planOverTime(plan, { travel_m: 100, time_s: 200, speed_mps: 0.5 }, run);
+  const times = planOverTime(plan, { travel_m: 100, time_s: 150, speed_mps: 0.5 }, run);
   assert.equal(planInWords(plan, times, true, format), 'planned: 1 near miss 10.0 mm, passed · contact, passed');
 });
 
