@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use bench_dragon_ipc::source::ShowLock;
 use bench_dragon_ipc::{Domain, FrameHeader, ShowState};
 use jiff::Zoned;
 use serde::Serialize;
@@ -45,6 +46,7 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
         });
     }
     newest.members = Arc::new(members.still_there(domain));
+    newest.has_lost_show |= !newest.members.has_source && ShowLock::is_abandoned(domain);
     let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
     match format {
         Format::Json => print_json(&report)?,

@@ -19,11 +19,12 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
 use bench_dragon_geometry::formation::{Formation, Layout, Planned, Timetable};
-use bench_dragon_geometry::ground::Ground;
-use bench_dragon_geometry::number::Number;
+use bench_dragon_geometry::ground::{Ground, HeightMap};
+use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{Route, RouteError, RouteShape, RouteSpec};
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
+use glam::DVec2;
 
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
@@ -42,8 +43,13 @@ pub const CPU: RangeInclusive<u32> = 0..=1023;
 pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
 /// Allowed values of the longest standstill after which a show jumps, in seconds of wall time.
 pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
+/// Distance of a map from (0, 0), in metres, from which on its coordinates are those of a survey.
+const SURVEY_M: f64 = 10_000.0;
 /// Allowed planned speeds of the head, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
+/// Speed in metres per show second from which on times of arrival are forecast. An ordered speed may be slower, down to 0: then the
+/// head counts as one that stands.
+pub const FORECAST_SPEED_MPS: f64 = 1e-6;
 /// Allowed values of the head's greatest acceleration, in m/s².
 pub const HEAD_ACCEL_MPS2: RangeInclusive<f64> = 0.001..=1000.0;
 /// Allowed clearances of the monitor's warning, in metres.
@@ -207,9 +213,22 @@ impl ConfigDocument {
     pub fn curve(&self) -> Result<Route, ConfigError> {
         let route = self.route.build(self.tables.head.speed_mps, self.dimensions.longest_m());
         route.map_err(|error| {
-            let table =
-                if matches!(error, RouteError::Ground(_) | RouteError::LongOnGround) { "ground" } else { "route" };
-            ConfigError(format!("[{table}] {error}"))
+            let (table, hint) = match error {
+                RouteError::Ground(_) => ("ground", self.origin_hint()),
+                RouteError::LongOnGround => ("ground", String::new()),
+                _ => ("route", String::new()),
+            };
+            ConfigError(format!("[{table}] {error}{hint}"))
+        })
+    }
+
+    /// The remedy for a map in the coordinates of a survey, under a route that is about (0, 0).
+    fn origin_hint(&self) -> String {
+        let first = self.route.ground.as_ref().and_then(|ground| ground.height_map()).map(HeightMap::first);
+        let is_far = |first: &DVec2| first.length() > SURVEY_M;
+        first.filter(is_far).map_or_else(String::new, |DVec2 { x, y }| {
+            let at = format!("({}, {})", Fixed::<0>(x), Fixed::<0>(y));
+            format!("; the map begins at {at} m: set [origin] to the point of it that is (0, 0) of the route")
         })
     }
 
@@ -226,8 +245,8 @@ impl ConfigDocument {
     pub fn build(self) -> Result<Config, ConfigError> {
         let route = Arc::new(self.curve()?);
         let dragon = self.place(route).map_err(|error| match error {
-            DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}")),
-            error => ConfigError(error.to_string()),
+            DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}{}", self.origin_hint())),
+            error => ConfigError(unplaced(&error)),
         })?;
         let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
         let formation = Formation::new(vec![Planned { dragon: Arc::new(dragon), timetable }]);
@@ -300,6 +319,14 @@ impl ConfigDocument {
             "[route] the {what} {segments} segments, which take {written} bytes, at most {MAX_DESCRIPTION_LEN} are allowed: \
              {remedy}"
         )))
+    }
+}
+
+/// Why a dragon cannot be placed on its route, and the remedy if there is one.
+pub fn unplaced(error: &DragonError) -> String {
+    match error {
+        DragonError::TooMuchWork(_) => format!("{error}; --work of `bench-dragon solve` allows more"),
+        _ => error.to_string(),
     }
 }
 

@@ -50,7 +50,9 @@ pub(super) fn path(bytes: &[u8], choice: &PathChoice<'_>) -> Result<Drawing, Dra
         ));
     }
     let text = utf8(bytes)?.trim_start_matches('\u{feff}');
-    let mut rows = (1..).zip(text.lines()).filter(|(_, line)| has_cells(line)).peekable();
+    // Each line of an old Macintosh ends with a carriage return alone.
+    let line_end = if text.contains('\n') { '\n' } else { '\r' };
+    let mut rows = (1..).zip(text.split(line_end)).filter(|(_, line)| has_cells(line)).peekable();
     let first = rows.peek().map_or("", |(_, line)| *line);
     let separator = Separator::of(first);
     let has_decimal_commas = separator == Separator::Char(';') && !rows.clone().any(|(_, line)| line.contains('.'));
@@ -151,16 +153,26 @@ fn named_columns(names: &[&str]) -> Result<Columns, DrawingFileError> {
         metres.map_or(name.clone(), |name| name.trim_end().to_owned())
     };
     let names: Vec<String> = names.iter().map(|name| plain(name)).collect();
-    let named = |known: &[&str]| known.iter().find_map(|known| names.iter().position(|name| name == known));
-    let once = |at: [usize; 2]| {
-        let twice = at.into_iter().find(|&at| names.iter().filter(|name| **name == names[at]).count() > 1);
-        twice.map_or(Ok(at), |at| {
-            Err(DrawingFileError(format!("has several columns {}, must have one", quoted(&names[at]))))
-        })
+    let named = |known: &[&str]| names.iter().position(|name| known.contains(&&**name));
+    let once = |at: [usize; 2], known: [&[&str]; 2]| {
+        for known in known {
+            let found: Vec<&str> = names.iter().map(|name| &**name).filter(|name| known.contains(name)).collect();
+            match &found[..] {
+                [first, .., last] if first == last => {
+                    return Err(DrawingFileError(format!("has several columns {}, must have one", quoted(first))));
+                }
+                [_, _, ..] => {
+                    let found = super::listed(found.into_iter());
+                    return Err(DrawingFileError(format!("has the columns {found}, must have one of them")));
+                }
+                _ => {}
+            }
+        }
+        Ok(at)
     };
     match (named(&X).zip(named(&Y)), named(&LON).zip(named(&LAT))) {
-        (Some((x, y)), _) => Ok(Columns::Plane(once([x, y])?)),
-        (None, Some((lon, lat))) => Ok(Columns::Globe(once([lon, lat])?)),
+        (Some((x, y)), _) => Ok(Columns::Plane(once([x, y], [&X, &Y])?)),
+        (None, Some((lon, lat))) => Ok(Columns::Globe(once([lon, lat], [&LON, &LAT])?)),
         (None, None) => {
             let found = super::listed(names.iter().map(|name| &**name));
             Err(DrawingFileError(format!("has the columns {found}, must have x_m and y_m, or lon and lat")))

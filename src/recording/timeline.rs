@@ -72,11 +72,17 @@ impl Timeline {
         self.begin_ns.saturating_add(position_ns)
     }
 
-    /// The chunk at a position, or the last one before it. `None` for a recording without chunks.
-    pub fn place(&self, position_ns: u64) -> Option<TimelinePlace> {
+    /// Number of chunks.
+    pub fn chunks(&self) -> usize {
+        self.chunks.len()
+    }
+
+    /// The chunk at a position, or the last one before it, or one that is `back` chunks before that. `None` for a recording
+    /// without chunks.
+    pub fn place(&self, position_ns: u64, back: usize) -> Option<TimelinePlace> {
         let log_time_ns = self.log_time_ns(position_ns);
         let behind = self.chunks.partition_point(|(_, chunk)| chunk.begin_ns <= log_time_ns);
-        let (part, chunk) = self.chunks.get(behind.saturating_sub(1))?;
+        let (part, chunk) = self.chunks.get(behind.saturating_sub(1).saturating_sub(back))?;
         let before = chunk.configurations.checked_sub(1);
         let configuration = before.and_then(|index| self.configurations[*part].get(index)).cloned();
         Some(TimelinePlace { part: *part, position: chunk.position, configuration })

@@ -6,6 +6,7 @@ use bench_dragon_ipc::service::{self, Member, Role, Service};
 use bench_dragon_ipc::{Alert, AlertKind, BusError, Domain, require_shared_memory};
 use iceoryx2::port::notifier::{Notifier, NotifierCreateError};
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::update_connections::UpdateConnections as _;
 
 /// Publishes alerts on the bus of an instance.
 #[derive(Debug)]
@@ -38,6 +39,14 @@ impl AlertPublisher {
         })?;
         member.reserve_memory()?;
         Ok(Self { publisher, notifier, _member: member })
+    }
+
+    /// Delivers the last alerts to readers that have joined since. Call it about as often as frames arrive: without a new
+    /// reader it costs nothing.
+    pub fn deliver_to_late_joiners(&self) {
+        if let Err(error) = self.publisher.update_connections() {
+            tracing::warn!("cannot deliver alerts to a reader: {error:?}");
+        }
     }
 
     /// Publishes one alert and wakes its readers.

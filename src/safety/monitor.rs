@@ -26,7 +26,7 @@ use super::alerts::AlertLimit;
 use super::forecast::Forecast;
 use super::source_motion::SourceMotion;
 use super::stage_watch::StageWatch;
-use crate::config::Config;
+use crate::config::{Config, FORECAST_SPEED_MPS};
 
 #[cfg(doc)]
 use super::alerts::ALERTS_PER_S;
@@ -197,7 +197,8 @@ impl Monitor {
             .filter(|forecast| forecast.covers(header.head_travel_m))
             .and_then(|forecast| forecast.contact)
             .map(|contact| contact.travel_m - header.head_travel_m);
-        let speed_mps = if header.head_speed_mps > 0.0 { header.head_speed_mps } else { self.planned_speed_mps };
+        let walks = header.head_speed_mps >= FORECAST_SPEED_MPS;
+        let speed_mps = if walks { header.head_speed_mps } else { self.planned_speed_mps };
         ahead.map_or(Alert::NO_FORECAST, |ahead_m| header.show_time_ns + (ahead_m / speed_mps * 1e9).round() as i64)
     }
 }

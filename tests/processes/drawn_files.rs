@@ -155,6 +155,7 @@ fn columns_are_found_by_name_or_refused_with_the_known_names() {
 fn rows_and_names_of_a_table_fit_or_are_refused() {
     for (text, reason) in [
         ("x,y\n0,5,0,5\n100,5,20,7\n", "line 2 is \"0,5,0,5\", with 4 columns, must have 2 as the first row"),
+        ("x,x_m,y\n0,0,5\n100,5,20\n", "has the columns \"x\", \"x_m\", must have one of them"),
         ("x,y,x\n0,5,0\n100,5,20\n", "has several columns \"x\", must have one"),
         ("lon,lat,lat\n0,5,0\n100,5,20\n", "has several columns \"lat\", must have one"),
     ] {
@@ -242,6 +243,8 @@ fn transforms_of_css_are_applied_or_refused() {
         ("<path style=\"/*x*/display:none\" d=\"M0 0h99\"/><path d=\"M0 0h10\"/>", 10.0),
         ("<path style=\"-webkit-transform:scale(2)\" d=\"M0 0h10\"/>", 20.0),
         ("<style>@import url('https://fonts.googleapis.com/css?family=A');</style><path d=\"M0 0h10\"/>", 10.0),
+        ("<style media=\"print\">path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", 10.0),
+        ("<style media=\"screen\">path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", 20.0),
         ("<style>g { path { fill: red } }</style><g><path d=\"M0 0h10\"/></g>", 10.0),
         ("<circle style=\"r:7px\" cx=\"20\" cy=\"20\" r=\"1\"/>", 43.982_297),
         (
@@ -293,6 +296,11 @@ fn transforms_of_css_are_applied_or_refused() {
             "<style>@media screen { path { transform: scale(2) } }</style><path d=\"M0 0h10\"/>",
             "has a style sheet with \"@media screen\"",
         ),
+        (
+            "<style media=\"(min-width: 9px)\">path { transform: scale(2) }</style><path d=\"M0 0h10\"/>",
+            "has a style sheet with \"@media (min-width: 9px)\"",
+        ),
+        ("<style>} path { transform: scale(2) }</style><path d=\"M0 0h10\"/>", "has a style sheet with \"} path\""),
         (
             "<symbol id=\"s\" transform=\"scale(2)\"><path d=\"M0 0h10\"/></symbol><use href=\"#s\"/>",
             "has the transform \"scale(2)\", which is not supported for a symbol",
@@ -491,4 +499,26 @@ fn a_drawing_and_a_map_share_an_origin() {
     let keys = "corner_radius_m = 5\n[origin]\nx_m = 500000\ny_m = 4000000\n[ground]\nheights = \"hill.asc\"\n";
     let answer = survey(&stage, &Path::new(FOLDER).join("survey.csv"), keys).expect_clean().last_json();
     assert_eq!((number(&answer["lowest_m"]), number(&answer["highest_m"])), (1.0, 1.0), "{answer}");
+}
+
+#[test]
+fn lines_of_a_table_may_end_as_on_an_old_macintosh() {
+    let answer = of_text("a.csv", "x_m,y_m\r0,0\r50,0\r", "").expect_clean().last_json();
+    assert_eq!(number(&answer["length_m"]), 50.0);
+}
+
+#[test]
+fn a_unit_that_no_stage_has_is_named_and_an_american_mile_is_read() {
+    let line = |unit| {
+        format!(
+            "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{unit}\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n0\nLINE\n8\n0\n10\n0\n\
+             20\n0\n11\n0.1\n21\n0\n0\nENDSEC\n0\nEOF\n"
+        )
+    };
+    for unit in ["18", "25", "x"] {
+        let reason = format!("has the unit \"{unit}\" in its header ($INSUNITS), must be 1 to 17 or 21 to 24");
+        assert_refused(&of_text("a.dxf", line(unit), ""), &reason);
+    }
+    let mile = of_text("a.dxf", line("24"), "").expect_clean().last_json();
+    assert!((number(&mile["length_m"]) - 160.934_722).abs() < 1e-6, "{mile}");
 }

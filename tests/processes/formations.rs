@@ -29,8 +29,7 @@ start_s = 2.0
 
 fn solve(stage: &Stage, args: &[&str]) -> Value {
     let ended = stage.run(&[&["solve"], args, &["--config", "two.toml", "--format", "json"]].concat());
-    ended.expect_clean();
-    serde_json::from_str(&ended.stdout).expect("JSON")
+    ended.expect_clean().last_json()
 }
 
 fn stage_with(text: &str) -> Stage {
@@ -51,8 +50,7 @@ fn the_first_contact_of_two_dragons_names_both_and_the_indices_within_them() {
     let later = CROSSING.replace("start_s = 2.0", "start_s = 60.0");
     let apart = solve(&stage_with(&later), &["contact"]);
     assert_eq!(apart["time_s"], Value::Null, "{apart}");
-    let text = stage.run(&["solve", "contact", "--config", "two.toml"]);
-    text.expect_clean();
+    let text = stage.run(&["solve", "contact", "--config", "two.toml"]).expect_clean();
     assert!(text.stdout.contains("gold bench 0 and silver bench 0"), "{}", text.stdout);
 }
 
@@ -68,8 +66,7 @@ fn poses_have_the_name_of_their_dragon_and_the_index_within_it() {
     assert_eq!((&first_of_silver(0)["y_m"], &first_of_silver(0)["speed_mps"]), (&json!(-20.0), &json!(0.0)));
     assert!((first_of_silver(1)["y_m"].as_f64().expect("a number") + 10.0).abs() < 1e-9);
     assert!((first_of_silver(1)["speed_mps"].as_f64().expect("a number") - 2.0).abs() < 1e-12);
-    let csv = stage.run(&["solve", "poses", "--at", "1", "--config", "two.toml", "--format", "csv"]);
-    csv.expect_clean();
+    let csv = stage.run(&["solve", "poses", "--at", "1", "--config", "two.toml", "--format", "csv"]).expect_clean();
     assert!(csv.stdout.starts_with("time_s,dragon,handle,x_m,y_m,speed_mps"), "{}", csv.stdout);
 }
 

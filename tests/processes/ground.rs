@@ -219,3 +219,14 @@ fn bad_ground_is_refused_in_one_line() {
     let expected = "error: ground.toml: [ground] the ground has no height at -1.506 m of travel, at (8.686, 1.5) m\n";
     assert_eq!((ended.code(), ended.stderr.as_str()), (Some(2), expected));
 }
+
+#[test]
+fn a_map_in_the_coordinates_of_a_survey_asks_for_an_origin() {
+    let stage = with("[ground]\nheights = \"utm.asc\"\n");
+    let map = "ncols 3\nnrows 3\nxllcorner 500000\nyllcorner 5400000\ncellsize 50\n1 1 1\n1 1 1\n1 1 1\n";
+    fs::write(stage.path("utm.asc"), map).expect("a map");
+    let refused = solve(&stage, &["route", "--config", "ground.toml"]);
+    assert_eq!((refused.code(), refused.stderr.lines().count()), (Some(2), 1), "{}", refused.stderr);
+    let hint = "the map begins at (500025, 5400025) m: set [origin] to the point of it that is (0, 0) of the route";
+    assert!(refused.stderr.contains(hint), "{}", refused.stderr);
+}

@@ -6,15 +6,17 @@ use std::path::Path;
 use bench_dragon_ipc::clear;
 use rustix::process::Signal;
 use serde_json::Value;
-use test_support::eventually::eventually_from;
+use test_support::eventually::{eventually, eventually_from};
 use test_support::process::Process;
 use test_support::skip::is_possible;
 
-use crate::children::{await_child, kill};
+use crate::children::{await_child, children, kill};
 use crate::ctl_status::{lamp, status, status_with};
 use crate::metrics::Exporter;
 use crate::reader::Reader;
+use crate::record::await_frames;
 use crate::resources::behind;
+use crate::show::CALM;
 use crate::stage::Stage;
 use crate::suspended::suspend;
 use crate::timecode::{self, Desk};
@@ -189,6 +191,7 @@ fn a_killed_guard_and_a_stopped_guard_are_red() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "100", "--guarded", "--start-at", "100"]);
     let guard = stage.start(&["monitor", "--guard"]);
+    let beside = stage.start(&["monitor"]);
     status_with(&stage, "a guarded walk", |json| json["state"] == "running" && lamp(json, "guard").0 == "good");
     guard.signal(Signal::STOP);
     let (json, _) = status_with(&stage, "the end of the grant, and a guard that hangs", |json| {
@@ -201,6 +204,7 @@ fn a_killed_guard_and_a_stopped_guard_are_red() {
     assert_eq!((code, &json["standing"]["level"]), (Some(1), &"danger".into()), "{json}");
     assert!(json["standing"]["cause"].as_str().is_some_and(|cause| cause.starts_with("No guard runs")), "{json}");
     assert!(json["standing"]["remedy"].as_str().is_some_and(|remedy| remedy.contains("monitor --guard")), "{json}");
+    beside.terminate().expect_clean();
     server.stop();
 }
 
@@ -395,4 +399,22 @@ fn a_fresh_look_finds_a_stopped_recorder_and_a_stopped_or_killed_server() {
         assert_eq!((code, &json["standing"]["word"]), (Some(1), &"SERVER LOST".into()), "{json}");
     }
     clear(stage.domain()).expect("no process is left");
+}
+
+#[test]
+fn a_killed_show_is_lost_until_something_is_started_again() {
+    let stage = Stage::new();
+    let reader = stage.start(&["hz"]);
+    let show = stage.start(&[&CALM[..], &["json", "--out", "out"]].concat());
+    await_frames(&stage.path("out/recording.mcap"));
+    let pid = show.pid();
+    show.kill();
+    eventually("the children of the show have ended", || children(pid).is_empty().then_some(()));
+    let (json, code) = status_with(&stage, "the killed show", |json| json["standing"]["word"] == "SHOW LOST");
+    let standing = &json["standing"];
+    assert_eq!((code, &standing["level"]), (Some(1), &"danger".into()), "{json}");
+    assert!(standing["remedy"].as_str().is_some_and(|remedy| remedy.contains("serve --config FILE --held")), "{json}");
+    stage.serve(&["--until", "0"]).summary();
+    status_with(&stage, "no show", |json| json["standing"]["word"] == "WAITING");
+    reader.terminate();
 }

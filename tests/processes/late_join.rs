@@ -4,9 +4,12 @@
 use std::time::Duration;
 
 use bench_dragon::config::Config;
-use bench_dragon_ipc::{DescriptionReader, FrameSubscriber, ShowState, StatusReader};
+use bench_dragon_ipc::{
+    Alert, AlertKind, AlertSubscriber, DescriptionReader, EventKind, FrameSubscriber, Show, ShowState, StatusReader,
+};
 use test_support::eventually::eventually;
 
+use crate::ctl_status::{lamp, status_with};
 use crate::reader::{Reader, assert_accounted_for};
 use crate::stage::Stage;
 
@@ -87,5 +90,47 @@ fn a_reader_that_starts_before_the_server_waits_for_it() {
     let echoed = echo.end();
     let ticks: Vec<_> = echoed.json_lines().iter().map(|frame| frame["tick"].clone()).collect();
     assert_eq!((echoed.code(), ticks), (Some(0), vec![0.into(), 1.into(), 2.into()]));
+    server.stop();
+}
+
+#[test]
+fn a_late_observer_reports_a_contact_that_is_past_and_a_late_client_starts_from_now() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "100", "--start-at", "412"]);
+    let mut monitor = stage.start(&["monitor", "--format", "json"]);
+    monitor.json_until("the contact", |line| line["kind"] == "contact");
+    for command in [&["hold"][..], &["seek", "300"]] {
+        stage.run(&[&["ctl"], command].concat()).expect_clean();
+    }
+    let (json, code) = status_with(&stage, "the past contact", |json| lamp(json, "clearance").0 == "danger");
+    let standing = &json["standing"];
+    assert_eq!((code, &standing["level"]), (Some(1), &"danger".into()), "{json}");
+    assert!(
+        standing["cause"]
+            .as_str()
+            .is_some_and(|cause| cause.starts_with("CONTACT: benches 0 and 8 touched at 412.474")),
+        "{json}"
+    );
+
+    let from_now = AlertSubscriber::open(stage.domain(), "test").expect("a server has created the services");
+    let with_past = AlertSubscriber::open_with_past(stage.domain(), "test").expect("a server has created the services");
+    let is_contact = |alert: &Alert| alert.alert_kind() == Some(AlertKind::Contact);
+    let past = eventually("the past contact", || with_past.receive().expect("the bus is readable").filter(is_contact));
+    assert_eq!((past.run_id, past.pair()), (server.run_id, Some([0, 8])));
+    assert_eq!(from_now.receive().expect("the bus is readable"), None);
+    monitor.terminate().expect_clean();
+    drop((from_now, with_past));
+    server.stop();
+}
+
+#[test]
+fn the_first_look_at_command_events_returns_the_earlier_ones() {
+    let stage = Stage::new();
+    let server = stage.serve(&["--rate", "50"]);
+    let show = Show::open(stage.domain(), "test", Duration::ZERO).expect("a server has created the services");
+    let first = show.command_event(Duration::ZERO).expect("the bus is readable").expect("the start of the run");
+    assert_eq!((first.run_id, first.number, first.event_kind()), (server.run_id, 0, Some(EventKind::Start)));
+    assert_eq!(show.command_event(Duration::ZERO).expect("the bus is readable"), None);
+    drop(show);
     server.stop();
 }

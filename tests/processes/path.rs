@@ -219,3 +219,18 @@ fn the_work_limits_the_search_for_the_end_of_the_run() {
     let text = Process::start(route).end().expect_clean().stdout;
     assert!(text.contains("the limit of 1000000 steps of work is reached"), "{text}");
 }
+
+#[test]
+fn a_run_that_takes_too_much_work_names_the_flag_that_allows_more() {
+    let tiny = "[route]\nkind = \"path\"\n[[route.segments]]\nkind = \"arc\"\nradius_m = 1e-6\nturn_deg = 90\n\
+                [[route.segments]]\nkind = \"line\"\nlength_m = 10\n";
+    let stage = Stage::new();
+    fs::write(stage.path("tiny.toml"), tiny).expect("a configuration");
+    for question in [&["route"][..], &["contact"], &["poses", "--at", "0"]] {
+        let mut command = program(&[&["solve"], question, &["--work", "1", "--config", "tiny.toml"]].concat());
+        command.current_dir(stage.path(""));
+        let ended = Process::start(command).end();
+        let said = format!("{}{}", ended.stdout, ended.stderr);
+        assert!(said.contains("steps of work is reached; --work of `bench-dragon solve` allows more"), "{said}");
+    }
+}

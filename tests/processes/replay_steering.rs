@@ -1,8 +1,8 @@
 //! A replay in the hands of a director: it shows the recorded alerts and commands, and is paused, sought and sped up.
 
 use bench_dragon_ipc::{
-    Alert, AlertKind, AlertSubscriber, CommandEvent, CommandEventReader, EventKind, ReplayStatus, ReplayStatusReader,
-    ShowState,
+    Alert, AlertKind, AlertSubscriber, CommandEvent, CommandEventReader, EventKind, FrameHeader, ReplayStatus,
+    ReplayStatusReader, ShowState,
 };
 use serde_json::Value;
 use test_support::eventually::eventually;
@@ -184,6 +184,31 @@ fn a_seek_into_another_recorded_run_begins_another_pass() {
     assert_ne!(third["run_id"], first["run_id"], "ticks of a run are not counted twice");
     ctl(&stage, &["stop"]);
     process.end().expect_clean();
+}
+
+#[test]
+fn a_replay_that_stays_also_stays_after_a_seek_beyond_its_last_frame() {
+    let stage = Stage::new();
+    let recorder = stage.start(&["record", "a.mcap"]);
+    for start in ["100", "200"] {
+        stage
+            .serve(&["--rate", "20", "--start-at", start, "--until", &format!("{start}.8"), "--readers", "1"])
+            .summary();
+    }
+    recorder.terminate();
+    for to_s in [100.4, 200.4] {
+        let (process, _) = replay(&stage, &["a.mcap", "--stay", "--to", &to_s.to_string(), "--readers", "1"]);
+        let mut reader = Reader::join(&stage);
+        let is_end = |header: &FrameHeader| {
+            header.show_state() == Some(ShowState::Finished) && (header.show_time_s() - to_s).abs() < 0.06
+        };
+        let end = reader.read_until("the replay stands at its last frame", is_end);
+        ctl(&stage, &["seek", "1e9"]);
+        let after = end.last().expect("a frame").header.published_ns;
+        reader.read_until("it stands there again", |header| is_end(header) && header.published_ns > after);
+        ctl(&stage, &["stop"]);
+        process.end().expect_clean();
+    }
 }
 
 #[test]

@@ -279,3 +279,21 @@ fn assert_is_drawn(picture: &Value, pixels: &Path, shot: &Shot) {
         assert_eq!(at(x, y), picture["ground"], "at {x}, {y}");
     }
 }
+
+#[test]
+fn a_finished_show_keeps_its_plan_on_the_page() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let walk = ["--start-at", "400", "--until", "412", "--time-scale", "20", "--held", "--stay"];
+    let server = stage.serve(&[&["--rate", "100"][..], &walk].concat());
+    for command in [&["speed", "2"][..], &["release"]] {
+        stage.run(&[&["ctl"], command].concat()).expect_clean();
+    }
+    let view = View::of(&stage);
+    let mut page = browser.play("page_keeps_plan.mjs", &[&view.url]);
+    let summary = "planned: 3 near misses, the nearest 0.9 mm, passed · contact, passed";
+    assert_eq!(page.json()["summary"], summary);
+    page.end().expect_clean();
+    view.process.terminate().expect_clean();
+    server.stop();
+}

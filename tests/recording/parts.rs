@@ -155,7 +155,7 @@ fn a_reader_begins_at_every_position_of_the_timeline_also_in_an_unfinished_part(
     assert!((length_s - 5.999).abs() < 0.01, "{length_s}");
     for (position_s, tick) in [(0.0, 0), (0.5, 500), (2.9, 2900), (3.2, 3500), (4.0, 4000), (5.9, 5900)] {
         let position_ns = (position_s * 1e9) as u64;
-        let place = timeline.place(position_ns).expect("a chunk");
+        let place = timeline.place(position_ns, 0).expect("a chunk");
         let mut reader = PartsReader::open_at(Arc::clone(&parts), &place).expect("a readable part");
         let log_time_ns = timeline.log_time_ns(position_ns);
         let found = std::iter::from_fn(|| reader.next_wanted_frame(|_| true).expect("readable frames"))

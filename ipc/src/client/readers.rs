@@ -136,7 +136,7 @@ impl ReplayStatusReader {
     }
 }
 
-/// Reads the alerts of an instance, oldest first.
+/// Reads the alerts of an instance, oldest first: those that are sent from its opening on, or also the last ones before it.
 #[derive(Debug)]
 pub struct AlertSubscriber {
     subscriber: Subscriber<Service, Alert, ()>,
@@ -150,10 +150,27 @@ impl AlertSubscriber {
     /// # Errors
     /// As [`Member::frames`].
     pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        Self::open_with(domain, name, |member| member.subscribe_from_now(ALERTS, &member.alerts()?))
+    }
+
+    /// Opens the alerts of a domain. The reader begins with up to [`ALERT_BUFFER`](crate::service::ALERT_BUFFER) past alerts
+    /// of each running monitor.
+    ///
+    /// # Errors
+    /// As [`Member::frames`].
+    pub fn open_with_past(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        Self::open_with(domain, name, |member| member.subscribe(ALERTS, &member.alerts()?))
+    }
+
+    fn open_with(
+        domain: &Domain,
+        name: &str,
+        subscribe: impl FnOnce(&Member) -> Result<Subscriber<Service, Alert, ()>, BusError>,
+    ) -> Result<Self, BusError> {
         let member = Member::join(domain, name, Role::Client)?;
         let listener =
             member.alert_events()?.listener_builder().create().map_err(|error| BusError::failed(ALERTS, error))?;
-        let subscriber = member.subscribe(ALERTS, &member.alerts()?)?;
+        let subscriber = subscribe(&member)?;
         member.reserve_memory()?;
         Ok(Self { subscriber, listener, _member: member })
     }

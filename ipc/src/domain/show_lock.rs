@@ -33,6 +33,12 @@ impl ShowLock {
         }
     }
 
+    /// Whether the supervisor of a domain was killed, and nothing has been started since. The file of its lock stays until the
+    /// last member has left, or a source starts.
+    pub fn is_abandoned(domain: &Domain) -> bool {
+        File::open(lock_path(domain)).is_ok_and(|file| file.try_lock_shared().is_ok())
+    }
+
     /// Removes the lock file of a killed supervisor.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))

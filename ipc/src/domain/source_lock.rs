@@ -12,6 +12,7 @@ use super::domain_error::DomainError;
 use super::lock_file::{self, Refused, hold_alone, if_there};
 use super::open_files::require_open_files;
 use super::place::Domain;
+use super::show_lock::ShowLock;
 use crate::wire::services::SOURCE_FILES;
 
 /// Timeout of waiting for a source that is ending, for example after a crash of its parent, when both are restarted at
@@ -53,6 +54,11 @@ impl SourceLock {
         };
         match locked {
             Ok(file) => {
+                if ShowLock::is_abandoned(domain) {
+                    // A source that is started without a `show` is not that of the killed one.
+                    ShowLock::clear_abandoned(domain)
+                        .map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })?;
+                }
                 let cleared =
                     clear_half_made(domain).map_err(|error| DomainError::Io { path: services(domain), error })?;
                 Ok(Self { path, cleared, _file: file })

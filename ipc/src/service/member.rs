@@ -13,6 +13,7 @@ use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::prelude::{IceoryxSend, Node, NodeBuilder, NodeName, ServiceName, SignalHandlingMode, ZeroCopySend};
 use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::client::ClientCreateError;
+use iceoryx2::service::port_factory::subscriber::PortFactorySubscriber;
 use iceoryx2::service::port_factory::{PortFactory as _, publish_subscribe};
 
 use super::trouble::{Sorted, Trouble};
@@ -215,14 +216,15 @@ impl Member {
         self.open_or_create(REPLAY, || builder().open(), create)
     }
 
-    /// Opens the monitors' alerts.
+    /// Opens the monitors' alerts. Late joiners may receive the last ones of each monitor.
     ///
     /// # Errors
     /// As [`Member::frames`].
     pub fn alerts(&self) -> Result<AlertService, BusError> {
         let builder =
             || self.node.service_builder(&service_name(ALERTS)).publish_subscribe::<Alert>().enable_safe_overflow(true);
-        let create = |_| limit(builder(), ALERT_BUFFER, MAX_BORROWED_FRAMES, 0).max_publishers(MAX_MONITORS).create();
+        let create =
+            |_| limit(builder(), ALERT_BUFFER, MAX_BORROWED_FRAMES, ALERT_BUFFER).max_publishers(MAX_MONITORS).create();
         self.open_or_create(ALERTS, || builder().open(), create)
     }
 
@@ -282,7 +284,8 @@ impl Member {
         self.open_or_create(COMMAND_EVENTS, || builder().open(), create)
     }
 
-    /// Creates a reader of a service that this member has opened.
+    /// Creates a reader of a service that this member has opened. The reader begins with the past messages that the service
+    /// keeps for late joiners.
     ///
     /// # Errors
     /// [`BusError::TooManyClients`] where all places are taken that this member may use, else [`BusError::Failed`].
@@ -295,7 +298,33 @@ impl Member {
         Payload: Debug + IceoryxSend + ?Sized,
         Header: Debug + ZeroCopySend,
     {
-        let subscriber = opened.subscriber_builder().create().map_err(|error| match error {
+        self.create_reader(service, opened, opened.subscriber_builder())
+    }
+
+    /// As [`Member::subscribe`], but the reader receives no past message.
+    pub(crate) fn subscribe_from_now<Payload, Header>(
+        &self,
+        service: &'static str,
+        opened: &publish_subscribe::PortFactory<Service, Payload, Header>,
+    ) -> Result<Subscriber<Service, Payload, Header>, BusError>
+    where
+        Payload: Debug + IceoryxSend + ?Sized,
+        Header: Debug + ZeroCopySend,
+    {
+        self.create_reader(service, opened, opened.subscriber_builder().history_request(0))
+    }
+
+    fn create_reader<Payload, Header>(
+        &self,
+        service: &'static str,
+        opened: &publish_subscribe::PortFactory<Service, Payload, Header>,
+        builder: PortFactorySubscriber<'_, Service, Payload, Header>,
+    ) -> Result<Subscriber<Service, Payload, Header>, BusError>
+    where
+        Payload: Debug + IceoryxSend + ?Sized,
+        Header: Debug + ZeroCopySend,
+    {
+        let subscriber = builder.create().map_err(|error| match error {
             SubscriberCreateError::ExceedsMaxSupportedSubscribers => BusError::TooManyClients { service },
             error => BusError::failed(service, error),
         })?;

@@ -59,7 +59,8 @@ const LEAST_FRAME_BUFFER: usize = 4;
 /// Shared memory that the frames of all readers may occupy, in bytes; for larger dragons the buffer shrinks. Together
 /// with everything else it is less than the 64 MiB that containers have by default.
 const FRAME_MEMORY: usize = 55 << 20;
-pub(crate) const ALERT_BUFFER: usize = 256;
+/// Number of unread alerts that are kept for a reader, and of past ones that a late joiner may receive.
+pub const ALERT_BUFFER: usize = 256;
 /// Number of unread command events that are kept for a reader, and of past ones that a late joiner receives.
 pub const COMMAND_EVENT_BUFFER: usize = 128;
 /// Greatest shared memory of a source without its frames and its description, in bytes.

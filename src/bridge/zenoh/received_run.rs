@@ -134,6 +134,11 @@ impl ReceivedRun {
         Ok(true)
     }
 
+    /// Delivers the last alerts to readers that have joined since.
+    pub(super) fn deliver_to_late_joiners(&self) {
+        self.alerts.deliver_to_late_joiners();
+    }
+
     /// Removes the services from the bus and adds the run's counts to `summary`. Returns the description of the run.
     pub(super) fn finish(self, summary: &mut ReceiverSummary) -> Description {
         let Self { alerts, ports, remote, toml, .. } = self;

@@ -116,6 +116,7 @@ impl ReceivingBridge {
             self.take_frame(&arrival)?;
         }
         self.take_alerts()?;
+        self.run.iter().for_each(ReceivedRun::deliver_to_late_joiners);
         self.serve_clients();
         self.look_for_silence();
         Ok(())

@@ -107,6 +107,7 @@ impl MonitorSession<'_> {
                 Next::Nothing => {}
                 Next::End => return Ok(()),
             }
+            ports.alerts.deliver_to_late_joiners();
             self.report.summary.lost = ports.run.frames.lost();
             if self.args.fail_on_contact && self.report.summary.contact.is_some() {
                 return Ok(());

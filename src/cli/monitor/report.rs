@@ -14,6 +14,7 @@ use super::lines::{
 };
 use crate::cli::flags::Format;
 use crate::cli::print::{print_json, print_line, print_report};
+use crate::config::FORECAST_SPEED_MPS;
 use crate::output::Counted;
 use crate::output::command_words::{CommandLine, local_time};
 use crate::safety::alerts::ALERTS_PER_S;
@@ -57,7 +58,7 @@ impl MonitorReport {
     pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
         let time_s = header.show_time_s();
         self.nearest = nearest;
-        let is_valid = forecast.covers(header.head_travel_m) && header.head_speed_mps > 0.0;
+        let is_valid = forecast.covers(header.head_travel_m) && header.head_speed_mps >= FORECAST_SPEED_MPS;
         let arrival_s = |travel_m| time_s + (travel_m - header.head_travel_m) / header.head_speed_mps;
         self.forecast_s = forecast.contact.filter(|_| is_valid).map(|contact| arrival_s(contact.travel_m));
         if let Some(possible) = forecast.possible_touch().filter(|_| is_valid) {

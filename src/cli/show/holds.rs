@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use bench_dragon_ipc::{CommandEvent, EventKind, Sender, ShowState, Status, Stop};
+use bench_dragon_ipc::{CommandEvent, EventKind, FrameHeader, Sender, ShowState, Status, Stop};
 use serde::Serialize;
 
 use super::wall_time::WallTime;
@@ -40,6 +40,10 @@ pub(super) struct HoldLog {
     open: Option<HoldKind>,
     /// Whether the head has walked since the start of the run. Before, a guarded head stands until the first grant.
     has_walked: bool,
+    /// Run and tick of the newest hold's command.
+    began: (u64, u64),
+    /// Whether the head has walked since that command: its release is still to come, or was lost with its server.
+    walks_on: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +70,7 @@ impl HoldLog {
             Some(EventKind::Hold) if self.open != Some(HoldKind::Safety) => {
                 self.close(at, None);
                 self.begin(HoldKind::Safety, report(event, at, sender_name(event), pid(event)));
+                self.began = (event.run_id, event.tick);
             }
             Some(EventKind::Release) => self.close(at, Some(event)),
             // It moves the head away from the guard's stop.
@@ -78,13 +83,21 @@ impl HoldLog {
                 let is_held = event.run_start().is_some_and(|start| start.is_held && start.is_restarted);
                 if !is_held {
                     self.close(at, None);
-                } else if self.open != Some(HoldKind::Safety) {
+                } else if self.open != Some(HoldKind::Safety) || self.walks_on {
                     self.close(at, None);
                     self.begin(HoldKind::Safety, report(event, at, RESTART.to_owned(), None));
+                    self.began = (event.run_id, event.tick);
                 }
             }
             _ => {}
         }
+    }
+
+    /// Takes a frame. A server that is killed just after a release has published frames, but not the release.
+    pub(super) fn see_frame(&mut self, header: &FrameHeader) {
+        let (run_id, tick) = self.began;
+        self.walks_on |=
+            header.run_id == run_id && header.tick > tick && header.show_state() == Some(ShowState::Running);
     }
 
     /// Takes a status, read at a wall time: a guard's stop is no command.
@@ -114,7 +127,7 @@ impl HoldLog {
             self.left_out += 1;
         }
         self.holds.push_back(hold);
-        self.open = Some(kind);
+        (self.open, self.walks_on) = (Some(kind), false);
     }
 
     fn close(&mut self, at: WallTime, release: Option<&CommandEvent>) {
@@ -224,6 +237,21 @@ mod tests {
         assert_eq!(words(&log), ["restart of the server, released by page", "ctl"]);
         log.take(&start(false, true));
         assert_eq!(words(&log)[1], "ctl, ended", "a server that walks on at once is not held");
+    }
+
+    #[test]
+    fn a_release_that_was_lost_with_its_server_ends_its_hold_at_the_restart() {
+        let mut log = HoldLog::default();
+        log.take(&start(false, false));
+        log.take(&CommandEvent { run_id: 1, tick: 30, ..event(EventKind::Hold, Sender::Ctl, 3) });
+        let walking =
+            |tick| FrameHeader { run_id: 1, tick, state: ShowState::Running as u32, ..FrameHeader::default() };
+        log.see_frame(&walking(29));
+        log.take(&start(true, true));
+        assert_eq!(words(&log), ["ctl"], "that frame was older than the hold");
+        log.see_frame(&walking(31));
+        log.take(&start(true, true));
+        assert_eq!(words(&log), ["ctl, ended", "restart of the server"]);
     }
 
     #[test]

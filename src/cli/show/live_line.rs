@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use bench_dragon_ipc::FrameHeader;
 
 use crate::cli::monitor::lines::{AlertLine, MonitorProgress};
+use crate::config::FORECAST_SPEED_MPS;
 use crate::output::Counted;
 use crate::output::{bar, set_live_line};
 
@@ -60,7 +61,7 @@ impl LiveLine {
     }
 
     fn note_speed(&mut self, speed_mps: f64) {
-        if speed_mps > 0.0 && speed_mps.to_bits() == self.last_mps.to_bits() {
+        if speed_mps >= FORECAST_SPEED_MPS && speed_mps.to_bits() == self.last_mps.to_bits() {
             self.walking_mps = Some(speed_mps);
         }
         self.last_mps = speed_mps;

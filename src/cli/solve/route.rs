@@ -17,7 +17,7 @@ use super::{AnswerArgs, list, load_plan_document, save_config};
 use crate::cli::flags::ConfigArgs;
 use crate::cli::in_file;
 use crate::cli::print::print_report;
-use crate::config::{Config, ConfigDocument, DrawingFit};
+use crate::config::{Config, ConfigDocument, DrawingFit, unplaced};
 use crate::output::Counted;
 use crate::output::figure::{DragonInPlan, RouteView};
 
@@ -169,7 +169,7 @@ impl RouteAnswer {
             run_end_point_m: head.map(|head| head.to_array()),
             ends_because: dragon.map(|dragon| dragon.feasible_end().to_string()),
             cannot_follow: tight_spot(placed).map(|spot| TightPlace::of(&spot)),
-            infeasible: placed.err().map(ToString::to_string),
+            infeasible: placed.err().map(unplaced),
             stage: None,
         }
     }

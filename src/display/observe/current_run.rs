@@ -13,7 +13,7 @@ use super::head_motion::{Arrival, HeadMotion, TravelClock};
 use super::planned_clearance::ClearancePlanner;
 use super::show_forecast::ShowForecast;
 use super::snapshot::LeastClearance;
-use crate::config::Config;
+use crate::config::{Config, FORECAST_SPEED_MPS};
 use crate::safety::forecast::Forecaster;
 
 /// Greatest wall time between the last frame of a run and the first frame of the run that continues it, in seconds.
@@ -151,7 +151,7 @@ impl CurrentRun {
     /// Returns the clock that converts travel to show time, from a frame on.
     pub(super) fn clock(&self, header: &FrameHeader) -> TravelClock {
         // The speed at which the head walks on after a standstill or a change of speed.
-        let ordered_mps = self.ordered_mps.filter(|speed_mps| *speed_mps > 0.0);
+        let ordered_mps = self.ordered_mps.filter(|speed_mps| *speed_mps >= FORECAST_SPEED_MPS);
         let planned_mps = self.run.config.tables().head.speed_mps;
         let speed_mps = ordered_mps.or(self.walking_speed.steady_mps).unwrap_or(planned_mps);
         TravelClock { travel_m: header.head_travel_m, time_s: header.show_time_s(), speed_mps }
@@ -171,7 +171,7 @@ struct WalkingSpeed {
 impl WalkingSpeed {
     /// Records the speed in the next measured frame.
     fn note(&mut self, speed_mps: f64) {
-        if speed_mps > 0.0 && speed_mps.to_bits() == self.last_mps.to_bits() {
+        if speed_mps >= FORECAST_SPEED_MPS && speed_mps.to_bits() == self.last_mps.to_bits() {
             self.steady_mps = Some(speed_mps);
         }
         self.last_mps = speed_mps;
@@ -257,6 +257,7 @@ mod tests {
     fn a_standing_head_walks_on_at_its_speed_before_it_braked() {
         assert_eq!(after(&[1.0, 1.0, 0.5, 0.5, 0.0, 0.0]), Some(0.5));
         assert_eq!(after(&[0.5, 0.5, 0.4, 0.25, 0.01, 0.0]), Some(0.5));
+        assert_eq!(after(&[0.5, 0.5, 1e-320, 1e-320]), Some(0.5), "no arrival can be forecast at that speed");
     }
 
     #[test]

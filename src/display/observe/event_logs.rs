@@ -84,8 +84,11 @@ impl Default for AlertLog {
 
 impl AlertLog {
     /// Records the next alert. At 200 kept alerts, it drops the oldest alert of a near pair, so that these do not displace
-    /// other kinds. Without one, it drops the oldest alert.
+    /// other kinds. Without one, it drops the oldest alert. It ignores a kept alert, as after the reader has opened the bus again.
     pub fn push(&mut self, alert: Alert) {
+        if self.log.latest.iter().any(|kept| kept.event == alert) {
+            return;
+        }
         self.log.push(alert, |kept| kept.alert_kind() == Some(AlertKind::Near));
         if let Some(count) = self.counts.get_mut(alert.kind as usize) {
             *count += 1;
@@ -139,11 +142,17 @@ mod tests {
     use super::*;
     use crate::safety::monitor::run_alert;
 
+    /// Alerts of near pairs, one a tick.
+    fn near_pairs(count: u64) -> impl Iterator<Item = Alert> {
+        (0..count).map(|tick| run_alert(&FrameHeader { tick, ..FrameHeader::default() }, AlertKind::Near))
+    }
+
     #[test]
     fn dropped_alerts_are_still_counted() {
         let (mut log, header) = (AlertLog::default(), FrameHeader::default());
-        for _ in 0..KEPT_ALERTS {
-            log.push(run_alert(&header, AlertKind::Near));
+        for alert in near_pairs(KEPT_ALERTS as u64) {
+            log.push(alert);
+            log.push(alert);
         }
         log.push(run_alert(&header, AlertKind::Restarted));
         let numbers: Vec<u64> = log.log.latest().map(|alert| alert.number).collect();
@@ -157,7 +166,7 @@ mod tests {
     fn many_near_pairs_do_not_displace_a_contact() {
         let (mut log, header) = (AlertLog::default(), FrameHeader::default());
         log.push(run_alert(&header, AlertKind::Contact));
-        (0..2 * KEPT_ALERTS).for_each(|_| log.push(run_alert(&header, AlertKind::Near)));
+        near_pairs(2 * KEPT_ALERTS as u64).for_each(|alert| log.push(alert));
         let first = log.log.latest().next().map(|kept| (kept.number, kept.event.alert_kind()));
         assert_eq!((first, log.log.latest().len()), (Some((0, Some(AlertKind::Contact))), KEPT_ALERTS));
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::contact::Contact;
 use super::described_run::DescribedRun;
 use super::guard_situation::GuardSituation;
-use super::reader_lamps::{MONITOR, OPTIONAL, Readers, hung_monitor};
+use super::reader_lamps::{MONITOR, OPTIONAL, Readers, guard_silence};
 use super::recent_overruns::RecentOverruns;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
@@ -178,7 +178,7 @@ fn guard(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Lamp {
     }
     let (level, text) = match snapshot.guard {
         GuardSituation::None => return Lamp::new("guard", LampLevel::Off, "not guarded"),
-        GuardSituation::Working | GuardSituation::Waiting if hung_monitor(snapshot, now_ns).is_some() => {
+        GuardSituation::Working | GuardSituation::Waiting if guard_silence(snapshot, now_ns).is_some() => {
             (LampLevel::Danger, "does not answer, ")
         }
         GuardSituation::Working => (LampLevel::Good, ""),

@@ -35,7 +35,7 @@ pub(super) fn remedy_of_hanging_server(snapshot: &Snapshot) -> String {
 /// Whether a `show` supervises the server.
 pub(super) fn has_show(snapshot: &Snapshot) -> bool {
     let reports = snapshot.readers.awaited().any(|report| report.name() == SUPERVISOR);
-    reports || snapshot.is_supervised
+    reports && !snapshot.has_lost_show || snapshot.is_supervised
 }
 
 /// The command that starts a server where the last frame stood. The configuration's file is not known.

@@ -39,9 +39,9 @@ impl Members {
         !self.has_source && self.dead.iter().any(|member| member.name == SERVER)
     }
 
-    /// Whether a process of this name exists.
-    pub(super) fn has(&self, name: &str) -> bool {
-        self.living.iter().any(|member| member.name == name)
+    /// The process ids of the existing processes of a name; `None` for one in another PID namespace.
+    pub(super) fn living(&self, name: &str) -> impl Iterator<Item = Option<u32>> {
+        self.living.iter().filter(move |member| member.name == name).map(|member| member.pid)
     }
 
     /// The state of a reader that has sent no report, in a few words; `None` if no such process is known.

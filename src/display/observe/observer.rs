@@ -121,7 +121,7 @@ impl Ports {
     pub(super) fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
         let descriptions = DescriptionReader::open(domain, &format!("{name}-description"))?;
         let statuses = StatusReader::open(domain, &format!("{name}-status"))?;
-        let alerts = AlertSubscriber::open(domain, &format!("{name}-alerts"))?;
+        let alerts = AlertSubscriber::open_with_past(domain, &format!("{name}-alerts"))?;
         let frames = FrameSubscriber::open(domain, name)?;
         let reports = if_there(ReaderReports::open(domain, &format!("{name}-reports")))?;
         let commands = if_there(CommandEventReader::open(domain, &format!("{name}-events")))?;

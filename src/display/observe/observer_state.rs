@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::source::{ShowLock, SourceLock};
 use bench_dragon_ipc::{
     Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus,
@@ -73,10 +74,6 @@ impl ObserverState {
 
     /// Reads all other services, and derives the values of the newest frame.
     pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
-        while let Some(alert) = ports.alerts.receive()? {
-            self.note_contact(&alert);
-            Arc::make_mut(&mut self.seen.alerts).push(alert);
-        }
         if let Some(reports) = &ports.reports {
             while let Some(report) = reports.receive()? {
                 Arc::make_mut(&mut self.seen.readers).push(report);
@@ -105,6 +102,11 @@ impl ObserverState {
             drop(frame);
             self.see(copy);
         }
+        // After frame and status, from which the age of a past alert follows.
+        while let Some(alert) = ports.alerts.receive()? {
+            self.note_contact(&alert);
+            Arc::make_mut(&mut self.seen.alerts).push(alert);
+        }
         self.look_ahead();
         if let (Some(memory), Some(run)) = (&mut self.memory, &self.run) {
             memory.keep(run.run.run_id, &run.chart, run.least, monotonic_ns());
@@ -123,12 +125,25 @@ impl ObserverState {
         }
     }
 
-    /// Keeps a contact that a monitor reports. It finds contacts between two snapshots.
+    /// Keeps a contact that a monitor reports. It finds contacts between two snapshots, and those before this observer joined.
     fn note_contact(&mut self, alert: &Alert) {
         if let (Some(AlertKind::Contact), Some(pair)) = (alert.alert_kind(), alert.pair()) {
+            let Some(seen_ns) = self.instant_of(alert, monotonic_ns()) else { return };
             let (benches, time_s) = (pair.map(u64::from), alert.show_time_ns as f64 / 1e9);
-            self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: monotonic_ns() });
+            let is_newer = self.seen.past_contact.is_none_or(|past| past.seen_ns <= seen_ns);
+            self.seen.past_contact =
+                Some(PastContact { benches, time_s, seen_ns }).filter(|_| is_newer).or(self.seen.past_contact);
         }
+    }
+
+    /// Returns about when an alert was raised, in nanoseconds of `CLOCK_MONOTONIC`: now, less the periods of the ticks since then.
+    /// `None` for an alert of an earlier run, of which only late joiners still hear.
+    fn instant_of(&self, alert: &Alert, now_ns: u64) -> Option<u64> {
+        let Some(header) = self.seen.header() else { return Some(now_ns) };
+        let rate_hz = self.current_status().map_or(0, |status| status.rate_hz);
+        let period_ns = 1_000_000_000_u64.checked_div(rate_hz.into()).unwrap_or(0);
+        let age_ns = header.tick.saturating_sub(alert.tick).saturating_mul(period_ns);
+        (header.run_id == alert.run_id).then(|| now_ns.saturating_sub(age_ns))
     }
 
     /// Updates the forecast. It changes while the head stands too, since the search continues.
@@ -145,6 +160,8 @@ impl ObserverState {
         if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
             self.source_asked_ns = now_ns;
             self.seen.has_source = SourceLock::holder(domain).is_some();
+            self.seen.guard_pid = GuardLock::holder(domain);
+            self.seen.has_lost_show = !self.seen.has_source && ShowLock::is_abandoned(domain);
             self.seen.is_supervised = ShowLock::holder(domain).is_some();
         }
         let Some(header) = self.seen.header() else { return };

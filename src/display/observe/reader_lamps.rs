@@ -126,12 +126,15 @@ pub(super) fn short_room(snapshot: &Snapshot) -> Option<f64> {
     room_left(snapshot).filter(|&room_s| room_s < DISK_DANGER_S)
 }
 
-/// How long every monitor has been silent, in a few words, if that is so long that they hang. The guard is part of a monitor.
-pub(super) fn hung_monitor(snapshot: &Snapshot, now_ns: u64) -> Option<String> {
-    let monitors = snapshot.readers.awaited().filter(|report| report.name() == MONITOR);
-    let Some(sent_ns) = monitors.map(|report| report.sent_ns).max() else {
+/// How long the guard has been silent, in a few words, if that is so long that it hangs. The guard is part of a monitor. If the
+/// guard's process is not known, every monitor has to be silent.
+pub(super) fn guard_silence(snapshot: &Snapshot, now_ns: u64) -> Option<String> {
+    let is_guard = |pid| snapshot.guard_pid.is_none_or(|guard| guard == pid);
+    let is_of_guard = |report: &&ReaderReport| report.name() == MONITOR && is_guard(report.pid);
+    let Some(sent_ns) = snapshot.readers.awaited().filter(is_of_guard).map(|report| report.sent_ns).max() else {
         let read_ns = snapshot.reading_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns));
-        let is_unheard = snapshot.members.has(MONITOR) && snapshot.readers.newest(MONITOR).is_none();
+        let has_ended = snapshot.readers.newest(MONITOR).is_some_and(|newest| is_guard(newest.pid));
+        let is_unheard = snapshot.members.living(MONITOR).any(|pid| pid.is_none_or(is_guard)) && !has_ended;
         return (is_unheard && read_ns >= FIRST_REPORTS_NS).then(|| "it does not report".to_owned());
     };
     let age_ns = snapshot.header()?.published_ns.saturating_sub(sent_ns);

@@ -57,6 +57,10 @@ pub struct Snapshot {
     pub has_source: bool,
     /// Whether a `show` supervises the server, also while there is none.
     pub is_supervised: bool,
+    /// Whether the `show` was killed, its server has ended, and no source has started since.
+    pub has_lost_show: bool,
+    /// Process id of the guard; `None` without one, or in another PID namespace.
+    pub guard_pid: Option<u32>,
     /// Whether a status of a source has arrived, also without a frame.
     pub hears_source: bool,
     /// The processes on the bus when the observer joined it; empty for an observer that reads the bus all the time.

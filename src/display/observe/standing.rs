@@ -8,7 +8,7 @@ use super::contact::Contact;
 use super::guard_situation::GuardSituation;
 use super::lamps::{LampLevel, lamps};
 use super::lost_server::{has_show, remedy_of_hanging_server, remedy_of_lost_server};
-use super::reader_lamps::{has_full_disk, hung_monitor, short_room};
+use super::reader_lamps::{guard_silence, has_full_disk, short_room};
 use super::show_forecast::ShowForecast;
 use super::snapshot::{Snapshot, SourcePresence};
 
@@ -75,6 +75,12 @@ impl Standing {
         let age_s = presence.age_s().unwrap_or_default();
         Some(match presence {
             SourcePresence::Live => return None,
+            SourcePresence::Waiting | SourcePresence::Gone { .. } | SourcePresence::Ended { .. }
+                if snapshot.has_lost_show =>
+            {
+                let cause = "The process `show` was killed, so the server has ended.";
+                Self::new(Level::Danger, "SHOW LOST", cause).remedied(remedy_of_lost_server(snapshot, age_s))
+            }
             SourcePresence::Waiting if snapshot.is_silent_from_the_start(now_ns) => {
                 let cause = "The server's process exists, but sends nothing.";
                 Self::new(Level::Danger, "SILENT", cause).remedied(remedy_of_hanging_server(snapshot))
@@ -189,7 +195,7 @@ const FREE_SPACE: &str = "Free some disk space.";
 fn hung_guard(snapshot: &Snapshot, now_ns: u64) -> Option<(String, String)> {
     let is_needed = matches!(snapshot.guard, GuardSituation::Waiting | GuardSituation::Working);
     let is_over = matches!(snapshot.state(), None | Some(ShowState::Finished | ShowState::Ended));
-    let silence = hung_monitor(snapshot, now_ns).filter(|_| is_needed && !is_over)?;
+    let silence = guard_silence(snapshot, now_ns).filter(|_| is_needed && !is_over)?;
     let cause = format!("The guard does not answer: {silence}.");
     Some((cause, "End `bench-dragon monitor --guard`, and start it again.".to_owned()))
 }

@@ -223,11 +223,7 @@ enum PageCommand {
 
 /// Decodes the request in a body, or returns the reason for which it is invalid.
 pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
-    let command = serde_json::from_slice(body).map_err(|error| {
-        format!(
-            r#"invalid command, must be {{"command":"pause"}}, resume, hold, release, stop, or speed, seek or pace with a "value": {error}"#
-        )
-    })?;
+    let command = serde_json::from_slice(body).map_err(|_| invalid_command(body))?;
     Ok(match command {
         PageCommand::Pause {} => Request::Pause,
         PageCommand::Resume {} => Request::Resume,
@@ -238,6 +234,24 @@ pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
         PageCommand::Pace { value } => Request::Pace { factor: value },
         PageCommand::Stop {} => Request::Stop,
     })
+}
+
+/// Longest part of a body that an error repeats, in characters.
+const SHOWN_CHARS: usize = 80;
+
+/// The reason for which a body is no command.
+fn invalid_command(body: &[u8]) -> String {
+    let text = String::from_utf8_lossy(body);
+    let plain = |char: char| if char.is_control() { ' ' } else { char };
+    let shown: String = text.trim().chars().take(SHOWN_CHARS).map(plain).collect();
+    let what = match text.trim().chars().count() {
+        0 => "empty".to_owned(),
+        1..=SHOWN_CHARS => shown,
+        _ => shown + "…",
+    };
+    format!(
+        r#"the body is {what}, must be {{"command":"pause"}}, resume, hold, release or stop alone, or speed, seek or pace with a number as "value""#
+    )
 }
 
 #[cfg(test)]
@@ -302,8 +316,12 @@ mod tests {
             r#"{"command":"seek","value":1,"more":2}"#,
             "\u{0}\u{1}",
         ] {
-            assert!(read_command(body.as_bytes()).is_err(), "{body}");
+            let reason = read_command(body.as_bytes()).expect_err(body);
+            assert!(reason.starts_with("the body is ") && reason.contains(", must be {"), "{reason}");
+            assert!(!reason.contains("line 1 column"), "the words of a library: {reason}");
         }
+        let long = read_command("x".repeat(1024).as_bytes()).expect_err("no command");
+        assert!(long.starts_with(&format!("the body is {}…, must be ", "x".repeat(SHOWN_CHARS))), "{long}");
     }
 
     #[test]

@@ -93,8 +93,12 @@ fn unit_m(model: &Model<'_>, choice: &PathChoice<'_>) -> Result<f64, DrawingFile
             "a scale is of a page, which a DXF file does not have: set metres_per_unit".to_owned(),
         ));
     }
-    choice.metres_per_unit.or(model.unit_m).ok_or_else(|| {
-        DrawingFileError("has no unit of length in its header ($INSUNITS): set metres_per_unit".to_owned())
+    choice.metres_per_unit.or(model.unit_m).ok_or_else(|| match model.other_unit {
+        Some(unit) => DrawingFileError(format!(
+            "has the unit {} in its header ($INSUNITS), must be 1 to 17 or 21 to 24: set metres_per_unit",
+            quoted(unit)
+        )),
+        None => DrawingFileError("has no unit of length in its header ($INSUNITS): set metres_per_unit".to_owned()),
     })
 }
 

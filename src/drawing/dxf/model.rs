@@ -10,7 +10,7 @@ use super::entity::Entity;
 /// A group code and its value.
 pub(super) type Pair<'a> = (i32, &'a str);
 
-/// Metres of the units 1 to 24 of `$INSUNITS`; 0: not a length that a stage has.
+/// Metres of the units 1 to 24 of `$INSUNITS`; 0: an astronomical unit, a light year or a parsec, which no stage has.
 const UNITS_M: [f64; 24] = [
     0.0254,
     0.3048,
@@ -35,7 +35,7 @@ const UNITS_M: [f64; 24] = [
     1200.0 / 3937.0,
     100.0 / 3937.0,
     3600.0 / 3937.0,
-    0.0,
+    6_336_000.0 / 3937.0,
 ];
 /// Most entities of all inserted blocks, and most blocks that contain each other.
 const MAX_INSERTED: usize = 200_000;
@@ -45,6 +45,8 @@ const MAX_DEPTH: usize = 32;
 pub(super) struct Model<'a> {
     /// Metres of a unit, by the header.
     pub(super) unit_m: Option<f64>,
+    /// The unit in the header, if it is none of a stage.
+    pub(super) other_unit: Option<&'a str>,
     pub(super) entities: Vec<Entity<'a>>,
     blocks: HashMap<String, Block<'a>>,
     /// Layers that are off or frozen, in upper case.
@@ -77,7 +79,8 @@ impl<'a> Model<'a> {
     pub(super) fn of(text: &'a str) -> Result<Self, DrawingFileError> {
         let pairs = pairs(text)?;
         let mut model = Self {
-            unit_m: header_unit_m(&pairs),
+            unit_m: header_unit(&pairs).and_then(unit_m),
+            other_unit: header_unit(&pairs).filter(|&unit| unit != "0" && unit_m(unit).is_none()),
             entities: entities(section(&pairs, "ENTITIES")),
             blocks: HashMap::new(),
             hidden_layers: HashSet::new(),
@@ -238,10 +241,15 @@ fn pairs(text: &str) -> Result<Vec<Pair<'_>>, DrawingFileError> {
     Ok(pairs)
 }
 
-/// The unit of length in the header, in metres.
-fn header_unit_m(pairs: &[Pair<'_>]) -> Option<f64> {
+/// The unit of length in the header.
+fn header_unit<'a>(pairs: &[Pair<'a>]) -> Option<&'a str> {
     let at = pairs.iter().position(|&pair| pair == (9, "$INSUNITS"))?;
-    let unit: usize = pairs.get(at + 1)?.1.parse().ok()?;
+    pairs.get(at + 1).map(|&(_, unit)| unit)
+}
+
+/// A unit of the header in metres.
+fn unit_m(unit: &str) -> Option<f64> {
+    let unit: usize = unit.parse().ok()?;
     UNITS_M.get(unit.checked_sub(1)?).copied().filter(|&unit_m| unit_m > 0.0)
 }
 

@@ -69,11 +69,18 @@ struct Rule<'a> {
 
 /// The texts of a file's styles, without comments.
 pub(super) struct StyleTexts {
-    sheets: Vec<String>,
+    sheets: Vec<SheetText>,
     /// Those of `style` attributes that have a comment.
     attributes: HashMap<NodeId, String>,
     /// A style sheet in another file.
     other: Option<String>,
+}
+
+/// The text of a `style` element.
+struct SheetText {
+    text: String,
+    /// The media to which it is limited, as an `@media` rule.
+    media: Option<String>,
 }
 
 /// All style sheets of a file.
@@ -91,8 +98,12 @@ impl<'a> Sheets<'a> {
     /// The sheets of a document.
     pub(super) fn of(texts: &'a StyleTexts) -> Self {
         let mut sheets = Self { attributes: Some(&texts.attributes), ..Self::default() };
-        for text in &texts.sheets {
-            sheets.read(text);
+        for SheetText { text, media } in &texts.sheets {
+            match media {
+                None => sheets.read(text),
+                Some(media) if !is_neutral(media) && places(text) => sheets.refuse(media),
+                Some(_) => {}
+            }
         }
         if let Some(other) = &texts.other {
             sheets
@@ -181,7 +192,14 @@ pub(super) fn style_texts(document: &Document<'_>) -> StyleTexts {
     let css = sheets.filter(|node| node.attribute("type").is_none_or(|kind| kind.trim() == "text/css"));
     let sheets = css.map(|node| {
         let texts = node.children().filter_map(|child| child.text());
-        without_comments(&texts.collect::<String>())
+        let media = node
+            .attribute("media")
+            .map(str::trim)
+            .filter(|media| !["", "all", "screen"].iter().any(|shown| media.eq_ignore_ascii_case(shown)));
+        SheetText {
+            text: without_comments(&texts.collect::<String>()),
+            media: media.map(|media| format!("@media {media}")),
+        }
     });
     let styles = document.descendants().filter_map(|node| Some((node.id(), node.attribute("style")?)));
     let commented = styles.filter(|(_, style)| style.contains("/*"));
@@ -215,7 +233,9 @@ struct Statement<'a> {
 fn next_statement<'a>(rest: &mut &'a str) -> Option<Statement<'a>> {
     loop {
         let text = rest.trim_start();
-        let begin = find_outside_strings(text, |char| matches!(char, '{' | ';' | '}'));
+        // Only a rule with an `@` ends at a semicolon. Elsewhere it, and a brace without its pair, make the selector invalid.
+        let is_at_rule = text.starts_with('@');
+        let begin = find_outside_strings(text, |char| char == '{' || is_at_rule && char == ';');
         let begin = begin.or((!text.is_empty()).then_some(text.len()))?;
         let prelude = text[..begin].trim();
         if !text[begin..].starts_with('{') {

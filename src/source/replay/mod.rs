@@ -181,11 +181,27 @@ impl Replay {
         Ok(None)
     }
 
-    /// Reads from a position on. The receiver of the present run must be dropped before.
-    fn read_from(&mut self, position_ns: u64) -> Result<(), ReplayError> {
+    /// Reads from a position on, and returns the run there; `None` if the replay is stopped. Beyond the last frame to play, it is
+    /// the run of that frame: then the reading begins ever earlier. The receiver of the present run must be dropped before.
+    fn run_at(&mut self, position_ns: u64, stop: &AtomicBool) -> Result<Option<RecordedRun>, ReplayError> {
+        let mut back = 0;
+        loop {
+            self.read_from(position_ns, back)?;
+            let run = self.next_run(stop)?;
+            let is_stopped = self.steering.is_stopped || stop.load(Ordering::Relaxed);
+            if run.is_some() || is_stopped || back >= self.timeline.chunks() {
+                return Ok(run);
+            }
+            // Doubled, so that the whole search reads each chunk at most a few times.
+            back = 2 * back + 1;
+        }
+    }
+
+    /// Reads from a position on, or from a place that is some chunks before it.
+    fn read_from(&mut self, position_ns: u64, back: usize) -> Result<(), ReplayError> {
         self.end_reading();
         let from = ReadFrom {
-            place: self.timeline.place(position_ns),
+            place: self.timeline.place(position_ns, back),
             log_time_ns: self.timeline.log_time_ns(position_ns),
             lap: self.lap,
         };

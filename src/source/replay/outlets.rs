@@ -7,6 +7,7 @@ use bench_dragon_ipc::service::{self, Service};
 use bench_dragon_ipc::{Alert, BusError, CommandEvent, Domain, EventKind, ReplayStatus, require_shared_memory};
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::source::SourcePorts;
 
@@ -74,11 +75,14 @@ impl Outlets {
         Instant::now() >= self.due
     }
 
-    /// Publishes a status now.
+    /// Publishes a status now, and delivers the last alerts to readers that have joined since.
     pub(super) fn publish_status(&mut self, status: ReplayStatus) {
         self.due = Instant::now() + STATUS_PERIOD;
         if let Err(error) = self.status.send_copy(status) {
             tracing::warn!("cannot publish the status of the replay: {error}");
+        }
+        if let Err(error) = self.alerts.update_connections() {
+            tracing::warn!("cannot deliver alerts to a reader: {error:?}");
         }
     }
 }

@@ -297,10 +297,9 @@ impl<'a> Pass<'a> {
         self.next = None;
         self.early.clear();
         self.replay.sought_run = None;
-        self.replay.read_from(position_ns)?;
         // Also for another pass: the recorded times of its frames are far from those before the seek.
         self.replay.clock.begin_elsewhere();
-        let Some(run) = self.replay.next_run(stop)? else { return Ok(false) };
+        let Some(run) = self.replay.run_at(position_ns, stop)? else { return Ok(false) };
         let is_same = run.configuration.run_id == self.recorded_run_id() && run.handle_count == self.run.handle_count;
         if !is_same || run.lap != self.run.lap {
             self.replay.sought_run = Some(run);

@@ -127,6 +127,8 @@ struct Excerpt {
     begin_ns: Option<u64>,
     /// The last frame before that time.
     before: Option<RecordedFrame>,
+    /// The configuration of that frame's run. The recording may go on with one of another run, without a frame to play.
+    configuration_before: Option<Configuration>,
     /// Position of the interval's first frame, and of the chunk with its last frame, as far as a lap from the begin has read.
     bounds: Option<(PartsBookmark, (usize, u64))>,
     /// Whether this lap began with the recording, and is the first such lap.
@@ -163,6 +165,7 @@ impl Excerpt {
             trail: Trail::default(),
             begin_ns: place.is_some().then_some(log_time_ns),
             before: None,
+            configuration_before: None,
             bounds: None,
             is_first_whole_lap: place.is_none(),
             has_found: false,
@@ -254,7 +257,8 @@ impl Excerpt {
 
     /// The configuration of the run of the last frame.
     fn configuration(&self, run_id: u64) -> Result<Configuration, ReplayError> {
-        let configuration = self.reader.configuration().filter(|configuration| configuration.run_id == run_id);
+        let mut known = self.reader.configuration().into_iter().chain(&self.configuration_before);
+        let configuration = known.find(|configuration| configuration.run_id == run_id);
         let missing = || ReplayError::NoConfiguration { path: self.parts.named.clone(), run_id };
         configuration.cloned().ok_or_else(missing)
     }
@@ -335,6 +339,10 @@ impl Excerpt {
         };
         match recorded {
             Recorded::Frame(frame) if self.begin_ns.is_some_and(|begin_ns| frame.log_time_ns < begin_ns) => {
+                let is_of_run = |configuration: &&Configuration| configuration.run_id == frame.header.run_id;
+                if self.configuration_before.as_ref().is_none_or(|known| !is_of_run(&known)) {
+                    self.configuration_before = self.reader.configuration().filter(is_of_run).cloned();
+                }
                 self.before = Some(frame);
                 None
             }

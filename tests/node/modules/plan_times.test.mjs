@@ -42,7 +42,18 @@ test('between two points the plan is linear, and outside it is unknown', () => {
 
 test('the plan in words has its near misses and its contact', () => {
   const times = planOverTime(plan, { travel_m: 0, time_s: 0, speed_mps: 1 }, run);
-  assert.equal(planInWords(times, true, format), 'planned: 1 near miss 10.0 mm at 60.0 s · contact at 80.0 s');
-  assert.equal(planInWords(times, false, format), 'the planner is still computing');
-  assert.equal(planInWords({ curve: [], nearMisses: [], contact: null }, true, format), 'planned: no contact');
+  assert.equal(planInWords(plan, times, false, format), 'planned: 1 near miss 10.0 mm at 60.0 s · contact at 80.0 s');
+  const none = { ...plan, near_misses: [], contact: null };
+  assert.equal(planInWords(none, { ...times, nearMisses: [], contact: null }, false, format), 'planned: no contact');
+});
+
+test('after the end, the plan in words keeps what is behind the head', () => {
+  const times = planOverTime(plan, { travel_m: 100, time_s: 150, speed_mps: 0.5 }, run);
+  assert.equal(planInWords(plan, times, true, format), 'planned: 1 near miss 10.0 mm, passed · contact, passed');
+});
+
+test('an incomplete plan says whether it will become complete', () => {
+  const [partial, times] = [{ ...plan, is_complete: false }, planOverTime(plan, { travel_m: 0, time_s: 0, speed_mps: 1 }, run)];
+  assert.equal(planInWords(partial, times, false, format), 'the planner is still computing');
+  assert.equal(planInWords(partial, times, true, format), 'the show ended before its plan was complete');
 });

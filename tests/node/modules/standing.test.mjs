@@ -82,6 +82,12 @@ test('an old picture has its age instead of the colour of its state, and a state
   assert.deepEqual([stands('running', {}, null).status, stands('running', {}, null).isLive], ['connecting', false]);
 });
 
+test('a show whose process was killed has not ended in order', () => {
+  const lost = { level: 'danger', word: 'SHOW LOST', cause: 'The process `show` was killed.', remedy: 'Start it again.' };
+  const ended = stands('ended', { link: { state: 'ended', age_s: 1, reason: null }, standing: lost });
+  assert.deepEqual([ended.word, ended.isLost, ended.remedy], ['SHOW LOST', true, lost.remedy]);
+});
+
 test('where nobody can tell what the dragon does, the wired stop comes before all other remedies', () => {
   const gone = { level: 'danger', word: 'SERVER LOST', cause: 'The server is gone.', remedy: 'Start it again.' };
   const silent = { state: 'silent', age_s: 2, reason: null };

@@ -176,7 +176,8 @@ class Show:
 
     def command_events(self, timeout_s: float | None = 0.0) -> list[CommandEvent]:
         """Returns the events of commands to the server since the last call, oldest first: who sent which command when, and
-        whether the server accepted it. The first call also returns up to 128 earlier events of the run.
+        whether the server accepted it. The first call also returns up to 128 earlier events of the run; it waits for
+        these at least half a second.
 
         If there are none, waits for one at most `timeout_s` seconds, as `alerts` does, and raises as it. A server
         publishes events ten times a second.

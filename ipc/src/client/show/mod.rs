@@ -26,6 +26,8 @@ use shared::{Commands, ReaderPorts, Readers, Shared};
 const MAX_NAME_LEN: usize = 128;
 /// Period in which a call looks for a server, a description or a status, while it waits for one.
 const LOOK_PERIOD: Duration = Duration::from_millis(10);
+/// Least wait of the first reading of command events. A server delivers the earlier ones within a tenth of a second.
+const FIRST_EVENTS: Duration = Duration::from_millis(500);
 /// Longest time for which a call that waits for alerts does not notice that the client was closed.
 const ALERT_SLICE: Duration = Duration::from_millis(20);
 
@@ -172,12 +174,15 @@ impl Show {
 
     /// Returns the oldest unread event of a command to the server, accepted or refused. Waits for one at most `timeout`; a
     /// server publishes events ten times a second. The first call also receives up to
-    /// [`COMMAND_EVENT_BUFFER`](crate::service::COMMAND_EVENT_BUFFER) earlier events of the run.
+    /// [`COMMAND_EVENT_BUFFER`](crate::service::COMMAND_EVENT_BUFFER) earlier events of the run, and waits for these at least
+    /// half a second, if there are none yet.
     ///
     /// # Errors
     /// [`BusError::NoServer`] where the first call finds no server in time; else as [`CommandEventReader::receive`].
     pub fn command_event(&self, timeout: Duration) -> Result<Option<CommandEvent>, BusError> {
-        look(timeout, || {
+        self.check()?;
+        let is_first = self.shared.events.lock().is_none();
+        look(if is_first { timeout.max(FIRST_EVENTS) } else { timeout }, || {
             let Shared { domain, name, .. } = &*self.shared;
             self.check()?;
             let mut events = self.shared.events.lock();

@@ -71,19 +71,23 @@ export function plannedAt(curve, time_s) {
 }
 
 /**
- * The plan's near misses and contact, in one line.
+ * The plan's near misses and contact, in one line: also those that are behind the head, at times that are not known.
+ * @param {PlannedClearance} plan
  * @param {PlanTimes} times
- * @param {boolean} isComplete
+ * @param {boolean} isOver whether the show has ended, so that no planner works on
  * @param {{millimetres: (metres: number) => string, fixed: (value: number, digits: number) => string}} format
  */
-export function planInWords({ nearMisses, contact }, isComplete, { millimetres, fixed }) {
-  if (!isComplete) return 'the planner is still computing';
+export function planInWords({ near_misses, contact, is_complete }, times, isOver, { millimetres, fixed }) {
+  if (!is_complete) return isOver ? 'the show ended before its plan was complete' : 'the planner is still computing';
+  const at = (/** @type {{time_s: number} | null | undefined} */ event) =>
+    event == null ? ', passed' : ` at ${fixed(event.time_s, 1)} s`;
   const words = [];
-  if (nearMisses.length > 0) {
-    const nearest = nearMisses.reduce((least, miss) => (miss.clearance_m < least.clearance_m ? miss : least));
-    const count = nearMisses.length === 1 ? '1 near miss' : `${nearMisses.length} near misses, the nearest`;
-    words.push(`${count} ${millimetres(nearest.clearance_m)} mm at ${fixed(nearest.time_s, 1)} s`);
+  if (near_misses.length > 0) {
+    const nearest = near_misses.reduce((least, miss) => (miss.clearance_m < least.clearance_m ? miss : least));
+    const count = near_misses.length === 1 ? '1 near miss' : `${near_misses.length} near misses, the nearest`;
+    const timed = times.nearMisses.find(({ clearance_m }) => clearance_m === nearest.clearance_m);
+    words.push(`${count} ${millimetres(nearest.clearance_m)} mm${at(timed)}`);
   }
-  words.push(contact === null ? 'no contact' : `contact at ${fixed(contact.time_s, 1)} s`);
+  words.push(contact === null ? 'no contact' : `contact${at(times.contact)}`);
   return `planned: ${words.join(' · ')}`;
 }

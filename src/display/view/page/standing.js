@@ -117,6 +117,7 @@ function ofShow({ frame, status }, age_s) {
   const { word, cause, remedy } = standing;
   if (link.state === 'failed') return lost('failed', word, 'lost', cause, remedy);
   if (link.state === 'waiting' || frame === null) return { ...dead('waiting', word, 'waiting', cause), remedy };
+  if (word === 'SHOW LOST') return lost('lost', word, 'lost', cause, remedy);
   if (frame.state === 'ended' || link.state === 'ended')
     return live('ended', 'ENDED', 'The server has ended in order. This is the last picture of the run.');
   if (frame.state === 'finished' && link.state === 'gone')

@@ -235,9 +235,9 @@ export class Timeline {
   }
 
   /** @param {Show} show @param {Run} run */
-  #writeReading({ chart, plan }, run) {
+  #writeReading({ chart, plan, frame }, run) {
     const time_s = this.#pointed_s ?? this.#chosen_s;
-    const summary = plan === null ? '' : planInWords(this.times, plan.is_complete, format);
+    const summary = plan === null ? '' : planInWords(plan, this.times, frame?.state === 'ended', format);
     const reading = time_s === null ? summary : this.#readingAt(time_s, chart);
     write(this.#reading, reading);
     // A screen reader would announce a slider that moves with the show without end. So its value is the chosen time, or the

@@ -348,10 +348,10 @@ impl Motion {
             authority.seek(travel_m)?;
         }
         self.catch_up.clear();
-        self.leg = Leg { start_s: show_time_s, parts: 0, shown: false };
+        self.leg = Leg { start_s: show_time_s, parts: 0, is_shown: false };
         self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
         self.is_over = self.plan.until_s.is_some_and(|until_s| show_time_s >= until_s);
-        self.repositioned = true;
+        self.was_repositioned = true;
         Ok(())
     }
 
