@@ -45,6 +45,7 @@ const FIRST_FRAME_NS: u64 = 2_000_000_000;
 
 /// All that an observer shows at one instant.
 #[derive(Clone, Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 #[expect(missing_docs, reason = "the types of the fields describe them")]
 pub struct Snapshot {
     /// Instant of the snapshot, in nanoseconds of `CLOCK_MONOTONIC`.
