@@ -1,9 +1,9 @@
 //! `echo`: prints one line per frame.
 
-use bench_dragon_geometry::number::Fixed;
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Frame, FrameHeader, HandleState};
 use clap::Args;
 use serde::Serialize;

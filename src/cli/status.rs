@@ -1,10 +1,10 @@
 //! `ctl status`: prints the state of a running show, for people or as one JSON object.
 
-use bench_dragon_geometry::number::Fixed;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::source::ShowLock;
 use bench_dragon_ipc::{Domain, FrameHeader, ShowState};
 use jiff::Zoned;

@@ -1,6 +1,5 @@
 //! Timecode for `serve`, outside of its loop: the arguments, the socket, and the thread that reports changes.
 
-use bench_dragon_geometry::number::Fixed;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -8,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::TimecodeKind;
 use clap::Args;
 use rtrb::Consumer;

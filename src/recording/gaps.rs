@@ -1,12 +1,12 @@
 //! Gaps of a recording: frames of its runs that no part contains.
 
-use bench_dragon_geometry::number::Fixed;
 use std::{
     collections::BTreeMap,
     fmt,
     path::{Path, PathBuf},
 };
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::FrameHeader;
 use serde::{Deserialize, Serialize};
 

@@ -1,10 +1,10 @@
 //! Report of a source's loop on its run: a few atomic stores a tick, which a separate thread publishes.
 
-use bench_dragon_geometry::number::Fixed;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::service;
 use bench_dragon_ipc::{
     BusError, Description, Domain, FrameHeader, ShowState, SourceKind, Status, Stops, TimeHistogram, TimecodeKind,

@@ -15,8 +15,8 @@ use super::{Bezier, Drawing, DrawingError, FitSettings, MAX_COORDINATE_M, Piece}
 
 /// Largest angle between two pieces that is only rounding, in radians: it moves the end of a path of 1 km by 1 µm.
 const SMOOTH: f64 = 1e-9;
-/// Largest angle between a Bézier curve and its neighbour that is no corner. Drawing programs write handles with few decimals.
-const HANDLE: f64 = 1e-3;
+/// Largest angle between a Bézier curve and its neighbour that is no corner. Drawing programs write control points with few decimals.
+const BEZIER: f64 = 1e-3;
 /// Largest angle between two edges of a sampled curve.
 const SAMPLED: f64 = 0.8 * PI;
 /// Largest difference of a corner's angle from half a turn at which the path turns back on itself, in radians: an arc of 1 cm
@@ -178,7 +178,7 @@ fn outlying_m(piece: &Piece) -> Option<f64> {
 
 /// The same parts, where lines in a row are fewer. A line that continues a curve keeps its direction.
 fn simplified(parts: &[Part], tolerance_m: f64) -> Vec<Part> {
-    let continues = |before: &Part, after: &Part| before.end_tangent.distance(after.begin_tangent) < HANDLE;
+    let continues = |before: &Part, after: &Part| before.end_tangent.distance(after.begin_tangent) < BEZIER;
     let mut fewer: Vec<Part> = vec![];
     let mut at = 0;
     while at < parts.len() {
@@ -232,8 +232,8 @@ fn begin_inside_first(parts: &mut Vec<Part>) {
 fn joint(before: &Part, after: &Part, settings: &FitSettings, tolerance_m: f64) -> Result<Joint, DrawingError> {
     let (at, turn) = (after.piece.begin(), before.end_tangent.angle_to(after.begin_tangent));
     let angle = turn.abs();
-    let has_handle = [before, after].iter().any(|part| matches!(part.piece, Piece::Bezier(_)));
-    if angle <= if has_handle { HANDLE } else { SMOOTH } {
+    let has_bezier = [before, after].iter().any(|part| matches!(part.piece, Piece::Bezier(_)));
+    if angle <= if has_bezier { BEZIER } else { SMOOTH } {
         return Ok(Joint::Smooth);
     }
     let edges_m = before.line_m().zip(after.line_m());

@@ -696,7 +696,7 @@ typedef struct {
    */
   int64_t show_time_ns;
   /**
-   * Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+   * Number of periods that were missed since the start of the run. After a few missed periods show time jumps
    * forward. After a longer standstill the show is behind; see `behind_ns`.
    */
   uint64_t overruns;
@@ -870,7 +870,7 @@ typedef struct {
    */
   int64_t wall_ns;
   /**
-   * Number of releases that the run missed before this tick.
+   * Number of periods that the run missed before this tick.
    */
   uint64_t overruns;
   /**

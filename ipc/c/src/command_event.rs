@@ -28,7 +28,7 @@ pub struct bd_command_event_t {
     pub show_time_ns: i64,
     /// Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC.
     pub wall_ns: i64,
-    /// Number of releases that the run missed before this tick.
+    /// Number of periods that the run missed before this tick.
     pub overruns: u64,
     /// Values of the command in their order; 0 for unused ones. For a start: show time in seconds, travel in metres, speed in
     /// metres per show second, and the show time at which the run ends, or NaN.

@@ -18,7 +18,7 @@ pub struct bd_status_t {
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
     pub show_time_ns: i64,
-    /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+    /// Number of periods that were missed since the start of the run. After a few missed periods show time jumps
     /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,
     /// Time by which the show is behind the clock, in nanoseconds of wall time: the rest of standstills, for which the

@@ -20,7 +20,7 @@ pub struct Status {
     pub tick: u64,
     /// Show time of that tick in nanoseconds.
     pub show_time_ns: i64,
-    /// Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+    /// Number of periods that were missed since the start of the run. After a few missed periods show time jumps
     /// forward. After a longer standstill the show is behind; see `behind_ns`.
     pub overruns: u64,
     /// Time by which the show is behind the clock, in nanoseconds of wall time: the rest of standstills, for which the
@@ -28,7 +28,7 @@ pub struct Status {
     pub behind_ns: u64,
     /// Greatest value of `behind_ns` since the start of the run.
     pub most_behind_ns: u64,
-    /// Median of the lateness of all releases since the start of the run, in nanoseconds. Lateness is the time from the
+    /// Median of the lateness of all ticks since the start of the run, in nanoseconds. Lateness is the time from the
     /// due instant to the start of the tick. Percentiles are from the histogram, so they are at most 1/32 too large.
     pub lateness_p50_ns: u64,
     /// 99th percentile of the lateness, in nanoseconds.
@@ -69,7 +69,7 @@ pub struct Status {
     pub timecode_kind: u32,
     /// The [`Stops`] that make the head stand or brake, as bits.
     pub stops: u32,
-    /// Lateness of every release since the start of the run.
+    /// Lateness of every tick since the start of the run.
     pub lateness: TimeHistogram,
     /// Duration of every tick since the start of the run.
     pub tick_time: TimeHistogram,

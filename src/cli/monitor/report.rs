@@ -1,10 +1,10 @@
 //! The reports of a monitor: alerts, commands and progress during the run, and the summary at its end.
 
-use bench_dragon_geometry::number::Fixed;
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use bench_dragon_geometry::clearance::PairClearance;
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind, FrameHeader, TimeHistogram};
 
 use super::MonitorArgs;

@@ -2,10 +2,10 @@
 
 mod verification;
 
-use bench_dragon_geometry::number::Fixed;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::service::MAX_READERS;
 use clap::{Args, ValueHint};
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! The output of a running show: the live line, and combined near alerts.
 
-use bench_dragon_geometry::number::Fixed;
 use std::time::{Duration, Instant};
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::FrameHeader;
 
 use crate::cli::monitor::lines::{AlertLine, MonitorProgress};

@@ -1,11 +1,11 @@
 //! The reports of the children, read from the lines that they print.
 
-use bench_dragon_geometry::number::Fixed;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::Context as _;
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::AlertKind;
 
 use super::children::ChildRole;

@@ -1,9 +1,9 @@
 //! The supervision of a running show: handles the lines and the ends of its children, reads the bus, and restarts children.
 
-use bench_dragon_geometry::number::Fixed;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::ReaderReport;
 
 use super::children::ChildRole;

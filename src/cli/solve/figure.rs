@@ -1,12 +1,12 @@
 //! Shared parts of the figures of several questions: flags, captions, and the dragon in plan view.
 
-use bench_dragon_geometry::number::Fixed;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{Coil, Route, RouteShape, RouteSpec, Turnaround};
 use clap::{Args, ValueHint};

@@ -1,10 +1,10 @@
 //! `solve route`: surveys a route of any kind, and how far the dragon gets on it.
 
-use bench_dragon_geometry::number::{Fixed, Place};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dragon, DragonError, TightSpot};
+use bench_dragon_geometry::number::{Fixed, Place};
 use bench_dragon_geometry::planner::RouteSurvey;
 use bench_dragon_geometry::route::{Crossing, Route, RouteHeights, RouteShape, RouteSpec, TightestBend};
 use clap::{Args, ValueHint};

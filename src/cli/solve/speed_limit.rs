@@ -1,9 +1,9 @@
 //! `solve speed-limit`: finds the greatest speed of the head at which no handle exceeds a limit.
 
-use bench_dragon_geometry::number::Fixed;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon};
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::RouteShape;
 use clap::Args;

@@ -1,8 +1,8 @@
 //! Plot of the least clearance over time, with near misses and the contact.
 
-use bench_dragon_geometry::number::Fixed;
 use std::ops::RangeInclusive;
 
+use bench_dragon_geometry::number::Fixed;
 use glam::DVec2;
 use kurbo::{Rect, Size};
 

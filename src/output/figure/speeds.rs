@@ -1,8 +1,8 @@
 //! Plot of the speeds of handles over time.
 
-use bench_dragon_geometry::number::Fixed;
 use std::ops::RangeInclusive;
 
+use bench_dragon_geometry::number::Fixed;
 use glam::DVec2;
 use kurbo::{Point, Rect};
 

@@ -25,7 +25,7 @@ class CommandEvent(WireType):
     wall_ns: int
     """Wall-clock time of the event: nanoseconds since 1970-01-01 00:00 UTC."""
     overruns: int
-    """Number of releases that the run missed before this tick."""
+    """Number of periods that the run missed before this tick."""
     values: ctypes.Array[ctypes.c_double]
     """Values of the command in their order; 0 for unused ones. For a start: show time in seconds, travel in metres, speed
     in metres per show second, and the show time at which the run ends, or NaN."""

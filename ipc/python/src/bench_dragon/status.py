@@ -41,7 +41,7 @@ class Status(WireType):
     show_time_ns: int
     """Show time of that tick in nanoseconds."""
     overruns: int
-    """Number of releases that were missed since the start of the run. After a few missed releases show time jumps
+    """Number of periods that were missed since the start of the run. After a few missed periods show time jumps
     forward. After a longer standstill the show is behind; see `behind_ns`."""
     behind_ns: int
     """Time by which the show is behind the clock, in nanoseconds of wall time: the rest of standstills, for which the
@@ -87,7 +87,7 @@ class Status(WireType):
     stops: int
     """Reasons for which the head stands or brakes, as bits: see `Stops`."""
     lateness: TimeHistogram
-    """Lateness of every release since the start of the run."""
+    """Lateness of every tick since the start of the run."""
     tick_time: TimeHistogram
     """Duration of every tick since the start of the run."""
 

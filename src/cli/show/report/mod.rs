@@ -1,7 +1,8 @@
 //! The contents of `report.html`: the summary of a show, as words, tables and pictures.
 
-use bench_dragon_geometry::number::Fixed;
 use std::path::{Path, PathBuf};
+
+use bench_dragon_geometry::number::Fixed;
 
 use super::course::CourseReport;
 use super::outcome::{Ending, Outcome};

@@ -1,8 +1,8 @@
 //! Comparison of recorded frames with simulated ones: their bits and their due times.
 
-use bench_dragon_geometry::number::Fixed;
 use std::fmt;
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{CommandEvent, FrameHeader, HandleState, ShowState};
 use serde::{Deserialize, Serialize};
 
