@@ -3,11 +3,13 @@
 //! Missing keys have the values of the paper's dragon or of the paper's turnaround. Unknown keys, values out of range
 //! and impossible geometry are errors. They name the key, the value and the allowed values.
 
+mod config_document;
 mod document;
 mod drawn_route;
 mod formation_document;
 mod ground_table;
 mod origin_table;
+mod plan_document;
 mod priority;
 mod route_table;
 mod segment_table;
@@ -17,21 +19,18 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
-use bench_dragon_geometry::formation::{Formation, Layout, Planned, Timetable};
-use bench_dragon_geometry::ground::{Ground, HeightMap};
-use bench_dragon_geometry::number::{Fixed, Number};
+use bench_dragon_geometry::dragon::{Dragon, FeasibleEnd};
+use bench_dragon_geometry::formation::{Formation, Timetable};
+use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
-use bench_dragon_geometry::route::{Route, RouteError, RouteShape, RouteSpec};
-use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
-use glam::DVec2;
+use bench_dragon_geometry::route::{RouteShape, RouteSpec};
 
+pub use config_document::{ConfigDocument, unplaced};
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
 pub use formation_document::{FormationDocument, NamedDragon};
+pub use plan_document::PlanDocument;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
-
-use document::{DragonTable, parse, read};
 
 /// Allowed rates of a server, in ticks a second.
 pub const RATE_HZ: RangeInclusive<u32> = 1..=100_000;
@@ -43,8 +42,6 @@ pub const CPU: RangeInclusive<u32> = 0..=1023;
 pub const SPIN_US: RangeInclusive<u32> = 0..=1000;
 /// Allowed values of the longest standstill after which a show jumps, in seconds of wall time.
 pub const CATCH_UP_S: RangeInclusive<f64> = 0.0..=10.0;
-/// Distance of a map from (0, 0), in metres, from which on its coordinates are those of a survey.
-const SURVEY_M: f64 = 10_000.0;
 /// Allowed planned speeds of the head, in metres per show second.
 pub const HEAD_SPEED_MPS: RangeInclusive<f64> = 0.001..=10.0;
 /// Speed in metres per show second from which on times of arrival are forecast. An ordered speed may be slower, down to 0: then the
@@ -69,265 +66,11 @@ pub const MAX_ALSO: usize = 8;
 #[error("{0}")]
 pub struct ConfigError(String);
 
-/// A parsed document. All values except those of `[route]` are in range. [`build`](Self::build) checks the route and
-/// places the dragon.
-#[derive(Clone, Debug)]
-pub struct ConfigDocument {
-    tables: Document,
-    dimensions: Dimensions,
-    route: RouteSpec,
-    drawing: Option<DrawingFit>,
-    outline: Option<Outline>,
-    /// Limit of steps for finding the end of the dragon's run, if not that of [`Dragon::new`].
-    placing_steps: Option<u64>,
-}
-
 /// A valid configuration: the document's tables, and the formation of its dragon.
 #[derive(Clone, Debug)]
 pub struct Config {
     document: ConfigDocument,
     formation: Arc<Formation>,
-}
-
-/// A checked document of one dragon, or a configuration of several.
-#[derive(Clone, Debug)]
-pub enum PlanDocument {
-    /// A document with the short form for one dragon.
-    OneDragon(Box<ConfigDocument>),
-    /// A document with `[[dragons]]`.
-    Formation(FormationDocument),
-}
-
-impl PlanDocument {
-    /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values. `placing_steps`: as for
-    /// [`ConfigDocument::with_placing_steps`].
-    ///
-    /// # Errors
-    /// A file cannot be read, a value is not valid, a drawing has no path, or a dragon of several does not fit on its route.
-    pub fn load(
-        path: Option<&Path>,
-        set_flags: impl FnOnce(&mut Document),
-        placing_steps: Option<u64>,
-    ) -> Result<Self, ConfigError> {
-        let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
-        set_flags(&mut tables);
-        let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
-        if !tables.dragons.is_empty() {
-            return FormationDocument::build(tables, folder, placing_steps).map(Self::Formation);
-        }
-        let document = ConfigDocument::of_tables(tables, folder)?;
-        let document = placing_steps.into_iter().fold(document, ConfigDocument::with_placing_steps);
-        Ok(Self::OneDragon(Box::new(document)))
-    }
-}
-
-impl ConfigDocument {
-    /// Reads a file, or uses the paper's dragon without a file. Then `set_flags` overrides values. A drawn route is read from its
-    /// own file, and becomes a path: the written document needs no drawing.
-    ///
-    /// # Errors
-    /// A file cannot be read, a value is not valid, or a drawing has no path.
-    pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
-        match PlanDocument::load(path, set_flags, None)? {
-            PlanDocument::OneDragon(document) => Ok(*document),
-            PlanDocument::Formation(formation) => {
-                let names: Vec<&str> = formation.dragons().iter().map(|dragon| &*dragon.name).collect();
-                let (count, names) = (names.len(), names.join(", "));
-                Err(ConfigError(format!("[[dragons]] has {count} dragons, {names}: only one is allowed here")))
-            }
-        }
-    }
-
-    /// The checked document of tables without `[[dragons]]`.
-    fn of_tables(mut tables: Document, folder: &Path) -> Result<Self, ConfigError> {
-        let origin = std::mem::take(&mut tables.origin);
-        origin.check(tables.route.is_drawing() || tables.ground.is_file())?;
-        let drawing = drawn_route::read(&mut tables.route, &origin, folder)?;
-        let document = match tables.ground.read(&origin, folder)? {
-            None => Self::check(tables)?,
-            Some(ground) => Self::with_heights_under_route(tables, ground)?,
-        };
-        let document = Self { drawing, ..document };
-        document.require_short()?;
-        Ok(document)
-    }
-
-    /// A document whose ground is a map, of which it keeps the heights under the route.
-    fn with_heights_under_route(mut tables: Document, ground: Ground) -> Result<Self, ConfigError> {
-        let table = std::mem::take(&mut tables.ground);
-        let mut document = Self::check(tables)?;
-        let ground = Arc::new(ground);
-        document.route.ground = Some(Arc::clone(&ground));
-        let mut tables = document.tables.clone();
-        tables.ground = table.with_heights_under(&ground, &document.curve()?);
-        Self::check(tables)
-    }
-
-    /// Parses the text of a description.
-    ///
-    /// # Errors
-    /// The text or a value is not valid.
-    pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        Self::check(parse(text)?)
-    }
-
-    /// The route as planned.
-    pub fn route(&self) -> &RouteSpec {
-        &self.route
-    }
-
-    /// The outline of the stage, if there is one.
-    pub fn outline(&self) -> Option<&Outline> {
-        self.outline.as_ref()
-    }
-
-    /// The kind of route, as the file has it.
-    pub fn route_kind(&self) -> &'static str {
-        if self.drawing.is_some() { "drawing" } else { self.route.shape.kind() }
-    }
-
-    /// How the route follows its drawing; `None` for a route that is not drawn.
-    pub fn drawing(&self) -> Option<&DrawingFit> {
-        self.drawing.as_ref()
-    }
-
-    /// The tables of the document. Their values, except those of the route, are in range.
-    pub fn tables(&self) -> &Document {
-        &self.tables
-    }
-
-    /// The benches.
-    pub fn dimensions(&self) -> &Dimensions {
-        &self.dimensions
-    }
-
-    /// The numbers of all benches and handles.
-    pub fn layout(&self) -> Layout {
-        Layout::of([self.dimensions.benches()])
-    }
-
-    /// The curve of the route, with room for the dragon behind its beginning.
-    ///
-    /// # Errors
-    /// The route is not valid.
-    pub fn curve(&self) -> Result<Route, ConfigError> {
-        let route = self.route.build(self.tables.head.speed_mps, self.dimensions.longest_m());
-        route.map_err(|error| {
-            let (table, hint) = match error {
-                RouteError::Ground(_) => ("ground", self.origin_hint()),
-                RouteError::LongOnGround => ("ground", String::new()),
-                _ => ("route", String::new()),
-            };
-            ConfigError(format!("[{table}] {error}{hint}"))
-        })
-    }
-
-    /// The remedy for a map in the coordinates of a survey, under a route that is about (0, 0).
-    fn origin_hint(&self) -> String {
-        let first = self.route.ground.as_ref().and_then(|ground| ground.height_map()).map(HeightMap::first);
-        let is_far = |first: &DVec2| first.length() > SURVEY_M;
-        first.filter(is_far).map_or_else(String::new, |DVec2 { x, y }| {
-            let at = format!("({}, {})", Fixed::<0>(x), Fixed::<0>(y));
-            format!("; the map begins at {at} m: set [origin] to the point of it that is (0, 0) of the route")
-        })
-    }
-
-    /// The same document with a limit of steps for finding the end of the dragon's run.
-    #[must_use]
-    pub fn with_placing_steps(self, steps: u64) -> Self {
-        Self { placing_steps: Some(steps), ..self }
-    }
-
-    /// Places the dragon on its route, and computes how far it can walk.
-    ///
-    /// # Errors
-    /// The route is not valid, or this dragon does not fit on it.
-    pub fn build(self) -> Result<Config, ConfigError> {
-        let route = Arc::new(self.curve()?);
-        let dragon = self.place(route).map_err(|error| match error {
-            DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}{}", self.origin_hint())),
-            error => ConfigError(unplaced(&error)),
-        })?;
-        let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
-        let formation = Formation::new(vec![Planned { dragon: Arc::new(dragon), timetable }]);
-        Ok(Config { document: self, formation: Arc::new(formation) })
-    }
-
-    /// Places the dragon on the curve of its route.
-    ///
-    /// # Errors
-    /// The dragon does not fit on it.
-    pub fn place(&self, route: Arc<Route>) -> Result<Dragon, DragonError> {
-        let Some(steps) = self.placing_steps else { return Dragon::new(self.dimensions, route) };
-        let dragon = Dragon::with_meter(self.dimensions, route, Meter::of(steps))?;
-        Ok(dragon.metered(&Meter::unlimited()))
-    }
-
-    fn check(mut tables: Document) -> Result<Self, ConfigError> {
-        if !tables.dragons.is_empty() {
-            return Err(ConfigError("[[dragons]] is present, only one dragon is allowed here".to_owned()));
-        }
-        let serve = &tables.serve;
-        require_whole("serve", "rate_hz", serve.rate_hz, &RATE_HZ)?;
-        require("serve", "time_scale", serve.time_scale, &TIME_SCALE)?;
-        serve.cpu.map_or(Ok(()), |cpu| require_whole("serve", "cpu", cpu, &CPU))?;
-        require_whole("serve", "spin_us", serve.spin_us, &SPIN_US)?;
-        require("serve", "catch_up_s", serve.catch_up_s, &CATCH_UP_S)?;
-        require("head", "speed_mps", tables.head.speed_mps, &HEAD_SPEED_MPS)?;
-        if let Some(accel_mps2) = tables.head.accel_mps2 {
-            require("head", "accel_mps2", accel_mps2, &HEAD_ACCEL_MPS2)?;
-        }
-        require("monitor", "near_m", tables.monitor.near_m, &NEAR_M)?;
-        require("monitor", "margin_m", tables.monitor.margin_m, &MARGIN_M)?;
-        let count = tables.show.also.len();
-        if count > MAX_ALSO {
-            return Err(ConfigError(format!("[[show.also]] occurs {count} times, at most {MAX_ALSO} are allowed")));
-        }
-        tables.origin.check(false)?;
-        tables.route = tables.route.completed();
-        let ground = tables.ground.ground()?.map(Arc::new);
-        let route = RouteSpec { ground, ..tables.route.plan()? };
-        let dimensions = dimensions(&tables.dragon)?;
-        let outline = tables.stage.outline()?;
-        Ok(Self { tables, dimensions, route, drawing: None, outline, placing_steps: None })
-    }
-
-    /// The whole document as TOML, with every key that applies.
-    fn to_toml(&self) -> String {
-        toml::to_string(&self.tables).expect("the document has only tables of numbers and strings")
-    }
-
-    /// Fails if the written document is longer than a description may be.
-    fn require_short(&self) -> Result<(), ConfigError> {
-        let written = self.to_toml().len();
-        if written <= MAX_DESCRIPTION_LEN {
-            return Ok(());
-        }
-        let heights = self.tables.ground.heights();
-        if heights > 0 {
-            return Err(ConfigError(format!(
-                "[ground] the {heights} heights under the route and the rest of the configuration take {written} bytes, at most \
-                 {MAX_DESCRIPTION_LEN} are allowed: use heights with a larger spacing"
-            )));
-        }
-        let segments = self.route.shape.segments();
-        let (what, remedy) = match &self.drawing {
-            Some(drawing) => ("drawing needs", format!("set tolerance_m, {}, to more", drawing.tolerance_m)),
-            None => ("route has", "use fewer".to_owned()),
-        };
-        Err(ConfigError(format!(
-            "[route] the {what} {segments} segments, which take {written} bytes, at most {MAX_DESCRIPTION_LEN} are allowed: \
-             {remedy}"
-        )))
-    }
-}
-
-/// Why a dragon cannot be placed on its route, and the remedy if there is one.
-pub fn unplaced(error: &DragonError) -> String {
-    match error {
-        DragonError::TooMuchWork(_) => format!("{error}; --work of `bench-dragon solve` allows more"),
-        _ => error.to_string(),
-    }
 }
 
 impl Config {
@@ -467,18 +210,6 @@ impl Config {
         let drawing = self.document.drawing.clone();
         self.rebuilt(ConfigDocument { drawing, ..ConfigDocument::check(tables)? })
     }
-}
-
-fn dimensions(table: &DragonTable) -> Result<Dimensions, ConfigError> {
-    let DragonTable { benches, head_length_m, body_length_m, width_m, hole_offset_m, .. } = *table;
-    let benches = usize::try_from(benches).unwrap_or(usize::MAX);
-    let rigid = Dimensions::new(benches, head_length_m, body_length_m, width_m, hole_offset_m);
-    let dimensions = rigid.and_then(|rigid| match (table.hole_diameter_m, table.pole_diameter_m) {
-        (None, None) => Ok(rigid),
-        (hole_m, None) => rigid.with_poles(hole_m.unwrap_or(HOLE_DIAMETER_M), hole_m.unwrap_or(HOLE_DIAMETER_M)),
-        (hole_m, Some(pole_m)) => rigid.with_poles(hole_m.unwrap_or(HOLE_DIAMETER_M), pole_m),
-    });
-    dimensions.map_err(|error| ConfigError(format!("[dragon] {error}")))
 }
 
 fn require_whole(

@@ -25,6 +25,7 @@ mod play;
 mod poses;
 mod route;
 mod sensitivity;
+mod shortest_turn;
 mod speed_limit;
 mod stage;
 mod turn;

@@ -3,14 +3,13 @@
 //! All values are functions of the head's travel, because the state of a dragon is a function of its travel alone. A
 //! [`TravelClock`](super::TravelClock) converts travel to show time.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::{io, thread};
 
 use bench_dragon_geometry::clearance::{Contact, ContactSearch, PairClearance};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses, on_one_core};
 use rustix::process::setpriority_process;
-use tokio::sync::watch;
 
 /// Points of the curve, at even steps of travel.
 const POINTS: usize = 600;
@@ -135,7 +134,7 @@ const NICENESS: i32 = 10;
 /// A plan that a thread computes. The thread is not joined: after the step in progress, it ends if its owner has ended.
 #[derive(Debug)]
 pub(super) struct ClearancePlanner {
-    latest: watch::Receiver<Arc<PlannedClearance>>,
+    latest: Arc<Mutex<Arc<PlannedClearance>>>,
 }
 
 impl ClearancePlanner {
@@ -144,10 +143,13 @@ impl ClearancePlanner {
     /// # Errors
     /// The operating system's reason if the thread cannot start.
     pub(super) fn start(dragon: &Dragon, near_m: f64) -> io::Result<Self> {
-        let (sender, latest) = watch::channel(Arc::default());
+        let latest = Arc::default();
+        let shown = Arc::downgrade(&latest);
         let dragon = dragon.clone();
-        // The send fails once the receiver is dropped.
-        let show = move |plan: &PlannedClearance| sender.send(Arc::new(plan.clone())).is_ok();
+        let show = move |plan: &PlannedClearance| {
+            let owner = shown.upgrade();
+            owner.map(|latest| *locked(&latest) = Arc::new(plan.clone())).is_some()
+        };
         let work = move || {
             // On Linux this changes only the calling thread. If the kernel refuses, the thread works at normal priority.
             let _ = setpriority_process(None, NICENESS);
@@ -159,8 +161,12 @@ impl ClearancePlanner {
 
     /// The plan so far.
     pub(super) fn latest(&self) -> Arc<PlannedClearance> {
-        Arc::clone(&self.latest.borrow())
+        Arc::clone(&locked(&self.latest))
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().expect("no thread panics while it holds the lock")
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Source: Topografix, *GPX 1.1 Schema Documentation*. Each segment of a track is a line.
 
-use usvg::roxmltree::{Document, Node};
+use roxmltree::{Document, Node};
 
 use super::{Line, LonLat, child_text};
 

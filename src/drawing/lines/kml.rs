@@ -2,7 +2,7 @@
 //!
 //! Source: OGC KML 2.3 (OGC 12-007r2). Folders are layers. The outline of a polygon is a ring.
 
-use usvg::roxmltree::{Document, Node};
+use roxmltree::{Document, Node};
 
 use super::super::DrawingFileError;
 use super::{Line, LonLat, child_text, no_position};

@@ -5,7 +5,7 @@ mod gpx;
 mod kml;
 
 use bench_dragon_geometry::drawing::Drawing;
-use usvg::roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node, ParsingOptions};
 
 use super::geographic::{LonLat, local};
 use super::{DrawingFileError, DrawingFormat, ListedPath, MAX_PIECES, PathChoice, listed, quoted, text};

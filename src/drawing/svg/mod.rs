@@ -7,23 +7,26 @@
 mod css_transform;
 mod page;
 mod path_data;
+mod placed;
 mod reduced;
 mod shape;
+mod shown;
 mod style;
 
 use std::collections::HashMap;
 
 use bench_dragon_geometry::drawing::{Drawing, Piece};
 use glam::{DAffine2, DVec2};
+use roxmltree::{Document, Node, NodeId, ParsingOptions};
 use svgtypes::PathParser;
-use usvg::roxmltree::{Document, Node, NodeId, ParsingOptions};
 use usvg::{Group, Options, Transform, Tree};
 
 use super::{DrawingFileError, ListedPath, PathChoice, listed, quoted};
 use page::unit_m;
 use path_data::{numbers_fault, wrong_data};
-use reduced::{Reduced, Sizes, by_id, element, reduced, target};
+use reduced::{Reduced, Sizes, element, reduced};
 use shape::local;
+use shown::{by_id, target};
 use style::Faults;
 
 /// Elements that are paths.
@@ -232,7 +235,7 @@ fn options() -> Options<'static> {
 
 fn parsed(text: &str) -> Result<Document<'_>, DrawingFileError> {
     let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let failed = |error: usvg::roxmltree::Error| {
+    let failed = |error: roxmltree::Error| {
         DrawingFileError(format!("is not valid XML: {}", error.to_string().replace('\n', " ")))
     };
     Document::parse_with_options(text, options).map_err(failed)

@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use bench_dragon_geometry::drawing::{Drawing, Piece};
 use glam::{DAffine2, DVec2};
+use roxmltree::Node;
 use svgtypes::PointsParser;
-use usvg::roxmltree::Node;
 
 use super::path_data::data;
 

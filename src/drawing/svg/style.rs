@@ -6,8 +6,8 @@
 use std::cell::Cell;
 use std::collections::HashMap;
 
+use roxmltree::{Document, Node, NodeId};
 use simplecss::{AttributeOperator, PseudoClass, Selector};
-use usvg::roxmltree::{Document, Node, NodeId};
 
 use super::quoted;
 

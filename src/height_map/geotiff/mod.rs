@@ -5,75 +5,24 @@
 //! `tiff`, and has neither missing data nor units. Only the first image is read; the others may be overviews, which
 //! have the same heights.
 
-use std::fmt::Display;
-use std::io::{Cursor, ErrorKind};
+mod structure;
+mod tags;
+mod units;
+
+use std::io::Cursor;
 
 use bench_dragon_geometry::number::Number;
-use tiff::TiffError;
-use tiff::decoder::ifd::Value;
-use tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
-use tiff::tags::{CompressionMethod, IfdPointer, Tag};
-use usvg::roxmltree::{Document, ParsingOptions};
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::tags::Tag;
 
 use super::{FileGrid, HeightMapError, MAX_HEIGHTS, Placing, flip_columns, flip_rows, quoted, require_size};
 
-/// Begin of a message for a damaged or unknown file.
-const NOT_TIFF: &str = "is not a TIFF file that can be read";
-/// Scale, offset and unit of heights, as XML.
-const GDAL_METADATA: Tag = Tag::Unknown(42112);
+use structure::{require_moderate_parts, require_no_mask, require_one_grey_band, require_tags_within};
+use tags::{TiffFile, doubles, invalid, text};
+use units::{geo_key, geo_keys, require_metres, require_unscaled_metres};
+
 /// Most bytes of samples, of the values of a tag, and of a strip or tile.
 const MAX_BYTES: usize = MAX_HEIGHTS * size_of::<f64>();
-/// Most strips or tiles of a file.
-const MAX_PARTS: usize = 100_000;
-/// Most samples of all tiles: those at the edges are partly outside the map.
-const MAX_TILED: u64 = 4 * MAX_HEIGHTS as u64;
-/// Most images of a file that are searched for a mask.
-const MAX_IMAGES: usize = 64;
-/// Bit of the tag `NewSubfileType`: the image is the mask of another one.
-const IS_MASK: u32 = 4;
-/// Most elements and texts of `GDAL_METADATA`.
-const MAX_NODES: u32 = 10_000;
-/// Names of the metre in `GDAL_METADATA`.
-const METRE_NAMES: [&str; 6] = ["", "m", "metre", "meter", "metres", "meters"];
-
-/// Vertical systems of EPSG whose unit is not the metre, and their unit in metres.
-const VERTICAL_UNITS: [(u16, f64); 9] = [
-    (5702, 0.304_800_609_601_219_24),
-    (5754, 0.304_800_749_1),
-    (6130, 0.3048),
-    (6131, 0.3048),
-    (6132, 0.3048),
-    (6360, 0.304_800_609_601_219_24),
-    (8050, 0.3048),
-    (8052, 0.304_800_609_601_219_24),
-    (8228, 0.3048),
-];
-/// Vertical systems of EPSG that point downwards.
-const DEPTHS: [u16; 52] = [
-    5336, 5612, 5614, 5706, 5715, 5734, 5739, 5789, 5831, 5861, 5862, 5863, 5864, 5865, 5866, 5867, 5873, 6357, 6358,
-    6359, 7976, 8051, 8053, 8358, 8378, 8897, 9287, 9288, 9672, 10150, 10151, 10349, 10364, 10370, 10371, 10372, 10373,
-    10374, 10375, 10376, 10377, 10378, 10379, 10547, 10548, 10549, 10550, 10551, 10552, 10649, 10650, 10678,
-];
-/// Projected systems of EPSG whose unit is not the metre, as ranges.
-const OTHER_UNITS: &str = include_str!("epsg_other_units.txt");
-
-/// Keys in the `GeoKeyDirectory`, and values of theirs.
-mod geo_key {
-    pub(super) const MODEL_TYPE: u16 = 1024;
-    pub(super) const MODEL_PROJECTED: u16 = 1;
-    pub(super) const MODEL_GEOGRAPHIC: u16 = 2;
-    pub(super) const MODEL_USER_DEFINED: u16 = 32767;
-    pub(super) const RASTER_TYPE: u16 = 1025;
-    pub(super) const RASTER_PIXEL_IS_POINT: u16 = 2;
-    pub(super) const PROJECTED_UNIT: u16 = 3076;
-    pub(super) const PROJECTED_SYSTEM: u16 = 3072;
-    pub(super) const VERTICAL_SYSTEM: u16 = 4096;
-    pub(super) const VERTICAL_UNIT: u16 = 4099;
-    pub(super) const USER_DEFINED: u16 = 32767;
-    pub(super) const METRE: u16 = 9001;
-}
-
-type TiffFile<'a> = Decoder<Cursor<&'a [u8]>>;
 
 /// Where the samples are: the first one in the file, and the steps to the next column and the next row.
 struct Georeference {
@@ -117,105 +66,6 @@ pub(super) fn grid(bytes: &[u8], placing: &Placing) -> Result<FileGrid, HeightMa
     Ok(FileGrid { columns, rows, first_m, spacing_m: step_m.map(f64::abs), heights })
 }
 
-/// Fails if a tag of the first image has more values than the file has bytes. The decoder would print a message of its
-/// own for such a text. It also misreads what follows a tag of unknown type in a file with long offsets (`BigTIFF`).
-fn require_tags_within(bytes: &[u8]) -> Result<(), HeightMapError> {
-    let is_big_endian = bytes.starts_with(b"MM");
-    let number = |at: u64, len: usize| -> Result<u64, HeightMapError> {
-        let from = usize::try_from(at).unwrap_or(usize::MAX);
-        let digits = bytes.get(from..from.saturating_add(len)).ok_or_else(ends_early)?;
-        let append = |number: u64, digit: &u8| number << 8 | u64::from(*digit);
-        Ok(if is_big_endian { digits.iter().fold(0, append) } else { digits.iter().rev().fold(0, append) })
-    };
-    let is_long = number(2, 2)? == 43;
-    let (len, count_len, entry_len) = if is_long { (8, 8, 20) } else { (4, 2, 12) };
-    let directory = number(len as u64, len)?;
-    let mut entry = directory.saturating_add(count_len as u64);
-    for _ in 0..number(directory, count_len)? {
-        let [tag, kind, count] = [number(entry, 2)?, number(entry + 2, 2)?, number(entry + 4, len)?];
-        if count > bytes.len() as u64 {
-            let values = format!("tag {tag} has {count} values");
-            return Err(HeightMapError(format!("{NOT_TIFF}: {values}, more than the file has bytes")));
-        }
-        if is_long && !matches!(kind, 1..=13 | 16..=18) {
-            return Err(HeightMapError(format!("{NOT_TIFF}: tag {tag} has the unknown type {kind}")));
-        }
-        entry += entry_len;
-    }
-    Ok(())
-}
-
-/// Fails for colours, several bands and unknown compression.
-fn require_one_grey_band(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
-    let bands = unsigned(file, Tag::SamplesPerPixel)?.unwrap_or(1);
-    if bands != 1 {
-        return Err(HeightMapError(format!("has {bands} bands, must have 1")));
-    }
-    let interpretation = unsigned(file, Tag::PhotometricInterpretation)?.unwrap_or(1);
-    if interpretation != 1 {
-        let found = format!("PhotometricInterpretation {interpretation}");
-        return Err(HeightMapError(format!("has colours ({found}), must have one grey band, where black is zero")));
-    }
-    let compression = unsigned(file, Tag::Compression)?.unwrap_or(CompressionMethod::None.to_u16().into());
-    let method = CompressionMethod::from_u16_exhaustive(compression as u16);
-    match method {
-        CompressionMethod::None
-        | CompressionMethod::LZW
-        | CompressionMethod::Deflate
-        | CompressionMethod::OldDeflate
-        | CompressionMethod::ZSTD
-        | CompressionMethod::PackBits => Ok(()),
-        CompressionMethod::Unknown(number) => Err(refused_compression(&number)),
-        method => Err(refused_compression(&format_args!("{method:?}"))),
-    }
-}
-
-fn refused_compression(found: &dyn Display) -> HeightMapError {
-    HeightMapError(format!("has compression {found}, must be none, Deflate, LZW, PackBits or ZSTD"))
-}
-
-/// Fails if strips or tiles would take long or are left out.
-fn require_moderate_parts(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
-    let is_tiled = file.get_chunk_type() == ChunkType::Tile;
-    let tag = if is_tiled { Tag::TileByteCounts } else { Tag::StripByteCounts };
-    let lens = file.find_tag_unsigned_vec::<u64>(tag).map_err(invalid)?.unwrap_or_default();
-    if lens.len() > MAX_PARTS {
-        return Err(HeightMapError(format!("has {} strips or tiles, at most {MAX_PARTS} are allowed", lens.len())));
-    }
-    if lens.contains(&0) {
-        return Err(HeightMapError("is a sparse file, must have all of its strips or tiles".to_owned()));
-    }
-    let (columns, rows) = file.dimensions().map_err(invalid)?;
-    let (width, height) = file.chunk_dimensions();
-    let padded = |side: u32, part: u32| u64::from(side).next_multiple_of(u64::from(part));
-    if is_tiled && padded(columns, width).saturating_mul(padded(rows, height)) > MAX_TILED {
-        let tiles = format!("tiles of {width} × {height}");
-        return Err(HeightMapError(format!(
-            "has {tiles} with more than {MAX_TILED} samples, the most that is allowed"
-        )));
-    }
-    Ok(())
-}
-
-/// Fails if another image of the file is a mask of missing data.
-fn require_no_mask(file: &mut TiffFile<'_>) -> Result<(), HeightMapError> {
-    let mut next: Option<IfdPointer> = file.image_ifd().directory().next();
-    for _ in 0..MAX_IMAGES {
-        let Some(pointer) = next else { return Ok(()) };
-        let directory = file.read_directory(pointer).map_err(invalid)?;
-        if directory.get(Tag::NewSubfileType).is_some_and(|entry| entry.count() != 1) {
-            return Err(HeightMapError(format!("{NOT_TIFF}: NewSubfileType must have one value")));
-        }
-        let kind =
-            file.read_directory_tags(&directory).find_tag_unsigned::<u32>(Tag::NewSubfileType).map_err(invalid)?;
-        if kind.is_some_and(|kind| kind & IS_MASK != 0) {
-            return Err(HeightMapError("has a mask, must have a NODATA value where heights are missing".to_owned()));
-        }
-        next = directory.next();
-    }
-    Err(HeightMapError(format!("has more than {MAX_IMAGES} images, the most that is allowed")))
-}
-
 /// Where the samples of the file are. A sample is at the centre of its pixel, unless pixels are points.
 fn georeference(file: &mut TiffFile<'_>, is_point: bool) -> Result<Georeference, HeightMapError> {
     let centre = if is_point { 0.0 } else { 0.5 };
@@ -239,112 +89,6 @@ fn georeference(file: &mut TiffFile<'_>, is_point: bool) -> Result<Georeference,
     }
     let first_m = [x + centre * x_by_column, y + centre * y_by_row];
     Ok(Georeference { first_m, step_m: [x_by_column, y_by_row] })
-}
-
-/// Fails if positions or heights are not in metres.
-fn require_metres(
-    geo_keys: &impl Fn(u16) -> Option<u16>,
-    citation: &str,
-    placing: &Placing,
-) -> Result<(), HeightMapError> {
-    let model = geo_keys(geo_key::MODEL_TYPE).unwrap_or(geo_key::MODEL_PROJECTED);
-    if model == geo_key::MODEL_GEOGRAPHIC {
-        let remedy = "reproject it to a grid in metres";
-        return Err(HeightMapError(format!("has positions in degrees (GTModelType {model}): {remedy}")));
-    }
-    if ![0, geo_key::MODEL_PROJECTED, geo_key::MODEL_USER_DEFINED].contains(&model) {
-        let wanted = geo_key::MODEL_PROJECTED;
-        return Err(HeightMapError(format!("GTModelType is {model}, must be {wanted}: a projected grid in metres")));
-    }
-    let is_metre = |unit: u16| unit == geo_key::METRE;
-    if let Some(unit) = geo_keys(geo_key::PROJECTED_UNIT).filter(|&unit| !is_metre(unit)) {
-        let wanted = geo_key::METRE;
-        return Err(HeightMapError(format!("has positions in unit {unit} of EPSG, must be {wanted}: metres")));
-    }
-    let system = geo_keys(geo_key::PROJECTED_SYSTEM).filter(|_| geo_keys(geo_key::PROJECTED_UNIT).is_none());
-    if let Some(system) = system.filter(|&system| has_other_unit(system)) {
-        return Err(HeightMapError(format!(
-            "has positions in EPSG:{system}, whose unit is not the metre: reproject it"
-        )));
-    }
-    require_metres_up(geo_keys, citation, placing)?;
-    match geo_keys(geo_key::VERTICAL_UNIT).filter(|&unit| !is_metre(unit)) {
-        Some(unit) if placing.metres_per_unit.is_none() => {
-            Err(HeightMapError(format!("has heights in unit {unit} of EPSG: set metres_per_unit")))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Fails if the vertical system has another unit than metres, or depths. With `metres_per_unit` the unit may be any.
-fn require_metres_up(
-    geo_keys: &impl Fn(u16) -> Option<u16>,
-    citation: &str,
-    placing: &Placing,
-) -> Result<(), HeightMapError> {
-    let Some(system) = geo_keys(geo_key::VERTICAL_SYSTEM) else { return Ok(()) };
-    if DEPTHS.contains(&system) {
-        return Err(HeightMapError(format!("has depths (EPSG:{system}), must have heights: negate them")));
-    }
-    if placing.metres_per_unit.is_some() || geo_keys(geo_key::VERTICAL_UNIT).is_some() {
-        return Ok(());
-    }
-    let metres = VERTICAL_UNITS.iter().find(|(known, _)| *known == system).map(|(_, metres)| metres);
-    if let Some(metres) = metres {
-        let unit = format!("units of {metres} m (EPSG:{system})");
-        return Err(HeightMapError(format!("has heights in {unit}: set metres_per_unit = {metres}")));
-    }
-    let citation = citation.to_lowercase();
-    let names_feet = ["foot", "feet", "ftus", "(ft", "us ft"].iter().any(|name| citation.contains(name));
-    if system == geo_key::USER_DEFINED && names_feet {
-        return Err(HeightMapError("has a vertical system that may be in feet: set metres_per_unit".to_owned()));
-    }
-    Ok(())
-}
-
-/// Whether a projected system of EPSG has another unit than metres.
-fn has_other_unit(system: u16) -> bool {
-    OTHER_UNITS.split_ascii_whitespace().any(|range| {
-        let (first, last) = range.split_once('-').unwrap_or((range, range));
-        let within = |bound: &str| bound.parse::<u16>().ok();
-        within(first).is_some_and(|first| first <= system) && within(last).is_some_and(|last| system <= last)
-    })
-}
-
-/// The value of a key in the `GeoKeyDirectory`, of those that are numbers.
-fn geo_keys(file: &mut TiffFile<'_>) -> Result<impl Fn(u16) -> Option<u16> + use<>, HeightMapError> {
-    let directory = file.find_tag_unsigned_vec::<u16>(Tag::GeoKeyDirectoryTag).map_err(invalid)?.unwrap_or_default();
-    Ok(move |wanted: u16| {
-        let mut entries = directory.get(4..)?.chunks_exact(4);
-        entries.find_map(|entry| if entry[..2] == [wanted, 0] { Some(entry[3]) } else { None })
-    })
-}
-
-/// Fails if GDAL notes a scale, an offset or a unit of the heights. With `metres_per_unit` the unit may be any.
-fn require_unscaled_metres(file: &mut TiffFile<'_>, placing: &Placing) -> Result<(), HeightMapError> {
-    let Some(text) = text(file, GDAL_METADATA)? else { return Ok(()) };
-    let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(&text, options).map_err(|error| {
-        HeightMapError(format!("has GDAL_METADATA that is not valid XML: {}", error.to_string().replace('\n', " ")))
-    })?;
-    for item in document.descendants().filter(|node| node.has_tag_name("Item")) {
-        let value = item.text().unwrap_or_default().trim();
-        let role = item.attribute("role").unwrap_or_default();
-        let neutral = match role {
-            "scale" => Some(1.0),
-            "offset" => Some(0.0),
-            _ => None,
-        };
-        if let Some(neutral) = neutral.filter(|neutral| value.parse() != Ok(*neutral)) {
-            let found = format!("GDAL_METADATA has the {role} {}", quoted(value));
-            return Err(HeightMapError(format!("{found}, must be {neutral}: write the heights themselves")));
-        }
-        let is_metre = METRE_NAMES.contains(&value.to_lowercase().as_str());
-        if role == "unittype" && !is_metre && placing.metres_per_unit.is_none() {
-            return Err(HeightMapError(format!("has heights in {}: set metres_per_unit", quoted(value))));
-        }
-    }
-    Ok(())
 }
 
 /// The samples in the order of the file; NaN where there is no data.
@@ -383,40 +127,15 @@ fn wide<Sample: Into<f64>>(samples: Vec<Sample>) -> Vec<f64> {
     samples.into_iter().map(Into::into).collect()
 }
 
-fn unsigned(file: &mut TiffFile<'_>, tag: Tag) -> Result<Option<u32>, HeightMapError> {
-    file.find_tag_unsigned(tag).map_err(invalid)
-}
-
-/// The numbers of a tag; none without the tag.
-fn doubles(file: &mut TiffFile<'_>, tag: Tag) -> Result<Vec<f64>, HeightMapError> {
-    file.find_tag(tag).and_then(|value| value.map_or(Ok(vec![]), Value::into_f64_vec)).map_err(invalid)
-}
-
-fn text(file: &mut TiffFile<'_>, tag: Tag) -> Result<Option<String>, HeightMapError> {
-    file.find_tag(tag).and_then(|value| value.map(Value::into_string).transpose()).map_err(invalid)
-}
-
-fn invalid(error: TiffError) -> HeightMapError {
-    let reason = match error {
-        TiffError::FormatError(error) => error.to_string(),
-        TiffError::UnsupportedError(error) => error.to_string(),
-        TiffError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => return ends_early(),
-        error => error.to_string(),
-    };
-    HeightMapError(format!("{NOT_TIFF}: {}", reason.replace('\n', " ")))
-}
-
-fn ends_early() -> HeightMapError {
-    HeightMapError(format!("{NOT_TIFF}: it ends too early"))
-}
-
 #[cfg(test)]
 mod tests {
     use tiff::encoder::colortype::{ColorType, Gray8, Gray16, Gray32, Gray32Float, Gray64, Gray64Float};
     use tiff::encoder::colortype::{GrayI8, GrayI16, GrayI32, RGB8};
     use tiff::encoder::compression::DeflateLevel;
     use tiff::encoder::{Compression, Predictor, TiffEncoder, TiffValue};
+    use tiff::tags::CompressionMethod;
 
+    use super::units::GDAL_METADATA;
     use super::*;
 
     const METRES: Placing = Placing { metres_per_unit: None, x_m: None, y_m: None, metres_per_pixel: None };

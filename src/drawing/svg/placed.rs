@@ -1,0 +1,232 @@
+//! The attributes of an element for usvg, after its styles.
+
+use std::str::FromStr as _;
+
+use roxmltree::{Attribute, Node};
+use svgtypes::{FontShorthand, Length, LengthUnit, PointsParser, TransformOrigin};
+
+use super::super::DrawingFileError;
+use super::css_transform;
+use super::quoted;
+use super::style::Sheets;
+
+/// Attributes and properties with a length.
+pub(super) const LENGTHS: [&str; 13] =
+    ["cx", "cy", "height", "r", "rx", "ry", "width", "x", "x1", "x2", "y", "y1", "y2"];
+/// Properties that usvg does not know, and their values that change nothing.
+const UNKNOWN: [(&str, &[&str]); 7] = [
+    ("offset", &["none", "auto"]),
+    ("offset-path", &["none"]),
+    ("rotate", &["none", "0deg"]),
+    ("scale", &["none", "1"]),
+    ("transform-box", &["view-box"]),
+    ("translate", &["none"]),
+    ("zoom", &["normal", "1", "100%"]),
+];
+
+/// The attributes of an element for usvg, after its styles.
+pub(super) struct Placed<'a> {
+    pub(super) values: Vec<(&'a str, String)>,
+    pub(super) fault: Option<String>,
+}
+
+impl<'a> Placed<'a> {
+    /// # Errors
+    /// The style sheets take too long.
+    pub(super) fn of(node: Node<'a, 'a>, sheets: &Sheets<'_>) -> Result<Self, DrawingFileError> {
+        let tag = node.tag_name().name();
+        let is_root = node.parent_element().is_none();
+        let mut placed = Self { values: vec![], fault: None };
+        for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
+            if let Some(name) = kept(&attribute) {
+                placed.values.push((name, attribute.value().trim().to_owned()));
+            }
+        }
+        let mut box_of_origin = None;
+        for property in sheets.properties(node).map_err(DrawingFileError)? {
+            let (name, value) = (property.name, property.value);
+            match name {
+                "font" => {
+                    if let Ok(font) = FontShorthand::from_str(value) {
+                        placed.set("font-size", font.font_size);
+                    }
+                }
+                "display" | "overflow" | "font-size" | "transform" | "transform-origin" => placed.set(name, value),
+                "d" if tag == "path" => placed.set_data(value),
+                "transform-box" => box_of_origin = Some(value).filter(|value| !is_neutral(name, value)),
+                _ if LENGTHS.contains(&name) && !is_root && has_length(tag, name) => placed.set(name, value),
+                "width" | "height" if is_root => placed.set_page(name, value),
+                _ if UNKNOWN.iter().any(|(known, _)| *known == name) && !is_neutral(name, value) => {
+                    placed.refuse(&format!(
+                        "has the property {name} {}, which is not supported: use transform",
+                        quoted(value)
+                    ));
+                }
+                _ => {}
+            }
+        }
+        placed.resolve_transform(box_of_origin);
+        if !is_root {
+            placed.require_lengths();
+        }
+        match tag {
+            "symbol" => placed.require_plain_symbol(node),
+            "polyline" | "polygon" => {
+                let has_points = PointsParser::from(node.attribute("points").unwrap_or_default()).nth(1).is_some();
+                placed.values.extend(has_points.then(|| ("points", "0,0 1,1".to_owned())));
+            }
+            _ => {}
+        }
+        Ok(placed)
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<&str> {
+        self.values.iter().find(|(known, _)| *known == name).map(|(_, value)| &**value)
+    }
+
+    /// Sets a property. Words of CSS for its initial value remove it.
+    fn set(&mut self, name: &str, value: &str) {
+        let Some(name) = PLACED.into_iter().find(|known| *known == name) else { return };
+        self.values.retain(|(known, _)| *known != name);
+        let resets = |word: &str| value.eq_ignore_ascii_case(word);
+        let is_initial = ["initial", "unset", "revert"].into_iter().any(resets) || resets("auto") && name != "overflow";
+        if !is_initial {
+            self.values.push((name, value.to_owned()));
+        }
+    }
+
+    /// Sets a size of the page. Without one, or with all of the window, the page is as large as its `viewBox`.
+    fn set_page(&mut self, name: &str, value: &str) {
+        let is_known = Length::from_str(value).is_ok_and(|length| length.unit != LengthUnit::Percent);
+        let is_word =
+            ["100%", "auto", "initial", "unset", "revert"].iter().any(|word| value.eq_ignore_ascii_case(word));
+        if is_known || is_word {
+            self.set(name, if value == "100%" { "auto" } else { value });
+        } else {
+            self.refuse(&format!("has the property {name} {}, which is not supported for the page", quoted(value)));
+        }
+    }
+
+    /// Sets path data by `path("…")`.
+    fn set_data(&mut self, value: &str) {
+        let inner = value.trim().strip_prefix("path(").and_then(|value| value.strip_suffix(')'));
+        let data = inner
+            .map(str::trim)
+            .and_then(|inner| ['"', '\''].into_iter().find_map(|quote| inner.strip_prefix(quote)?.strip_suffix(quote)));
+        match data {
+            Some(data) => self.set("d", data),
+            None if value.eq_ignore_ascii_case("none") => self.values.retain(|(known, _)| *known != "d"),
+            None => self.refuse(&format!("has the property d {}, must be path(\"…\")", quoted(value))),
+        }
+    }
+
+    /// Converts a transform with units, which usvg does not know.
+    fn resolve_transform(&mut self, box_of_origin: Option<&str>) {
+        let Some(value) = self.get("transform").map(str::to_owned) else { return };
+        if value.is_empty() || value.eq_ignore_ascii_case("none") {
+            self.values.retain(|(known, _)| *known != "transform");
+            return;
+        }
+        let map = css_transform::parsed(&value);
+        if svgtypes::Transform::from_str(&value).is_err() {
+            match map {
+                Some(map) => {
+                    let [a, b, c, d, e, f] = map.to_cols_array();
+                    self.set("transform", &format!("matrix({a} {b} {c} {d} {e} {f})"));
+                }
+                None => self.refuse(&format!("has the transform {}, which is not supported", quoted(&value))),
+            }
+        }
+        let is_translation = map.is_some_and(|map| map.matrix2 == glam::DMat2::IDENTITY);
+        if is_translation {
+            return;
+        }
+        if let Some(reference) = box_of_origin {
+            self.refuse(&format!("has the transform-box {}, must be view-box", quoted(reference)));
+        }
+        let origin = self.get("transform-origin").filter(|origin| TransformOrigin::from_str(origin).is_err());
+        if let Some(origin) = origin.map(quoted) {
+            self.refuse(&format!("has the transform-origin {origin}, which is not supported"));
+        }
+    }
+
+    /// A shape with an unknown length gets another one, so that usvg shows it, and it counts among the paths to choose from.
+    fn require_lengths(&mut self) {
+        let lengths = self.values.iter_mut().filter(|(name, _)| LENGTHS.contains(name));
+        let mut wrong = None;
+        for (name, value) in lengths.filter(|(_, value)| !value.is_empty() && Length::from_str(value).is_err()) {
+            wrong.get_or_insert(format!("has the {name} {}, which is not a known length", quoted(value)));
+            "1".clone_into(value);
+        }
+        if let Some(reason) = wrong {
+            self.refuse(&reason);
+        }
+    }
+
+    /// usvg leaves out the place of a symbol itself.
+    fn require_plain_symbol(&mut self, node: Node<'_, '_>) {
+        let is_zero = |value: &str| Length::from_str(value).is_ok_and(|length| length.number == 0.0);
+        let moved = ["x", "y", "refX", "refY"].into_iter().find_map(|name| {
+            let value = node.attribute(name).or(self.get(name))?;
+            (!is_zero(value)).then(|| format!("has {name} {}", quoted(value)))
+        });
+        let transform = self.get("transform").map(|value| format!("has the transform {}", quoted(value)));
+        if let Some(found) = moved.or(transform) {
+            self.refuse(&format!("{found}, which is not supported for a symbol: move its use element"));
+        }
+    }
+
+    fn refuse(&mut self, reason: &str) {
+        self.fault.get_or_insert_with(|| reason.to_owned());
+    }
+}
+
+/// The names of the attributes that are written.
+const PLACED: [&str; 24] = [
+    "cx",
+    "cy",
+    "d",
+    "display",
+    "font-size",
+    "height",
+    "overflow",
+    "preserveAspectRatio",
+    "r",
+    "requiredExtensions",
+    "requiredFeatures",
+    "rx",
+    "ry",
+    "systemLanguage",
+    "transform",
+    "transform-origin",
+    "viewBox",
+    "width",
+    "x",
+    "x1",
+    "x2",
+    "y",
+    "y1",
+    "y2",
+];
+
+/// The name of an attribute that is written.
+fn kept(attribute: &Attribute<'_, '_>) -> Option<&'static str> {
+    PLACED.into_iter().find(|name| *name == attribute.name())
+}
+
+/// Whether a length is a property of an element in CSS.
+fn has_length(tag: &str, name: &str) -> bool {
+    let tags: &[&str] = match name {
+        "cx" | "cy" => &["circle", "ellipse"],
+        "r" => &["circle"],
+        "rx" | "ry" => &["ellipse", "rect"],
+        _ => &["image", "rect", "svg", "symbol", "use"],
+    };
+    tags.contains(&tag)
+}
+
+/// Whether a value of a property that usvg does not know changes nothing.
+fn is_neutral(name: &str, value: &str) -> bool {
+    let words = UNKNOWN.iter().find(|(known, _)| *known == name).map_or(&[][..], |(_, words)| words);
+    words.iter().chain(&["initial", "unset", "revert"]).any(|word| value.eq_ignore_ascii_case(word))
+}
