@@ -26,8 +26,8 @@ const LEAVES_S: RangeInclusive<f64> = 0.0..=1e6;
 pub struct NamedDragon {
     /// Its name, which is unique.
     pub name: String,
-    /// Its colour as `#rrggbb`, if the configuration has one.
-    pub colour: Option<String>,
+    /// Red, green and blue of its colour, if the configuration has one.
+    pub colour: Option<[u8; 3]>,
     /// Its configuration, as if it were alone.
     pub config: Config,
 }
@@ -128,16 +128,17 @@ fn name_of(entry: &Table, number: usize) -> Result<String, ConfigError> {
     }
 }
 
-fn colour_of(value: Option<Value>) -> Result<Option<String>, ConfigError> {
+fn colour_of(value: Option<Value>) -> Result<Option<[u8; 3]>, ConfigError> {
     let Some(value) = value else { return Ok(None) };
-    let is_colour = |text: &str| {
-        text.strip_prefix('#')
-            .is_some_and(|digits| digits.len() == 6 && digits.chars().all(|digit| digit.is_ascii_hexdigit()))
+    let digits = value
+        .as_str()
+        .and_then(|text| text.strip_prefix('#'))
+        .filter(|digits| digits.len() == 6 && digits.chars().all(|digit| digit.is_ascii_hexdigit()));
+    let number = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok());
+    let Some([_, red, green, blue]) = number.map(u32::to_be_bytes) else {
+        return Err(ConfigError(format!("colour is {value}, must be as \"#c8a04a\"")));
     };
-    match value.as_str() {
-        Some(text) if is_colour(text) => Ok(Some(text.to_owned())),
-        _ => Err(ConfigError(format!("colour is {value}, must be as \"#c8a04a\""))),
-    }
+    Ok(Some([red, green, blue]))
 }
 
 /// The dragon of an entry, and its travel over plan time.

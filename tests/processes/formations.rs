@@ -71,6 +71,21 @@ fn poses_have_the_name_of_their_dragon_and_the_index_within_it() {
 }
 
 #[test]
+fn a_figure_has_every_dragon_by_its_name_and_colour() {
+    let stage = stage_with(&CROSSING.replace("name = \"gold\"", "name = \"gold\"\ncolour = \"#c8a04a\""));
+    for question in [&["contact"][..], &["poses", "--at", "5"]] {
+        let args = [&["solve"], question, &["--config", "two.toml", "--figure", "two.svg"]].concat();
+        stage.run(&args).expect_clean();
+        let svg = std::fs::read_to_string(stage.path("two.svg")).expect("the figure is written");
+        assert!(svg.contains("gold bench 3") && svg.contains("silver bench 2") && svg.contains("#c8a04a"), "{svg}");
+    }
+    let apart = stage_with(&CROSSING.replace("start_s = 2.0", "start_s = 60.0"));
+    let ended = apart.run(&["solve", "contact", "--config", "two.toml", "--figure", "two.svg"]);
+    assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
+    assert!(ended.stderr.contains("--figure has nothing to show: no benches touch"), "{}", ended.stderr);
+}
+
+#[test]
 fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
     for (text, line) in [
         (CROSSING.replace("\"silver\"", "\"gold\""), "[[dragons]] name is \"gold\" twice, must be unique"),

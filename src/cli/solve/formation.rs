@@ -5,13 +5,17 @@ use std::ops::RangeInclusive;
 use bench_dragon_geometry::clearance::{Meeting, first_meeting};
 use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_geometry::number::Fixed;
+use glam::DVec2;
 use serde::Serialize;
 
 use super::contact::ContactArgs;
-use super::poses::{Handle, MAX_POSITIONS, Pose, PosesAnswer, PosesArgs, times_s};
+use super::figure::{FigureArgs, in_plan};
+use super::poses::{Handle, MAX_POSITIONS, Pose, PosesAnswer, PosesArgs, one_time, times_s};
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_json, print_line};
 use crate::config::FormationDocument;
+use crate::output::Counted;
+use crate::output::figure::{Caption, FormationView, NamedInPlan};
 
 /// The first contact of several dragons.
 #[derive(Serialize)]
@@ -33,7 +37,6 @@ struct MeetingAnswer<'a> {
 pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyhow::Result<()> {
     refuse("--profile", args.profile, document)?;
     refuse("--max-ratio", args.max_ratio.is_some(), document)?;
-    refuse("--figure", args.figure.is_asked(), document)?;
     let clearance_m = args.clearance.unwrap_or(0.0);
     let formation = document.formation().metered(&args.work.meter());
     let searched = first_meeting(&formation, clearance_m, document.start_s(), document.end_s());
@@ -47,11 +50,15 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
         clearance_m: args.clearance,
         searched_to_s: searched.as_ref().err().map(|unfinished| unfinished.reached_s),
     };
+    let view = meeting.map(|Meeting { time_s, point, .. }| {
+        let title = format!("First {} at {} s", what(clearance_m), Fixed::<6>(time_s));
+        formation_view(&args.figure, document, time_s, title, Some(point))
+    });
     if args.format.format == Format::Json {
         print_json(&answer)?;
-        return Ok(());
+        return save(&args.figure, view, args.format.format);
     }
-    let what = if clearance_m > 0.0 { format!("within {clearance_m} m") } else { "contact".to_owned() };
+    let what = what(clearance_m);
     let text = match (meeting, members, searched.err()) {
         (Some(Meeting { time_s, point, .. }), Some([(one, first), (other, second)]), _) => format!(
             "first {what} at {} s: {one} bench {first} and {other} bench {second}, at ({}, {})",
@@ -66,16 +73,51 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
         _ => format!("no {what}, until the last dragon ends at {} s", Fixed::<6>(document.end_s())),
     };
     print_line(text)?;
-    Ok(())
+    save(&args.figure, view, args.format.format)
+}
+
+/// The word for what a search finds.
+fn what(clearance_m: f64) -> String {
+    if clearance_m > 0.0 { format!("pair within {clearance_m} m") } else { "contact".to_owned() }
+}
+
+/// Writes the figure of a meeting, if it is requested.
+fn save(figure: &FigureArgs, view: Option<FormationView>, format: Format) -> anyhow::Result<()> {
+    match view {
+        Some(view) if figure.is_asked() => figure.save_and_tell(view.draw(), format),
+        _ => figure.refuse("no benches touch before the last dragon ends"),
+    }
+}
+
+/// All dragons on their routes at a plan time.
+fn formation_view(
+    figure: &FigureArgs,
+    document: &FormationDocument,
+    time_s: f64,
+    title: String,
+    mark: Option<DVec2>,
+) -> FormationView {
+    let named = document.dragons().iter().zip(document.formation().dragons()).map(|(named, planned)| NamedInPlan {
+        name: named.name.clone(),
+        colour: named.colour,
+        dragon: in_plan(&named.config, &planned.dragon, planned.travel_m(time_s)),
+    });
+    let benches = Counted(document.formation().layout().benches() as u64, "bench");
+    let caption = Caption { heading: figure.title.clone(), title, facts: vec![benches.to_string()] };
+    FormationView { caption, dragons: named.collect(), mark }
 }
 
 /// Answers `solve poses` for a formation.
 pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::Result<PosesAnswer> {
-    refuse("--figure", args.figure.is_asked(), document)?;
     refuse("--xlsx", args.xlsx.is_some(), document)?;
     let most = MAX_POSITIONS / document.formation().layout().handles();
     let span: RangeInclusive<f64> = document.start_s()..=document.end_s();
     let times_s = times_s(&args.times, &span, most)?;
+    if args.figure.is_asked() {
+        let time_s = one_time(&times_s)?;
+        let title = format!("{} at {time_s} s", Counted(document.dragons().len() as u64, "dragon"));
+        args.figure.save(formation_view(&args.figure, document, time_s, title, None).draw())?;
+    }
     let poses = times_s.into_iter().map(|time_s| pose(document, time_s)).collect();
     let has_heights = document.dragons().iter().any(|dragon| dragon.config.lead().route().is_on_ground());
     Ok(PosesAnswer { poses, has_heights })

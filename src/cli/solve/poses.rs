@@ -142,7 +142,7 @@ fn plan_view(args: &FigureArgs, config: &Config, time_s: f64) -> anyhow::Result<
 }
 
 /// The time of a figure, which shows exactly one.
-fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
+pub(super) fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
     match times_s {
         [time_s] => Ok(*time_s),
         _ => Err(BadInput(format!("--figure shows one time, not {}: give one with --at", times_s.len()))),

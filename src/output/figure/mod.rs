@@ -10,7 +10,7 @@
 //!
 //! | files | contents |
 //! |---|---|
-//! | `plan_view`, `route`, `contact`, `clearance`, `speeds`, `sensitivity`, `timeline` | the figures |
+//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `sensitivity`, `timeline` | the figures |
 //! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
 //! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
@@ -18,6 +18,7 @@ mod boards;
 mod clearance;
 mod contact;
 mod drawing;
+mod formation;
 mod notes;
 mod page;
 mod plan_view;
@@ -37,6 +38,7 @@ pub use boards::DragonInPlan;
 pub use clearance::{ClearanceOverTime, ContactMark, NearMissMark};
 pub use contact::ContactView;
 pub use drawing::{Drawing, Paper};
+pub use formation::{FormationView, NamedInPlan};
 pub use page::{Caption, missing_letter};
 pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
 pub use route::RouteView;
