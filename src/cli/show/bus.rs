@@ -36,17 +36,21 @@ impl ShowPorts {
 }
 
 /// The last known state, from frames and statuses.
-#[derive(Debug, Default)]
-pub(super) struct LastSeen {
-    pub(super) header: Option<FrameHeader>,
-    pub(super) status: Option<Status>,
-    pub(super) walking_speed_mps: Option<f64>,
+#[derive(Clone, Debug, Default)]
+pub struct LastSeen {
+    /// The header of the newest frame.
+    pub header: Option<FrameHeader>,
+    /// The newest status.
+    pub status: Option<Status>,
+    /// The speed of the head when it last walked, in metres per show second.
+    pub walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held. A hold hides a pause.
-    pub(super) is_paused: bool,
+    pub is_paused: bool,
 }
 
 impl LastSeen {
-    pub(super) fn see_frame(&mut self, header: &FrameHeader) {
+    /// Notes a frame.
+    pub fn see_frame(&mut self, header: &FrameHeader) {
         match header.show_state() {
             Some(ShowState::Running) => {
                 (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);

@@ -1,0 +1,58 @@
+//! How a restarted server continues: from the last state that the show has seen. Pure.
+
+use super::bus::LastSeen;
+
+/// The settings of a show on which the start of a restarted server depends.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ResumptionSettings {
+    /// Whether the dragon walks on at once after a restart (`--auto-resume`).
+    pub auto_resume: bool,
+    /// Whether the show follows timecode.
+    pub follows_timecode: bool,
+    /// Whether the timecode ran at last.
+    pub has_timecode_run: bool,
+}
+
+/// The start of a restarted server.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resumption {
+    start_s: f64,
+    travel_m: f64,
+    speed_mps: Option<f64>,
+    is_paused: bool,
+    is_ready: bool,
+    /// Whether the server holds the dragon until a release.
+    pub is_held: bool,
+}
+
+impl LastSeen {
+    /// How a restarted server continues; `None` if no frame has arrived yet.
+    pub fn resumption(&self, settings: ResumptionSettings) -> Option<Resumption> {
+        let ResumptionSettings { auto_resume, follows_timecode, has_timecode_run } = settings;
+        let header = self.header?;
+        // A show that stood still with its timecode follows again. One that an operator paused while the timecode ran is held.
+        let was_paused = self.is_paused && follows_timecode && has_timecode_run;
+        let is_ready = self.is_ready();
+        Some(Resumption {
+            start_s: header.sim_time_s(),
+            travel_m: header.head_travel_m,
+            speed_mps: self.walking_speed_mps,
+            is_paused: self.is_paused && !follows_timecode,
+            is_ready,
+            is_held: !is_ready && (!auto_resume || self.is_held() || was_paused),
+        })
+    }
+}
+
+impl Resumption {
+    /// The arguments of `serve` for this start.
+    pub fn args(&self) -> Vec<String> {
+        let flag = |is_set: bool, flag: &str| is_set.then(|| flag.to_owned());
+        let mut args = vec![format!("--start-at={}", self.start_s), format!("--start-travel={}", self.travel_m)];
+        args.extend(self.speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
+        args.extend(flag(self.is_paused, "--paused"));
+        args.extend(flag(self.is_ready, "--held"));
+        args.extend(flag(self.is_held, "--restarted"));
+        args
+    }
+}
