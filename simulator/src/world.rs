@@ -295,7 +295,8 @@ impl<'a> World<'a> {
         let Some(server) = self.server.as_mut().filter(|server| server.life == life) else { return };
         let (run_id, start, due_ns) = (server.run_id, server.start, server.due_ns());
         self.counts.runs += 1;
-        self.promises.begin_run(run_id, start, self.now_ns);
+        let told_tick = self.status.as_ref().map_or(0, |status| status.tick);
+        self.promises.begin_run(run_id, start, told_tick, self.now_ns);
         self.agenda.add(due_ns, Event::Tick(life));
         self.after(0, Event::Report(life));
     }
@@ -639,7 +640,7 @@ impl<'a> World<'a> {
             self.supervisor.seen.see_frame(&header);
         }
         if let Some(status) = &self.status {
-            self.supervisor.seen.status = Some(**status);
+            self.supervisor.seen.see_status(**status);
         }
         let now_ns = self.now_ns;
         let own = self.guards.iter().find(|guard| !guard.is_foreign);

@@ -132,19 +132,18 @@ impl<'a> Promises<'a> {
         (self.run, self.last) = (None, None);
     }
 
-    /// Begins a run of the server. `auto_resumes` is whether the show walks on by itself after a restart.
-    pub(crate) fn begin_run(&mut self, run_id: u64, start: RunStart, now_ns: u64) {
+    /// Begins a run of the server. `told_tick` is the tick up to which the last status of the run before has its stops.
+    pub(crate) fn begin_run(&mut self, run_id: u64, start: RunStart, told_tick: u64, now_ns: u64) {
         if let Some(last) = self.last {
-            let was_stopped = self.run.as_ref().is_some_and(Run::must_stand_for_long);
-            let auto_resume = self.scenario.flags.auto_resume;
-            let holds = start.is_held || start.is_ready || start.is_paused;
             let is_same = start.travel_m == last.head_travel_m && start.start_s == last.sim_time_s();
             self.require(Promise::ResumesWhereItStood, now_ns, is_same, || {
                 format!("the run begins at {} m, {} s after {last:?}", start.travel_m, start.start_s)
             });
-            let is_held = holds || auto_resume && !was_stopped || start.follows_timecode && auto_resume;
-            self.require(Promise::ResumesWhereItStood, now_ns, is_held, || {
-                format!("the restarted server walks at once after {last:?}")
+            let keeps = |run: &Run| run.is_kept_by(&start, told_tick, self.scenario.flags.auto_resume);
+            let is_kept = self.run.as_ref().is_none_or(keeps);
+            let before = format!("{:?}", self.run);
+            self.require(Promise::ResumesWhereItStood, now_ns, is_kept, || {
+                format!("the restarted server begins with {start:?} after {before}, its status up to tick {told_tick}")
             });
         }
         self.run = Some(Run::new(self.scenario, run_id, start));

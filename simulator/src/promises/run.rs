@@ -16,6 +16,8 @@ pub(super) struct Run {
     paused: bool,
     ready: bool,
     ending: bool,
+    /// Tick at which a command last changed one of these.
+    stopped_tick: u64,
     speed_mps: f64,
     /// Where a head that must stand has begun to brake, and its braking distance.
     stand: Option<[f64; 2]>,
@@ -73,6 +75,7 @@ impl Run {
             paused: start.is_paused,
             ready: start.is_ready,
             ending: false,
+            stopped_tick: 0,
             speed_mps: start.speed_mps,
             stand: None,
             granted: Vec::new(),
@@ -84,9 +87,15 @@ impl Run {
         run
     }
 
-    /// Whether an operator's hold or pause keeps the show standing, or its wait at the start.
-    pub(super) fn must_stand_for_long(&self) -> bool {
-        self.held || self.paused || self.ready
+    /// Whether the start of the next run keeps the stops of this one, and holds the show unless it resumes by itself. A stop that
+    /// no status has told yet is lost with its server.
+    pub(super) fn is_kept_by(&self, start: &RunStart, told_tick: u64, auto_resume: bool) -> bool {
+        let holds = start.is_held || start.is_ready;
+        let is_told = told_tick >= self.stopped_tick;
+        let keeps_hold = !self.held || start.is_held || auto_resume && !is_told;
+        let keeps_ready = !self.ready || start.is_ready;
+        let keeps_pause = !self.paused || start.is_paused || holds && start.follows_timecode || !is_told;
+        keeps_hold && keeps_ready && keeps_pause && (holds || auto_resume)
     }
 
     pub(super) fn new_grants(&mut self) -> Vec<[f64; 2]> {
@@ -116,6 +125,7 @@ impl Run {
             if decided.outcome.is_err() {
                 continue;
             }
+            let stops = [self.paused, self.held, self.ready];
             match decided.request {
                 Request::Pause => self.paused = true,
                 Request::Resume => self.paused = false,
@@ -134,6 +144,9 @@ impl Run {
                     self.join_grants();
                 }
                 Request::Pace { .. } => {}
+            }
+            if stops != [self.paused, self.held, self.ready] {
+                self.stopped_tick = ticked.header.tick;
             }
             self.note_stand(travel_m, speed_mps);
         }

@@ -19,7 +19,7 @@ pub struct Resumption {
     start_s: f64,
     travel_m: f64,
     speed_mps: Option<f64>,
-    is_paused: bool,
+    pub(super) is_paused: bool,
     is_ready: bool,
     /// Whether the server holds the dragon until a release.
     pub is_held: bool,
