@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bench_dragon::safety::guard::{ClearanceCheck, Guard};
 use bench_dragon::safety::monitor::Monitor;
-use bench_dragon_ipc::{Alert, FrameHeader, HandleState, Refusal, Request, ShowState, Status};
+use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Refusal, Request, ShowState, Status};
 
 use crate::scenario::Scenario;
 
@@ -40,6 +40,8 @@ struct Watched<'a> {
     monitor: Monitor,
     check: ClearanceCheck,
     guard: Option<GuardThread<'a>>,
+    last: Option<FrameHeader>,
+    has_reported: bool,
 }
 
 /// The guard's thread of one run.
@@ -69,6 +71,18 @@ pub(crate) struct Findings {
     pub(crate) alerts: Vec<Alert>,
     /// Frames that differ from the reference solver.
     pub(crate) faults: u64,
+    /// The frames of an unguarded show.
+    pub(crate) read: Vec<ReadFrame>,
+}
+
+/// A frame that the monitor of an unguarded show has read.
+#[derive(Debug)]
+pub(crate) struct ReadFrame {
+    pub(crate) frame: BufferedFrame,
+    /// Travel of the frame before, if the head has walked from there.
+    pub(crate) walked_from_m: Option<f64>,
+    /// Whether the monitor has reported a contact of this run.
+    pub(crate) has_reported: bool,
 }
 
 impl<'a> GuardProcess<'a> {
@@ -94,7 +108,7 @@ impl<'a> GuardProcess<'a> {
                 self.watched = Some(Watched::new(scenario, run_id));
             }
             let watched = self.watched.as_mut().expect("begun where it was missing");
-            watched.take(&frame, &mut findings);
+            watched.take(frame, &mut findings);
         }
         findings
     }
@@ -130,13 +144,24 @@ impl<'a> Watched<'a> {
             // Numbers are unique over all runs, so that a late reply is not taken for another.
             next_ask: run_id << 32,
         });
-        Self { run_id, monitor: Monitor::new(config), check: ClearanceCheck::new(Arc::clone(config.lead())), guard }
+        let check = ClearanceCheck::new(Arc::clone(config.lead()));
+        Self { run_id, monitor: Monitor::new(config), check, guard, last: None, has_reported: false }
     }
 
-    fn take(&mut self, BufferedFrame { header, handles }: &BufferedFrame, findings: &mut Findings) {
+    fn take(&mut self, frame: BufferedFrame, findings: &mut Findings) {
+        let BufferedFrame { header, handles } = &frame;
         let nearest = self.monitor.observe(header, handles, None);
         findings.alerts.extend_from_slice(self.monitor.alerts());
-        let Some(guard) = &mut self.guard else { return };
+        self.has_reported |= self.monitor.alerts().iter().any(|alert| alert.alert_kind() == Some(AlertKind::Contact));
+        let last = self.last.replace(*header);
+        let Some(guard) = &mut self.guard else {
+            // Successive frames of a show that walks: no seek lies between them.
+            let walks = |header: &FrameHeader| header.show_state().is_some_and(ShowState::walks);
+            let is_next = |last: &FrameHeader| last.tick + 1 == header.tick && walks(last) && walks(header);
+            let walked_from_m = last.filter(is_next).map(|last| last.head_travel_m);
+            let walked_from_m = walked_from_m.filter(|&from_m| from_m <= header.head_travel_m);
+            return findings.read.push(ReadFrame { frame, walked_from_m, has_reported: self.has_reported });
+        };
         guard.newest = Some(*header);
         if !self.check.agrees(header, nearest) && !std::mem::replace(&mut guard.has_fault, true) {
             findings.faults += 1;

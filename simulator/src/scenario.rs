@@ -78,6 +78,12 @@ impl Scenario {
         Self { faults, ..self.clone() }
     }
 
+    /// The show time to which the captain seeks.
+    pub(crate) fn seek_s(&self) -> f64 {
+        let (first_s, last_s) = (self.config.start_s(), self.config.last_seek_s());
+        first_s + 0.1 * (last_s - first_s)
+    }
+
     pub(crate) fn is_guarded(&self) -> bool {
         self.config.tables().monitor.guard
     }

@@ -139,6 +139,8 @@ enum Captain {
     Waits,
     /// Leads the show to a walk. Instant by which it walks.
     Leads(u64),
+    /// Has asked for a seek. Instant by which the head has got there.
+    Seeks(u64),
     /// Has sent a stop. Instant by which the show has ended.
     Stops(u64),
     Done,
@@ -158,11 +160,15 @@ struct World<'a> {
     has_news: bool,
     /// Instants at which the server and the guard last ran, by the looks.
     lived_ns: [u64; 2],
+    /// Instants at which they were last not stopped.
+    hung_ns: [u64; 2],
     is_over: bool,
     windows: Windows,
     calls: Vec<Call>,
     sender: Sender,
     captain: Captain,
+    /// Whether the captain's seek was accepted.
+    has_sought: bool,
     promises: Promises<'a>,
     trace: DefaultHasher,
     next_life: u64,
@@ -196,11 +202,13 @@ impl<'a> World<'a> {
             newest: None,
             has_news: false,
             lived_ns: [0; 2],
+            hung_ns: [0; 2],
             is_over: false,
             windows: Windows::default(),
             calls: Vec::new(),
             sender,
             captain: Captain::Waits,
+            has_sought: false,
             promises: Promises::new(scenario),
             trace: DefaultHasher::new(),
             next_life: 0,
@@ -331,8 +339,12 @@ impl<'a> World<'a> {
             now_ns + self.scenario.latency_ns(now_ns, 3, MESSAGE_NS / 4) + std::mem::take(&mut server.busy_ns);
         // A clock that stands at the end of the tick shows its earlier reading.
         let reading_ns = if windows.clock_stands_until > ended_ns { windows.clock_stood_at } else { ended_ns };
-        server.end_tick(reading_ns.max(now_ns.min(reading_ns)));
-        let due_ns = server.due_ns().max(ended_ns);
+        server.end_tick(reading_ns);
+        let due_ns = server.due_ns();
+        self.promises.require(Promise::ReleasesAreSkipped, now_ns, due_ns >= reading_ns, || {
+            format!("the next tick is due at {due_ns} ns, and the clock reads {reading_ns} ns")
+        });
+        let due_ns = due_ns.max(ended_ns);
         self.reply(&decided, header.tick);
         if header.show_state() == Some(ShowState::Ended) {
             return self.end_server();
@@ -415,8 +427,9 @@ impl<'a> World<'a> {
     fn read_frames(&mut self, life: u64) {
         let scenario = self.scenario;
         let Some(guard) = self.guard_at(life, Event::Frames(life)) else { return };
-        let Findings { faults, alerts, .. } = guard.read(scenario);
+        let Findings { faults, alerts, read } = guard.read(scenario);
         alerts.len().hash(&mut self.trace);
+        read.iter().for_each(|read| self.promises.take_read(read, self.now_ns));
         self.promises
             .require(Promise::NoFalseFault, self.now_ns, faults == 0, || "a frame is called faulty".to_owned());
         if self.scenario.is_guarded() {
@@ -432,9 +445,7 @@ impl<'a> World<'a> {
             crate::guard::is_held(header)
                 && self.guards.iter().any(|guard| guard.life == life && guard.is_final(header))
         });
-        if let Some(header) = rests
-            && self.status.as_ref().is_some_and(|status| status.guard_end_m == header.head_travel_m)
-        {
+        if let Some(header) = rests {
             self.promises.take_final_rest(&header, self.now_ns);
         }
         if let GuardStep::Ask(request, number) = step {
@@ -505,6 +516,7 @@ impl<'a> World<'a> {
     fn answer(&mut self, number: u64, reply: Option<Result<u64, Refusal>>) {
         let Some(place) = self.calls.iter().position(|call| call.number == number) else { return };
         let call = self.calls[place];
+        self.has_sought |= call.is_captains && matches!((call.request, reply), (Request::Seek { .. }, Some(Ok(_))));
         let may_be_proved = reply == Some(Err(Refusal::NotProved)) && self.guards.iter().any(|guard| guard.has_joined);
         if may_be_proved && self.now_ns - call.begun_ns < OPERATOR_PATIENCE_NS {
             let retried = self.begin_call(call.request, call.is_captains, PROOF_PERIOD_NS);
@@ -668,6 +680,7 @@ impl<'a> World<'a> {
                 Part::Server => !server.is_stopped && now_ns - heard_ns < 5 * SECOND_NS - LOOK_NS,
                 Part::Guard => !guard.is_stopped && guard.is_heard,
             };
+            self.hung_ns[usize::from(part == Part::Guard)] = now_ns;
             self.promises.require(Promise::HealthyChildLives, now_ns, !is_healthy, || format!("{part:?} is killed"));
             self.kill(part);
         }
@@ -675,6 +688,15 @@ impl<'a> World<'a> {
             if !self.is_over && self.supervisor.is_due(part, now_ns) {
                 self.start(part);
             }
+        }
+        for (place, child) in children.into_iter().enumerate() {
+            if !child.runs || !child.is_stopped {
+                self.hung_ns[place] = now_ns;
+            }
+            let hung_ns = now_ns - self.hung_ns[place];
+            self.promises.require(Promise::HungChildEnds, now_ns, hung_ns <= 6 * SECOND_NS, || {
+                format!("{:?} is stopped for {hung_ns} ns", child.part)
+            });
         }
         let has_guard = self.guards.iter().any(|guard| !guard.is_foreign);
         for (place, runs) in [self.server.is_some(), has_guard].into_iter().enumerate() {
@@ -698,6 +720,7 @@ impl<'a> World<'a> {
 
     /// The captain looks once a second at a show without faults: it must walk or be at an end, and then end by a stop.
     fn lead(&mut self) {
+        let scenario = self.scenario;
         self.after(CAPTAIN_NS, Event::Captain);
         if self.captain == Captain::Waits {
             self.windows = Windows::default();
@@ -708,12 +731,25 @@ impl<'a> World<'a> {
             Captain::Leads(until_ns) => {
                 let state = self.newest.and_then(|header| header.show_state());
                 if self.has_arrived() {
-                    self.captain = Captain::Stops(self.now_ns + SETTLE_NS);
+                    let seeks = self.is_seek_due();
+                    let until_ns = self.now_ns + SETTLE_NS;
+                    self.captain = if seeks { Captain::Seeks(until_ns) } else { Captain::Stops(until_ns) };
                 }
                 self.promises.require(Promise::WalksOn, self.now_ns, self.now_ns < until_ns, || {
                     format!("the show stands as {state:?}")
                 });
                 self.urge();
+            }
+            Captain::Seeks(until_ns) => {
+                let is_there = self.has_sought;
+                self.promises.require(Promise::SeekIsProved, self.now_ns, self.now_ns < until_ns, || {
+                    format!("a seek to {} s is refused", scenario.seek_s())
+                });
+                if is_there {
+                    self.captain = Captain::Stops(self.now_ns + SETTLE_NS);
+                } else if self.calls.iter().all(|call| !call.is_captains) {
+                    self.begin_call(Request::Seek { sim_time_s: scenario.seek_s() }, true, 0);
+                }
             }
             Captain::Stops(until_ns) => {
                 let newest = self.newest;
@@ -726,6 +762,13 @@ impl<'a> World<'a> {
             }
             Captain::Waits | Captain::Done => {}
         }
+    }
+
+    /// Whether the guard must prove the captain's seek: its target keeps the margin, and no timecode leads.
+    fn is_seek_due(&mut self) -> bool {
+        let travel_m = self.scenario.config.tables().head.speed_mps * self.scenario.seek_s();
+        let is_within = self.scenario.flags.until_s.is_none_or(|until_s| self.scenario.seek_s() < until_s);
+        !self.scenario.flags.timecode && is_within && self.promises.is_clear_at(travel_m)
     }
 
     /// Whether the show walks, or stands at an end that no command but a seek leaves.

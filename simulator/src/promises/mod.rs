@@ -5,6 +5,7 @@ use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::Board;
 use bench_dragon_ipc::{FrameHeader, HandleState, RunStart};
 
+use crate::guard::ReadFrame;
 use crate::scenario::Scenario;
 use crate::server::Ticked;
 
@@ -14,6 +15,8 @@ use run::Run;
 
 /// Rounding of a clearance or a travel, in metres.
 const ROUNDING_M: f64 = 1e-9;
+/// Overlap that is surely a contact, in metres.
+const OVERLAP_M: f64 = 1e-6;
 /// Distance of the travels at which the clearances of a grant are checked, in metres.
 const GRID_M: f64 = 0.05;
 
@@ -41,7 +44,7 @@ macro_rules! promises {
 
 promises! {
     /// The ticks of a run count from 0 without a hole.
-    TicksWithoutHole = "docs/reference/bus.md", "`tick` counts from 0 without a hole";
+    TicksWithoutHole = "docs/reference/bus.md", "counts from 0 without a hole";
     /// The head of a guarded show is on granted travel, or stands where the run began.
     OnGrantedTravel = "docs/how-it-works/guard.md", "The server moves the head only within the granted interval";
     /// No clearance on a granted interval is below the margin.
@@ -49,13 +52,13 @@ promises! {
     /// No clearance of a published frame is below the margin, where it was not so before.
     MarginKept = "docs/how-it-works/guard.md", "prevents benches from touching";
     /// A head that is held, paused or ready rests within its braking distance, and stands until it may walk on.
-    StandsUntilRelease = "docs/reference/commands.md", "`release` lifts the hold";
+    StandsUntilRelease = "docs/guide/run.md", "A hold is a safety stop: only `release` lifts it";
     /// A reply states what happened: an accepted command takes effect, and a refusal gives a reason that is true.
-    RepliesAreTrue = "docs/reference/commands.md", "A command takes effect at the tick in its reply.";
+    RepliesAreTrue = "docs/reference/bus.md", "The reply has the tick from which the command holds, or the reason of the refusal";
     /// The published state and the reasons of a stop are those of the accepted commands.
-    StopsAreTrue = "docs/reference/bus.md", "`stops`";
+    StopsAreTrue = "docs/reference/bus.md", "a safety stop, which only `release` lifts; or the end of the guard's grant";
     /// Show time equals the clock, or is behind it by the reported lag.
-    TimeIsKept = "docs/how-it-works/real-time.md", "behind";
+    TimeIsKept = "docs/how-it-works/real-time.md", "and catches up a tenth faster, at `time_scale` × 1.1, until it is on time";
     /// The head neither jumps nor goes back, but by a seek.
     NoJump = "docs/how-it-works/guard.md", "The state of a dragon follows from its travel alone";
     /// A restarted server continues where the last one stood, and holds the show.
@@ -67,7 +70,15 @@ promises! {
     /// After all faults, a show that may walk walks, or has reached its end.
     WalksOn = "docs/how-it-works/guard.md", "The next guard lets it walk on";
     /// A show that is told to end ends.
-    EndsWhenTold = "docs/reference/commands.md", "`stop`";
+    EndsWhenTold = "docs/guide/run.md", "the dragon comes to rest, recordings are finished, the summary is written";
+    /// A release that has passed is skipped, and no tick is sent late for it.
+    ReleasesAreSkipped = "docs/reference/bus.md", "Missed releases are skipped, ticks are not.";
+    /// A seek to travel that keeps the margin is proved and accepted.
+    SeekIsProved = "docs/how-it-works/guard.md", "The guard proves travel there and grants it; `ctl seek` then sends the seek again.";
+    /// The monitor reports a contact in the frames that it reads, and on the travel between them.
+    ContactIsReported = "docs/how-it-works/contact.md", "So no contact is stepped over, however short.";
+    /// A child that is stopped for over five seconds is killed.
+    HungChildEnds = "docs/how-it-works/processes.md", "not stopped, as the kernel reports";
     /// A child that gives signs of life is not killed.
     HealthyChildLives = "docs/how-it-works/processes.md", "`show` kills a child that overruns a limit";
     /// A child that has ended starts again.
@@ -174,6 +185,37 @@ impl<'a> Promises<'a> {
         self.require(Promise::RestsAtMargin, now_ns, least_m <= margin_m + 1e-5, || {
             format!("the head rests at {} m, and further on the clearance is {least_m} m", header.head_travel_m)
         });
+    }
+
+    /// Checks that a monitor has reported a contact, if there is one in a frame or on the walked travel up to it.
+    pub(crate) fn take_read(&mut self, read: &ReadFrame, now_ns: u64) {
+        if read.has_reported {
+            return;
+        }
+        let begin_m = self.scenario.config.lead().start_travel_m();
+        let cell = |travel_m: f64| (travel_m - begin_m) / GRID_M;
+        let mut least_m = self.clearance_m(&read.frame.handles);
+        if let Some(from_m) = read.walked_from_m {
+            for number in cell(from_m).ceil() as usize..=cell(read.frame.header.head_travel_m).floor().max(0.0) as usize
+            {
+                least_m = least_m.min(self.clearance_on_grid_m(number, begin_m + number as f64 * GRID_M));
+            }
+        }
+        self.require(Promise::ContactIsReported, now_ns, least_m > -OVERLAP_M, || {
+            format!(
+                "the clearance is {least_m} m on the way from {:?} m to {:?}",
+                read.walked_from_m, read.frame.header
+            )
+        });
+    }
+
+    /// Whether the margin is kept at a travel, and around it.
+    pub(crate) fn is_clear_at(&mut self, travel_m: f64) -> bool {
+        let margin_m = self.scenario.config.tables().monitor.margin_m;
+        let near_m = [-0.01, -0.001, 0.0, 0.001, 0.01].map(|off_m| travel_m + off_m);
+        let clearances_m =
+            near_m.iter().filter_map(|&travel_m| self.check.nearest(travel_m)).map(|pair| pair.clearance_m);
+        clearances_m.fold(f64::INFINITY, f64::min) > 1.1 * margin_m
     }
 
     fn clearance_m(&mut self, handles: &[HandleState]) -> f64 {

@@ -108,7 +108,11 @@ impl Run {
             report(Promise::TicksWithoutHole, format!("tick {} of run {} is due", self.next_tick, self.run_id));
         }
         self.next_tick = header.tick + 1;
-        let has_sought = self.take_requests(ticked, report);
+        let sought_s = self.take_requests(ticked, report);
+        let has_sought = sought_s.is_some();
+        if let Some(show_time_s) = sought_s {
+            self.check_sought(&header, show_time_s, report);
+        }
         self.check_stops(ticked, report);
         self.check_stand(&header, report);
         self.check_travel(ticked, clearance_m, has_sought, report);
@@ -116,10 +120,19 @@ impl Run {
         self.last = Some(Last { header, behind_ns: ticked.behind_ns, clearance_m });
     }
 
-    /// Follows the requests of a tick in their order. Returns whether a seek has moved the head.
-    fn take_requests(&mut self, ticked: &Ticked<'_>, report: Report<'_>) -> bool {
+    /// Checks that the frame of a seek shows its target.
+    fn check_sought(&self, header: &FrameHeader, show_time_s: f64, report: Report<'_>) {
+        let off_m = header.head_travel_m - self.settings.speed_mps * show_time_s;
+        let off_ns = header.sim_time_ns as f64 - show_time_s * 1e9;
+        if off_m.abs() > ROUNDING_M || off_ns.abs() > 1.0 {
+            report(Promise::RepliesAreTrue, format!("a seek to {show_time_s} s is off by {off_m} m, {off_ns} ns"));
+        }
+    }
+
+    /// Follows the requests of a tick in their order. Returns the show time of the last seek that has moved the head.
+    fn take_requests(&mut self, ticked: &Ticked<'_>, report: Report<'_>) -> Option<f64> {
         let (mut travel_m, mut speed_mps) = (ticked.before.travel_m, ticked.before.speed_mps);
-        let mut has_sought = false;
+        let mut sought_s = None;
         for &decided in &ticked.decided {
             self.check_reply(decided, report);
             if decided.outcome.is_err() {
@@ -135,7 +148,7 @@ impl Run {
                 Request::Speed { speed_mps } => self.speed_mps = speed_mps,
                 Request::Seek { sim_time_s } => {
                     (travel_m, speed_mps) = (self.settings.speed_mps * sim_time_s, 0.0);
-                    (self.stand, has_sought) = (None, true);
+                    (self.stand, sought_s) = (None, Some(sim_time_s));
                     self.exempt_m = None;
                 }
                 Request::Grant { from_m, to_m, .. } => {
@@ -150,7 +163,7 @@ impl Run {
             }
             self.note_stand(travel_m, speed_mps);
         }
-        has_sought
+        sought_s
     }
 
     /// Keeps few intervals: joins those that overlap.
@@ -203,7 +216,7 @@ impl Run {
             (Request::Resume, Err(Refusal::Held)) => self.held,
             (Request::Resume, Err(Refusal::Ready)) => self.ready,
             (Request::Resume, Err(Refusal::HeldByGuard)) => is_guarded && !self.held && !self.ready,
-            (Request::Resume, Err(Refusal::Finished)) => !self.held && !self.ready,
+            (Request::Resume, Err(Refusal::Finished)) => self.ending || !self.held && !self.ready,
             (Request::Grant { run_id, .. }, Ok(())) => is_guarded && run_id == self.run_id,
             (Request::Grant { run_id, .. }, Err(Refusal::OtherRun)) => run_id != self.run_id,
             (Request::Pace { .. }, outcome) => outcome == Err(Refusal::Unknown),
@@ -270,6 +283,15 @@ impl Run {
         let fastest_m = Request::MAX_SPEED_MPS * (show_ns + 4.0) * 1e-9;
         if show_ns < 0.0 || travel_m < 0.0 || travel_m > fastest_m {
             report(Promise::NoJump, format!("the step is {travel_m} m in {show_ns} ns of show time"));
+        }
+        let due_ns = (header.scheduled_ns - last.header.scheduled_ns) as f64;
+        if (due_ns - (missed + 1) as f64 * period_ns).abs() > 2.0 {
+            report(Promise::TimeIsKept, format!("{missed} missed releases, but the ticks are {due_ns} ns apart"));
+        }
+        let walks = |state: Option<ShowState>| state.is_some_and(ShowState::walks);
+        let stands = ![last.header.show_state(), Some(ticked.before.state), header.show_state()].into_iter().any(walks);
+        if stands && !follows_timecode && (show_ns != 0.0 || last.behind_ns != ticked.behind_ns) {
+            report(Promise::TimeIsKept, format!("show time goes on by {show_ns} ns while the show stands"));
         }
         let runs = [last.header.show_state(), Some(ticked.before.state), header.show_state()];
         if follows_timecode || runs != [Some(ShowState::Running); 3] {

@@ -87,7 +87,7 @@ impl LastSeen {
     }
 
     /// The reasons that keep the head from walking, by the newest status.
-    fn stops(&self) -> Stops {
+    pub(super) fn stops(&self) -> Stops {
         self.status.as_ref().map(Status::stops).unwrap_or_default()
     }
 

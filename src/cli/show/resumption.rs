@@ -30,8 +30,9 @@ impl LastSeen {
     pub fn resumption(&self, settings: ResumptionSettings) -> Option<Resumption> {
         let ResumptionSettings { auto_resume, follows_timecode, has_timecode_run } = settings;
         let header = self.header?;
-        // A show that stood still with its timecode follows again. One that an operator paused while the timecode ran is held.
-        let was_paused = self.is_paused && follows_timecode && has_timecode_run;
+        // A show that stood still with its timecode follows again. One that an operator paused is held. The newest pause may not be
+        // in the status yet; while the timecode ran, it was the operator's.
+        let was_paused = self.is_paused && follows_timecode && (has_timecode_run || self.stops().paused);
         let is_ready = self.is_ready();
         Some(Resumption {
             start_s: header.sim_time_s(),
@@ -54,5 +55,24 @@ impl Resumption {
         args.extend(flag(self.is_ready, "--held"));
         args.extend(flag(self.is_held, "--restarted"));
         args
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bench_dragon_ipc::{FrameHeader, ShowState, Status, Stops};
+
+    use super::*;
+
+    #[test]
+    fn an_operators_pause_while_the_timecode_stands_holds_the_restarted_server() {
+        let settings = ResumptionSettings { auto_resume: true, follows_timecode: true, has_timecode_run: false };
+        for paused in [false, true] {
+            let mut seen = LastSeen::default();
+            seen.see_frame(&FrameHeader { state: ShowState::Paused as u32, ..FrameHeader::default() });
+            let stops = Stops { paused, timecode: true, ..Stops::default() };
+            seen.see_status(Status { stops: stops.to_wire(), ..Status::default() });
+            assert_eq!(seen.resumption(settings).map(|start| start.is_held), Some(paused));
+        }
     }
 }
