@@ -16,6 +16,8 @@ const FRAME_BUFFER: usize = 256;
 #[derive(Clone, Debug)]
 pub(crate) struct BufferedFrame {
     pub(crate) header: FrameHeader,
+    /// Whether a seek put the head there.
+    is_sought: bool,
     pub(crate) handles: Vec<HandleState>,
 }
 
@@ -92,11 +94,11 @@ impl<'a> GuardProcess<'a> {
     }
 
     /// Puts a frame into the buffer, which drops its oldest frame if it is full.
-    pub(crate) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState]) {
+    pub(crate) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState], is_sought: bool) {
         if self.frames.len() == FRAME_BUFFER {
             self.frames.pop_front();
         }
-        self.frames.push_back(BufferedFrame { header: *header, handles: handles.to_vec() });
+        self.frames.push_back(BufferedFrame { header: *header, is_sought, handles: handles.to_vec() });
     }
 
     /// Reads all frames of the buffer.
@@ -149,15 +151,15 @@ impl<'a> Watched<'a> {
     }
 
     fn take(&mut self, frame: BufferedFrame, findings: &mut Findings) {
-        let BufferedFrame { header, handles } = &frame;
+        let BufferedFrame { header, handles, is_sought } = &frame;
         let nearest = self.monitor.observe(header, handles, None);
         findings.alerts.extend_from_slice(self.monitor.alerts());
         self.has_reported |= self.monitor.alerts().iter().any(|alert| alert.alert_kind() == Some(AlertKind::Contact));
         let last = self.last.replace(*header);
         let Some(guard) = &mut self.guard else {
-            // Successive frames of a show that walks: no seek lies between them.
             let walks = |header: &FrameHeader| header.show_state().is_some_and(ShowState::walks);
-            let is_next = |last: &FrameHeader| last.tick + 1 == header.tick && walks(last) && walks(header);
+            let is_next =
+                |last: &FrameHeader| last.tick + 1 == header.tick && !is_sought && walks(last) && walks(header);
             let walked_from_m = last.filter(is_next).map(|last| last.head_travel_m);
             let walked_from_m = walked_from_m.filter(|&from_m| from_m <= header.head_travel_m);
             return findings.read.push(ReadFrame { frame, walked_from_m, has_reported: self.has_reported });

@@ -325,8 +325,10 @@ impl<'a> World<'a> {
             self.counts.walked_m += (header.head_travel_m - last.head_travel_m).max(0.0);
         }
         let arrives = windows.frames_lost_until <= now_ns;
+        let is_seek = |decided: &Decided| matches!(decided.request, Request::Seek { .. }) && decided.outcome.is_ok();
+        let is_sought = ticked.decided.iter().any(is_seek);
         for guard in self.guards.iter_mut().filter(|guard| guard.has_joined && arrives) {
-            guard.deliver(&header, ticked.handles);
+            guard.deliver(&header, ticked.handles, is_sought);
             let wake_ns = self.scenario.latency_ns(now_ns, 10 + guard.life, MESSAGE_NS);
             self.agenda.add(now_ns + wake_ns, Event::Frames(guard.life));
         }

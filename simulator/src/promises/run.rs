@@ -290,7 +290,8 @@ impl Run {
         }
         let walks = |state: Option<ShowState>| state.is_some_and(ShowState::walks);
         let stands = ![last.header.show_state(), Some(ticked.before.state), header.show_state()].into_iter().any(walks);
-        if stands && !follows_timecode && (show_ns != 0.0 || last.behind_ns != ticked.behind_ns) {
+        let has_changed = ticked.decided.iter().any(|decided| decided.outcome.is_ok());
+        if stands && !follows_timecode && !has_changed && (show_ns != 0.0 || last.behind_ns != ticked.behind_ns) {
             report(Promise::TimeIsKept, format!("show time goes on by {show_ns} ns while the show stands"));
         }
         let runs = [last.header.show_state(), Some(ticked.before.state), header.show_state()];
