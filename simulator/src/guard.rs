@@ -12,6 +12,9 @@ use crate::scenario::Scenario;
 /// Frames that the bus keeps for a reader that is slower than the server. It drops the oldest.
 const FRAME_BUFFER: usize = 256;
 
+/// Overlap of two boards in metres that is not the rounding of a touch.
+const OVERLAP_M: f64 = 1e-6;
+
 /// A frame in a reader's buffer.
 #[derive(Clone, Debug)]
 pub(crate) struct BufferedFrame {
@@ -85,6 +88,8 @@ pub(crate) struct ReadFrame {
     pub(crate) walked_from_m: Option<f64>,
     /// Whether the monitor has reported a contact of this run.
     pub(crate) has_reported: bool,
+    /// Whether a contact on walked travel was found only where the boards overlap already.
+    pub(crate) is_reported_late: bool,
 }
 
 impl<'a> GuardProcess<'a> {
@@ -162,7 +167,12 @@ impl<'a> Watched<'a> {
                 |last: &FrameHeader| last.tick + 1 == header.tick && !is_sought && walks(last) && walks(header);
             let walked_from_m = last.filter(is_next).map(|last| last.head_travel_m);
             let walked_from_m = walked_from_m.filter(|&from_m| from_m <= header.head_travel_m);
-            return findings.read.push(ReadFrame { frame, walked_from_m, has_reported: self.has_reported });
+            let is_late =
+                |alert: &Alert| alert.alert_kind() == Some(AlertKind::Contact) && alert.clearance_m < -OVERLAP_M;
+            let is_swept = walked_from_m.is_some() && self.monitor.unswept == 0;
+            let is_reported_late = is_swept && self.monitor.alerts().iter().any(is_late);
+            let has_reported = self.has_reported;
+            return findings.read.push(ReadFrame { frame, walked_from_m, has_reported, is_reported_late });
         };
         guard.newest = Some(*header);
         if !self.check.agrees(header, nearest) && !std::mem::replace(&mut guard.has_fault, true) {

@@ -303,8 +303,8 @@ impl<'a> World<'a> {
         let Some(server) = self.server.as_mut().filter(|server| server.life == life) else { return };
         let (run_id, start, due_ns) = (server.run_id, server.start, server.due_ns());
         self.counts.runs += 1;
-        let told_tick = self.status.as_ref().map_or(0, |status| status.tick);
-        self.promises.begin_run(run_id, start, told_tick, self.now_ns);
+        let told = self.status.as_ref().map(|status| (status.run_id, status.tick));
+        self.promises.begin_run(run_id, start, told, self.now_ns);
         self.agenda.add(due_ns, Event::Tick(life));
         self.after(0, Event::Report(life));
     }
@@ -368,7 +368,8 @@ impl<'a> World<'a> {
     fn end_server(&mut self) {
         self.drop_server();
         self.is_over = true;
-        if let Captain::Stops(_) = self.captain {
+        // A show that ends by itself after the faults has walked, too.
+        if self.captain != Captain::Waits {
             self.captain = Captain::Done;
         }
     }
@@ -432,6 +433,10 @@ impl<'a> World<'a> {
         let Findings { faults, alerts, read } = guard.read(scenario);
         alerts.len().hash(&mut self.trace);
         read.iter().for_each(|read| self.promises.take_read(read, self.now_ns));
+        let is_late = read.iter().any(|read| read.is_reported_late);
+        self.promises.require(Promise::ContactIsReported, self.now_ns, !is_late, || {
+            "a contact is reported where the boards overlap, and not where they touch".to_owned()
+        });
         self.promises
             .require(Promise::NoFalseFault, self.now_ns, faults == 0, || "a frame is called faulty".to_owned());
         if self.scenario.is_guarded() {

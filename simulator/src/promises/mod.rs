@@ -79,6 +79,8 @@ promises! {
     ContactIsReported = "docs/how-it-works/contact.md", "So no contact is stepped over, however short.";
     /// A child that is stopped for over five seconds is killed.
     HungChildEnds = "docs/how-it-works/processes.md", "not stopped, as the kernel reports";
+    /// The speed of a head with ramps changes no faster than they allow, unless a guard or the end of the run is near.
+    RampsAreKept = "docs/reference/configuration.md", "every start and stop is a ramp with this acceleration.";
     /// A child that gives signs of life is not killed.
     HealthyChildLives = "docs/how-it-works/processes.md", "`show` kills a child that overruns a limit";
     /// A child that has ended starts again.
@@ -143,18 +145,18 @@ impl<'a> Promises<'a> {
         (self.run, self.last) = (None, None);
     }
 
-    /// Begins a run of the server. `told_tick` is the tick up to which the last status of the run before has its stops.
-    pub(crate) fn begin_run(&mut self, run_id: u64, start: RunStart, told_tick: u64, now_ns: u64) {
+    /// Begins a run of the server. `told` has the run and the tick of the last status.
+    pub(crate) fn begin_run(&mut self, run_id: u64, start: RunStart, told: Option<(u64, u64)>, now_ns: u64) {
         if let Some(last) = self.last {
             let is_same = start.travel_m == last.head_travel_m && start.start_s == last.sim_time_s();
             self.require(Promise::ResumesWhereItStood, now_ns, is_same, || {
                 format!("the run begins at {} m, {} s after {last:?}", start.travel_m, start.start_s)
             });
-            let keeps = |run: &Run| run.is_kept_by(&start, told_tick, self.scenario.flags.auto_resume);
+            let keeps = |run: &Run| run.is_kept_by(&start, told, self.scenario.flags.auto_resume);
             let is_kept = self.run.as_ref().is_none_or(keeps);
             let before = format!("{:?}", self.run);
             self.require(Promise::ResumesWhereItStood, now_ns, is_kept, || {
-                format!("the restarted server begins with {start:?} after {before}, its status up to tick {told_tick}")
+                format!("the restarted server begins with {start:?} after {before}, the last status is of {told:?}")
             });
         }
         self.run = Some(Run::new(self.scenario, run_id, start));

@@ -89,9 +89,9 @@ impl Run {
 
     /// Whether the start of the next run keeps the stops of this one, and holds the show unless it resumes by itself. A stop that
     /// no status has told yet is lost with its server.
-    pub(super) fn is_kept_by(&self, start: &RunStart, told_tick: u64, auto_resume: bool) -> bool {
+    pub(super) fn is_kept_by(&self, start: &RunStart, told: Option<(u64, u64)>, auto_resume: bool) -> bool {
         let holds = start.is_held || start.is_ready;
-        let is_told = told_tick >= self.stopped_tick;
+        let is_told = told.is_some_and(|(run_id, tick)| run_id == self.run_id && tick >= self.stopped_tick);
         let keeps_hold = !self.held || start.is_held || auto_resume && !is_told;
         let keeps_ready = !self.ready || start.is_ready;
         let keeps_pause = !self.paused || start.is_paused || holds && start.follows_timecode || !is_told;
@@ -280,6 +280,16 @@ impl Run {
         let (header, missed) = (ticked.header, ticked.missed);
         let show_ns = (header.sim_time_ns - last.header.sim_time_ns) as f64;
         let travel_m = header.head_travel_m - last.header.head_travel_m;
+        let state = |state: ShowState| header.show_state() == Some(state);
+        if let Some(accel_mps2) =
+            self.settings.accel_mps2.filter(|_| !self.settings.is_guarded && !ticked.stops.run_end)
+        {
+            let change_mps = (header.head_speed_mps - last.header.head_speed_mps).abs();
+            let most_mps = accel_mps2 * (show_ns + 4.0) * 1e-9 + ROUNDING_M;
+            if change_mps > most_mps && !state(ShowState::Finished) && !state(ShowState::Ended) {
+                report(Promise::RampsAreKept, format!("the speed changes by {change_mps} m/s, at most {most_mps} m/s"));
+            }
+        }
         let fastest_m = Request::MAX_SPEED_MPS * (show_ns + 4.0) * 1e-9;
         if show_ns < 0.0 || travel_m < 0.0 || travel_m > fastest_m {
             report(Promise::NoJump, format!("the step is {travel_m} m in {show_ns} ns of show time"));
