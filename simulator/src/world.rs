@@ -5,6 +5,7 @@ use std::hash::{Hash as _, Hasher as _};
 use std::rc::Rc;
 use std::time::Instant;
 
+use bench_dragon::source::server::Steering;
 use bench_dragon::source::timecode::Position;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState, Status, TimecodeState};
 use zerocopy::IntoBytes as _;
@@ -42,6 +43,11 @@ const SETTLE_NS: u64 = 180 * SECOND_NS;
 
 /// Longest delay before a restart.
 const LONGEST_BACKOFF_NS: u64 = 30 * SECOND_NS;
+
+/// Time without a fault after which a show is where its timecode is, and its greatest distance: the follower's jump, and the time
+/// between two packets and two ticks.
+const STEADY_NS: u64 = 20 * SECOND_NS;
+const FARTHEST_S: f64 = 0.7;
 
 /// Who waits for a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -166,6 +172,8 @@ struct World<'a> {
     windows: Windows,
     calls: Vec<Call>,
     sender: Sender,
+    /// Instant of the last fault, or at which a show with timecode last did not run.
+    steady_ns: u64,
     captain: Captain,
     /// Whether the captain's seek was accepted.
     has_sought: bool,
@@ -207,6 +215,7 @@ impl<'a> World<'a> {
             windows: Windows::default(),
             calls: Vec::new(),
             sender,
+            steady_ns: 0,
             captain: Captain::Waits,
             has_sought: false,
             promises: Promises::new(scenario),
@@ -348,6 +357,7 @@ impl<'a> World<'a> {
         });
         let due_ns = due_ns.max(ended_ns);
         self.reply(&decided, header.tick);
+        self.check_timecode(&header, steering);
         if header.show_state() == Some(ShowState::Ended) {
             return self.end_server();
         }
@@ -560,6 +570,7 @@ impl<'a> World<'a> {
     // Faults.
 
     fn fail(&mut self, kind: FaultKind) {
+        self.steady_ns = self.now_ns;
         self.counts.faults += 1;
         let until = |duration_ns: u64| self.now_ns + duration_ns;
         match kind {
@@ -626,6 +637,24 @@ impl<'a> World<'a> {
                 self.hear_timecode(position_s);
             }
         }
+    }
+
+    /// Checks that a show which has run for some time without a fault is where its timecode is. A guarded head may have to wait for
+    /// its grant, and a head with ramps for its braking.
+    fn check_timecode(&mut self, header: &FrameHeader, steering: Option<Steering>) {
+        let config = &self.scenario.config;
+        let runs = header.show_state() == Some(ShowState::Running) && steering.is_some_and(|steering| steering.leads);
+        if !runs || self.scenario.is_guarded() || config.tables().head.accel_mps2.is_some() {
+            self.steady_ns = self.now_ns;
+        }
+        if self.now_ns - self.steady_ns < STEADY_NS {
+            return;
+        }
+        let off_s = header.sim_time_s() - self.sender.position_s;
+        let is_within = (config.start_s()..config.last_seek_s()).contains(&self.sender.position_s);
+        self.promises.require(Promise::FollowsTimecode, self.now_ns, !is_within || off_s.abs() < FARTHEST_S, || {
+            format!("the show is {off_s} s from its timecode: {header:?}")
+        });
     }
 
     fn send_timecode(&mut self) {

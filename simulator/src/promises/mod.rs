@@ -79,6 +79,8 @@ promises! {
     ContactIsReported = "docs/how-it-works/contact.md", "So no contact is stepped over, however short.";
     /// A child that is stopped for over five seconds is killed.
     HungChildEnds = "docs/how-it-works/processes.md", "not stopped, as the kernel reports";
+    /// A show that follows a steady timecode is at most the jump of the follower away from it.
+    FollowsTimecode = "docs/reference/timecode.md", "is more than half a second elsewhere";
     /// The speed of a head with ramps changes no faster than they allow, unless a guard or the end of the run is near.
     RampsAreKept = "docs/reference/configuration.md", "every start and stop is a ramp with this acceleration.";
     /// A child that gives signs of life is not killed.
