@@ -31,4 +31,12 @@ pub mod safety;
 pub mod source;
 pub mod system;
 
+/// The pure parts of the supervision by `show`: when a child is restarted, and how a restarted server continues.
+pub mod supervision {
+    pub use crate::cli::{
+        LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS, Phase, Resumption, ResumptionSettings,
+        run_start,
+    };
+}
+
 pub use cli::{RecordLine, RecordSummary, ServeLine, main};

@@ -94,9 +94,8 @@ impl<'a> Rehearsal<'a> {
     fn guard_sees(&mut self, header: &FrameHeader, asked_m: Option<f64>) {
         for _ in 0..3 {
             let Some(grant) = self.guard.advance(header, asked_m) else { return };
-            let Request::Grant { from_m, to_m, is_final, .. } = grant else { panic!("not a grant: {grant:?}") };
             self.motion.request(grant).expect("the grant is for this run and within it");
-            self.guard.note_granted(from_m, to_m, is_final);
+            assert!(self.guard.note_reply(grant, Ok(self.tick)), "not a grant: {grant:?}");
         }
     }
 

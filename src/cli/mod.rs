@@ -51,7 +51,10 @@ mod web;
 
 use flags::{BusArgs, ChildArgs, ConfigArgs};
 pub use record::{RecordLine, RecordSummary};
-pub use serve::ServeLine;
+pub use serve::{ServeLine, run_start};
+pub use show::{
+    LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS, Phase, Resumption, ResumptionSettings,
+};
 
 /// Real-time motion server for the bench dragon.
 #[derive(Debug, Parser)]

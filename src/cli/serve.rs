@@ -8,13 +8,13 @@ use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_geometry::route::RouteShape;
 use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Request, RunStart};
-use clap::Args;
+use clap::{Args, Parser as _};
 use serde::{Deserialize, Serialize};
 
 use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs, finite, within};
-use crate::cli::load_config;
 use crate::cli::print::{behind, complain, percentiles, print_notice, print_report};
 use crate::cli::timecode::{AwaitedTimecode, FollowedTimecode, TimecodeArgs};
+use crate::cli::{Cli, Subcommand, load_config};
 use crate::config::{CATCH_UP_S, CPU, Config, Document, Priority, RATE_HZ, SPIN_US, TIME_SCALE};
 use crate::output::Counted;
 use crate::source::server::{Server, ServerSettings, ServerSummary, TimecodeNews};
@@ -204,6 +204,23 @@ fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
 
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     let config = configure(&args.run.config, &args.run.pace, args.guarded)?;
+    let start = start(args, &config)?;
+    Ok(ServerSettings { config, start, readers: args.readers })
+}
+
+/// The start of a run of this configuration by these arguments of `serve`. Arguments that change the configuration have no effect.
+///
+/// # Errors
+/// An argument is unknown or not valid.
+pub fn run_start(args: &[String], config: &Config) -> anyhow::Result<RunStart> {
+    let words = ["bench-dragon", "serve"].map(str::to_owned).into_iter().chain(args.iter().cloned());
+    match Cli::try_parse_from(words)?.subcommand {
+        Subcommand::Serve(args) => start(&args, config),
+        _ => unreachable!("the first word is serve"),
+    }
+}
+
+fn start(args: &ServeArgs, config: &Config) -> anyhow::Result<RunStart> {
     match args.start_travel {
         // The speed was changed earlier, so show time does not determine the travel.
         Some(travel_m) => {
@@ -211,25 +228,23 @@ fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
             require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
             args.run.pace.until.map_or(Ok(()), |until_s| require_from("--until", until_s, config.start_s()))?;
         }
-        None => check_pace(&config, &args.run.pace)?,
+        None => check_pace(config, &args.run.pace)?,
     }
     if let Some(speed_mps) = args.start_speed {
         require("--start-speed", speed_mps, 0.0, Request::MAX_SPEED_MPS)?;
     }
-    let start_s = start_s(&config, &args.run.pace);
-    let planned = ServerSettings::planned(config, start_s);
-    let start = RunStart {
-        travel_m: args.start_travel.unwrap_or(planned.start.travel_m),
-        speed_mps: args.start_speed.unwrap_or(planned.start.speed_mps),
+    let planned = ServerSettings::planned_start(config, start_s(config, &args.run.pace));
+    Ok(RunStart {
+        travel_m: args.start_travel.unwrap_or(planned.travel_m),
+        speed_mps: args.start_speed.unwrap_or(planned.speed_mps),
         until_s: args.run.pace.until,
         is_ready: args.held,
         is_held: args.restarted,
         is_restarted: args.restarted,
         is_paused: args.paused,
         stays: args.stay,
-        ..planned.start
-    };
-    Ok(ServerSettings { start, readers: args.readers, ..planned })
+        ..planned
+    })
 }
 
 /// Warns if the dragon cannot walk up to the planned end. On a spiral without an end, no dragon reaches the centre.

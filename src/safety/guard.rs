@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, ContactSearch, PairClearance, ProvenTravel};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon, Meter};
-use bench_dragon_ipc::{FrameHeader, Request, ShowState};
+use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 
 use crate::config::Config;
 
@@ -67,6 +67,8 @@ pub struct Guard<'a> {
     asked_m: Option<f64>,
     /// Travel of the last margin violation.
     refused_m: Option<f64>,
+    /// Whether the source has refused grants altogether, as a replay does.
+    takes_no_grants: bool,
 }
 
 /// Proven travel, and the part of it that the server has.
@@ -95,12 +97,16 @@ impl<'a> Guard<'a> {
             prepared: None,
             asked_m: None,
             refused_m: None,
+            takes_no_grants: false,
         }
     }
 
     /// Takes a frame of the run, and the target of a refused seek. Proves more travel if it is needed, and returns a grant for
-    /// the server. Returns the grant again until [`Guard::note_granted`] confirms it.
+    /// the server. Returns the grant again until [`Guard::note_reply`] confirms it.
     pub fn advance(&mut self, header: &FrameHeader, asked_m: Option<f64>) -> Option<Request> {
+        if self.takes_no_grants {
+            return None;
+        }
         if header.show_state().is_some_and(ShowState::walks) {
             self.walking_speed_mps = header.head_speed_mps;
         }
@@ -112,8 +118,21 @@ impl<'a> Guard<'a> {
         present.or_else(|| self.prepared.as_mut()?.next_grant(run_id, self.asked_m?, horizon_m))
     }
 
-    /// Notes that the server has taken a grant.
-    pub fn note_granted(&mut self, from_m: f64, to_m: f64, is_final: bool) {
+    /// Notes the source's reply to a grant. Returns whether the source has taken it.
+    pub fn note_reply(&mut self, grant: Request, outcome: Result<u64, Refusal>) -> bool {
+        match (grant, outcome) {
+            (Request::Grant { from_m, to_m, is_final, .. }, Ok(_)) => {
+                self.note_granted(from_m, to_m, is_final);
+                return true;
+            }
+            (_, Err(Refusal::Replayed | Refusal::NotGuarded)) => self.takes_no_grants = true,
+            // The server has restarted or ended. The next frame shows which.
+            _ => {}
+        }
+        false
+    }
+
+    fn note_granted(&mut self, from_m: f64, to_m: f64, is_final: bool) {
         let grantings = [&mut self.present, &mut self.prepared].into_iter().flatten();
         for granting in grantings.filter(|granting| granting.proven.begin_m() == from_m) {
             granting.granted = Some((to_m, is_final));

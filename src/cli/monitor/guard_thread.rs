@@ -9,7 +9,7 @@ use std::time::Duration;
 use bench_dragon_geometry::clearance::PairClearance;
 use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_ipc::{
-    Alert, BusError, CommandClient, Domain, FrameHeader, Refusal, Request, Sender as CommandSender, StatusReader,
+    Alert, BusError, CommandClient, Domain, FrameHeader, Request, Sender as CommandSender, StatusReader,
 };
 use crossbeam::channel::{self, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use crossbeam::queue::ArrayQueue;
@@ -113,8 +113,6 @@ struct GuardWorker {
     woken: Receiver<()>,
     /// Travel in metres for which a refused seek needs a grant, by the last status.
     asked_m: Option<f64>,
-    /// Whether the source has refused grants altogether, as a replay does.
-    takes_no_grants: bool,
 }
 
 impl GuardWorker {
@@ -126,7 +124,7 @@ impl GuardWorker {
     ) -> Result<Self, BusError> {
         let commands = CommandClient::open(domain, "guard")?.sending_as(CommandSender::Guard);
         let status = StatusReader::open(domain, "guard-status")?;
-        Ok(Self { commands, status, frames, has_fault, woken, asked_m: None, takes_no_grants: false })
+        Ok(Self { commands, status, frames, has_fault, woken, asked_m: None })
     }
 
     /// Guards until the owner drops the guard, or until an error or a fault, which is returned.
@@ -150,21 +148,17 @@ impl GuardWorker {
     /// Sends grants until the server has enough travel or has ended.
     fn grant(&mut self, guard: &mut Guard<'_>, mut header: FrameHeader) -> Result<(), GuardNews> {
         while !self.has_fault.load(Ordering::Relaxed) {
-            if self.takes_no_grants || self.woken.try_recv() == Err(TryRecvError::Disconnected) {
+            if self.woken.try_recv() == Err(TryRecvError::Disconnected) {
                 return Ok(());
             }
             if let Some(status) = self.status.poll().map_err(GuardNews::Failed)? {
                 self.asked_m = status.asked().filter(|_| status.run_id == header.run_id);
             }
-            let Some(grant @ Request::Grant { from_m, to_m, is_final, .. }) = guard.advance(&header, self.asked_m)
-            else {
-                return Ok(());
-            };
+            let Some(grant) = guard.advance(&header, self.asked_m) else { return Ok(()) };
             match self.commands.ask(grant, REPLY_TIMEOUT).map(|reply| reply.outcome()) {
-                Ok(Ok(_)) => guard.note_granted(from_m, to_m, is_final),
-                Ok(Err(Refusal::Replayed | Refusal::NotGuarded)) => self.takes_no_grants = true,
-                // The server has restarted or ended. The next frame shows which.
-                Ok(Err(_)) | Err(BusError::NoServer { .. } | BusError::NoAnswer { .. }) => return Ok(()),
+                Ok(outcome) if guard.note_reply(grant, outcome) => {}
+                // The source takes no grants, or the server has restarted or ended.
+                Ok(_) | Err(BusError::NoServer { .. } | BusError::NoAnswer { .. }) => return Ok(()),
                 Err(error) => return Err(GuardNews::Failed(error)),
             }
             header = self.frames.pop().unwrap_or(header);

@@ -36,26 +36,48 @@ impl ShowPorts {
 }
 
 /// The last known state, from frames and statuses.
-#[derive(Debug, Default)]
-pub(super) struct LastSeen {
-    pub(super) header: Option<FrameHeader>,
-    pub(super) status: Option<Status>,
-    pub(super) walking_speed_mps: Option<f64>,
+#[derive(Clone, Debug, Default)]
+pub struct LastSeen {
+    /// The header of the newest frame.
+    pub header: Option<FrameHeader>,
+    /// The newest status.
+    pub status: Option<Status>,
+    /// The speed of the head when it last walked, in metres per show second.
+    pub walking_speed_mps: Option<f64>,
     /// Whether the show was paused when it was last not held. A hold hides a pause.
-    pub(super) is_paused: bool,
+    pub is_paused: bool,
+    /// Run and tick of the last frame that was paused.
+    paused_at: Option<(u64, u64)>,
 }
 
 impl LastSeen {
-    pub(super) fn see_frame(&mut self, header: &FrameHeader) {
+    /// Notes a frame.
+    pub fn see_frame(&mut self, header: &FrameHeader) {
         match header.show_state() {
             Some(ShowState::Running) => {
                 (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);
             }
-            Some(ShowState::Paused) => self.is_paused = true,
+            Some(ShowState::Paused) => {
+                (self.is_paused, self.paused_at) = (true, Some((header.run_id, header.tick)));
+            }
             Some(ShowState::Stopping) => self.is_paused = self.stops().has(Stop::Paused),
             _ => {}
         }
         self.header = Some(*header);
+    }
+
+    /// Notes a status. It names the operator's pause where a frame's state hides it: held, ready and finished.
+    pub fn see_status(&mut self, status: Status) {
+        let hides_pause = |header: &FrameHeader| {
+            let state = header.show_state();
+            status.run_id == header.run_id && !matches!(state, Some(ShowState::Running | ShowState::Paused))
+        };
+        // A status may be older than the last frame that was paused.
+        let is_older = self.paused_at.is_some_and(|(run_id, tick)| run_id == status.run_id && tick > status.tick);
+        if self.header.as_ref().is_some_and(hides_pause) {
+            self.is_paused = status.stops().has(Stop::Paused) || self.is_paused && is_older;
+        }
+        self.status = Some(status);
     }
 
     /// Whether the show has reached its end in this frame, and had not before.
@@ -65,17 +87,19 @@ impl LastSeen {
     }
 
     /// The reasons that keep the head from walking, by the newest status.
-    fn stops(&self) -> Stops {
+    pub(super) fn stops(&self) -> Stops {
         self.status.as_ref().map(Status::stops).unwrap_or_default()
     }
 
-    /// Whether an operator holds the show. A guard's stop is not a hold, because the next grant lifts it.
+    /// Whether an operator holds the show. A guard's stop is not a hold, because the next grant lifts it. The status is older than
+    /// the frame: a head that brakes for a reason that the status does not have is held.
     pub(super) fn is_held(&self) -> bool {
+        let (held, others) = (self.stops().has(Stop::Held), [Stop::Paused, Stop::Timecode, Stop::Ending]);
         self.header.is_some_and(|header| match header.show_state() {
             Some(ShowState::Held) => {
-                self.status.as_ref().is_none_or(|status| header.head_travel_m != status.granted_to_m)
+                held || self.status.as_ref().is_none_or(|status| header.head_travel_m != status.granted_to_m)
             }
-            Some(ShowState::Stopping) => self.stops().has(Stop::Held),
+            Some(ShowState::Stopping) => held || !others.into_iter().any(|stop| self.stops().has(stop)),
             _ => false,
         })
     }
@@ -103,6 +127,43 @@ mod tests {
         assert!(!seen.is_held());
         seen.status = Some(Status { granted_to_m: 8.0, ..Status::default() });
         assert!(seen.is_held());
+    }
+
+    /// A status of the same run with these stops.
+    fn status(stops: Stops, granted_to_m: f64) -> Status {
+        Status { stops: stops.to_wire(), granted_to_m, ..Status::default() }
+    }
+
+    #[test]
+    fn an_operators_hold_at_the_end_of_the_grant_is_a_hold() {
+        let mut seen = LastSeen::default();
+        seen.see_frame(&frame(ShowState::Held, 7.0));
+        seen.see_status(status(Stops::from([Stop::GuardLimit]), 7.0));
+        assert!(!seen.is_held());
+        seen.see_status(status(Stops::from([Stop::GuardLimit, Stop::Held]), 7.0));
+        assert!(seen.is_held());
+    }
+
+    #[test]
+    fn a_head_that_brakes_for_an_unknown_reason_is_held() {
+        let mut seen = LastSeen::default();
+        seen.see_status(status(Stops::default(), 9.0));
+        seen.see_frame(&frame(ShowState::Stopping, 7.0));
+        assert!(seen.is_held());
+        seen.see_status(status(Stops::from([Stop::Paused]), 9.0));
+        assert!(!seen.is_held() && seen.is_paused);
+    }
+
+    #[test]
+    fn a_pause_during_a_hold_or_at_the_end_stays() {
+        for state in [ShowState::Held, ShowState::Ready, ShowState::Finished] {
+            let mut seen = LastSeen::default();
+            seen.see_frame(&frame(state, 7.0));
+            seen.see_status(status(Stops::from([Stop::Paused, Stop::Held]), 9.0));
+            seen.see_frame(&frame(state, 7.0));
+            assert!(seen.is_paused, "{state:?}");
+            assert!(seen.resumption(super::super::ResumptionSettings::default()).is_some_and(|start| start.is_paused));
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam::channel::{self, Receiver, Sender};
 
-use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
+use super::liveness::{LONGEST_DISK_SILENCE, LONGEST_LOOK, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
 use super::process::{End, Launch, Process, ProcessEvent};
 use super::wall_time::log;
 
@@ -12,10 +12,6 @@ use super::wall_time::log;
 const MOST_EVENTS: usize = 256;
 /// Period at which the show checks whether a child has ended.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
-/// Longest time that counts between two looks. So a suspension of the show itself does not count as silence of the children.
-const LONGEST_LOOK: Duration = Duration::from_millis(200);
-/// Longest time between two frames. The lowest rate is 1 Hz.
-const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 
 pub(super) enum ChildNews {
     Line(ChildRole, String),
@@ -99,8 +95,7 @@ impl Children {
     pub(super) fn kill_silent(&mut self, now: Instant) -> Vec<String> {
         let elapsed = now.duration_since(self.looked).min(LONGEST_LOOK);
         self.looked = now;
-        let has_frames =
-            self.entry(ChildRole::Serve).liveness.silence().is_some_and(|silence| silence < LONGEST_PERIOD);
+        let has_frames = self.entry(ChildRole::Serve).liveness.sends_frames();
         self.entries.iter_mut().filter_map(|entry| entry.kill_if_silent(elapsed, has_frames)).collect()
     }
 

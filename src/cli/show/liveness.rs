@@ -4,14 +4,19 @@ use std::time::{Duration, Instant};
 
 /// Longest time for which a child may be stopped, a server may send no frame, or, while frames arrive, another child may give
 /// no sign of life.
-pub(super) const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+pub const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 /// Longest silence of a recorder that is not stopped. Its disk may block for some time.
 pub(super) const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
+/// Longest time that counts between two looks. So a suspension of the show itself does not count as silence of the children.
+pub const LONGEST_LOOK: Duration = Duration::from_millis(200);
+/// Longest time between two frames. The lowest rate is 1 Hz.
+const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
 /// Longest time from a child's start to its first sign of life. A server waits ten seconds for its readers.
 const LONGEST_START: Duration = Duration::from_secs(30);
 
 /// The liveness of a child, over its restarts.
-pub(super) struct Liveness {
+#[derive(Debug)]
+pub struct Liveness {
     pub(super) phase: Phase,
     backoff: RestartBackoff,
     longest_silence: Duration,
@@ -25,7 +30,7 @@ pub(super) struct Liveness {
 
 /// The phase of a child.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
+pub enum Phase {
     /// The child has not been started yet, or the show is killing it.
     Idle,
     /// Time since the child's start, or since an interruption of the frames, without a sign of life.
@@ -42,19 +47,19 @@ pub(super) enum Phase {
 
 /// The observation of a child between two looks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub struct Look {
     /// The time between the looks.
-    pub(super) elapsed: Duration,
+    pub elapsed: Duration,
     /// Whether the child is stopped, as the kernel reports.
-    pub(super) is_stopped: bool,
+    pub is_stopped: bool,
     /// Whether the child had an occasion for a sign of life, such as frames.
-    pub(super) has_occasion: bool,
+    pub has_occasion: bool,
 }
 
 impl Liveness {
     /// A child that has not been started. `longest_silence` is the limit for a child that is not stopped, `most_restarts` the
     /// limit of its restarts in a row.
-    pub(super) fn new(longest_silence: Duration, most_restarts: Option<u32>) -> Self {
+    pub fn new(longest_silence: Duration, most_restarts: Option<u32>) -> Self {
         Self {
             phase: Phase::Idle,
             backoff: RestartBackoff::new(most_restarts),
@@ -65,12 +70,14 @@ impl Liveness {
         }
     }
 
-    pub(super) fn start(&mut self) {
+    /// Notes the start of the child.
+    pub fn start(&mut self) {
         (self.phase, self.has_lived) = (Phase::Starting(Duration::ZERO), false);
         (self.stopped, self.lived) = (Duration::ZERO, Duration::ZERO);
     }
 
-    pub(super) fn hear(&mut self) {
+    /// Notes a sign of life.
+    pub fn hear(&mut self) {
         if matches!(self.phase, Phase::Starting(_) | Phase::Living(_)) {
             (self.phase, self.has_lived) = (Phase::Living(Duration::ZERO), true);
         }
@@ -78,26 +85,32 @@ impl Liveness {
 
     /// Notes the end of the child, and plans its restart. Returns the delay before it; `None` if the child has ended too
     /// often.
-    pub(super) fn end(&mut self, now: Instant) -> Option<Duration> {
+    pub fn end(&mut self, now: Instant) -> Option<Duration> {
         let wait = self.backoff.after_end(std::mem::take(&mut self.lived));
         self.phase = wait.map_or(Phase::Over, |wait| Phase::Due(now + wait));
         wait
     }
 
-    pub(super) fn is_due(&self, now: Instant) -> bool {
+    /// Whether the restart of the child is due.
+    pub fn is_due(&self, now: Instant) -> bool {
         matches!(self.phase, Phase::Due(at) if at <= now)
     }
 
     /// Time since the last sign of life; `None` unless the child is in [`Phase::Living`].
-    pub(super) fn silence(&self) -> Option<Duration> {
+    pub fn silence(&self) -> Option<Duration> {
         match self.phase {
             Phase::Living(silence) => Some(silence),
             _ => None,
         }
     }
 
+    /// Whether this child, a server, sends frames.
+    pub fn sends_frames(&self) -> bool {
+        self.silence().is_some_and(|silence| silence < LONGEST_PERIOD)
+    }
+
     /// Notes a look at a running child. Returns the limit that the child has exceeded, once.
-    pub(super) fn look(&mut self, look: Look) -> Option<Duration> {
+    pub fn look(&mut self, look: Look) -> Option<Duration> {
         let Look { elapsed, is_stopped, has_occasion } = look;
         self.stopped = if is_stopped { self.stopped + elapsed } else { Duration::ZERO };
         let overrun = |silence, limit| (silence > limit).then_some(limit);
@@ -127,7 +140,7 @@ impl Liveness {
 
 /// Most restarts of one child in a row at a rehearsal: the last one comes some 80 seconds after the first end. After one more
 /// end the show goes on without the child, or fails if the child is vital. A performance never gives up.
-pub(super) const MAX_RESTARTS: u32 = 11;
+pub const MAX_RESTARTS: u32 = 11;
 /// Delay before the first restart of a child. Each further restart in a row doubles it, up to [`LONGEST_BACKOFF`].
 const FIRST_BACKOFF: Duration = Duration::from_millis(50);
 /// Longest delay before a restart.
@@ -150,7 +163,7 @@ impl RestartBackoff {
 
     /// Notes the end of a child that gave signs of life for this time. Returns the delay before its restart; `None` if the
     /// child has ended too often.
-    pub(super) fn after_end(&mut self, lived: Duration) -> Option<Duration> {
+    fn after_end(&mut self, lived: Duration) -> Option<Duration> {
         if lived >= LONG_LIFE {
             self.in_a_row = 0;
         }

@@ -36,14 +36,19 @@ mod printed;
 mod process;
 mod report;
 mod reports;
+mod resumption;
 mod start;
 mod summary;
 mod supervise;
 mod timeline;
 mod wall_time;
 
+pub use bus::LastSeen;
+pub use liveness::{LONGEST_LOOK, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
+pub use resumption::{Resumption, ResumptionSettings};
+
 use also::AlsoCommand;
-use bus::{LastSeen, ShowPorts};
+use bus::ShowPorts;
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
 use live_line::ShowEnd;

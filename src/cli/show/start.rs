@@ -3,12 +3,12 @@
 use std::net::{SocketAddr, TcpListener};
 
 use anyhow::Context as _;
-use bench_dragon_ipc::FrameHeader;
 use serde::Serialize;
 
 use super::Show;
 use super::children::ChildRole;
 use super::process::Launch;
+use super::resumption::{Resumption, ResumptionSettings};
 use super::wall_time::log;
 use crate::cli::print::print_report;
 use crate::cli::timecode::TimecodeArgs;
@@ -50,8 +50,8 @@ impl Show<'_> {
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
         args.extend(self.is_performance.then(|| "--stay".to_owned()));
-        if let Some(header) = self.seen.header {
-            args.extend(self.resumption(&header));
+        if let Some(resumption) = self.resumption() {
+            args.extend(resumption.args());
         } else {
             args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
             args.extend(self.args.held.then(|| "--held".to_owned()));
@@ -59,27 +59,21 @@ impl Show<'_> {
         self.launch("serve", args)
     }
 
-    /// Arguments with which a restarted server continues.
-    fn resumption(&self, header: &FrameHeader) -> Vec<String> {
-        let mut args =
-            vec![format!("--start-at={}", header.show_time_s()), format!("--start-travel={}", header.head_travel_m)];
-        args.extend(self.seen.walking_speed_mps.map(|speed_mps| format!("--start-speed={speed_mps}")));
-        let follows = self.args.run.timecode.source.is_some();
-        // A show that stood still with its timecode follows again. One that an operator paused while the timecode ran is held.
-        let was_paused = self.seen.is_paused && follows && self.reports.has_timecode_run;
-        if self.seen.is_paused && !follows {
-            args.push("--paused".to_owned());
-        }
-        if self.seen.is_ready() {
-            args.push("--held".to_owned());
-        } else if !self.args.auto_resume || self.seen.is_held() || was_paused {
-            args.push("--restarted".to_owned());
+    /// How a restarted server continues; `None` for the first server.
+    fn resumption(&self) -> Option<Resumption> {
+        let settings = ResumptionSettings {
+            auto_resume: self.args.auto_resume,
+            follows_timecode: self.args.run.timecode.source.is_some(),
+            has_timecode_run: self.reports.has_timecode_run,
+        };
+        let resumption = self.seen.resumption(settings)?;
+        if resumption.is_held {
             let instance = self.domain.instance();
             log(&format!(
                 "the dragon is held at its last position: `bench-dragon ctl release --instance {instance}` lets it walk on"
             ));
         }
-        args
+        Some(resumption)
     }
 
     /// A command of the program that prints JSON for the show.

@@ -114,7 +114,7 @@ impl Show<'_> {
         if let Some(status) = status {
             self.reports.totals.see_status(&status);
             self.reports.course.see_status(&status, now);
-            self.seen.status = Some(status);
+            self.seen.see_status(status);
         }
         for pid in bus.living_readers() {
             self.children.hear_process(pid);

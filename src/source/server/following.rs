@@ -1,6 +1,8 @@
 //! The loop's side of timecode: passes samples to the follower, and the follower's orders to the simulation.
 
-use bench_dragon_ipc::{Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind};
+use bench_dragon_ipc::{
+    Command, CommandEvent, CommandReply, EventKind, Refusal, Request, Sender, TimecodeKind, TimecodeState,
+};
 use rtrb::{Consumer, Producer, RingBuffer};
 use serde::{Deserialize, Serialize};
 
@@ -13,10 +15,10 @@ const MOST_NEWS: usize = 64;
 /// A server's follower of timecode, with its queues. A tick neither waits for another thread nor allocates.
 #[derive(Debug)]
 pub struct TimecodeFollowing {
-    pub(super) follower: Follower,
+    follower: Follower,
     inbox: SampleQueue,
     news: Producer<TimecodeNews>,
-    pub(super) kind: TimecodeKind,
+    kind: TimecodeKind,
     /// The timecode's effect on the show as last recorded.
     recorded: Option<SteeringRecord>,
     /// Whether the last seek was refused. That refusal is recorded.
@@ -55,9 +57,14 @@ impl TimecodeFollowing {
         (Self { follower, inbox, news, kind, recorded: None, is_seek_refused: false }, to_report)
     }
 
+    /// The kind of the timecode, and its state.
+    pub fn timecode(&self) -> (TimecodeKind, TimecodeState) {
+        (self.kind, self.follower.timecode_state())
+    }
+
     /// Takes the newest timecode at the tick that is due at `due_ns`, for a show at this position, and passes changes to `record`.
     /// `seek` moves the show. Returns the timecode's effect on the show from this tick on.
-    pub(super) fn steer(
+    pub fn steer(
         &mut self,
         due_ns: u64,
         show: ShowPosition,

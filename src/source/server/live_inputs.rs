@@ -49,7 +49,8 @@ impl TickInputs for LiveInputs<'_> {
         let report = &mut self.ports.report;
         let record = |event: CommandEvent| report.commands.record(CommandEvent { tick, ..event }, moment);
         let steering = following.steer(self.schedule.due_ns(), show, seek, record);
-        report.report_timecode(following.kind, following.follower.timecode_state());
+        let (kind, state) = following.timecode();
+        report.report_timecode(kind, state);
         Some(steering)
     }
 }

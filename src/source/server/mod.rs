@@ -244,8 +244,14 @@ impl From<&CommandEvent> for StoppedBy {
 impl ServerSettings {
     /// Settings of a run that begins at a show time, with the planned speed and travel, and does not wait for readers.
     pub fn planned(config: Config, start_s: f64) -> Self {
+        let start = Self::planned_start(&config, start_s);
+        Self { config, start, readers: 0 }
+    }
+
+    /// The start of a run at a show time, with the planned speed and travel.
+    pub fn planned_start(config: &Config, start_s: f64) -> RunStart {
         let speed_mps = config.tables().head.speed_mps;
-        let start = RunStart {
+        RunStart {
             start_s,
             travel_m: speed_mps * start_s,
             speed_mps,
@@ -257,7 +263,6 @@ impl ServerSettings {
             is_ready: false,
             is_restarted: false,
             stays: false,
-        };
-        Self { config, start, readers: 0 }
+        }
     }
 }

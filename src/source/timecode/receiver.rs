@@ -92,7 +92,7 @@ impl TimecodeReceiver {
         let socket = UdpSocket::bind(listen).map_err(failed)?;
         socket.set_read_timeout(Some(LOOK_PERIOD)).map_err(failed)?;
         let listen = socket.local_addr().map_err(failed)?;
-        let (samples, inbox) = sample_queue();
+        let (samples, inbox) = SampleQueue::with_sender();
         let shared = Arc::new(Shared::default());
         let sender_lock = SenderLock::new(timeout_ns);
         let listening = Listening { socket, source, rate, sender_lock, samples, shared: Arc::clone(&shared) };
@@ -172,13 +172,13 @@ const MOST_SAMPLES: usize = 2048;
 #[derive(Debug)]
 pub struct SampleQueue(Consumer<TimecodeSample>);
 
-/// Creates an empty queue. If the loop reads too slowly, the queue fills up and samples are dropped.
-fn sample_queue() -> (Producer<TimecodeSample>, SampleQueue) {
-    let (samples, inbox) = RingBuffer::new(MOST_SAMPLES);
-    (samples, SampleQueue(inbox))
-}
-
 impl SampleQueue {
+    /// Creates an empty queue. If the loop reads too slowly, the queue fills up and samples are dropped.
+    pub fn with_sender() -> (Producer<TimecodeSample>, Self) {
+        let (samples, inbox) = RingBuffer::new(MOST_SAMPLES);
+        (samples, Self(inbox))
+    }
+
     /// Takes all queued samples, oldest first.
     pub fn take(&mut self) -> impl Iterator<Item = TimecodeSample> {
         (0..self.0.slots()).map_while(|_| self.0.pop().ok())
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn malformed_and_foreign_timecodes_count_as_timecode_and_dmx_does_not() {
-        let (samples, mut inbox) = sample_queue();
+        let (samples, mut inbox) = SampleQueue::with_sender();
         let mut listening = Listening {
             socket: UdpSocket::bind("127.0.0.1:0").expect("a port"),
             source: "artnet".parse().expect("a source"),
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn samples_are_taken_once_and_in_their_order() {
-        let (mut samples, mut inbox) = sample_queue();
+        let (mut samples, mut inbox) = SampleQueue::with_sender();
         assert_eq!(inbox.take().count(), 0);
         samples.push(sample(1)).expect("the queue is not full");
         samples.push(sample(2)).expect("the queue is not full");
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn a_full_queue_drops_samples_without_waiting() {
-        let (mut samples, mut inbox) = sample_queue();
+        let (mut samples, mut inbox) = SampleQueue::with_sender();
         (0..2 * MOST_SAMPLES as u64).filter(|&arrived_ns| samples.push(sample(arrived_ns)).is_ok()).count();
         assert_eq!(inbox.take().count(), MOST_SAMPLES);
         samples.push(sample(7)).expect("the queue is not full");
@@ -237,7 +237,7 @@ mod tests {
     /// that thread would never end.
     #[test]
     fn the_loop_does_not_wait_for_a_sample_that_is_being_written() {
-        let (mut samples, mut inbox) = sample_queue();
+        let (mut samples, mut inbox) = SampleQueue::with_sender();
         samples.push(sample(1)).expect("the queue is not full");
         let half_written = samples.write_chunk_uninit(1).expect("the queue is not full");
         assert_eq!(inbox.take().collect::<Vec<_>>(), [sample(1)]);

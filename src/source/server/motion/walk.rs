@@ -100,14 +100,15 @@ impl Walk {
     }
 
     fn at(&self, ticks: f64) -> Instant {
-        let Phase { start, accel_mps2, .. } = self.phase;
+        let Phase { start, accel_mps2, end } = self.phase;
         let elapsed_s = (ticks - start.ticks) * self.tick_s;
         let travel_m = start.travel_m + start.speed_mps * elapsed_s;
         if accel_mps2 == 0.0 {
             return Instant { ticks, travel_m, ..start };
         }
-        // Rounding must move the head neither past the limit nor backwards.
-        let travel_m = (travel_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s).min(self.limit_m.max(start.travel_m));
+        // Rounding must move the head neither past the limit nor backwards, also not from here to the end of the phase.
+        let most_m = end.map_or(self.limit_m, |end| end.at.travel_m.min(self.limit_m));
+        let travel_m = (travel_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s).min(most_m.max(start.travel_m));
         Instant { ticks, travel_m, speed_mps: (start.speed_mps + accel_mps2 * elapsed_s).max(0.0) }
     }
 
@@ -247,6 +248,20 @@ mod tests {
             let ticks = 2.5 / (TICK_S * 0.8);
             walk.advance_to(ticks);
             assert_near((walk.travel_m(ticks), walk.speed_mps(ticks)), whole);
+        }
+    }
+
+    #[test]
+    fn a_head_that_comes_to_rest_does_not_go_back_by_rounding() {
+        for number in 1..1000 {
+            let number = f64::from(number);
+            let mut walk = walk(Some(0.05 + 0.0013 * number), 0.1 + 0.0037 * number, 1e6);
+            let stop = 4000.0 + number / 7.0;
+            walk.advance_to(stop);
+            walk.steer(stop, 0.0, 1e6);
+            let rest = walk.phase.end.expect("the head brakes to rest").at;
+            let just_before_m = walk.travel_m(rest.ticks * (1.0 - f64::EPSILON));
+            assert!(just_before_m <= rest.travel_m, "{just_before_m} m, then {} m", rest.travel_m);
         }
     }
 

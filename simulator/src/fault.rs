@@ -1,0 +1,149 @@
+//! The faults of a scenario, and the commands of its operators, each with its instant.
+
+use std::fmt;
+
+use bench_dragon_ipc::Request;
+
+use crate::dice::Dice;
+use crate::scenario::SECOND_NS;
+
+/// Something that happens to a show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fault {
+    /// Instant of the simulated clock, in nanoseconds from the start.
+    pub at_ns: u64,
+    /// What happens.
+    pub kind: FaultKind,
+}
+
+/// A part of the show that is a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The server.
+    Server,
+    /// The monitor, which is the guard of a guarded show.
+    Guard,
+}
+
+/// A fault of a timecode's sender.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimecodeFault {
+    /// It jumps by so many seconds.
+    Jump(f64),
+    /// It stands, or runs again.
+    Stand,
+    /// It sends nothing for so many nanoseconds.
+    Silent(u64),
+    /// One packet has another position.
+    Stray(f64),
+    /// Its pace changes, in seconds a second.
+    Pace(f64),
+}
+
+/// What happens. Durations are in nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FaultKind {
+    /// SIGKILL.
+    Kill(Part),
+    /// SIGSTOP, and SIGCONT after the duration.
+    Stop(Part, u64),
+    /// The server's next tick takes this long.
+    Overrun(u64),
+    /// For this time the server reads the same instant from its clock.
+    ClockStands(u64),
+    /// Commands and grants that are sent in this time never arrive.
+    LoseRequests(u64),
+    /// Commands and grants that are sent in this time arrive later by the second duration.
+    DelayRequests(u64, u64),
+    /// Replies that are sent in this time never arrive.
+    LoseReplies(u64),
+    /// Frames of this time do not reach the monitor.
+    LoseFrames(u64),
+    /// The guard's proofs of this time take longer by the second duration.
+    SlowProofs(u64, u64),
+    /// Another guard starts, and ends after the duration.
+    SecondGuard(u64),
+    /// An operator sends a command.
+    Command(Request),
+    /// The timecode's sender fails.
+    Timecode(TimecodeFault),
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:.6} s {:?}", self.at_ns as f64 * 1e-9, self.kind)
+    }
+}
+
+/// Number of kinds that a seed turns on or off.
+const KINDS: usize = 14;
+
+/// Draws the faults of a scenario up to an instant. Each seed leaves out about half of the kinds, and has its own mean distance
+/// between faults: long quiet runs and storms both occur.
+pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: bool) -> Vec<Fault> {
+    let mut dice = Dice::new(seed, 2);
+    let kinds: Vec<usize> = (0..KINDS).filter(|_| dice.chance(0.5)).collect();
+    // Without commands a show that was held once would stand for the rest.
+    let kinds = [kinds, vec![10, 11]].concat();
+    let mean_s = dice.scaled(0.3, 120.0);
+    let longest_s = dice.scaled(0.1, 60.0);
+    let mut faults = Vec::new();
+    let mut at_s = 0.0;
+    loop {
+        at_s -= mean_s * (1.0 - dice.unit()).ln();
+        let at_ns = (at_s * 1e9) as u64;
+        if at_ns >= until_ns {
+            return faults;
+        }
+        let number = dice.one_of(&kinds);
+        let mut durations = Dice::new(seed ^ at_ns, 5);
+        let mut duration_ns = || (durations.scaled(0.001, longest_s.max(0.002)) * 1e9) as u64;
+        let kind = match number {
+            0 => FaultKind::Kill(Part::Server),
+            1 => FaultKind::Kill(Part::Guard),
+            2 => FaultKind::Stop(Part::Server, duration_ns()),
+            3 => FaultKind::Stop(Part::Guard, duration_ns()),
+            4 => FaultKind::Overrun(duration_ns()),
+            5 => FaultKind::ClockStands(duration_ns()),
+            6 => FaultKind::LoseRequests(duration_ns()),
+            7 => FaultKind::DelayRequests(duration_ns(), duration_ns().min(8 * SECOND_NS)),
+            8 => FaultKind::SlowProofs(duration_ns(), duration_ns().min(3 * SECOND_NS)),
+            9 => FaultKind::SecondGuard(duration_ns()),
+            10 | 11 => FaultKind::Command(command(&mut dice, seek_s)),
+            12 => FaultKind::LoseReplies(duration_ns()),
+            13 => FaultKind::LoseFrames(duration_ns()),
+            _ => unreachable!("the numbers of the kinds are below {KINDS}"),
+        };
+        let kind = if has_timecode && dice.chance(0.2) { FaultKind::Timecode(timecode(&mut dice)) } else { kind };
+        faults.push(Fault { at_ns, kind });
+    }
+}
+
+/// Any command, those that go on more often than those that stop. Some have values out of range.
+fn command(dice: &mut Dice, [first_s, last_s]: [f64; 2]) -> Request {
+    match dice.below(24) {
+        0..=2 => Request::Pause,
+        3..=6 => Request::Resume,
+        7..=8 => Request::Hold,
+        9..=13 => Request::Release,
+        14..=16 => Request::Speed { speed_mps: dice.scaled(0.01, 12.0) },
+        17 => Request::Speed { speed_mps: dice.one_of(&[0.0, 1.0, -1.0, f64::NAN]) },
+        18..=21 => {
+            let past_s = 0.05 * (last_s - first_s);
+            Request::Seek { show_time_s: dice.within(first_s - past_s, last_s + past_s) }
+        }
+        22 => Request::Seek { show_time_s: dice.one_of(&[first_s, last_s, f64::INFINITY]) },
+        _ if dice.chance(0.3) => Request::Stop,
+        _ => Request::Pace { factor: 2.0 },
+    }
+}
+
+fn timecode(dice: &mut Dice) -> TimecodeFault {
+    match dice.below(5) {
+        0 => TimecodeFault::Jump(dice.within(-60.0, 60.0)),
+        1 => TimecodeFault::Stand,
+        2 => TimecodeFault::Silent((dice.scaled(0.05, 20.0) * 1e9) as u64),
+        3 => TimecodeFault::Stray(dice.within(-100.0, 100.0)),
+        _ => TimecodeFault::Pace(dice.within(0.93, 1.07)),
+    }
+}

@@ -1,0 +1,107 @@
+//! Plays seeds, and reports simulated hours, faults and broken promises.
+
+#![allow(clippy::print_stdout, reason = "the program's output")]
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Parser;
+use simulator::{Outcome, Scenario, play, shortest};
+
+/// Plays the whole show under a simulated clock, with faults from a seed. Exit status 1: a promise is broken.
+#[derive(Debug, Parser)]
+#[command(name = "simulator")]
+struct Args {
+    /// The first seed.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Number of seeds.
+    #[arg(long, default_value_t = 1)]
+    seeds: u64,
+    /// Hours of faults of each seed.
+    #[arg(long, default_value_t = 1.0)]
+    hours: f64,
+    /// Play only the faults of these numbers, and print them.
+    #[arg(long, value_delimiter = ',', num_args = 0..)]
+    only: Option<Vec<usize>>,
+    /// Do not reduce the faults of a broken promise.
+    #[arg(long)]
+    no_shrink: bool,
+    /// Go on after a broken promise.
+    #[arg(long)]
+    keep_going: bool,
+}
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    let begun = Instant::now();
+    let (mut totals, mut broken) = (Totals::default(), 0_u64);
+    for seed in args.seed..args.seed.saturating_add(args.seeds) {
+        let whole = Scenario::of(seed, args.hours);
+        let scenario = args.only.as_ref().map_or_else(|| whole.clone(), |numbers| whole.only(numbers));
+        let outcome = play(&scenario);
+        totals.add(&outcome);
+        if args.only.is_some() {
+            scenario.faults.iter().for_each(|fault| println!("  {fault}"));
+            println!("trace {:016x}", outcome.trace);
+        }
+        if outcome.broken.is_some() {
+            broken += 1;
+            report(&args, &scenario, &outcome);
+            if !args.keep_going {
+                break;
+            }
+        }
+    }
+    let wall_s = begun.elapsed().as_secs_f64();
+    let Totals { hours, faults, frames, runs, shows, walked_m, replies, seeds } = totals;
+    println!(
+        "{seeds} seeds, {hours:.1} simulated hours ({:.0} a minute), {faults} faults and commands, {shows} shows, {runs} runs, \
+         {frames} frames, {walked_m:.0} m walked, {replies} replies, {broken} broken",
+        hours / (wall_s / 60.0)
+    );
+    ExitCode::from(u8::from(broken > 0))
+}
+
+#[derive(Default)]
+struct Totals {
+    seeds: u64,
+    hours: f64,
+    faults: u64,
+    frames: u64,
+    runs: u64,
+    shows: u64,
+    walked_m: f64,
+    replies: u64,
+}
+
+impl Totals {
+    fn add(&mut self, outcome: &Outcome) {
+        self.seeds += 1;
+        self.hours += outcome.length_ns as f64 / 3600e9;
+        self.faults += outcome.faults;
+        self.frames += outcome.frames;
+        self.runs += outcome.runs;
+        self.shows += outcome.shows;
+        self.walked_m += outcome.walked_m;
+        self.replies += outcome.replies;
+    }
+}
+
+/// Prints a broken promise, its shortest list of faults, and the command that plays it again.
+fn report(args: &Args, scenario: &Scenario, outcome: &Outcome) {
+    let Some(broken) = &outcome.broken else { return };
+    let (page, sentence) = broken.promise.source();
+    let at_s = broken.at_ns as f64 * 1e-9;
+    println!("seed {}: promise {} {:?} broken at {at_s:.6} s", scenario.seed, broken.promise.number(), broken.promise);
+    println!("  {page}: \"{sentence}\"\n  {}", broken.what);
+    if args.no_shrink || args.only.is_some() {
+        return;
+    }
+    let numbers = shortest(scenario, broken.promise);
+    println!("the shortest list of faults, of {}:", scenario.faults.len());
+    numbers.iter().for_each(|&number| println!("  {number:5} {}", scenario.faults[number]));
+    let list: Vec<String> = numbers.iter().map(usize::to_string).collect();
+    let (seed, hours, list) = (scenario.seed, args.hours, list.join(","));
+    println!("again: cargo run --release -p simulator -- --seed {seed} --hours {hours} --only {list}");
+}

@@ -1,0 +1,67 @@
+//! The gate: fixed seeds, and a few new ones, whose first number is printed.
+
+use std::collections::HashSet;
+use std::path::Path;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use simulator::{Promise, Scenario, play, shortest};
+
+/// Hours of faults of each seed.
+const HOURS: f64 = 0.05;
+/// Fixed seeds, from 1.
+const FIXED: u64 = 150;
+/// Wall time for new seeds. At least one is played.
+const NEW_SEEDS: Duration = Duration::from_secs(20);
+
+/// Plays a seed, and fails with its shortest list of faults if it breaks a promise.
+fn keep_promises(seed: u64, hours: f64) {
+    let scenario = Scenario::of(seed, hours);
+    let Some(broken) = play(&scenario).broken else { return };
+    let numbers = shortest(&scenario, broken.promise);
+    let faults: Vec<String> = numbers.iter().map(|&number| scenario.faults[number].to_string()).collect();
+    let only = numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(",");
+    panic!(
+        "seed {seed} breaks promise {} {broken:?} with\n{}\nagain: cargo run --release -p simulator -- --seed {seed} --hours {hours} \
+         --only {only}",
+        broken.promise.number(),
+        faults.join("\n")
+    );
+}
+
+#[test]
+fn fixed_seeds_keep_all_promises() {
+    (1..=FIXED).for_each(|seed| keep_promises(seed, HOURS));
+}
+
+#[test]
+fn new_seeds_keep_all_promises() {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("the clock is after 1970");
+    let first = now.as_nanos() as u64 >> 16;
+    let begun = Instant::now();
+    let played = (first..).take_while(|&seed| {
+        keep_promises(seed, HOURS);
+        begun.elapsed() < NEW_SEEDS
+    });
+    println!("{} new seeds from {first}", played.count() + 1);
+}
+
+#[test]
+fn a_seed_gives_the_same_trace_each_time() {
+    for seed in [3, 14, 159] {
+        let trace = |scenario: &Scenario| play(scenario).trace;
+        assert_eq!(trace(&Scenario::of(seed, HOURS)), trace(&Scenario::of(seed, HOURS)), "seed {seed}");
+    }
+    let traces: HashSet<u64> = (1..=10).map(|seed| play(&Scenario::of(seed, HOURS)).trace).collect();
+    assert_eq!(traces.len(), 10, "seeds differ");
+}
+
+#[test]
+fn each_promise_is_a_sentence_of_its_document() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for &promise in Promise::ALL {
+        let (page, sentence) = promise.source();
+        let text = std::fs::read_to_string(root.join(page)).unwrap_or_else(|error| panic!("{page}: {error}"));
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words(&text).contains(&words(sentence)), "{page} has no {sentence:?}");
+    }
+}
