@@ -2,6 +2,7 @@
 
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash as _, Hasher as _};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -105,7 +106,10 @@ pub struct Outcome {
 /// Plays a scenario up to the end of its show, or to the first broken promise.
 pub fn play(scenario: &Scenario) -> Outcome {
     let mut world = World::new(scenario);
-    world.run();
+    if let Err(panic) = catch_unwind(AssertUnwindSafe(|| world.run())) {
+        let text = panic.downcast_ref::<String>().map_or("a panic", String::as_str);
+        world.promises.require(Promise::NothingPanics, world.now_ns, false, || text.to_owned());
+    }
     world.outcome()
 }
 

@@ -36,7 +36,7 @@ fn fixed_seeds_keep_all_promises() {
 #[test]
 fn seeds_that_found_faults_keep_all_promises() {
     // Holds and pauses that a restart forgot; a head past the end of its run by rounding.
-    for seed in [9, 10, 24, 48, 143, 748, 2078, 2540, 2541, 2542, 2543, 2544, 2545, 2546, 2547, 2548, 2549] {
+    for seed in [9, 10, 24, 48, 143, 748, 2078, 2540] {
         keep_promises(seed, 0.1);
     }
 }

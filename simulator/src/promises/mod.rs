@@ -83,6 +83,8 @@ promises! {
     FollowsTimecode = "docs/reference/timecode.md", "is more than half a second elsewhere";
     /// The speed of a head with ramps changes no faster than they allow, unless a guard or the end of the run is near.
     RampsAreKept = "docs/reference/configuration.md", "every start and stop is a ramp with this acceleration.";
+    /// No part panics.
+    NothingPanics = "docs/how-it-is-tested/reliability.md", "No configuration causes a panic";
     /// A child that gives signs of life is not killed.
     HealthyChildLives = "docs/how-it-works/processes.md", "`show` kills a child that overruns a limit";
     /// A child that has ended starts again.
