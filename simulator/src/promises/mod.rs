@@ -11,7 +11,7 @@ use crate::server::Ticked;
 
 mod run;
 
-use run::Run;
+use run::RunBook;
 
 /// Rounding of a clearance or a travel, in metres.
 const ROUNDING_M: f64 = 1e-9;
@@ -114,7 +114,7 @@ pub struct Broken {
 pub(crate) struct Promises<'a> {
     scenario: &'a Scenario,
     pub(crate) broken: Option<Broken>,
-    run: Option<Run>,
+    run: Option<RunBook>,
     last: Option<FrameHeader>,
     clearances: ClearanceSearch,
     boards: Vec<Board>,
@@ -156,14 +156,14 @@ impl<'a> Promises<'a> {
             self.require(Promise::ResumesWhereItStood, now_ns, is_same, || {
                 format!("the run begins at {} m, {} s after {last:?}", start.travel_m, start.start_s)
             });
-            let keeps = |run: &Run| run.is_kept_by(&start, told, self.scenario.flags.auto_resume);
+            let keeps = |run: &RunBook| run.is_kept_by(&start, told, self.scenario.flags.auto_resume);
             let is_kept = self.run.as_ref().is_none_or(keeps);
             let before = format!("{:?}", self.run);
             self.require(Promise::ResumesWhereItStood, now_ns, is_kept, || {
                 format!("the restarted server begins with {start:?} after {before}, the last status is of {told:?}")
             });
         }
-        self.run = Some(Run::new(self.scenario, run_id, start));
+        self.run = Some(RunBook::new(self.scenario, run_id, start));
     }
 
     /// Checks a tick of the server.
@@ -175,7 +175,7 @@ impl<'a> Promises<'a> {
         if let Some((promise, what)) = broken.into_iter().next() {
             self.require(promise, now_ns, false, || format!("{what}; tick {:?}", ticked.header));
         }
-        for [from_m, to_m] in self.run.iter_mut().flat_map(Run::new_grants).collect::<Vec<_>>() {
+        for [from_m, to_m] in self.run.iter_mut().flat_map(RunBook::new_grants).collect::<Vec<_>>() {
             self.check_grant(from_m, to_m, now_ns);
         }
         self.last = Some(ticked.header);
