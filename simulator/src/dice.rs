@@ -1,6 +1,6 @@
 //! Random numbers from a seed: the same on every machine.
 
-/// A generator (SplitMix64, Steele, Lea and Flood 2014).
+/// A generator (`SplitMix64`, Steele, Lea and Flood 2014).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dice(u64);
 

@@ -48,8 +48,15 @@ fn every_configuration_is_listed_planned_and_played() {
     for config in &configurations {
         let name = config.file_name().expect("a file has a name").to_string_lossy();
         assert!(listed.contains(&format!("]({name})")), "{name} is not in the list");
+        let is_formation = text(config).contains("[[dragons]]");
         let config = config.to_str().expect("the path is UTF-8");
         let stage = Stage::new();
+        if is_formation {
+            let mut solve = program(&["solve", "contact", "--config", config]);
+            solve.current_dir(stage.path(""));
+            Process::start(solve).end().expect_clean();
+            continue;
+        }
         let played = ["show", "--config", config, "--rate", "50", "--time-scale", "20", "--out", "out"];
         // Show time 0 of a turnaround is in its middle.
         let is_turnaround = ["stage.toml", "turnaround.toml"].contains(&&*name);
@@ -64,15 +71,15 @@ fn every_configuration_is_listed_planned_and_played() {
 }
 
 #[test]
-fn the_stage_configuration_has_every_key() {
-    let stage = text(&example("stage.toml"));
+fn the_example_configurations_have_every_key() {
+    let examples = [text(&example("stage.toml")), text(&example("two-dragons.toml"))].concat();
     let reference = text(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/reference/configuration.md")));
     let rows = reference.lines().filter_map(|line| line.strip_prefix("| `")?.split('`').next());
     let keys: Vec<&str> = rows.filter(|key| key.chars().all(|char| char.is_ascii_lowercase() || char == '_')).collect();
     assert!(keys.len() >= 20, "{keys:?}");
     for key in keys {
-        let is_there = stage.lines().any(|line| line.trim_start_matches(['#', ' ']).starts_with(&format!("{key} =")));
-        assert!(is_there, "{key} is not in examples/stage.toml");
+        let is_there = examples.lines().any(|line| line.trim_start_matches(['#', ' ']).starts_with(&format!("{key} =")));
+        assert!(is_there, "{key} is not in the examples");
     }
 }
 

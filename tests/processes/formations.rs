@@ -1,8 +1,9 @@
 //! Several dragons in a configuration: what the planner answers about them, and what is refused.
 
 use serde_json::{Value, json};
+use test_support::process::{Ended, Process};
 
-use crate::stage::Stage;
+use crate::stage::{Stage, program};
 
 /// Two straight dragons: `gold` walks along the x axis, `silver` up the line x = 10, from 20 m below.
 const CROSSING: &str = r#"
@@ -27,9 +28,15 @@ speed_mps = 2.0
 start_s = 2.0
 "#;
 
+/// Runs a subcommand that needs no instance with the configuration of the stage.
+fn run(stage: &Stage, args: &[&str]) -> Ended {
+    let mut command = program(&[args, &["--config", "two.toml"]].concat());
+    command.current_dir(stage.path(""));
+    Process::start(command).end()
+}
+
 fn solve(stage: &Stage, args: &[&str]) -> Value {
-    let ended = stage.run(&[&["solve"], args, &["--config", "two.toml", "--format", "json"]].concat());
-    ended.expect_clean().last_json()
+    run(stage, &[&["solve"], args, &["--format", "json"]].concat()).expect_clean().last_json()
 }
 
 fn stage_with(text: &str) -> Stage {
@@ -50,7 +57,7 @@ fn the_first_contact_of_two_dragons_names_both_and_the_indices_within_them() {
     let later = CROSSING.replace("start_s = 2.0", "start_s = 60.0");
     let apart = solve(&stage_with(&later), &["contact"]);
     assert_eq!(apart["time_s"], Value::Null, "{apart}");
-    let text = stage.run(&["solve", "contact", "--config", "two.toml"]).expect_clean();
+    let text = run(&stage, &["solve", "contact"]).expect_clean();
     assert!(text.stdout.contains("gold bench 0 and silver bench 0"), "{}", text.stdout);
 }
 
@@ -66,7 +73,7 @@ fn poses_have_the_name_of_their_dragon_and_the_index_within_it() {
     assert_eq!((&first_of_silver(0)["y_m"], &first_of_silver(0)["speed_mps"]), (&json!(-20.0), &json!(0.0)));
     assert!((first_of_silver(1)["y_m"].as_f64().expect("a number") + 10.0).abs() < 1e-9);
     assert!((first_of_silver(1)["speed_mps"].as_f64().expect("a number") - 2.0).abs() < 1e-12);
-    let csv = stage.run(&["solve", "poses", "--at", "1", "--config", "two.toml", "--format", "csv"]).expect_clean();
+    let csv = run(&stage, &["solve", "poses", "--at", "1", "--format", "csv"]).expect_clean();
     assert!(csv.stdout.starts_with("time_s,dragon,handle,x_m,y_m,speed_mps"), "{}", csv.stdout);
 }
 
@@ -74,13 +81,12 @@ fn poses_have_the_name_of_their_dragon_and_the_index_within_it() {
 fn a_figure_has_every_dragon_by_its_name_and_colour() {
     let stage = stage_with(&CROSSING.replace("name = \"gold\"", "name = \"gold\"\ncolour = \"#c8a04a\""));
     for question in [&["contact"][..], &["poses", "--at", "5"]] {
-        let args = [&["solve"], question, &["--config", "two.toml", "--figure", "two.svg"]].concat();
-        stage.run(&args).expect_clean();
+        run(&stage, &[&["solve"], question, &["--figure", "two.svg"]].concat()).expect_clean();
         let svg = std::fs::read_to_string(stage.path("two.svg")).expect("the figure is written");
         assert!(svg.contains("gold bench 3") && svg.contains("silver bench 2") && svg.contains("#c8a04a"), "{svg}");
     }
     let apart = stage_with(&CROSSING.replace("start_s = 2.0", "start_s = 60.0"));
-    let ended = apart.run(&["solve", "contact", "--config", "two.toml", "--figure", "two.svg"]);
+    let ended = run(&apart, &["solve", "contact", "--figure", "two.svg"]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
     assert!(ended.stderr.contains("--figure has nothing to show: no benches touch"), "{}", ended.stderr);
 }
@@ -108,13 +114,13 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
             "[[dragons]] have 120000 benches together, at most 100000 are allowed",
         ),
     ] {
-        let ended = stage_with(&text).run(&["solve", "contact", "--config", "two.toml"]);
+        let ended = run(&stage_with(&text), &["solve", "contact"]);
         assert_eq!((ended.code(), &*ended.stdout), (Some(2), ""), "{}", ended.stderr);
         assert!(ended.stderr.contains(line) && ended.stderr.lines().count() == 1, "{line}: {}", ended.stderr);
     }
     let stage = stage_with(CROSSING);
     for args in [&["serve"][..], &["show"], &["solve", "pitch"], &["solve", "turn"], &["doctor"]] {
-        let ended = stage.run(&[args, &["--config", "two.toml"]].concat());
+        let ended = run(&stage, args);
         assert_eq!(ended.code(), Some(2), "{args:?}: {}", ended.stderr);
         assert!(
             ended.stderr.contains("[[dragons]] has 2 dragons, gold, silver: only one is allowed here"),
@@ -122,6 +128,6 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
             ended.stderr
         );
     }
-    let profile = stage.run(&["solve", "contact", "--profile", "--config", "two.toml"]);
+    let profile = run(&stage, &["solve", "contact", "--profile"]);
     assert!(profile.stderr.contains("--profile is for one dragon, the configuration has 2"), "{}", profile.stderr);
 }

@@ -11,7 +11,7 @@ use crate::server::Ticked;
 
 mod run;
 
-use run::Run;
+use run::RunBook;
 
 /// Rounding of a clearance or a travel, in metres.
 const ROUNDING_M: f64 = 1e-9;
@@ -83,6 +83,8 @@ promises! {
     FollowsTimecode = "docs/reference/timecode.md", "is more than half a second elsewhere";
     /// The speed of a head with ramps changes no faster than they allow, unless a guard or the end of the run is near.
     RampsAreKept = "docs/reference/configuration.md", "every start and stop is a ramp with this acceleration.";
+    /// No part panics.
+    NothingPanics = "docs/how-it-is-tested/reliability.md", "No configuration causes a panic";
     /// A child that gives signs of life is not killed.
     HealthyChildLives = "docs/how-it-works/processes.md", "`show` kills a child that overruns a limit";
     /// A child that has ended starts again.
@@ -112,7 +114,7 @@ pub struct Broken {
 pub(crate) struct Promises<'a> {
     scenario: &'a Scenario,
     pub(crate) broken: Option<Broken>,
-    run: Option<Run>,
+    run: Option<RunBook>,
     last: Option<FrameHeader>,
     clearances: ClearanceSearch,
     boards: Vec<Board>,
@@ -154,14 +156,14 @@ impl<'a> Promises<'a> {
             self.require(Promise::ResumesWhereItStood, now_ns, is_same, || {
                 format!("the run begins at {} m, {} s after {last:?}", start.travel_m, start.start_s)
             });
-            let keeps = |run: &Run| run.is_kept_by(&start, told, self.scenario.flags.auto_resume);
+            let keeps = |run: &RunBook| run.is_kept_by(&start, told, self.scenario.flags.auto_resume);
             let is_kept = self.run.as_ref().is_none_or(keeps);
             let before = format!("{:?}", self.run);
             self.require(Promise::ResumesWhereItStood, now_ns, is_kept, || {
                 format!("the restarted server begins with {start:?} after {before}, the last status is of {told:?}")
             });
         }
-        self.run = Some(Run::new(self.scenario, run_id, start));
+        self.run = Some(RunBook::new(self.scenario, run_id, start));
     }
 
     /// Checks a tick of the server.
@@ -173,7 +175,7 @@ impl<'a> Promises<'a> {
         if let Some((promise, what)) = broken.into_iter().next() {
             self.require(promise, now_ns, false, || format!("{what}; tick {:?}", ticked.header));
         }
-        for [from_m, to_m] in self.run.iter_mut().flat_map(Run::new_grants).collect::<Vec<_>>() {
+        for [from_m, to_m] in self.run.iter_mut().flat_map(RunBook::new_grants).collect::<Vec<_>>() {
             self.check_grant(from_m, to_m, now_ns);
         }
         self.last = Some(ticked.header);

@@ -8,7 +8,8 @@ use crate::server::{Decided, Ticked};
 
 /// What the accepted commands of a run require of its frames.
 #[derive(Debug)]
-pub(super) struct Run {
+#[expect(clippy::struct_excessive_bools, reason = "each is a stop of its own")]
+pub(super) struct RunBook {
     settings: RunSettings,
     run_id: u64,
     next_tick: u64,
@@ -40,6 +41,7 @@ struct RunSettings {
     first_s: f64,
     last_s: f64,
     speed_mps: f64,
+    end_travel_m: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +53,7 @@ struct Last {
 
 type Report<'a> = &'a mut dyn FnMut(Promise, String);
 
-impl Run {
+impl RunBook {
     pub(super) fn new(scenario: &Scenario, run_id: u64, start: RunStart) -> Self {
         let config = &scenario.config;
         let tables = config.tables();
@@ -66,6 +68,7 @@ impl Run {
             first_s: config.start_s(),
             last_s: start.until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
             speed_mps: tables.head.speed_mps,
+            end_travel_m: config.lead().end_travel_m(),
         };
         let mut run = Self {
             settings,
@@ -120,9 +123,14 @@ impl Run {
         self.last = Some(Last { header, behind_ns: ticked.behind_ns, clearance_m });
     }
 
+    /// Travel to which a seek moves the head.
+    fn travel_at(&self, show_time_s: f64) -> f64 {
+        (self.settings.speed_mps * show_time_s).min(self.settings.end_travel_m)
+    }
+
     /// Checks that the frame of a seek shows its target.
     fn check_sought(&self, header: &FrameHeader, show_time_s: f64, report: Report<'_>) {
-        let off_m = header.head_travel_m - self.settings.speed_mps * show_time_s;
+        let off_m = header.head_travel_m - self.travel_at(show_time_s);
         let off_ns = header.show_time_ns as f64 - show_time_s * 1e9;
         if off_m.abs() > ROUNDING_M || off_ns.abs() > 1.0 {
             report(Promise::RepliesAreTrue, format!("a seek to {show_time_s} s is off by {off_m} m, {off_ns} ns"));
@@ -147,7 +155,7 @@ impl Run {
                 Request::Stop => self.ending = true,
                 Request::Speed { speed_mps } => self.speed_mps = speed_mps,
                 Request::Seek { show_time_s } => {
-                    (travel_m, speed_mps) = (self.settings.speed_mps * show_time_s, 0.0);
+                    (travel_m, speed_mps) = (self.travel_at(show_time_s), 0.0);
                     (self.stand, sought_s) = (None, Some(show_time_s));
                     self.exempt_m = None;
                 }
@@ -204,18 +212,16 @@ impl Run {
             (Request::Pause | Request::Hold | Request::Stop, outcome) => outcome.is_ok(),
             (Request::Speed { .. }, Ok(())) => is_valid,
             (Request::Seek { show_time_s }, Ok(())) => {
-                is_valid && (!is_guarded || is_granted(self.settings.speed_mps * show_time_s))
+                is_valid && (!is_guarded || is_granted(self.travel_at(show_time_s)))
             }
             (Request::Speed { .. } | Request::Seek { .. }, Err(Refusal::OutOfRange { .. })) => !is_valid,
             (Request::Seek { .. }, Err(Refusal::NotProved)) => is_guarded,
             (Request::Seek { .. }, Err(Refusal::Followed)) => self.settings.follows_timecode,
             (Request::Release, Ok(())) => self.held || self.ready,
-            (Request::Release, Err(Refusal::NotHeld)) => !self.held && !self.ready,
-            (Request::Release, Err(Refusal::HeldByGuard)) => is_guarded && !self.held && !self.ready,
-            (Request::Resume, Ok(())) => !self.held && !self.ready,
+            (Request::Release, Err(Refusal::NotHeld)) | (Request::Resume, Ok(())) => !self.held && !self.ready,
+            (Request::Release | Request::Resume, Err(Refusal::HeldByGuard)) => is_guarded && !self.held && !self.ready,
             (Request::Resume, Err(Refusal::Held)) => self.held,
             (Request::Resume, Err(Refusal::Ready)) => self.ready,
-            (Request::Resume, Err(Refusal::HeldByGuard)) => is_guarded && !self.held && !self.ready,
             (Request::Resume, Err(Refusal::Finished)) => self.ending || !self.held && !self.ready,
             (Request::Grant { run_id, .. }, Ok(())) => is_guarded && run_id == self.run_id,
             (Request::Grant { run_id, .. }, Err(Refusal::OtherRun)) => run_id != self.run_id,

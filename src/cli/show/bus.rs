@@ -95,7 +95,10 @@ impl LastSeen {
     /// the frame: a head that brakes for a reason that the status does not have is held.
     pub(super) fn is_held(&self) -> bool {
         let (held, others) = (self.stops().has(Stop::Held), [Stop::Paused, Stop::Timecode, Stop::Ending]);
+        // The status of a restarted server comes before its first frame.
+        let is_of_newer_run = |header: FrameHeader| self.status.is_some_and(|status| status.run_id != header.run_id);
         self.header.is_some_and(|header| match header.show_state() {
+            _ if is_of_newer_run(header) && held => true,
             Some(ShowState::Held) => {
                 held || self.status.as_ref().is_none_or(|status| header.head_travel_m != status.granted_to_m)
             }
@@ -141,6 +144,14 @@ mod tests {
         seen.see_status(status(Stops::from([Stop::GuardLimit]), 7.0));
         assert!(!seen.is_held());
         seen.see_status(status(Stops::from([Stop::GuardLimit, Stop::Held]), 7.0));
+        assert!(seen.is_held());
+    }
+
+    #[test]
+    fn a_restarted_server_that_is_killed_before_its_first_frame_was_held_by_its_status() {
+        let mut seen = LastSeen::default();
+        seen.see_frame(&frame(ShowState::Paused, 7.0));
+        seen.see_status(Status { run_id: 1, ..status(Stops::from([Stop::Held]), 9.0) });
         assert!(seen.is_held());
     }
 

@@ -343,7 +343,8 @@ impl Motion {
     fn seek(&mut self, show_time_s: f64) -> Result<(), Refusal> {
         let last_s = self.plan.until_s.map_or(self.plan.last_s, |until_s| until_s.min(self.plan.last_s));
         require(show_time_s, self.plan.first_s, last_s)?;
-        let travel_m = self.plan.speed_mps * show_time_s;
+        // Rounding must not put the head past the end of its run.
+        let travel_m = (self.plan.speed_mps * show_time_s).min(self.plan.end_travel_m);
         if let Some(authority) = &mut self.authority {
             authority.seek(travel_m)?;
         }

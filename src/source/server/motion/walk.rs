@@ -103,9 +103,6 @@ impl Walk {
         let Phase { start, accel_mps2, end } = self.phase;
         let elapsed_s = (ticks - start.ticks) * self.tick_s;
         let travel_m = start.travel_m + start.speed_mps * elapsed_s;
-        if accel_mps2 == 0.0 {
-            return Instant { ticks, travel_m, ..start };
-        }
         // Rounding must move the head neither past the limit nor backwards, also not from here to the end of the phase.
         let most_m = end.map_or(self.limit_m, |end| end.at.travel_m.min(self.limit_m));
         let travel_m = (travel_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s).min(most_m.max(start.travel_m));
@@ -248,6 +245,17 @@ mod tests {
             let ticks = 2.5 / (TICK_S * 0.8);
             walk.advance_to(ticks);
             assert_near((walk.travel_m(ticks), walk.speed_mps(ticks)), whole);
+        }
+    }
+
+    #[test]
+    fn a_head_at_constant_speed_does_not_pass_its_limit_by_rounding() {
+        for number in 1..1000 {
+            let limit_m = 10.0 + f64::from(number) / 7.0;
+            let walk = walk(None, 0.1 + 0.0037 * f64::from(number), limit_m);
+            let end = walk.phase.end.expect("the head walks to its limit").at;
+            let just_before_m = walk.travel_m(end.ticks * (1.0 - f64::EPSILON));
+            assert!(just_before_m <= limit_m, "{just_before_m} m, and the limit is {limit_m} m");
         }
     }
 
