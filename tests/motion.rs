@@ -56,6 +56,21 @@ fn only_release_lifts_a_hold() {
 }
 
 #[test]
+fn a_seek_to_the_last_show_time_is_not_past_the_end_by_rounding() {
+    let mut rounded_up = 0;
+    for number in 1..1000 {
+        let (speed_mps, end_travel_m) = (0.1 + 0.0037 * f64::from(number), 61.85);
+        let last_s = end_travel_m / speed_mps;
+        rounded_up += u32::from(speed_mps * last_s > end_travel_m);
+        let mut motion =
+            start(MotionSettings { speed_mps, start_speed_mps: speed_mps, end_travel_m, last_s, ..plan() });
+        motion.request(Request::Seek { sim_time_s: last_s }).expect("the end is inside the run");
+        assert_eq!(after(motion, 1).head().travel_m.max(end_travel_m), end_travel_m);
+    }
+    assert!(rounded_up > 0, "no case is rounded up");
+}
+
+#[test]
 fn a_show_is_ready_at_its_start_until_its_first_release() {
     let mut motion = after(start(MotionSettings { is_ready: true, ..plan() }), 9);
     assert_eq!((motion.head().state, motion.head().travel_m), (ShowState::Ready, 0.0));

@@ -42,7 +42,9 @@ fn main() -> ExitCode {
         let outcome = play(&scenario);
         totals.add(&outcome);
         if args.only.is_some() {
-            scenario.faults.iter().for_each(|fault| println!("  {fault}"));
+            for fault in &scenario.faults {
+                println!("  {fault}");
+            }
             println!("trace {:016x}", outcome.trace);
         }
         if outcome.broken.is_some() {
@@ -100,7 +102,9 @@ fn report(args: &Args, scenario: &Scenario, outcome: &Outcome) {
     }
     let numbers = shortest(scenario, broken.promise);
     println!("the shortest list of faults, of {}:", scenario.faults.len());
-    numbers.iter().for_each(|&number| println!("  {number:5} {}", scenario.faults[number]));
+    for &number in &numbers {
+        println!("  {number:5} {}", scenario.faults[number]);
+    }
     let list: Vec<String> = numbers.iter().map(usize::to_string).collect();
     let (seed, hours, list) = (scenario.seed, args.hours, list.join(","));
     println!("again: cargo run --release -p simulator -- --seed {seed} --hours {hours} --only {list}");
