@@ -64,7 +64,7 @@ fn a_seek_to_the_last_show_time_is_not_past_the_end_by_rounding() {
         rounded_up += u32::from(speed_mps * last_s > end_travel_m);
         let mut motion =
             start(MotionSettings { speed_mps, start_speed_mps: speed_mps, end_travel_m, last_s, ..plan() });
-        motion.request(Request::Seek { sim_time_s: last_s }).expect("the end is inside the run");
+        motion.request(Request::Seek { show_time_s: last_s }).expect("the end is inside the run");
         assert_eq!(after(motion, 1).head().travel_m.max(end_travel_m), end_travel_m);
     }
     assert!(rounded_up > 0, "no case is rounded up");

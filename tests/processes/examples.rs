@@ -78,7 +78,8 @@ fn the_example_configurations_have_every_key() {
     let keys: Vec<&str> = rows.filter(|key| key.chars().all(|char| char.is_ascii_lowercase() || char == '_')).collect();
     assert!(keys.len() >= 20, "{keys:?}");
     for key in keys {
-        let is_there = examples.lines().any(|line| line.trim_start_matches(['#', ' ']).starts_with(&format!("{key} =")));
+        let is_there =
+            examples.lines().any(|line| line.trim_start_matches(['#', ' ']).starts_with(&format!("{key} =")));
         assert!(is_there, "{key} is not in the examples");
     }
 }
