@@ -51,7 +51,7 @@ pub(crate) struct Ticked<'a> {
     pub(crate) header: FrameHeader,
     pub(crate) handles: &'a [HandleState],
     pub(crate) missed: u64,
-    /// The head before the requests, after the missed releases.
+    /// The head before the requests, after the missed periods.
     pub(crate) before: HeadState,
     pub(crate) decided: Vec<Decided>,
     pub(crate) steering: Option<Steering>,

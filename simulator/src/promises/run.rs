@@ -303,7 +303,7 @@ impl RunBook {
         }
         let due_ns = (header.scheduled_ns - last.header.scheduled_ns) as f64;
         if (due_ns - (missed + 1) as f64 * period_ns).abs() > 2.0 {
-            report(Promise::TimeIsKept, format!("{missed} missed releases, but the ticks are {due_ns} ns apart"));
+            report(Promise::TimeIsKept, format!("{missed} missed periods, but the ticks are {due_ns} ns apart"));
         }
         let walks = |state: Option<ShowState>| state.is_some_and(ShowState::walks);
         let stands = ![last.header.show_state(), Some(ticked.before.state), header.show_state()].into_iter().any(walks);
@@ -315,18 +315,18 @@ impl RunBook {
         if follows_timecode || runs != [Some(ShowState::Running); 3] {
             return;
         }
-        let (before_ns, releases) = (last.behind_ns as f64, (missed + 1) as f64);
-        let (added_ns, made_up) = if missed > most_jumped { (missed as f64 * period_ns, 1.0) } else { (0.0, releases) };
+        let (before_ns, periods) = (last.behind_ns as f64, (missed + 1) as f64);
+        let (added_ns, made_up) = if missed > most_jumped { (missed as f64 * period_ns, 1.0) } else { (0.0, periods) };
         let lag_ns = before_ns + added_ns;
         let expected_ns = lag_ns - (made_up * 0.1 * period_ns).min(lag_ns);
         let behind_ns = ticked.behind_ns as f64;
-        let off_ns = show_ns / time_scale - (releases * period_ns - (behind_ns - before_ns));
+        let off_ns = show_ns / time_scale - (periods * period_ns - (behind_ns - before_ns));
         let tolerance_ns = 4.0 + 4.0 / time_scale;
         if (behind_ns - expected_ns).abs() > tolerance_ns || off_ns.abs() > tolerance_ns {
             report(
                 Promise::TimeIsKept,
                 format!(
-                    "after {missed} missed releases the step is {show_ns} ns, behind {before_ns} then {behind_ns} ns"
+                    "after {missed} missed periods the step is {show_ns} ns, behind {before_ns} then {behind_ns} ns"
                 ),
             );
         }
