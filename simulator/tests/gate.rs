@@ -1,5 +1,7 @@
 //! The gate: fixed seeds, and a few new ones, whose first number is printed.
 
+#![allow(clippy::print_stdout, reason = "the number of the new seeds")]
+
 use std::collections::HashSet;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
