@@ -89,7 +89,10 @@ impl Kernel {
         let length = of_formula!(&self.formula, formula => formula.piece_length())?;
         let low = self.begin.max(begin).max(parameter - PIECE_BEHIND * length);
         let high = end.min(parameter + (1.0 - PIECE_BEHIND) * length);
-        of_formula!(&self.formula, formula => formula.piece(0.5 * (low + high), 0.5 * (high - low)))
+        let anchor = 0.5 * (low + high);
+        // Half of the length may be shorter, by rounding, than the distance of the parameter from the anchor.
+        let reach = (high - anchor).max(anchor - low);
+        of_formula!(&self.formula, formula => formula.piece(anchor, reach))
     }
 }
 
@@ -257,6 +260,12 @@ mod tests {
             prop_assert!((near - exact).abs() < 1e-13 * (100.0 + parameter.abs()));
         }
         Ok(())
+    }
+
+    #[test]
+    fn a_piece_at_the_end_of_its_segment_has_its_own_parameter() {
+        let turnaround = Turnaround::new(1.967_984_220_254_569_4, 2.503_463_375_783_984_4, 0.1).expect("a valid turn");
+        assert_same(&turnaround.between(-2.0, 60.0).expect("a valid span").route()).expect("pieces with their points");
     }
 
     proptest! {

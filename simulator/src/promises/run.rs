@@ -94,7 +94,9 @@ impl RunBook {
     /// no status has told yet is lost with its server.
     pub(super) fn is_kept_by(&self, start: &RunStart, told: Option<(u64, u64)>, auto_resume: bool) -> bool {
         let holds = start.is_held || start.is_ready;
-        let is_told = told.is_some_and(|(run_id, tick)| run_id == self.run_id && tick >= self.stopped_tick);
+        // The first status is published before tick 0, and has its number.
+        let covers = |tick: u64| tick > 0 && tick >= self.stopped_tick;
+        let is_told = told.is_some_and(|(run_id, tick)| run_id == self.run_id && covers(tick));
         let keeps_hold = !self.held || start.is_held || auto_resume && !is_told;
         let keeps_ready = !self.ready || start.is_ready;
         let keeps_pause = !self.paused || start.is_paused || holds && start.follows_timecode || !is_told;
