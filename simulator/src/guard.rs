@@ -54,6 +54,8 @@ struct Watched<'a> {
 struct GuardThread<'a> {
     guard: Guard<'a>,
     newest: Option<FrameHeader>,
+    /// The frame with which the guard has advanced last.
+    advanced: Option<FrameHeader>,
     has_fault: bool,
     has_ended: bool,
     /// The request that waits for its reply, and its number.
@@ -135,7 +137,7 @@ impl<'a> GuardProcess<'a> {
     /// Whether the head is at its final rest in this frame, by the guard.
     pub(crate) fn is_final(&self, header: &FrameHeader) -> bool {
         let guard = self.watched.as_ref().and_then(|watched| watched.guard.as_ref());
-        guard.is_some_and(|thread| thread.newest == Some(*header) && thread.guard.is_final(header))
+        guard.is_some_and(|thread| thread.advanced == Some(*header) && thread.guard.is_final(header))
     }
 }
 
@@ -145,6 +147,7 @@ impl<'a> Watched<'a> {
         let guard = scenario.is_guarded().then(|| GuardThread {
             guard: Guard::new(&scenario.metered, config, run_id),
             newest: None,
+            advanced: None,
             has_fault: false,
             has_ended: false,
             asked: None,
@@ -191,6 +194,7 @@ impl GuardThread<'_> {
             Some(Request::Hold)
         } else {
             let status = status.filter(|status| status.run_id == header.run_id);
+            self.advanced = Some(header);
             self.guard.advance(&header, status.and_then(Status::asked))
         };
         let Some(request) = request else { return GuardStep::Wait };
