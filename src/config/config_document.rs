@@ -47,8 +47,8 @@ impl ConfigDocument {
             PlanDocument::OneDragon(document) => Ok(*document),
             PlanDocument::Formation(formation) => {
                 let names: Vec<&str> = formation.dragons().iter().map(|dragon| &*dragon.name).collect();
-                let (count, names) = (names.len(), names.join(", "));
-                Err(ConfigError(format!("[[dragons]] has {count} dragons, {names}: only one is allowed here")))
+                let text = format!("[[dragons]] is present ({}), only one dragon is allowed here", names.join(", "));
+                Err(ConfigError(format!("{text}: use [dragon], [route] and [head]")))
             }
         }
     }
@@ -179,7 +179,7 @@ impl ConfigDocument {
     }
 
     pub(super) fn check(mut tables: Document) -> Result<Self, ConfigError> {
-        if !tables.dragons.is_empty() {
+        if tables.dragons.is_some() {
             return Err(ConfigError("[[dragons]] is present, only one dragon is allowed here".to_owned()));
         }
         let serve = &tables.serve;

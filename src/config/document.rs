@@ -38,8 +38,8 @@ pub struct Document {
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
     /// The dragons of a formation, each with a name, the keys of `[dragon]`, and its own `route` and `head`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub(super) dragons: Vec<toml::Table>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) dragons: Option<Vec<toml::Table>>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

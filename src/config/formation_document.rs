@@ -12,6 +12,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::document::{Document, DragonTable, HeadTable, in_plain_words};
+use super::origin_table::OriginTable;
 use super::{Config, ConfigDocument, ConfigError, require};
 
 /// Allowed numbers of dragons.
@@ -45,11 +46,15 @@ impl FormationDocument {
     /// # Errors
     /// There are too many dragons, a name is not valid or occurs twice, or the table of a dragon is not valid.
     pub(super) fn build(mut tables: Document, folder: &Path, placing_steps: Option<u64>) -> Result<Self, ConfigError> {
-        let entries = std::mem::take(&mut tables.dragons);
+        let entries = tables.dragons.take().unwrap_or_default();
         require_no_short_form(&tables)?;
+        if tables.stage.outline()?.is_some() {
+            let text = "[stage] outline is present, must be absent with [[dragons]]: it is for one dragon";
+            return Err(ConfigError(text.to_owned()));
+        }
         if !DRAGONS.contains(&entries.len()) {
-            let (count, most) = (entries.len(), DRAGONS.end());
-            return Err(ConfigError(format!("[[dragons]] occurs {count} times, at most {most} are allowed")));
+            let (count, least, most) = (entries.len(), DRAGONS.start(), DRAGONS.end());
+            return Err(ConfigError(format!("[[dragons]] occurs {count} times, must occur {least} to {most} times")));
         }
         let mut names = BTreeSet::new();
         let mut dragons = Vec::new();
@@ -109,6 +114,10 @@ fn require_no_short_form(tables: &Document) -> Result<(), ConfigError> {
         ("head", tables.head != plain.head),
     ];
     match short.into_iter().find(|(_, is_set)| *is_set) {
+        Some(("dragon", _)) => {
+            let text = "[dragon] and [[dragons]] exclude each other: put its keys into each entry of [[dragons]]";
+            Err(ConfigError(text.to_owned()))
+        }
         Some((table, _)) => Err(ConfigError(format!(
             "[{table}] and [[dragons]] exclude each other: use [dragons.{table}] in each entry"
         ))),
@@ -160,12 +169,16 @@ fn named(
     };
     require("head", "start_s", leaves_s, &LEAVES_S)?;
     let route = sub_table(&mut entry, "route")?;
-    let tables = Document {
+    let mut tables = Document {
         head: of_table::<HeadTable>(head)?,
         route: of_table(route)?,
         dragon: of_table::<DragonTable>(entry)?,
         ..shared.clone()
     };
+    // Another dragon may be drawn.
+    if !tables.route.is_drawing() && !tables.ground.is_file() {
+        tables.origin = OriginTable::default();
+    }
     let document = ConfigDocument::of_tables(tables, folder)?;
     let document = placing_steps.into_iter().fold(document, ConfigDocument::with_placing_steps);
     if document.dimensions().play_m() > 0.0 {

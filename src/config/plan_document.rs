@@ -28,7 +28,7 @@ impl PlanDocument {
         let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
         set_flags(&mut tables);
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
-        if !tables.dragons.is_empty() {
+        if tables.dragons.is_some() {
             return FormationDocument::build(tables, folder, placing_steps).map(Self::Formation);
         }
         let document = ConfigDocument::of_tables(tables, folder)?;

@@ -177,6 +177,8 @@ const CROSSING: &str = "[dragon]\nbenches = 4\n[route]\nkind = \"path\"\nsegment
     { kind = \"arc\", radius_m = 6, turn_deg = 270 }, { kind = \"line\", length_m = 30 }, \
     { kind = \"arc\", radius_m = 0.5, turn_deg = 350 }, { kind = \"line\", length_m = 30 }]\n";
 
+const STOPPED: &str = "[[dragons]]\nname = \"a\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
+    segments = [{ kind = \"line\", length_m = 5 }, { kind = \"arc\", radius_m = 0.5, turn_deg = 350 }]\n";
 const TWO: &str = "[[dragons]]\nname = \"a\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
     segments = [{ kind = \"line\", length_m = 20 }]\n[[dragons]]\nname = \"b\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
     start_x_m = 9\nstart_y_m = -9\nstart_heading_deg = 90\nsegments = [{ kind = \"line\", length_m = 20 }]\n";
@@ -186,10 +188,11 @@ const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
 
 /// Every question with every flag that adds keys. Together they print every documented object at least once.
-const CASES: [Case; 28] = [
+const CASES: [Case; 29] = [
     (&["poses"], &["poses", "--at", "0,1"], SPIRAL),
     (&["poses of several dragons"], &["poses", "--at", "1"], TWO),
     (&["contact of several dragons"], &["contact"], TWO),
+    (&["contact of several dragons"], &["contact"], STOPPED),
     (&["contact"], &["contact"], SPIRAL),
     (&["contact"], &["contact", "--clearance", "0.05"], SPIRAL),
     (&["contact"], &["contact", "--work", "1"], ""),

@@ -62,6 +62,32 @@ fn the_first_contact_of_two_dragons_names_both_and_the_indices_within_them() {
 }
 
 #[test]
+fn of_dragons_that_overlap_at_the_start_the_deepest_pair_is_found_whatever_the_work() {
+    // Two dragons beside each other, whose boards overlap by a centimetre, and one of which stands in itself by more.
+    let text = "[[dragons]]\nname = \"a\"\nbenches = 2\n[dragons.route]\nkind = \"path\"\n\
+        segments = [{ kind = \"line\", length_m = 40 }]\n[[dragons]]\nname = \"b\"\nbenches = 2\n[dragons.route]\n\
+        kind = \"path\"\nstart_y_m = 0.29\nsegments = [{ kind = \"line\", length_m = 40 }]\n[[dragons]]\nname = \"c\"\n\
+        benches = 2\n[dragons.route]\nkind = \"path\"\nstart_y_m = 0.39\nsegments = [{ kind = \"line\", length_m = 40 }]\n";
+    let stage = stage_with(text);
+    for work in [&[][..], &["--work", "1"]] {
+        let contact = solve(&stage, &[&["contact"], work].concat());
+        assert_eq!((&contact["time_s"], &contact["dragons"]), (&json!(0.0), &json!(["b", "c"])), "{contact}");
+    }
+}
+
+#[test]
+fn a_dragon_that_stops_before_the_end_of_its_route_is_named() {
+    let bend = "segments = [{ kind = \"line\", length_m = 5.0 }, { kind = \"arc\", radius_m = 0.5, turn_deg = 350 }]";
+    let stage = stage_with(&CROSSING.replacen("segments = [{ kind = \"line\", length_m = 40.0 }]", bend, 1));
+    let contact = solve(&stage, &["contact"]);
+    let stopped = &contact["stopped"][0];
+    assert_eq!((stopped["dragon"].as_str(), contact["stopped"].as_array().map(Vec::len)), (Some("gold"), Some(1)));
+    assert!(stopped["because"].as_str().is_some_and(|because| because.contains("cannot follow")), "{contact}");
+    let text = run(&stage, &["solve", "contact"]).expect_clean();
+    assert!(text.stdout.contains("gold stops at ") && text.stdout.contains("bench 0 cannot follow"), "{}", text.stdout);
+}
+
+#[test]
 fn poses_have_the_name_of_their_dragon_and_the_index_within_it() {
     let stage = stage_with(CROSSING);
     let poses = solve(&stage, &["poses", "--at", "1,7"]);
@@ -88,7 +114,7 @@ fn a_figure_has_every_dragon_by_its_name_and_colour() {
     let apart = stage_with(&CROSSING.replace("start_s = 2.0", "start_s = 60.0"));
     let ended = run(&apart, &["solve", "contact", "--figure", "two.svg"]);
     assert_eq!(ended.code(), Some(1), "{}", ended.stderr);
-    assert!(ended.stderr.contains("--figure has nothing to show: no benches touch"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("--figure has nothing to show: no contact is found"), "{}", ended.stderr);
 }
 
 #[test]
@@ -108,7 +134,16 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
         ),
         (CROSSING.replace("start_s = 2.0", "start_s = -2.0"), "dragon silver: [head] start_s is -2, must be from 0"),
         (CROSSING.replace("benches = 3", "pole_diameter_m = 0.05"), "dragon silver: [dragon] pole_diameter_m"),
-        (format!("[dragon]\nbenches = 7\n{CROSSING}"), "[dragon] and [[dragons]] exclude each other"),
+        (
+            format!("[dragon]\nbenches = 7\n{CROSSING}"),
+            "[dragon] and [[dragons]] exclude each other: put its keys into each entry",
+        ),
+        (format!("[head]\nspeed_mps = 2\n{CROSSING}"), "[head] and [[dragons]] exclude each other: use [dragons.head]"),
+        ("dragons = []\n".to_owned(), "[[dragons]] occurs 0 times, must occur 1 to 32 times"),
+        (
+            format!("{CROSSING}[stage]\noutline = [[0, 0], [9, 0], [9, 9]]\n"),
+            "[stage] outline is present, must be absent with [[dragons]]",
+        ),
         (
             CROSSING.replace("benches = 4", "benches = 60000").replace("benches = 3", "benches = 60000"),
             "[[dragons]] have 120000 benches together, at most 100000 are allowed",
@@ -123,7 +158,7 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
         let ended = run(&stage, args);
         assert_eq!(ended.code(), Some(2), "{args:?}: {}", ended.stderr);
         assert!(
-            ended.stderr.contains("[[dragons]] has 2 dragons, gold, silver: only one is allowed here"),
+            ended.stderr.contains("[[dragons]] is present (gold, silver), only one dragon is allowed here"),
             "{}",
             ended.stderr
         );

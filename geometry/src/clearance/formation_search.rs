@@ -16,6 +16,7 @@ use super::pair_tracker::PairTracker;
 use super::pose::Pose;
 use super::search::ClearanceSearch;
 use crate::dragon::board::Board;
+use crate::dragon::meter::Spent;
 use crate::formation::Formation;
 
 /// Longest walk of a head on one stride, in lengths of the shorter link.
@@ -44,6 +45,8 @@ pub struct Unfinished {
 
 /// Finds the first plan time between two plan times at which the clearance of some pair falls to `clearance_m`.
 ///
+/// At the beginning the result is the nearest pair, and of equal ones that with the lowest indices.
+///
 /// # Errors
 /// A meter of a dragon is spent before the search is finished, or too many pairs are near each other.
 ///
@@ -55,15 +58,29 @@ pub fn first_meeting(
     from_s: f64,
     to_s: f64,
 ) -> Result<Option<Meeting>, Unfinished> {
-    let mut first = None;
-    let mut end_s = to_s;
-    for dragon in 0..formation.layout().dragons() {
-        let meeting = within_dragon(formation, dragon, clearance_m, from_s, end_s)?;
-        end_s = meeting.map_or(end_s, |meeting| meeting.time_s);
-        first = meeting.or(first);
+    if let Some(meeting) = meeting_at(formation, clearance_m, from_s) {
+        return Ok(Some(meeting));
     }
+    let mut first: Option<Meeting> = None;
+    for dragon in 0..formation.layout().dragons() {
+        let end_s = first.map_or(to_s, |first| first.time_s);
+        // Nothing is known yet about the other dragons, and between them.
+        let found = within_dragon(formation, dragon, clearance_m, from_s, end_s)
+            .map_err(|spent| Unfinished { most: spent.most, reached_s: from_s })?;
+        first = found.filter(|found| first.is_none_or(|first| found.time_s < first.time_s)).or(first);
+    }
+    let end_s = first.map_or(to_s, |first| first.time_s);
     let between = BetweenSearch::new(formation, clearance_m).first(from_s, end_s)?;
-    Ok(between.or(first))
+    Ok(between.filter(|between| first.is_none_or(|first| between.time_s < first.time_s)).or(first))
+}
+
+/// The nearest pair of the formation at a plan time, if it is within the clearance.
+fn meeting_at(formation: &Formation, clearance_m: f64, time_s: f64) -> Option<Meeting> {
+    let mut pose = FormationPose::default();
+    pose.place(formation, time_s);
+    let mut near = ClearanceSearch::of(formation.layout());
+    let nearest = near.nearest(&pose.boards).filter(|nearest| nearest.clearance_m <= clearance_m);
+    nearest.map(|pair| Meeting { time_s, benches: pair.benches, point: pair.point })
 }
 
 /// The first contact within one dragon.
@@ -73,13 +90,11 @@ fn within_dragon(
     clearance_m: f64,
     from_s: f64,
     to_s: f64,
-) -> Result<Option<Meeting>, Unfinished> {
+) -> Result<Option<Meeting>, Spent> {
     let planned = &formation.dragons()[dragon];
     let [from_m, to_m] = [from_s, to_s].map(|time_s| planned.travel_m(time_s));
     let time_s = |travel_m: f64| if travel_m == from_m { from_s } else { planned.timetable.time_s(travel_m) };
-    let contact = ContactSearch::within(&planned.dragon, clearance_m)
-        .first(from_m, to_m)
-        .map_err(|spent| Unfinished { most: spent.most, reached_s: time_s(spent.reached_m) })?;
+    let contact = ContactSearch::within(&planned.dragon, clearance_m).first(from_m, to_m)?;
     let begin = formation.layout().benches_of(dragon).start;
     Ok(contact.map(|contact| Meeting {
         time_s: time_s(contact.travel_m),
@@ -138,15 +153,12 @@ impl<'a> BetweenSearch<'a> {
         }
     }
 
+    /// The first contact between two plan times, at the first of which no boards touch.
     fn first(&mut self, from_s: f64, to_s: f64) -> Result<Option<Meeting>, Unfinished> {
         if self.formation.dragons().len() < 2 || from_s > to_s {
             return Ok(None);
         }
         self.earlier.place(self.formation, from_s);
-        let touching = self.near.within(&self.earlier.boards, self.clearance_m).first();
-        if let Some(&pair) = touching {
-            return Ok(Some(Meeting { time_s: from_s, benches: pair.benches, point: pair.point }));
-        }
         while self.earlier.time_s < to_s {
             let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
             self.later.place(self.formation, next_s);

@@ -17,6 +17,8 @@ use super::{CircularArc, Line, Placement, Route, RouteError, Segment, Spiral, Tu
 
 /// Allowed lengths of a line, and radii of an arc or a spiral, in metres. A spiral may have one radius of 0.
 pub const SEGMENT_M: RangeInclusive<f64> = 1e-6..=100_000.0;
+/// Least turn of a spiral, in radians: 0.00001°, however it is rounded. On a smaller one the radius would jump.
+const LEAST_SPIRAL_TURN: f64 = 1.7e-7;
 /// Largest turn of an arc or a spiral, in radians: 360 000°, however they are rounded.
 const MAX_TURN: f64 = 1000.0 * TAU * (1.0 + 1e-12);
 /// Shortest arc or spiral, in metres.
@@ -240,6 +242,11 @@ impl PathSegment {
                 within("end_radius_m", end_radius_m, &to_centre, "from 0 to 100000")?;
                 metres("the larger radius", start_radius_m.max(end_radius_m))?;
                 turn(angle)?;
+                if angle.abs() < LEAST_SPIRAL_TURN {
+                    let (key, value) = ("turn_deg", angle.to_degrees());
+                    let allowed = "at most -0.00001 or at least 0.00001 for a spiral";
+                    return Err(PathError::Value { segment, key, value, allowed });
+                }
             }
         }
         let length_m = self.length_m();

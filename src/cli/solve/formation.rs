@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use bench_dragon_geometry::clearance::{Meeting, first_meeting};
 use bench_dragon_geometry::dragon::ChainSolver;
+use bench_dragon_geometry::formation::Planned;
 use bench_dragon_geometry::number::Fixed;
 use glam::DVec2;
 use serde::Serialize;
@@ -13,7 +14,7 @@ use super::figure::{FigureArgs, in_plan};
 use super::poses::{Handle, MAX_POSITIONS, Pose, PosesAnswer, PosesArgs, one_time, times_s};
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_json, print_line};
-use crate::config::FormationDocument;
+use crate::config::{FormationDocument, NamedDragon};
 use crate::output::Counted;
 use crate::output::figure::{Caption, FormationView, NamedInPlan};
 
@@ -31,6 +32,29 @@ struct MeetingAnswer<'a> {
     clearance_m: Option<f64>,
     /// Plan time up to which there is no contact, where the search took too much work.
     searched_to_s: Option<f64>,
+    /// The dragons that cannot walk their whole routes.
+    stopped: Vec<Stopped<'a>>,
+}
+
+/// A dragon that stops before the end of its route.
+#[derive(Serialize)]
+struct Stopped<'a> {
+    dragon: &'a str,
+    time_s: f64,
+    because: String,
+}
+
+impl<'a> Stopped<'a> {
+    fn of(named: &'a NamedDragon, planned: &Planned) -> Option<Self> {
+        let spot = planned.dragon.tight_spot()?;
+        let because = format!("{}: {spot}", planned.dragon.feasible_end());
+        Some(Self { dragon: &named.name, time_s: planned.timetable.end_s(), because })
+    }
+
+    fn text(&self) -> String {
+        let Self { dragon, time_s, because } = self;
+        format!("{dragon} stops at {} s, where {because}", Fixed::<6>(*time_s))
+    }
 }
 
 /// Answers `solve contact` for a formation.
@@ -49,9 +73,16 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
         point_m: meeting.map(|meeting| meeting.point.to_array()),
         clearance_m: args.clearance,
         searched_to_s: searched.as_ref().err().map(|unfinished| unfinished.reached_s),
+        stopped: document
+            .dragons()
+            .iter()
+            .zip(formation.dragons())
+            .filter_map(|(named, planned)| Stopped::of(named, planned))
+            .collect(),
     };
     let view = meeting.map(|Meeting { time_s, point, .. }| {
-        let title = format!("First {} at {} s", what(clearance_m), Fixed::<6>(time_s));
+        let names = members.map(|members| members.map(|(name, index)| format!("{name} bench {index}")).join(" and "));
+        let title = format!("First {} at {} s: {}", what(clearance_m), Fixed::<6>(time_s), names.unwrap_or_default());
         formation_view(&args.figure, document, time_s, title, Some(point))
     });
     if args.format.format == Format::Json {
@@ -73,6 +104,7 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
         _ => format!("no {what}, until the last dragon ends at {} s", Fixed::<6>(document.end_s())),
     };
     print_line(text)?;
+    answer.stopped.iter().try_for_each(|stopped| print_line(stopped.text()))?;
     save(&args.figure, view, args.format.format)
 }
 
@@ -85,7 +117,7 @@ fn what(clearance_m: f64) -> String {
 fn save(figure: &FigureArgs, view: Option<FormationView>, format: Format) -> anyhow::Result<()> {
     match view {
         Some(view) if figure.is_asked() => figure.save_and_tell(view.draw(), format),
-        _ => figure.refuse("no benches touch before the last dragon ends"),
+        _ => figure.refuse("no contact is found"),
     }
 }
 

@@ -93,7 +93,9 @@ impl FormationView {
 
 impl NamedInPlan {
     fn colour(&self, number: usize) -> Colour {
-        self.colour.map_or(LINES[number % LINES.len()], Colour)
+        // The last colour of lines is black, as the heads are.
+        let palette = &LINES[..LINES.len() - 1];
+        self.colour.map_or(palette[number % palette.len()], Colour)
     }
 
     /// Draws the boards from the tail to the head, which is black.
