@@ -12,7 +12,7 @@ use crate::scenario::SECOND_NS;
 pub struct Fault {
     /// Instant of the simulated clock, in nanoseconds from the start.
     pub at_ns: u64,
-    /// What happens.
+    /// The fault.
     pub kind: FaultKind,
 }
 
@@ -40,7 +40,7 @@ pub enum TimecodeFault {
     Pace(f64),
 }
 
-/// What happens. Durations are in nanoseconds.
+/// The fault itself. Durations are in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaultKind {
     /// SIGKILL.

@@ -72,7 +72,7 @@ pub(crate) enum GuardStep {
     Ask(Request, u64),
 }
 
-/// What a monitor found in its frames.
+/// The findings of a monitor in its frames.
 #[derive(Debug, Default)]
 pub(crate) struct Findings {
     pub(crate) alerts: Vec<Alert>,

@@ -50,7 +50,7 @@ const LONGEST_BACKOFF_NS: u64 = 30 * SECOND_NS;
 const STEADY_NS: u64 = 8 * SECOND_NS;
 const FARTHEST_S: f64 = 1.2;
 
-/// Who waits for a reply.
+/// The process that waits for a reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Caller {
     /// A guard's thread: its process and its question.

@@ -9,7 +9,7 @@
 //!
 //! 1. If two benches have a common point, its two angles differ by a whole number m of turns. So its two excesses differ by
 //!    m·p.
-//! 2. The link's arc s is at least d and at most (2/K)·asin(K·d/2): see `run`.
+//! 2. The link's arc s is at least d and at most (2/K)·asin(K·d/2): see `dragon::feasible`.
 //! 3. τ + τ' = d. τ'² − τ² = |B|² − |A|² = 2b·∫ θ/√(1 + θ²) ds, which is between 2b·d·θ/√(1 + θ²) and 2b·s. This bounds τ and
 //!    τ', and with q² = |A|² − τ² also q.
 //! 4. If (q − w/2)² ≥ 2b·(τ' + h), e grows across the board, away from the centre, and e is convex along the board. Proof: in

@@ -20,7 +20,7 @@ pub(super) struct Pair<'a> {
     pub(super) benches: [usize; 2],
 }
 
-/// Whose benches a pair has.
+/// The dragon or the two dragons of a pair.
 #[derive(Clone, Copy)]
 pub(super) enum Members<'a> {
     /// Both are of this dragon.

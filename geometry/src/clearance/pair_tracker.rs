@@ -59,7 +59,7 @@ impl Moment {
         Self { pose, gap_m }
     }
 
-    fn touching(&self) -> bool {
+    fn is_touching(&self) -> bool {
         self.gap_m <= GRAZE_M
     }
 
@@ -136,7 +136,7 @@ impl<'a> PairTracker<'a> {
         later: &Moment,
         sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
     ) -> ControlFlow<PairEvent> {
-        if !self.pair.may_look() || self.settled(earlier, later) {
+        if !self.pair.may_look() || self.is_settled(earlier, later) {
             return ControlFlow::Continue(());
         }
         let (from, to) = (earlier.pose.parameter, later.pose.parameter);
@@ -154,13 +154,13 @@ impl<'a> PairTracker<'a> {
     }
 
     /// Whether the pair provably stays apart, or keeps touching, on the whole interval.
-    fn settled(&self, earlier: &Moment, later: &Moment) -> bool {
-        if earlier.touching() != later.touching() {
+    fn is_settled(&self, earlier: &Moment, later: &Moment) -> bool {
+        if earlier.is_touching() != later.is_touching() {
             return false;
         }
         let is_settled = self.motion.is_some_and(|motion| {
             let encounter = motion.between(&earlier.pose, &later.pose);
-            if earlier.touching() {
+            if earlier.is_touching() {
                 return encounter.stays_touching(self.clearance_m);
             }
             // Boards that are apart by a clearance may be nearest at two corners. No edge separates such boards.
@@ -169,13 +169,13 @@ impl<'a> PairTracker<'a> {
             encounter.stays_apart(self.clearance_m)
                 || (self.clearance_m > 0.0 && [earlier, later].into_iter().any(corners_stay_apart))
         });
-        is_settled || self.settled_separately(earlier, later)
+        is_settled || self.is_settled_separately(earlier, later)
     }
 
     /// The same, from the areas that the two boards may cover independently of each other.
-    fn settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
+    fn is_settled_separately(&self, earlier: &Moment, later: &Moment) -> bool {
         let [first, second] = self.pair.coverages(&earlier.pose, &later.pose);
-        if earlier.touching() {
+        if earlier.is_touching() {
             return first.stays_touching(&second, -earlier.gap_m.min(later.gap_m));
         }
         if first.least_between_m(&second, [earlier.gap_m, later.gap_m]) > 0.0 {
@@ -195,7 +195,7 @@ impl<'a> PairTracker<'a> {
             benches: self.pair.benches,
             point: moment.approach().point,
         };
-        match (earlier.touching(), later.touching()) {
+        match (earlier.is_touching(), later.is_touching()) {
             (false, true) => Some(PairEvent::Touch(contact(later))),
             (true, false) => Some(PairEvent::Part(contact(earlier))),
             _ => None,

@@ -1,4 +1,4 @@
-//! What every kind of segment can do. Each kind implements these traits in its own file.
+//! The capabilities of every kind of segment. Each kind implements these traits in its own file.
 //!
 //! A segment's own parameter grows in walking direction. The defaults suit a curve whose parameter is arc length in metres.
 

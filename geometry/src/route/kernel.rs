@@ -96,7 +96,7 @@ impl Kernel {
     }
 }
 
-/// What a formula can compute. Without pieces, handles on it are found by the reference solver, which takes longer.
+/// The values that a formula can compute. Without pieces, handles on it are found by the reference solver, which takes longer.
 pub(super) trait Evaluate {
     /// The route at a parameter.
     fn at(&self, parameter: f64) -> RoutePoint;
