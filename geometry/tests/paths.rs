@@ -245,6 +245,14 @@ fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
     assert!(refused(&[arc(0.0, 1.0)], None).starts_with("segment 1: radius_m is 0, must be"));
     assert!(refused(&[arc(1.0, 0.0)], None).starts_with("segment 1: turn_deg is 0, must be"));
     assert!(refused(&[arc(1.0, f64::NAN)], None).starts_with("segment 1: turn_deg is NaN, must be"));
+    for turn in [1e-310, 1e-20, -1e-9] {
+        let spiral = PathSegment::Spiral { start_radius_m: 20.0, end_radius_m: 5.0, turn };
+        let error = refused(&[line, spiral], None);
+        assert!(
+            error.starts_with("segment 2: turn_deg is ") && error.contains("at least 0.00001 for a spiral"),
+            "{error}"
+        );
+    }
     assert!(refused(&[arc(1e-6, 1e-3)], None).ends_with(" m long, must be at least 0.000001 m"));
     let spiral = |start_radius_m, end_radius_m| PathSegment::Spiral { start_radius_m, end_radius_m, turn: 3.0 };
     assert!(refused(&[spiral(-1.0, 2.0)], None).starts_with("segment 1: start_radius_m is -1, must be"));
