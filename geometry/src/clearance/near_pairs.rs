@@ -77,6 +77,11 @@ impl NearPairs {
         Self { layout: layout.clone(), ..Self::default() }
     }
 
+    /// The layout of the formation.
+    pub(super) fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
     /// The same list, which is reduced to this number of pairs once it has more than twice as many.
     pub(super) fn with_room(self, pairs: usize) -> Self {
         Self { room: Some(pairs), ..self }

@@ -47,7 +47,6 @@ impl PairClearance {
 /// Then most pairs are known to be apart (see `near_pairs`), and the last nearest pair bounds the least clearance.
 #[derive(Clone, Debug, Default)]
 pub struct ClearanceSearch {
-    layout: Layout,
     near: NearPairs,
     found: Vec<PairClearance>,
     last_nearest: Option<[usize; 2]>,
@@ -56,7 +55,7 @@ pub struct ClearanceSearch {
 impl ClearanceSearch {
     /// A search of the boards of the first benches of a formation. The default is that of one dragon, of any number of benches.
     pub fn of(layout: &Layout) -> Self {
-        Self { layout: layout.clone(), near: NearPairs::of(layout), ..Self::default() }
+        Self { near: NearPairs::of(layout), ..Self::default() }
     }
 
     /// The same search, whose list is reduced to the `pairs` nearest pairs once it has more than twice as many. The default is
@@ -74,7 +73,7 @@ impl ClearanceSearch {
     /// the order of their indices. If there are more than about two million, only the nearest of them.
     pub fn within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
-        if self.layout.first_pair(boards.len()).is_some() {
+        if self.near.layout().first_pair(boards.len()).is_some() {
             self.near.note(boards);
             self.collect(boards, reach_m, reach_m);
         }
@@ -101,7 +100,7 @@ impl ClearanceSearch {
     /// [`nearest`](Self::nearest) and [`within`](Self::within) in one search. Empty without a pair.
     pub fn nearest_and_within(&mut self, boards: &[Board], reach_m: f64) -> &[PairClearance] {
         self.found.clear();
-        if let Some(first) = self.layout.first_pair(boards.len()) {
+        if let Some(first) = self.near.layout().first_pair(boards.len()) {
             self.near.note(boards);
             let last = self.last_nearest.filter(|benches| benches[1] < boards.len()).unwrap_or(first);
             let mut limit_m = reach_m.max(boards[last[0]].clearance(&boards[last[1]]) + EQUAL_M);
@@ -119,7 +118,7 @@ impl ClearanceSearch {
     /// The least clearance of one bench's pairs. If boards lie close, it is hardly more than the least of all.
     fn least_clearance_of(&self, boards: &[Board], bench: usize) -> f64 {
         let mut least_m = f64::INFINITY;
-        for other in (0..boards.len()).filter(|&other| self.layout.is_pair(other, bench)) {
+        for other in (0..boards.len()).filter(|&other| self.near.layout().is_pair(other, bench)) {
             // The order is fixed, because rounding may depend on it.
             let (first, second) = (&boards[bench.min(other)], &boards[bench.max(other)]);
             if first.gap_m(second) < least_m {
