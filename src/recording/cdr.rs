@@ -6,7 +6,7 @@
 
 use std::{fmt, io::Write as _};
 
-use bench_dragon_ipc::{BenchState, FrameHeader, FromBytes, HandleState, IntoBytes as _};
+use bench_dragon_ipc::{BenchState, DragonMotion, FrameHeader, FromBytes, HandleState, IntoBytes as _};
 
 /// Little-endian plain CDR, no options.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
@@ -18,15 +18,20 @@ const POSE_PERIOD_NS: u64 = 1_000_000_000 / 30;
 const _: () =
     assert!(cfg!(target_endian = "little"), "messages are the bytes of shared memory, and CDR is little-endian");
 
-/// Replaces the contents of `message` with a frame.
+/// Replaces the contents of `message` with a frame. A frame of a plan has its place on the course and its dragons at the end.
 pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[HandleState]) {
-    encode(message, header.as_bytes());
+    encode(message, &header.as_bytes()[..FrameHeader::SHOW_BYTES]);
     message.extend((handles.len() as u32).to_le_bytes());
     if !handles.is_empty() {
         // Padding aligns the handles to eight bytes.
         message.extend([0; 4]);
     }
     message.extend(handles.as_bytes());
+    if header.is_plan == 1 {
+        message.extend([header.course_m, header.course_mps].as_bytes());
+        message.extend((header.dragons().len() as u64).to_le_bytes());
+        message.extend(header.dragons().as_bytes());
+    }
 }
 
 /// Replaces the contents of `message` with the poses of all benches at a Unix time, in the frame of reference `stage`.
@@ -85,12 +90,23 @@ fn align(message: &mut Vec<u8>, alignment: usize) {
 
 /// Reads a frame back, bit for bit. `None` if the message is not a frame.
 pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
-    let (header, rest) = split::<FrameHeader>(message)?;
+    let (fields, rest) = split::<[u8; FrameHeader::SHOW_BYTES]>(message)?;
+    let header = FrameHeader::of_show_bytes(&fields);
     let (count, rest) = rest.split_first_chunk()?;
     let bytes = (u32::from_le_bytes(*count) as usize).checked_mul(size_of::<HandleState>())?;
-    let handles = if bytes == 0 { &[] } else { rest.get(4..)?.get(..bytes)? };
+    let (handles, rest) = if bytes == 0 { (&[][..], rest) } else { rest.get(4..)?.split_at_checked(bytes)? };
     let handles = handles.chunks_exact(size_of::<HandleState>()).map(|bytes| HandleState::read_from_bytes(bytes).ok());
+    let header = if rest.is_empty() { header } else { of_plan(header, rest)? };
     Some((header, handles.collect::<Option<_>>()?))
+}
+
+/// The header of a frame of a plan, whose last fields are these.
+fn of_plan(header: FrameHeader, rest: &[u8]) -> Option<FrameHeader> {
+    let (course, rest) = <[f64; 2]>::read_from_prefix(rest).ok()?;
+    let (count, rest) = u64::read_from_prefix(rest).ok()?;
+    let dragons = rest.chunks(size_of::<DragonMotion>()).map(|bytes| DragonMotion::read_from_bytes(bytes).ok());
+    let dragons: Vec<DragonMotion> = dragons.collect::<Option<_>>()?;
+    header.of_plan(course, &dragons).filter(|_| dragons.len() as u64 == count)
 }
 
 /// Replaces the contents of `message` with its encoding and first fields. For a type of the bus, these are all fields.

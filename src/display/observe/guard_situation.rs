@@ -44,11 +44,11 @@ impl GuardSituation {
         {
             return Self::Working;
         }
-        let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
+        let is_final = status.guard_end().is_some_and(|end_m| header.course_m >= end_m);
         // The guard grants no travel to a head that was repositioned where the clearance is below the margin, or may be in some pose
         // of loose hinges.
         let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
-        let is_unproved = play_end.is_some_and(|end| end.travel_m <= header.head_travel_m);
+        let is_unproved = play_end.is_some_and(|end| end.travel_m <= header.course_m);
         if is_final || is_refused || is_unproved {
             let for_good = status.timecode_state() == Some(TimecodeState::None);
             return Self::AtEnd { for_good };

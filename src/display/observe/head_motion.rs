@@ -30,7 +30,7 @@ pub(super) struct HeadMotion {
 impl HeadMotion {
     /// Returns the motion from this frame on, up or down to the speed of the clock.
     pub(super) fn new(header: &FrameHeader, clock: TravelClock, accel_mps2: Option<f64>) -> Self {
-        Self { clock, speed_mps: header.head_speed_mps, accel_mps2, time_scale: header.time_scale }
+        Self { clock, speed_mps: header.course_mps, accel_mps2, time_scale: header.time_scale }
     }
 
     /// Returns the arrival at a travel that the head passes.
