@@ -172,12 +172,13 @@ mod tests {
     fn frame_keeps_every_bit() {
         let odd = [f64::NAN, -0.0, f64::INFINITY, f64::MIN_POSITIVE / 3.0, 1.0 / 3.0, f64::MAX];
         let header = FrameHeader { run_id: 1 << 52, show_time_ns: i64::MIN, head_travel_m: -0.1, ..Default::default() };
+        let header = header.of_one_dragon();
         let handle = HandleState { position_m: [odd[0], odd[1], odd[2]], velocity_mps: [odd[3], odd[4], odd[5]] };
         let mut message = Vec::new();
         encode_frame(&mut message, &header, &[handle; 3]);
         assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 per handle");
         let (read_header, read_handles) = decode_frame(&message).expect("a frame");
-        assert_eq!((read_header, decode(&message)), (header, Some(header)));
+        assert_eq!(read_header, header);
         let bits = |states: &[HandleState]| -> Vec<u64> {
             states.iter().flat_map(|s| [s.position_m, s.velocity_mps]).flatten().map(f64::to_bits).collect()
         };

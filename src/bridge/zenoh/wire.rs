@@ -213,8 +213,31 @@ mod tests {
         any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |value| value.is_finite())
     }
 
+    fn any_dragons() -> impl Strategy<Value = Vec<DragonMotion>> {
+        let dragon = (finite_double(), finite_double(), 1_u32..=20, 0_u32..3);
+        proptest::collection::vec(dragon, 1..=MAX_DRAGONS).prop_map(|dragons| {
+            let mut first_handle = 0;
+            let of_frame = |(travel_m, speed_mps, bench_count, state)| {
+                let first = first_handle;
+                first_handle += bench_count + 1;
+                DragonMotion { travel_m, speed_mps, first_handle: first, bench_count, state, reserved: 0 }
+            };
+            dragons.into_iter().map(of_frame).collect()
+        })
+    }
+
+    /// Headers of one dragon, and of the plan of several.
+    fn any_header() -> impl Strategy<Value = FrameHeader> {
+        let course = [finite_double(), finite_double()];
+        (of_one_dragon(), proptest::option::of((course, any_dragons()))).prop_map(|(header, plan)| {
+            let Some((course, dragons)) = plan else { return header };
+            let bench_count = dragons.iter().map(|dragon| dragon.bench_count).sum();
+            FrameHeader { bench_count, ..header }.of_plan(course, &dragons).expect("not too many dragons")
+        })
+    }
+
     prop_compose! {
-        fn any_header()(
+        fn of_one_dragon()(
             run_id in 0..RUN_ID_END, tick: u64, show_time_ns: i64, scheduled_ns: u64, published_ns: u64,
             head_travel_m in finite_double(), head_speed_mps in finite_double(), time_scale in finite_double(),
             bench_count in 1_u32..=40, state in 0_u32..6,
@@ -242,7 +265,9 @@ mod tests {
         #[test]
         fn a_frame_is_decoded_bit_for_bit((header, handles) in any_frame()) {
             let bytes = frame_bytes(&header, &handles);
-            prop_assert_eq!(bytes.len(), HEADER_BYTES + handles.len() * HANDLE_BYTES);
+            let of_plan = COURSE_BYTES + header.dragons().len() * DRAGON_BYTES;
+            let of_plan = if header.is_plan == 1 { of_plan } else { 0 };
+            prop_assert_eq!(bytes.len(), HEADER_BYTES + handles.len() * HANDLE_BYTES + of_plan);
             let mut read = vec![HandleState::default(); 3];
             let read_header = decode_frame(&bytes, &mut read).expect("the frame has just been encoded");
             prop_assert_eq!(frame_bytes(&read_header, &read), bytes);
@@ -293,7 +318,7 @@ mod tests {
     #[test]
     fn header_values_that_no_source_sends_are_rejected() {
         let handles = [HandleState::default(); 2];
-        let sound = FrameHeader { bench_count: 1, ..FrameHeader::default() };
+        let sound = FrameHeader { bench_count: 1, ..FrameHeader::default() }.of_one_dragon();
         let read = |header: FrameHeader| decode_frame(&frame_bytes(&header, &handles), &mut Vec::new());
         assert_eq!(read(sound), Some(sound));
         for odd in [

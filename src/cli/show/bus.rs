@@ -119,6 +119,7 @@ mod tests {
 
     fn frame(state: ShowState, head_travel_m: f64) -> FrameHeader {
         FrameHeader { state: state as u32, head_travel_m, head_speed_mps: 0.8, ..FrameHeader::default() }
+            .of_one_dragon()
     }
 
     #[test]

@@ -166,10 +166,10 @@ mod tests {
 
     #[test]
     fn the_end_of_a_slower_walk_is_later_unless_the_show_ends_at_a_time() {
-        let at = |time_s: f64, head_travel_m, head_speed_mps| FrameHeader {
+        let at = |time_s: f64, course_m, course_mps| FrameHeader {
             show_time_ns: (time_s * 1e9) as i64,
-            head_travel_m,
-            head_speed_mps,
+            course_m,
+            course_mps,
             ..FrameHeader::default()
         };
         let end_s = |travel_m| {

@@ -228,13 +228,13 @@ mod tests {
 
     #[test]
     fn a_pause_does_not_change_the_forecast() {
-        let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
+        let slow = |time_s| FrameHeader { course_mps: 0.5, ..frame(1, time_s) };
         let mut run = CurrentRun::begin(paper(), &slow(411.0), None, false, None).expect("a thread");
         for time_s in [411.0, 411.1] {
             // The head walks half a metre per show second.
             run.measure(&slow(time_s), &handles(411.0));
         }
-        let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
+        let walking = FrameHeader { course_m: 411.0, ..slow(411.1) };
         let deadline = Instant::now() + Duration::from_mins(1);
         let expected_s = loop {
             if let Some(contact_s) = run.look_ahead(&walking, None, None).0.contact_s() {
@@ -243,7 +243,7 @@ mod tests {
             assert!(Instant::now() < deadline, "no forecast of the contact within a minute");
         };
         assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
-        let paused = FrameHeader { head_speed_mps: 0.0, ..walking };
+        let paused = FrameHeader { course_mps: 0.0, ..walking };
         run.measure(&paused, &handles(411.0));
         assert_eq!(run.look_ahead(&paused, None, None).0.contact_s(), Some(expected_s));
     }

@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_waiting_working_ended_or_dead_guard_is_a_situation_each() {
-        let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let held = FrameHeader { course_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let at_limit = Stops::from([Stop::GuardLimit]);
         let at_run_end = Stops::from([Stop::GuardLimit, Stop::RunEnd]);
         let (none, running) = (TimecodeState::None, GuardState::Running);
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_head_repositioned_where_a_pose_may_touch_gets_no_grant() {
-        let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let held = FrameHeader { course_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let stops = Stops::from([Stop::GuardLimit]);
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
         let far = PairClearance { benches: [0, 8], clearance_m: 0.02, point: glam::DVec2::ZERO };

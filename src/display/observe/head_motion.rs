@@ -144,7 +144,7 @@ mod tests {
 
     /// A head at 10 m and 20 s of show time, which walks at this speed. Show time runs twice as fast as wall time.
     fn motion(speed_mps: f64, accel_mps2: Option<f64>) -> HeadMotion {
-        let header = FrameHeader { head_speed_mps: speed_mps, time_scale: 2.0, ..FrameHeader::default() };
+        let header = FrameHeader { course_mps: speed_mps, time_scale: 2.0, ..FrameHeader::default() };
         HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 }, accel_mps2)
     }
 
@@ -168,7 +168,7 @@ mod tests {
     fn the_arrival_at_the_end_is_the_same_before_during_and_after_a_ramp() {
         let (accel_mps2, to_mps) = (0.25, 1.0);
         let motion = |travel_m, time_s, speed_mps| {
-            let header = FrameHeader { head_speed_mps: speed_mps, time_scale: 1.0, ..FrameHeader::default() };
+            let header = FrameHeader { course_mps: speed_mps, time_scale: 1.0, ..FrameHeader::default() };
             HeadMotion::new(&header, TravelClock { travel_m, time_s, speed_mps: to_mps }, Some(accel_mps2))
         };
         // Two metres and four seconds up to speed, 96 m, and as long to rest.

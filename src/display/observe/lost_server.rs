@@ -73,14 +73,14 @@ mod tests {
     use crate::config::Config;
     use crate::display::observe::{DescribedRun, ReaderLog};
 
-    fn at(show_time_ns: i64, head_travel_m: f64, guard: GuardState) -> Snapshot {
+    fn at(show_time_ns: i64, course_m: f64, guard: GuardState) -> Snapshot {
         let run = DescribedRun::new(0, Config::load(None, |_| ()).expect("the paper's"));
         let status = Status { guard: guard.to_wire(), pid: 12, ..Status::default() };
         Snapshot {
             instance: "dragon".to_owned(),
             run: Some(Arc::new(run)),
             status: Some(Arc::new(status)),
-            ..Snapshot::live(FrameHeader { show_time_ns, head_travel_m, ..FrameHeader::default() })
+            ..Snapshot::live(FrameHeader { show_time_ns, course_m, ..FrameHeader::default() })
         }
     }
 
