@@ -1,35 +1,28 @@
 //! Lock that admits one guard per instance.
 
-use std::fs::{self, File};
 use std::io;
 use std::path::PathBuf;
 
 use super::bus_error::BusError;
-use super::domain_error::DomainError;
-use super::lock_file::{self, Refused, hold_alone_soon};
+use super::lock_file::{self, HeldLock};
 use super::place::Domain;
 
 /// Lock of the only guard of an instance. The guard holds it while it runs.
 #[derive(Debug)]
 pub struct GuardLock {
-    path: PathBuf,
-    // Closing the file drops the lock.
-    _file: File,
+    _held: HeldLock,
 }
 
 impl GuardLock {
-    /// Takes the lock of a domain. Waits up to a second for a guard that is ending. The directory exists, because a guard is already a member of the domain.
+    /// Takes the lock of a domain. Waits up to a second for a guard that is ending. The directory exists, because a guard is
+    /// already a member of the domain.
     ///
     /// # Errors
     /// [`BusError::GuardRunning`] where another process holds the lock, [`BusError::Domain`] where the lock file cannot
     /// be used.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
-        let path = lock_path(domain);
-        match hold_alone_soon(&path) {
-            Ok(file) => Ok(Self { path, _file: file }),
-            Err(Refused::Taken { pid }) => Err(BusError::GuardRunning { instance: domain.instance().to_string(), pid }),
-            Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
-        }
+        let taken = |pid| BusError::GuardRunning { instance: domain.instance().to_string(), pid };
+        Ok(Self { _held: HeldLock::take_soon(lock_path(domain), taken)? })
     }
 
     /// Returns the process id of the guard that holds the lock of a domain; `None` if no guard runs.
@@ -40,16 +33,6 @@ impl GuardLock {
     /// Removes the lock file of a killed guard.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
         lock_file::clear_abandoned(&lock_path(domain))
-    }
-}
-
-impl Drop for GuardLock {
-    fn drop(&mut self) {
-        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
-        // removed is reused.
-        let _ = fs::remove_file(&self.path);
-        // The last member to leave could not remove the directory while it contained this file.
-        let _ = self.path.parent().map(fs::remove_dir);
     }
 }
 

@@ -1,20 +1,17 @@
 //! Lock that admits one supervised show per instance, also while its server is restarted.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 
 use super::bus_error::BusError;
-use super::domain_error::DomainError;
-use super::lock_file::{self, Refused, hold_alone_soon};
+use super::lock_file::{self, HeldLock};
 use super::place::Domain;
 
 /// Lock of the only supervisor of an instance. The supervisor holds it from its start to its end.
 #[derive(Debug)]
 pub struct ShowLock {
-    path: PathBuf,
-    // Closing the file drops the lock.
-    _file: File,
+    _held: HeldLock,
 }
 
 impl ShowLock {
@@ -25,12 +22,8 @@ impl ShowLock {
     /// file cannot be used.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         domain.create_directory()?;
-        let path = lock_path(domain);
-        match hold_alone_soon(&path) {
-            Ok(file) => Ok(Self { path, _file: file }),
-            Err(Refused::Taken { pid }) => Err(BusError::ShowRunning { instance: domain.instance().to_string(), pid }),
-            Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
-        }
+        let taken = |pid| BusError::ShowRunning { instance: domain.instance().to_string(), pid };
+        Ok(Self { _held: HeldLock::take_soon(lock_path(domain), taken)? })
     }
 
     /// Whether the supervisor of a domain was killed, and nothing has been started since. The file of its lock stays until the
@@ -47,16 +40,6 @@ impl ShowLock {
     /// Returns the process id of the supervisor that holds the lock of a domain; `None` if no show runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
         lock_file::holder(&lock_path(domain))
-    }
-}
-
-impl Drop for ShowLock {
-    fn drop(&mut self) {
-        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
-        // removed is reused.
-        let _ = fs::remove_file(&self.path);
-        // The last member to leave could not remove the directory while it contained this file.
-        let _ = self.path.parent().map(fs::remove_dir);
     }
 }
 
