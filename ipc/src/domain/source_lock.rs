@@ -39,7 +39,7 @@ impl SourceLock {
     /// open files is too low. [`BusError::Domain`] where the directory or a file in it is not usable.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         require_open_files(SOURCE_FILES)?;
-        let path = lock_path(domain);
+        let path = domain.lock_path("source");
         let deadline = Instant::now() + END_TIMEOUT;
         let locked = loop {
             domain.create_directory()?;
@@ -63,27 +63,23 @@ impl SourceLock {
 
     /// Returns the process id of the source that holds the lock of a domain; `None` if no source runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
-        lock_file::holder(&lock_path(domain))
+        lock_file::holder(&domain.lock_path("source"))
     }
 
     /// Whether a source runs in a domain. The lock of a killed source is free as soon as the kernel has ended the process.
     pub fn is_held(domain: &Domain) -> bool {
-        lock_file::is_held(&lock_path(domain))
+        lock_file::is_held(&domain.lock_path("source"))
     }
 
     /// Removes the lock file of a killed source.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
-        lock_file::clear_abandoned(&lock_path(domain))
+        lock_file::clear_abandoned(&domain.lock_path("source"))
     }
 
     /// Files of half-made services that were removed when the lock was taken.
     pub fn cleared(&self) -> &[PathBuf] {
         &self.cleared
     }
-}
-
-fn lock_path(domain: &Domain) -> PathBuf {
-    domain.root().join("source.lock")
 }
 
 /// Removes the half-made services of a killed source. A member that leaves at the same time may remove some of them
