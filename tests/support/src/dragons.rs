@@ -22,7 +22,12 @@ pub fn paper_turnaround(radius_ratio: f64) -> Turnaround {
 
 /// The paper's dragon on its spiral.
 pub fn paper_dragon() -> Dragon {
-    dragon_on(Route::spiral(0.55, 16.0).expect("the paper's spiral is valid"), paper_benches(223))
+    paper_dragon_of(223)
+}
+
+/// A dragon of `count` benches on the paper's spiral. A longer body extends further out.
+pub fn paper_dragon_of(count: usize) -> Dragon {
+    dragon_on(Route::spiral(0.55, 16.0).expect("the paper's spiral is valid"), paper_benches(count))
 }
 
 /// The paper's dragon on its turnaround.
