@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 use std::{fs, thread};
 
-use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
+use bench_dragon_geometry::formation::Layout;
+use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, FrameHeader, FrameSubscriber, ReaderReport};
 use clap::{Args, ValueHint};
 use serde::{Deserialize, Serialize};
 
@@ -13,13 +14,13 @@ use crate::cli::bus_readers::{FrameReading, Next, RunPorts, open_when_there};
 use crate::cli::exit_status::is_disk_full;
 use crate::cli::flags::{BadInput, BusArgs, Format, FormatArgs, within};
 use crate::cli::print::{Progress, complain, print_json, print_notice, print_report};
-use crate::config::ConfigDocument;
 use crate::output::Counted;
 use crate::output::terminal_text::Printable;
 use crate::recording::{
     BackgroundRepair, Recorder, RecorderSettings, Repair, RepairError, Size, SpaceWarning, recordings_in, repair,
     repair_checked, walking_bytes_per_s,
 };
+use crate::source::described_rate_hz;
 use crate::system::clock::{monotonic_ns, unix_minus_monotonic_ns};
 use crate::system::stop::StopFlag;
 use crate::system::whole_file::folder_of;
@@ -274,12 +275,18 @@ impl RecordSession {
         let mut reading = FrameReading::until(stop);
         loop {
             let next = reading.poll(&mut ports.run.frames)?;
+            if let Next::Frame(frame) = &next {
+                self.describe(frame.header(), ports, stop)?;
+            } else if self.newest.is_none() && matches!(next, Next::Nothing) {
+                // The channels of a file depend on the description, which comes with the first frame.
+                continue;
+            }
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.record(&alert, monotonic_ns())?;
             }
             self.take_commands(ports)?;
             match next {
-                Next::Frame(frame) => self.take(&frame, ports, stop)?,
+                Next::Frame(frame) => self.recorder.frame(frame.header(), frame.handles())?,
                 Next::Nothing => {}
                 Next::End => return Ok(()),
             }
@@ -288,19 +295,18 @@ impl RecordSession {
         }
     }
 
-    fn take(&mut self, frame: &Frame, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
-        let FrameHeader { run_id, tick, .. } = *frame.header();
+    /// Records the description of a frame's run before the first frame.
+    fn describe(&mut self, header: &FrameHeader, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
+        let FrameHeader { run_id, tick, .. } = *header;
         if self.newest.is_none_or(|(known, _)| known != run_id)
             && let Some(description) = ports.run.descriptions.of(run_id, stop)?
         {
             self.recorder.describe(run_id, &description.toml)?;
-            if let Ok(document) = ConfigDocument::from_toml(&description.toml) {
-                let rate_hz = document.tables().serve.rate_hz;
-                self.recorder.expect_growth(walking_bytes_per_s(&document.layout(), rate_hz));
-            }
+            let layout = Layout::of(header.dragons().iter().map(|dragon| dragon.bench_count as usize));
+            self.recorder.expect_growth(walking_bytes_per_s(&layout, described_rate_hz(&description.toml)));
         }
         self.newest = Some((run_id, tick));
-        Ok(self.recorder.frame(frame.header(), frame.handles())?)
+        Ok(())
     }
 
     fn take_commands(&mut self, ports: &mut RecordPorts) -> anyhow::Result<()> {

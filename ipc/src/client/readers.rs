@@ -9,7 +9,7 @@ use iceoryx2::port::update_connections::UpdateConnections as _;
 
 use crate::domain::{BusError, Domain};
 use crate::service::{ALERTS, COMMAND_EVENTS, DESCRIPTION, Member, REPLAY, Role, STATUS, Service};
-use crate::wire::{Alert, CommandEvent, ReplayStatus, Status};
+use crate::wire::{Alert, CommandEvent, ReplayStatus, Status, dragon_names};
 
 /// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
 /// timeout.
@@ -22,6 +22,13 @@ pub struct Description {
     pub run_id: u64,
     /// The complete configuration as TOML.
     pub toml: String,
+}
+
+impl Description {
+    /// The names of the dragons, as [`dragon_names`].
+    pub fn dragon_names(&self) -> Vec<&str> {
+        dragon_names(&self.toml)
+    }
 }
 
 /// Reads the description of an instance.
