@@ -8,10 +8,12 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
+use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::document::{Document, DragonTable, HeadTable, in_plain_words};
+use super::ground_table::GroundTable;
 use super::origin_table::OriginTable;
 use super::{Config, ConfigDocument, ConfigError, require};
 
@@ -75,7 +77,50 @@ impl FormationDocument {
             let text = format!("[[dragons]] have {benches} benches together, at most {MAX_BENCHES} are allowed");
             return Err(ConfigError(text));
         }
-        Ok(Self { dragons, formation: Arc::new(formation) })
+        let document = Self { dragons, formation: Arc::new(formation) };
+        let written = document.to_toml().len();
+        if written > MAX_DESCRIPTION_LEN {
+            return Err(ConfigError(format!(
+                "[[dragons]] take {written} bytes in all, at most {MAX_DESCRIPTION_LEN} are allowed: use fewer segments or heights"
+            )));
+        }
+        Ok(document)
+    }
+
+    /// The whole configuration as TOML, with every key that applies. Heights that were read from a file are written for each dragon.
+    pub fn to_toml(&self) -> String {
+        let written = |config: &Config| {
+            Table::try_from(config.tables()).expect("the document has only tables of numbers and strings")
+        };
+        let mut all = written(&self.dragons[0].config);
+        for key in ["dragon", "route", "head", "ground"] {
+            all.remove(key);
+        }
+        let entries = self.dragons.iter().zip(self.formation.dragons()).map(|(dragon, planned)| {
+            let mut tables = written(&dragon.config);
+            let mut entry = sub_table(&mut tables, "dragon").unwrap_or_default();
+            let mut head = sub_table(&mut tables, "head").unwrap_or_default();
+            head.insert("start_s".to_owned(), planned.timetable.start_s().into());
+            entry.insert("name".to_owned(), dragon.name.clone().into());
+            if let Some([red, green, blue]) = dragon.colour {
+                entry.insert("colour".to_owned(), format!("#{red:02x}{green:02x}{blue:02x}").into());
+            }
+            entry.insert("head".to_owned(), head.into());
+            for key in ["route", "ground"] {
+                if let Some(table) = tables.remove(key) {
+                    entry.insert(key.to_owned(), table);
+                }
+            }
+            Value::from(entry)
+        });
+        all.insert("dragons".to_owned(), entries.collect::<Vec<Value>>().into());
+        toml::to_string(&all).expect("the document has only tables of numbers and strings")
+    }
+
+    /// The same configuration, in which each dragon leaves at another plan time.
+    #[must_use]
+    pub fn leaving_at(&self, starts_s: &[f64]) -> Self {
+        Self { formation: Arc::new(self.formation.leaving_at(starts_s)), dragons: self.dragons.clone() }
     }
 
     /// The dragons, the leading one first.
@@ -169,9 +214,11 @@ fn named(
     };
     require("head", "start_s", leaves_s, &LEAVES_S)?;
     let route = sub_table(&mut entry, "route")?;
+    let ground = sub_table(&mut entry, "ground")?;
     let mut tables = Document {
         head: of_table::<HeadTable>(head)?,
         route: of_table(route)?,
+        ground: if ground.is_empty() { shared.ground.clone() } else { of_table::<GroundTable>(ground)? },
         dragon: of_table::<DragonTable>(entry)?,
         ..shared.clone()
     };

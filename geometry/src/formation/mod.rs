@@ -3,6 +3,7 @@
 //! The place of every dragon depends on one number. So a formation is always in a pose of its plan, and proofs about it are about
 //! one number. Each dragon has a [`Timetable`]; [`Layout`] numbers the benches and the handles of all of them.
 
+mod delay_set;
 mod layout;
 mod timetable;
 
@@ -12,6 +13,7 @@ use glam::DVec3;
 
 use crate::dragon::{Board, Chain, Dragon, Meter};
 
+pub use delay_set::DelaySet;
 pub use layout::Layout;
 pub use timetable::Timetable;
 
@@ -35,6 +37,13 @@ impl Planned {
     pub fn speed_mps(&self, time_s: f64) -> f64 {
         let is_walking = (self.timetable.start_s()..self.timetable.end_s()).contains(&time_s);
         if is_walking { self.timetable.speed_mps(time_s) } else { 0.0 }
+    }
+
+    /// The same dragon, which leaves at another plan time.
+    #[must_use]
+    pub fn leaving_at(&self, start_s: f64) -> Self {
+        let timetable = self.timetable.delayed(start_s - self.timetable.start_s());
+        Self { dragon: Arc::clone(&self.dragon), timetable }
     }
 
     /// The chain at a plan time.
@@ -69,6 +78,17 @@ impl Formation {
             timetable: planned.timetable,
         };
         Self { dragons: self.dragons.iter().map(metered).collect(), layout: self.layout.clone() }
+    }
+
+    /// The same formation, in which each dragon leaves at another plan time.
+    ///
+    /// # Panics
+    /// Panics if there is not one time for each dragon.
+    #[must_use]
+    pub fn leaving_at(&self, starts_s: &[f64]) -> Self {
+        assert_eq!(starts_s.len(), self.dragons.len(), "the starts of a formation");
+        let leaving = |(planned, start_s): (&Planned, &f64)| planned.leaving_at(*start_s);
+        Self::new(self.dragons.iter().zip(starts_s).map(leaving).collect())
     }
 
     /// The dragons, the leading one first.

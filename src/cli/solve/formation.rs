@@ -171,7 +171,7 @@ fn pose(document: &FormationDocument, time_s: f64) -> Pose {
 }
 
 /// Fails for a flag that is for one dragon only.
-fn refuse(flag: &str, is_set: bool, document: &FormationDocument) -> Result<(), BadInput> {
+pub(super) fn refuse(flag: &str, is_set: bool, document: &FormationDocument) -> Result<(), BadInput> {
     if is_set {
         let count = document.dragons().len();
         return Err(BadInput(format!("{flag} is for one dragon, the configuration has {count}")));

@@ -93,9 +93,7 @@ impl FormationView {
 
 impl NamedInPlan {
     fn colour(&self, number: usize) -> Colour {
-        // The last colour of lines is black, as the heads are.
-        let palette = &LINES[..LINES.len() - 1];
-        self.colour.map_or(palette[number % palette.len()], Colour)
+        dragon_colour(self.colour, number)
     }
 
     /// Draws the boards from the tail to the head, which is black.
@@ -105,4 +103,11 @@ impl NamedInPlan {
             drawing.push(board.outlined(BLACK, OUTLINE_WIDTH).labelled(format!("{} bench {bench}", self.name)));
         }
     }
+}
+
+/// The colour of a dragon: its own, or that of its number.
+pub(super) fn dragon_colour(own: Option<[u8; 3]>, number: usize) -> Colour {
+    // The last colour of lines is black, as the heads are.
+    let palette = &LINES[..LINES.len() - 1];
+    own.map_or(palette[number % palette.len()], Colour)
 }
