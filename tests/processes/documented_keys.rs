@@ -24,8 +24,8 @@ enum Word {
     Text(String),
 }
 
-/// Objects whose keys depend on their `kind`, and which another page describes.
-const BY_KIND: [&str; 3] = ["ahead", "guard", "refusals"];
+/// Objects whose keys depend on their `kind`, and which another page describes; and the starts of dragons by their names.
+const BY_KIND: [&str; 4] = ["ahead", "guard", "refusals", "starts_s"];
 
 impl Page {
     fn read() -> Self {
@@ -188,11 +188,13 @@ const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
 
 /// Every question with every flag that adds keys. Together they print every documented object at least once.
-const CASES: [Case; 29] = [
+const CASES: [Case; 31] = [
     (&["poses"], &["poses", "--at", "0,1"], SPIRAL),
     (&["poses of several dragons"], &["poses", "--at", "1"], TWO),
     (&["contact of several dragons"], &["contact"], TWO),
     (&["contact of several dragons"], &["contact"], STOPPED),
+    (&["schedule"], &["schedule", "--clearance", "0.5"], TWO),
+    (&["schedule"], &["schedule", "--work", "1"], TWO),
     (&["contact"], &["contact"], SPIRAL),
     (&["contact"], &["contact", "--clearance", "0.05"], SPIRAL),
     (&["contact"], &["contact", "--work", "1"], ""),

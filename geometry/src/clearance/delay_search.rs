@@ -77,6 +77,8 @@ pub(super) struct Look {
     pub(super) corner: usize,
     /// The clearance there.
     pub(super) corner_m: f64,
+    /// The clearance at the other one.
+    pub(super) other_corner_m: f64,
     /// Displacement of the boards of each dragon.
     drifts_m: [f64; 2],
 }
@@ -86,7 +88,7 @@ pub(super) fn look(walkers: &[Walker; 2], cell: &Cell) -> Look {
     let drifts_m = [0, 1].map(|i| walkers[i].drift_m(&cell[i].ends[0], &cell[i].ends[1]));
     let corner = usize::from(clearances_m[1] < clearances_m[0]);
     let bound_m = 0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]);
-    Look { bound_m, corner, corner_m: clearances_m[corner], drifts_m }
+    Look { bound_m, corner, corner_m: clearances_m[corner], other_corner_m: clearances_m[1 - corner], drifts_m }
 }
 
 /// The delays of a cell.

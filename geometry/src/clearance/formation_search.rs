@@ -11,6 +11,7 @@ use glam::DVec2;
 
 use super::contact::PairEvent;
 use super::contact_search::ContactSearch;
+use super::near_spans::first_near;
 use super::pair::{Members, Pair, PairPose};
 use super::pair_tracker::PairTracker;
 use super::pose::Pose;
@@ -70,7 +71,7 @@ pub fn first_meeting(
         first = found.filter(|found| first.is_none_or(|first| found.time_s < first.time_s)).or(first);
     }
     let end_s = first.map_or(to_s, |first| first.time_s);
-    let between = BetweenSearch::new(formation, clearance_m).first(from_s, end_s)?;
+    let between = first_near(formation, clearance_m, [from_s, end_s])?;
     Ok(between.filter(|between| first.is_none_or(|first| between.time_s < first.time_s)).or(first))
 }
 
@@ -89,7 +90,7 @@ pub fn first_between(
 ) -> Result<Option<Meeting>, Unfinished> {
     match meeting_at(formation, &formation.layout().between_dragons(), clearance_m, from_s) {
         Some(meeting) => Ok(Some(meeting)),
-        None => BetweenSearch::new(formation, clearance_m).first(from_s, to_s),
+        None => first_near(formation, clearance_m, [from_s, to_s]),
     }
 }
 
@@ -153,7 +154,7 @@ impl FormationPose {
 }
 
 /// Searches plan time for contacts between the dragons of a formation.
-struct BetweenSearch<'a> {
+pub(super) struct BetweenSearch<'a> {
     formation: &'a Formation,
     clearance_m: f64,
     earlier: FormationPose,
@@ -162,7 +163,7 @@ struct BetweenSearch<'a> {
 }
 
 impl<'a> BetweenSearch<'a> {
-    fn new(formation: &'a Formation, clearance_m: f64) -> Self {
+    pub(super) fn new(formation: &'a Formation, clearance_m: f64) -> Self {
         Self {
             formation,
             clearance_m,
@@ -173,7 +174,7 @@ impl<'a> BetweenSearch<'a> {
     }
 
     /// The first contact between two plan times, at the first of which no boards touch.
-    fn first(&mut self, from_s: f64, to_s: f64) -> Result<Option<Meeting>, Unfinished> {
+    pub(super) fn first(&mut self, from_s: f64, to_s: f64) -> Result<Option<Meeting>, Unfinished> {
         if self.formation.dragons().len() < 2 || from_s > to_s {
             return Ok(None);
         }

@@ -17,6 +17,9 @@ use crate::formation::{DelaySet, Planned};
 /// Number of rectangles along the longer run of a scan: 2 to this power.
 const LEVELS: u32 = 7;
 
+/// Halvings of both sides of a rectangle at the border of a zone, for a picture.
+const DRAWN_LEVELS: u32 = 3;
+
 /// The boards of two dragons that are just within the clearance, at the least or at the greatest delay of a zone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
@@ -39,15 +42,6 @@ impl Tip {
     }
 }
 
-/// A rectangle of a zone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ZoneCell {
-    /// Travels of each dragon, from and to, in metres. A dragon that stands has one travel.
-    pub travels_m: [[f64; 2]; 2],
-    /// Whether the boards are within the clearance at a corner of it.
-    pub is_met: bool,
-}
-
 /// A zone in which two dragons could meet.
 #[derive(Clone, Debug)]
 pub struct MeetingZone {
@@ -58,8 +52,8 @@ pub struct MeetingZone {
     pub tips: [Option<Tip>; 2],
     /// Own times of each dragon in the zone, from and to.
     pub times_s: [[f64; 2]; 2],
-    /// The zone by rectangles.
-    pub cells: Vec<ZoneCell>,
+    /// Own times of both dragons in rectangles that contain the zone.
+    cells: Vec<[[f64; 2]; 2]>,
 }
 
 /// Two dragons, and the clearance that is to be kept between them.
@@ -192,11 +186,40 @@ impl DragonPair {
             let spans_s = leaves.iter().map(|leaf| self.walked_s(leaf, levels, i));
             spans_s.reduce(|all, span| [all[0].min(span[0]), all[1].max(span[1])]).unwrap_or_default()
         });
-        let cells = leaves.iter().map(|leaf| ZoneCell {
-            travels_m: [0, 1].map(|i| self.walked_s(leaf, levels, i).map(|time_s| self.travel_m(i, time_s))),
-            is_met: leaf.is_met,
-        });
-        Ok(MeetingZone { delays, tips, times_s, cells: cells.collect() })
+        let cells = leaves.iter().map(|leaf| [0, 1].map(|i| self.walked_s(leaf, levels, i))).collect();
+        Ok(MeetingZone { delays, tips, times_s, cells })
+    }
+
+    /// The zone for a picture: travels of both dragons in rectangles in which boards are within the clearance. It is exact to an
+    /// eighth of the rectangles of the scan.
+    pub fn area_m(&self, zone: &MeetingZone) -> Vec<[[f64; 2]; 2]> {
+        let mut area = Vec::new();
+        for times_s in zone.cells.iter().filter(|times_s| times_s.iter().all(|span_s| span_s[0] < span_s[1])) {
+            let cell =
+                [0, 1].map(|i| Side { span_s: times_s[i], ends: times_s[i].map(|time_s| self.walkers[i].at(time_s)) });
+            self.fill(&cell, 2 * DRAWN_LEVELS, &mut area);
+        }
+        let travels_m = |times_s: [[f64; 2]; 2]| [0, 1].map(|i| times_s[i].map(|time_s| self.travel_m(i, time_s)));
+        area.into_iter().map(travels_m).collect()
+    }
+
+    /// Adds the parts of a cell in which boards are within the clearance.
+    fn fill(&self, cell: &Cell, levels: u32, area: &mut Vec<[[f64; 2]; 2]>) {
+        let look = look(&self.walkers, cell);
+        let is_met = |clearance_m: f64| clearance_m <= self.clearance_m + GRAZE_M;
+        if !is_met(look.bound_m) {
+            return;
+        }
+        if is_met(look.other_corner_m) && is_met(look.corner_m) {
+            area.push([cell[0].span_s, cell[1].span_s]);
+        } else if levels > 0 {
+            let side = (levels % 2) as usize;
+            for half in cell[side].halves(&self.walkers[side]) {
+                let mut part = cell.clone();
+                part[side] = half;
+                self.fill(&part, levels - 1, area);
+            }
+        }
     }
 
     /// Own times of a dragon in a rectangle, with infinite ends where it stands.

@@ -8,6 +8,7 @@ use std::rc::Rc;
 
 use super::board_tree::BoardTree;
 use super::pose::Pose;
+use crate::dragon::Dragon;
 use crate::dragon::board::Approach;
 use crate::formation::Planned;
 use crate::numerics::peak;
@@ -51,17 +52,12 @@ impl Walker {
 
     /// The dragon at an own time, which may be infinite.
     pub(super) fn at(&self, time_s: f64) -> Rc<Posed> {
-        let dragon = &self.planned.dragon;
-        let pose = Pose::of(dragon, self.planned.travel_m(time_s.clamp(0.0, self.end_s)), usize::MAX);
-        dragon.meter().add((pose.boards.len() / BOARDS_PER_STEP) as u64);
-        Rc::new(Posed { tree: BoardTree::new(&pose.boards), pose })
+        Posed::of(&self.planned.dragon, self.planned.travel_m(time_s.clamp(0.0, self.end_s)))
     }
 
-    /// Bound on the sum of the displacements of any board from its positions at two own times, at any time in between.
+    /// The drift of the boards between two own times: see [`drift_m`].
     pub(super) fn drift_m(&self, earlier: &Posed, later: &Posed) -> f64 {
-        let dragon = &self.planned.dragon;
-        let drifts_m = (0..earlier.pose.boards.len()).map(|bench| earlier.pose.drift_m(&later.pose, dragon, bench));
-        if earlier.pose.travel_m == later.pose.travel_m { 0.0 } else { drifts_m.fold(0.0, f64::max) }
+        drift_m(&self.planned.dragon, earlier, later)
     }
 
     /// Longest interval of own time that is evaluated as a whole: the head walks at most a quarter of its shorter link.
@@ -69,6 +65,24 @@ impl Walker {
         let dimensions = self.planned.dragon.dimensions();
         0.25 * dimensions.link_m(0).min(dimensions.link_m(1)) / self.planned.timetable.most_speed_mps()
     }
+}
+
+impl Posed {
+    /// The whole dragon at a travel of its run.
+    pub(super) fn of(dragon: &Dragon, travel_m: f64) -> Rc<Self> {
+        let pose = Pose::of(dragon, travel_m, usize::MAX);
+        dragon.meter().add((pose.boards.len() / BOARDS_PER_STEP) as u64);
+        Rc::new(Self { tree: BoardTree::new(&pose.boards), pose })
+    }
+}
+
+/// Bound on the sum of the displacements of any board from its positions at two travels, at any travel in between.
+pub(super) fn drift_m(dragon: &Dragon, earlier: &Posed, later: &Posed) -> f64 {
+    if earlier.pose.travel_m == later.pose.travel_m {
+        return 0.0;
+    }
+    let drifts_m = (0..earlier.pose.boards.len()).map(|bench| earlier.pose.drift_m(&later.pose, dragon, bench));
+    drifts_m.fold(0.0, f64::max)
 }
 
 /// Least clearance of two poses, with its benches.

@@ -29,13 +29,10 @@ impl DrawnPlan<'_> {
             colour: named.colour,
             points: walked(planned, [planned.timetable.start_s(), planned.timetable.end_s()]),
         });
-        let title = format!("When dragons pass each other, {} apart or more", metres(self.clearance_m));
+        let apart = if self.clearance_m > 0.0 { format!(", {} m apart", self.clearance_m) } else { String::new() };
+        let all: Vec<usize> = (0..self.planned().len()).collect();
         TimeDistanceChart {
-            caption: self.caption(if self.clearance_m > 0.0 {
-                title
-            } else {
-                "When dragons pass each other".to_owned()
-            }),
+            caption: self.caption(format!("When dragons pass each other{apart}"), &all),
             dragons: lines.collect(),
             passings: self.passings.iter().map(|passing| self.mark(passing)).collect(),
         }
@@ -51,16 +48,13 @@ impl DrawnPlan<'_> {
         });
         // The conflict has the dragon of the lower index first.
         let axes = if conflict.dragons == dragons { [0, 1] } else { [1, 0] };
-        let cells = conflict.zones.iter().flat_map(|zone| &zone.cells).filter(|cell| cell.is_met);
+        let cells = conflict.zones.iter().flat_map(|zone| conflict.pair.area_m(zone));
         let at = |time_s: f64| DVec2::from(planned.map(|planned| planned.travel_m(time_s)));
         let names = dragons.map(|dragon| self.document.dragons()[dragon].name.clone());
         let of_both = |passing: &&Passing| passing.dragons == conflict.dragons;
         CoordinationDiagram {
-            caption: self.caption(format!("Where {} and {} would meet, and the plan", names[0], names[1])),
-            travels_m: planned.map(|planned| planned.dragon.start_travel_m()..=planned.dragon.end_travel_m()),
-            forbidden: cells
-                .map(|cell| [0, 1].map(|end| DVec2::from(axes.map(|axis| cell.travels_m[axis][end]))))
-                .collect(),
+            caption: self.caption(format!("Where {} and {} would meet, and the plan", names[0], names[1]), &dragons),
+            forbidden: cells.map(|cell| [0, 1].map(|end| DVec2::from(axes.map(|axis| cell[axis][end])))).collect(),
             line: times(from_s, to_s).map(at).collect(),
             nearest: self.passings.iter().filter(of_both).map(|passing| at(passing.nearest_s)).collect(),
             names,
@@ -77,14 +71,20 @@ impl DrawnPlan<'_> {
         self.schedule.conflicts().iter().find(of_both).expect("every two dragons")
     }
 
-    fn caption(&self, title: String) -> Caption {
-        let facts = self
-            .document
-            .dragons()
-            .iter()
-            .zip(self.planned())
-            .map(|(named, planned)| format!("{} leaves at {:.3} s", named.name, planned.timetable.start_s()));
+    fn caption(&self, title: String, dragons: &[usize]) -> Caption {
+        let facts = dragons.iter().map(|&dragon| {
+            let name = &self.document.dragons()[dragon].name;
+            format!("{name} leaves at {:.3} s", self.planned()[dragon].timetable.start_s())
+        });
         Caption { heading: self.figure.title.clone(), title, facts: facts.collect() }
+    }
+
+    /// Whether one of the dragons has no crossing with a smaller slack.
+    fn is_tightest(&self, passing: &Passing) -> bool {
+        passing.dragons.iter().any(|dragon| {
+            let own = self.passings.iter().filter(|other| other.dragons.contains(dragon));
+            own.map(|other| other.slack_s).fold(f64::INFINITY, f64::min) == passing.slack_s
+        })
     }
 
     fn mark(&self, passing: &Passing) -> PassingMark {
@@ -95,12 +95,8 @@ impl DrawnPlan<'_> {
             let first = usize::from(first == passing.dragons[1]);
             [point(first, passes_s), point(1 - first, arrives_s)]
         });
-        PassingMark { dragons: passing.dragons, parts, wait }
+        PassingMark { dragons: passing.dragons, parts, wait, is_tightest: self.is_tightest(passing) }
     }
-}
-
-fn metres(clearance_m: f64) -> String {
-    format!("{clearance_m} m")
 }
 
 /// Even plan times between two.

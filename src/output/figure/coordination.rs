@@ -1,13 +1,11 @@
 //! Coordination diagram of two dragons: the travel of one over that of the other, where they would meet, and the plan.
 
-use std::ops::RangeInclusive;
-
 use glam::DVec2;
 use kurbo::{Rect, Shape as _};
 
 use super::drawing::{Drawing, Mark};
 use super::page::{Caption, LegendEntry, Swatch, page};
-use super::plot::Plot;
+use super::plot::{Plot, range_of};
 use super::style::{BLUE, BOTTOM_MARGIN, Colour, GREY, LEFT_MARGIN, LINE_WIDTH, LineStyle, PLOT_WIDTH, VERMILION};
 
 /// The travels of two dragons in one plan. The plan keeps the clearance exactly if its line stays outside of the area.
@@ -17,8 +15,6 @@ pub struct CoordinationDiagram {
     pub caption: Caption,
     /// Names of both dragons, that of the x axis first.
     pub names: [String; 2],
-    /// Travels of both dragons, in metres.
-    pub travels_m: [RangeInclusive<f64>; 2],
     /// Low and high corners of the rectangles in which boards come within the clearance.
     pub forbidden: Vec<[DVec2; 2]>,
     /// The plan, in the order of time.
@@ -28,6 +24,8 @@ pub struct CoordinationDiagram {
 }
 
 const HEIGHT: f64 = 110.0;
+/// Room beside the travels ÷ their extent.
+const MARGIN: f64 = 0.03;
 const DOT_RADIUS: f64 = 0.9;
 const FORBIDDEN: Colour = GREY;
 
@@ -36,7 +34,11 @@ impl CoordinationDiagram {
     pub fn draw(&self) -> Drawing {
         let (mut drawing, top) = page(&self.caption, &Self::legend(), HEIGHT + BOTTOM_MARGIN);
         let area = Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, HEIGHT));
-        let plot = Plot::new(area, &self.travels_m[0], &self.travels_m[1]);
+        let plot = Plot::new(
+            area,
+            &range_of(self.line.iter().map(|point| point.x), MARGIN),
+            &range_of(self.line.iter().map(|point| point.y), MARGIN),
+        );
         plot.draw_grid(&mut drawing);
         let rectangles = self.forbidden.iter().flat_map(|corners| {
             let [low, high] = corners.map(|corner| plot.at(corner));

@@ -40,6 +40,8 @@ pub struct PassingMark {
     pub parts: [Vec<DVec2>; 2],
     /// From where the first dragon has passed to where the other one gets there; `None` if they meet.
     pub wait: Option<[DVec2; 2]>,
+    /// Whether this is the tightest crossing of one of the dragons. Only then the wait is drawn.
+    pub is_tightest: bool,
 }
 
 const HEIGHT: f64 = 110.0;
@@ -70,7 +72,9 @@ impl TimeDistanceChart {
         }
         for passing in &self.passings {
             let Some(ends) = passing.wait else { continue };
-            drawing.push(plot.line(&ends, BLACK, FINE_WIDTH).styled(LineStyle::Dashed));
+            if passing.is_tightest {
+                drawing.push(plot.line(&ends, BLACK, FINE_WIDTH).styled(LineStyle::Dashed));
+            }
             let ring = Mark::stroked(circle(plot.at(ends[0]), RING_RADIUS), BLACK, FINE_WIDTH);
             drawing.push(ring.clipped(area).labelled("has passed"));
         }
@@ -92,7 +96,10 @@ impl TimeDistanceChart {
         if !self.passings.is_empty() {
             entries.push(LegendEntry::new(line(self.colour(0), PART_WIDTH, LineStyle::Solid), "in the way of another"));
             entries.push(LegendEntry::new(Swatch::Ring { colour: BLACK, radius: RING_RADIUS }, "has passed"));
-            entries.push(LegendEntry::new(line(BLACK, FINE_WIDTH, LineStyle::Dashed), "until the other gets there"));
+            entries.push(LegendEntry::new(
+                line(BLACK, FINE_WIDTH, LineStyle::Dashed),
+                "until the other gets there, where tightest",
+            ));
         }
         entries
     }
