@@ -188,11 +188,14 @@ const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
 
 /// Every question with every flag that adds keys. Together they print every documented object at least once.
-const CASES: [Case; 31] = [
+const CASES: [Case; 34] = [
     (&["poses"], &["poses", "--at", "0,1"], SPIRAL),
     (&["poses of several dragons"], &["poses", "--at", "1"], TWO),
     (&["contact of several dragons"], &["contact"], TWO),
     (&["contact of several dragons"], &["contact"], STOPPED),
+    (&["route of several dragons"], &["route"], STOPPED),
+    (&["speed-limit of several dragons"], &["speed-limit", "--limit", "2"], TWO),
+    (&["sensitivity of several dragons"], &["sensitivity"], TWO),
     (&["schedule"], &["schedule", "--clearance", "0.5"], TWO),
     (&["schedule"], &["schedule", "--work", "1"], TWO),
     (&["contact"], &["contact"], SPIRAL),

@@ -122,7 +122,7 @@ fn save(figure: &FigureArgs, view: Option<FormationView>, format: Format) -> any
 }
 
 /// All dragons on their routes at a plan time.
-fn formation_view(
+pub(super) fn formation_view(
     figure: &FigureArgs,
     document: &FormationDocument,
     time_s: f64,
@@ -136,7 +136,7 @@ fn formation_view(
     });
     let benches = Counted(document.formation().layout().benches() as u64, "bench");
     let caption = Caption { heading: figure.title.clone(), title, facts: vec![benches.to_string()] };
-    FormationView { caption, dragons: named.collect(), mark }
+    FormationView { caption, dragons: named.collect(), mark, shows_routes: false }
 }
 
 /// Answers `solve poses` for a formation.

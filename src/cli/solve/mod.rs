@@ -19,6 +19,7 @@ use crate::system::whole_file;
 mod contact;
 mod figure;
 mod formation;
+mod formation_survey;
 mod list;
 mod pitch;
 mod play;
