@@ -54,7 +54,7 @@ impl<'a> Rehearsal<'a> {
             dragon,
             motion: Motion::new(MotionPlan::new(plan).expect("the settings are sound")),
             guard: guard(config),
-            check: ClearanceCheck::new(Arc::clone(config.lead())),
+            check: ClearanceCheck::new(Arc::clone(config.formation())),
             tick: 0,
             lag_ticks,
             late: VecDeque::new(),
@@ -149,7 +149,7 @@ impl<'a> Rehearsal<'a> {
 }
 
 fn guard(config: &Config) -> Guard<'_> {
-    Guard::new(config.lead(), config, RUN_ID)
+    Guard::new(config.formation(), config, RUN_ID)
 }
 
 /// Configurations with both kinds of routes. Most of them have a contact.

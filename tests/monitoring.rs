@@ -29,7 +29,7 @@ impl Rehearsal {
         };
         Self {
             simulation: Simulation::new(
-                config.lead().clone(),
+                config.formation().clone(),
                 MotionPlan::new(plan).expect("the settings are sound"),
                 config.tables().serve.rate_hz,
                 time_scale,

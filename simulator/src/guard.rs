@@ -154,7 +154,7 @@ impl<'a> Watched<'a> {
             // Numbers are unique over all runs, so that a late reply is not taken for another.
             next_ask: run_id << 32,
         });
-        let check = ClearanceCheck::new(Arc::clone(config.lead()));
+        let check = ClearanceCheck::new(Arc::clone(config.formation()));
         Self { run_id, monitor: Monitor::new(config), check, guard, last: None, has_reported: false }
     }
 

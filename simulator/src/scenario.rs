@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use bench_dragon::config::{Config, ConfigDocument};
-use bench_dragon_geometry::dragon::{Dragon, Meter};
+use bench_dragon_geometry::dragon::Meter;
+use bench_dragon_geometry::formation::Formation;
 
 use crate::dice::Dice;
 use crate::fault::{Fault, draw};
@@ -28,7 +29,7 @@ pub struct Scenario {
     pub(crate) flags: ShowFlags,
     pub(crate) config: Config,
     /// The dragon of the guard, with its limit of work.
-    pub(crate) metered: Dragon,
+    pub(crate) metered: Formation,
 }
 
 /// Flags of the command `show`.
@@ -67,7 +68,7 @@ impl Scenario {
         };
         let length_ns = (hours * 3600e9) as u64;
         let faults = draw(seed, length_ns, seek_s, has_timecode);
-        let metered = config.lead().metered(&Meter::of(STEPS_AT_A_TIME));
+        let metered = config.formation().metered(&Meter::of(STEPS_AT_A_TIME));
         Self { seed, toml, faults, length_ns, flags, config, metered }
     }
 

@@ -18,7 +18,7 @@ use clap::Parser;
 use clap::builder::Styles;
 use clap::error::ErrorKind;
 
-use crate::config::{Config, ConfigDocument, Document};
+use crate::config::{Config, ConfigDocument, Document, PlanDocument};
 use crate::output::terminal_text::{Painted, is_coloured, printable};
 use crate::output::{self, complain, log, wait_for_reader};
 use crate::system::limits;
@@ -186,8 +186,8 @@ fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {
 /// Reads the configuration that the arguments name; `set_flags` overrides its values. An error names the file.
 fn load_config(args: &ConfigArgs, set_flags: impl FnOnce(&mut Document)) -> anyhow::Result<Config> {
     let file = args.config.as_deref();
-    let document = reading::within_limits(file, || ConfigDocument::load(file, set_flags));
-    in_file(args, document.and_then(ConfigDocument::build))
+    let document = reading::within_limits(file, || PlanDocument::load(file, set_flags, None));
+    in_file(args, document.and_then(PlanDocument::build))
 }
 
 /// Reads a configuration without a dragon on its route.

@@ -195,7 +195,7 @@ pub(crate) fn check_pace(config: &Config, pace: &PaceArgs) -> Result<(), BadInpu
 
 /// Show time in seconds at which a show ends that starts at `start_s`.
 pub(crate) fn end_s(config: &Config, start_s: f64) -> f64 {
-    if start_s == config.start_s() { config.end_s() } else { config.timetable_from(start_s).end_s() }
+    config.end_from_s(start_s)
 }
 
 fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
@@ -224,8 +224,8 @@ fn start(args: &ServeArgs, config: &Config) -> anyhow::Result<RunStart> {
     match args.start_travel {
         // The speed was changed earlier, so show time does not determine the travel.
         Some(travel_m) => {
-            let dragon = config.lead();
-            require("--start-travel", travel_m, dragon.start_travel_m(), dragon.end_travel_m())?;
+            let formation = config.formation();
+            require("--start-travel", travel_m, formation.begin_m(), formation.end_m())?;
             args.run.pace.until.map_or(Ok(()), |until_s| require_from("--until", until_s, config.start_s()))?;
         }
         None => check_pace(config, &args.run.pace)?,

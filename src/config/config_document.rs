@@ -164,8 +164,8 @@ impl ConfigDocument {
             error => ConfigError(unplaced(&error)),
         })?;
         let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
-        let formation = Formation::new(vec![Planned { dragon: Arc::new(dragon), timetable }]);
-        Ok(Config { document: self, formation: Arc::new(formation) })
+        let formation = Formation::of_one(Planned { dragon: Arc::new(dragon), timetable });
+        Ok(Config { document: self, formation: Arc::new(formation), named: None })
     }
 
     /// Places the dragon on the curve of its route.

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
+use bench_dragon_ipc::MAX_DRAGONS;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
@@ -18,7 +19,7 @@ use super::origin_table::OriginTable;
 use super::{Config, ConfigDocument, ConfigError, require};
 
 /// Allowed numbers of dragons.
-const DRAGONS: RangeInclusive<usize> = 1..=32;
+const DRAGONS: RangeInclusive<usize> = 1..=MAX_DRAGONS;
 /// Longest name of a dragon, in characters.
 const MAX_NAME: usize = 24;
 /// Allowed plan times at which a head leaves, in seconds.

@@ -66,33 +66,57 @@ pub const MAX_ALSO: usize = 8;
 #[error("{0}")]
 pub struct ConfigError(String);
 
-/// A valid configuration: the document's tables, and the formation of its dragon.
+/// A valid configuration: the document's tables, and the formation of its dragons.
 #[derive(Clone, Debug)]
 pub struct Config {
+    /// The document of the dragon that leads, with the tables that all dragons share.
     document: ConfigDocument,
     formation: Arc<Formation>,
+    /// The dragons of `[[dragons]]`; none for the short form.
+    named: Option<Arc<FormationDocument>>,
 }
 
 impl Config {
-    /// Combines [`ConfigDocument::load`] and [`ConfigDocument::build`].
+    /// Combines [`PlanDocument::load`] and [`PlanDocument::build`].
     ///
     /// # Errors
     /// The errors of both.
     pub fn load(path: Option<&Path>, set_flags: impl FnOnce(&mut Document)) -> Result<Self, ConfigError> {
-        ConfigDocument::load(path, set_flags)?.build()
+        PlanDocument::load(path, set_flags, None)?.build()
     }
 
-    /// Combines [`ConfigDocument::from_toml`] and [`ConfigDocument::build`].
+    fn of_formation(named: FormationDocument) -> Self {
+        let document = named.dragons()[0].config.document.clone();
+        Self { document, formation: Arc::clone(named.formation()), named: Some(Arc::new(named)) }
+    }
+
+    /// Parses the text of a description, and places the dragons on their routes.
     ///
     /// # Errors
-    /// The errors of both.
+    /// The text or a value is not valid, or a dragon does not fit on its route.
     pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
-        ConfigDocument::from_toml(text)?.build()
+        PlanDocument::from_toml(text)?.build()
     }
 
     /// The whole configuration as TOML, with every key that applies.
     pub fn to_toml(&self) -> String {
-        self.document.to_toml()
+        self.named.as_ref().map_or_else(|| self.document.to_toml(), |named| named.to_toml())
+    }
+
+    /// The dragons with their names; `None` for the short form for one dragon.
+    pub fn named(&self) -> Option<&FormationDocument> {
+        self.named.as_deref()
+    }
+
+    /// A bench that is numbered on from dragon to dragon, as people call it: with several dragons, the name and the index within it.
+    pub fn bench_name(&self, bench: usize) -> String {
+        match self.named() {
+            Some(named) if bench < self.formation.layout().benches() => {
+                let (name, index) = named.named_bench(bench);
+                format!("{name} {index}")
+            }
+            _ => bench.to_string(),
+        }
     }
 
     /// The checked document.
@@ -155,7 +179,7 @@ impl Config {
 
     /// Show time in seconds at which the planned run starts.
     pub fn start_s(&self) -> f64 {
-        self.document.route.start_s
+        if self.formation.has_plan_course() { 0.0 } else { self.document.route.start_s }
     }
 
     /// Timetable of the leading head on a run from the start.
@@ -168,15 +192,35 @@ impl Config {
         self.tables().head.timetable(start_s, self.lead().end_travel_m())
     }
 
+    /// Show time in seconds at which a run ends that begins at a show time.
+    pub fn end_from_s(&self, start_s: f64) -> f64 {
+        let is_whole = start_s == self.start_s() || self.formation.has_plan_course();
+        if is_whole { self.end_s() } else { self.timetable_from(start_s).end_s() }
+    }
+
+    /// Place on the course at a show time, as planned without ramps at the ends. Rounding does not put it past the end.
+    pub fn course_m(&self, show_time_s: f64) -> f64 {
+        (self.tables().head.speed_mps * show_time_s).min(self.formation.end_m())
+    }
+
+    /// Greatest change of the speed along the course, in m/s²; without one the show starts and stops at once.
+    pub fn accel_mps2(&self) -> Option<f64> {
+        if self.formation.has_plan_course() { self.formation.accel_mps2() } else { self.tables().head.accel_mps2 }
+    }
+
     /// Show time in seconds at which a run from the start ends: at the planned end, or where the dragon can walk no
     /// further. With ramps the head reaches that point later.
     pub fn end_s(&self) -> f64 {
-        if self.tables().head.accel_mps2.is_some() { self.timetable().end_s() } else { self.last_seek_s() }
+        let has_ramps = self.tables().head.accel_mps2.is_some() && !self.formation.has_plan_course();
+        if has_ramps { self.timetable().end_s() } else { self.last_seek_s() }
     }
 
     /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
     /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
+        if let Some(named) = self.named() {
+            return named.end_s();
+        }
         match (self.document.route.end_s, self.lead().feasible_end()) {
             (Some(end_s), FeasibleEnd::RouteEnd) => end_s,
             _ => self.lead().end_travel_m() / self.tables().head.speed_mps,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::document::{Document, parse, read};
-use super::{ConfigDocument, ConfigError, FormationDocument};
+use super::{Config, ConfigDocument, ConfigError, FormationDocument};
 
 /// A checked document of one dragon, or a configuration of several.
 #[derive(Clone, Debug)]
@@ -28,6 +28,33 @@ impl PlanDocument {
         let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
         set_flags(&mut tables);
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
+        Self::of_tables(tables, folder, placing_steps)
+    }
+
+    /// Parses the text of a description.
+    ///
+    /// # Errors
+    /// The text or a value is not valid, or a dragon of several does not fit on its route.
+    pub fn from_toml(text: &str) -> Result<Self, ConfigError> {
+        let tables = parse(text)?;
+        if tables.dragons.is_none() {
+            return ConfigDocument::check(tables).map(|document| Self::OneDragon(Box::new(document)));
+        }
+        FormationDocument::build(tables, Path::new(""), None).map(Self::Formation)
+    }
+
+    /// Places the dragon on its route, and computes how far it can walk. Those of a formation have been placed.
+    ///
+    /// # Errors
+    /// The route is not valid, or the dragon does not fit on it.
+    pub fn build(self) -> Result<Config, ConfigError> {
+        match self {
+            Self::OneDragon(document) => document.build(),
+            Self::Formation(formation) => Ok(Config::of_formation(formation)),
+        }
+    }
+
+    fn of_tables(tables: Document, folder: &Path, placing_steps: Option<u64>) -> Result<Self, ConfigError> {
         if tables.dragons.is_some() {
             return FormationDocument::build(tables, folder, placing_steps).map(Self::Formation);
         }

@@ -20,7 +20,7 @@ const VIEWED_HZ: u32 = 30;
 
 /// Estimates the growth of the recording of a walking dragon, in bytes per second of wall time.
 pub fn walking_bytes_per_s(layout: &Layout, rate_hz: u32) -> f64 {
-    let frame_bytes = size_of::<FrameHeader>() + layout.handles() * size_of::<HandleState>();
+    let frame_bytes = FrameHeader::SHOW_BYTES + layout.handles() * size_of::<HandleState>();
     let frames = frame_bytes as f64 * COMPRESSED * f64::from(rate_hz);
     frames + (layout.benches() * VIEWED_BYTES) as f64 * f64::from(rate_hz.min(VIEWED_HZ))
 }

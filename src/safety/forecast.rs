@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use bench_dragon_geometry::clearance::{Contact, ContactSearch, PlayEnd, PlaySearch};
-use bench_dragon_geometry::dragon::{Dragon, Meter};
+use bench_dragon_geometry::clearance::{Contact, CourseSearch, PlayEnd, PlaySearch};
+use bench_dragon_geometry::dragon::Meter;
+use bench_dragon_geometry::formation::Formation;
 use crossbeam::atomic::AtomicCell;
 use crossbeam::queue::ArrayQueue;
 
@@ -93,16 +94,16 @@ impl Forecaster {
     ///
     /// # Panics
     /// If the clearance is negative or not finite.
-    pub fn start(dragon: &Dragon, clearance_m: f64, from_m: f64) -> io::Result<Self> {
+    pub fn start(formation: &Formation, clearance_m: f64, from_m: f64) -> io::Result<Self> {
         let shared = Arc::new(Shared {
             forecast: AtomicCell::new(Forecast::unknown_from(from_m)),
             start: ArrayQueue::new(1),
             stride: Meter::of(STEPS_PER_STRIDE),
             is_over: AtomicBool::new(false),
         });
-        let (dragon, of_thread) = (dragon.metered(&shared.stride), Arc::clone(&shared));
+        let (formation, of_thread) = (formation.metered(&shared.stride), Arc::clone(&shared));
         let thread =
-            thread::Builder::new().name("forecast".to_owned()).spawn(move || of_thread.run(&dragon, clearance_m))?;
+            thread::Builder::new().name("forecast".to_owned()).spawn(move || of_thread.run(&formation, clearance_m))?;
         Ok(Self { shared, thread: Some(thread), asked_from_m: from_m })
     }
 
@@ -142,9 +143,9 @@ impl Drop for Forecaster {
 }
 
 impl Shared {
-    fn run(&self, dragon: &Dragon, clearance_m: f64) {
-        let mut search =
-            Search { dragon, clearance_m, contact: ContactSearch::within(dragon, clearance_m), play: None };
+    fn run(&self, formation: &Formation, clearance_m: f64) {
+        let contact = CourseSearch::within(formation, clearance_m);
+        let mut search = Search { formation, clearance_m, contact, play: None };
         let mut next = Some(self.forecast.load());
         loop {
             self.stride.restart();
@@ -168,9 +169,9 @@ impl Shared {
 
 /// The searches of a forecast.
 struct Search<'a> {
-    dragon: &'a Dragon,
+    formation: &'a Formation,
     clearance_m: f64,
-    contact: ContactSearch,
+    contact: CourseSearch,
     /// The search for loose hinges, once it has begun.
     play: Option<PlaySearch>,
 }
@@ -179,7 +180,7 @@ impl Search<'_> {
     /// Extends a forecast by one stride. Also returns whether the search continues.
     fn extend(&mut self, forecast: Forecast) -> (Forecast, bool) {
         let (extended, finds_contacts) = self.extend_nominal(forecast);
-        let end_m = self.dragon.end_travel_m();
+        let end_m = self.formation.end_m();
         let to_m = if finds_contacts { extended.free_to_m } else { end_m };
         let play = self.extend_play(&forecast, to_m);
         let finds_poses = play.is_some_and(|play| play.end.is_none() && play.free_to_m < end_m);
@@ -187,7 +188,7 @@ impl Search<'_> {
     }
 
     fn extend_nominal(&mut self, forecast: Forecast) -> (Forecast, bool) {
-        let end_m = self.dragon.end_travel_m();
+        let end_m = self.formation.end_m();
         let to_m = (forecast.free_to_m + STRIDE_M).min(end_m);
         if forecast.contact.is_some() || forecast.free_to_m >= end_m {
             return (forecast, false);
@@ -202,7 +203,8 @@ impl Search<'_> {
 
     /// Extends the forecast for loose hinges by a stride, at most to a travel. `None` for hinges without play.
     fn extend_play(&mut self, forecast: &Forecast, to_m: f64) -> Option<PlayForecast> {
-        let dragon = self.dragon;
+        // Only hinges of a dragon that is alone have play.
+        let dragon = self.formation.lead();
         if dragon.dimensions().play_m() == 0.0 {
             return None;
         }

@@ -10,8 +10,9 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{ClearanceSearch, ContactSearch, PairClearance, ProvenTravel};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon, Meter};
+use bench_dragon_geometry::clearance::{ClearanceSearch, CourseSearch, PairClearance, ProvenCourse};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Meter};
+use bench_dragon_geometry::formation::Formation;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 
 use crate::config::Config;
@@ -48,7 +49,7 @@ pub struct FinalRest {
 /// The guard of one run.
 #[derive(Debug)]
 pub struct Guard<'a> {
-    dragon: &'a Dragon,
+    formation: &'a Formation,
     /// Clearance that the guard keeps, in metres.
     margin_m: f64,
     /// Reach of a grant ahead of the head, in seconds of wall time at the head's speed.
@@ -74,23 +75,23 @@ pub struct Guard<'a> {
 /// Proven travel, and the part of it that the server has.
 #[derive(Debug)]
 struct Granting<'a> {
-    proven: ProvenTravel<'a>,
+    proven: ProvenCourse<'a>,
     /// End of the last grant that the server has taken, and whether that grant is final.
     granted: Option<(f64, bool)>,
 }
 
 impl<'a> Guard<'a> {
-    /// The guard of a run of a dragon with its published configuration.
-    pub fn new(dragon: &'a Dragon, config: &Config, run_id: u64) -> Self {
+    /// The guard of a run of a formation with its published configuration.
+    pub fn new(formation: &'a Formation, config: &Config, run_id: u64) -> Self {
         Self {
-            dragon,
+            formation,
             margin_m: config.tables().monitor.margin_m,
             // A server that misses periods jumps without a frame in between. The grant for a frame may arrive after the next
             // jump. So a grant reaches two jumps further.
             horizon_s: LEAST_HORIZON_S + 2.0 * config.tables().serve.catch_up_s,
             run_id,
             planned_speed_mps: config.tables().head.speed_mps,
-            accel_mps2: config.tables().head.accel_mps2,
+            accel_mps2: config.accel_mps2(),
             rate_hz: f64::from(config.tables().serve.rate_hz),
             walking_speed_mps: 0.0,
             present: None,
@@ -108,9 +109,9 @@ impl<'a> Guard<'a> {
             return None;
         }
         if header.show_state().is_some_and(ShowState::walks) {
-            self.walking_speed_mps = header.head_speed_mps;
+            self.walking_speed_mps = header.course_mps;
         }
-        let (run_id, travel_m) = (self.run_id, header.head_travel_m);
+        let (run_id, travel_m) = (self.run_id, header.course_m);
         let horizon_m = self.horizon_m(header.time_scale);
         self.update_present(travel_m);
         self.prepare(asked_m);
@@ -142,8 +143,8 @@ impl<'a> Guard<'a> {
     /// Whether the head is at its final rest in this frame. Call it after [`Guard::advance`] with the same frame. A head that is
     /// held at the end of the run rests there because of the run, and not because of the guard.
     pub fn is_final(&self, header: &FrameHeader) -> bool {
-        let travel_m = header.head_travel_m;
-        if travel_m >= self.dragon.end_travel_m() {
+        let travel_m = header.course_m;
+        if travel_m >= self.formation.end_m() {
             return false;
         }
         let is_end = match &self.present {
@@ -155,9 +156,9 @@ impl<'a> Guard<'a> {
 
     /// Returns the final rest of a frame for which [`Guard::is_final`] is true.
     pub fn final_rest(&self, header: &FrameHeader) -> FinalRest {
-        let travel_m = header.head_travel_m;
-        let dragon = self.dragon.metered(&Meter::of(FORECAST_STEPS));
-        let contact = ContactSearch::new(&dragon).first(travel_m, dragon.end_travel_m()).ok().flatten();
+        let travel_m = header.course_m;
+        let formation = self.formation.metered(&Meter::of(FORECAST_STEPS));
+        let contact = CourseSearch::within(&formation, 0.0).first(travel_m, formation.end_m()).ok().flatten();
         let show_time_s = header.show_time_s();
         let forecast_s = contact.map(|contact| show_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
         FinalRest { travel_m, show_time_s, is_free: self.present.is_some(), forecast_s }
@@ -191,8 +192,8 @@ impl<'a> Guard<'a> {
     }
 
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
-        let is_within_run = (self.dragon.start_travel_m()..=self.dragon.end_travel_m()).contains(&travel_m);
-        let proven = is_within_run.then(|| ProvenTravel::at(self.dragon, self.margin_m, travel_m))?.ok()?;
+        let is_on_course = (self.formation.begin_m()..=self.formation.end_m()).contains(&travel_m);
+        let proven = is_on_course.then(|| ProvenCourse::at(self.formation, self.margin_m, travel_m))?.ok()?;
         Some(Granting { proven, granted: None })
     }
 }
@@ -217,32 +218,37 @@ pub const FAULT_M: f64 = 1e-8;
 /// Checks the clearances of the frames of one run against the reference solver.
 #[derive(Debug)]
 pub struct ClearanceCheck {
-    dragon: Arc<Dragon>,
-    solver: ChainSolver,
+    formation: Arc<Formation>,
+    solvers: Vec<ChainSolver>,
     boards: Vec<Board>,
     search: ClearanceSearch,
 }
 
 impl ClearanceCheck {
-    /// A check of a dragon.
-    pub fn new(dragon: Arc<Dragon>) -> Self {
-        let solver = ChainSolver::new(&dragon);
-        Self { dragon, solver, boards: Vec::new(), search: ClearanceSearch::default() }
+    /// A check of a formation.
+    pub fn new(formation: Arc<Formation>) -> Self {
+        let solvers = formation.dragons().iter().map(|planned| ChainSolver::new(&planned.dragon)).collect();
+        let search = ClearanceSearch::of(formation.layout());
+        Self { formation, solvers, boards: Vec::new(), search }
     }
 
-    /// Returns the nearest pair for a travel of the head, by the reference solver. `None` outside the run, and for fewer than
-    /// three benches.
-    pub fn nearest(&mut self, travel_m: f64) -> Option<PairClearance> {
-        let handles = self.solver.solve(&self.dragon, travel_m).ok()?;
-        self.dragon.place_boards(handles, &mut self.boards);
-        self.search.nearest(&self.boards)
+    /// Returns the nearest pair for a place of the course, by the reference solver. `None` off the course, and where no two benches
+    /// are a pair.
+    pub fn nearest(&mut self, course_m: f64) -> Option<PairClearance> {
+        let Self { formation, solvers, boards, search } = self;
+        boards.clear();
+        for (number, (solver, planned)) in solvers.iter_mut().zip(formation.dragons()).enumerate() {
+            let handles = solver.solve(&planned.dragon, formation.travel_m(number, course_m)).ok()?;
+            planned.dragon.add_boards(handles, |handle| handle.in_space(), boards);
+        }
+        search.nearest(boards)
     }
 
     /// Whether the clearance of the nearest pair in a frame agrees with the reference solver, to [`FAULT_M`].
     pub fn agrees(&mut self, header: &FrameHeader, measured: Option<PairClearance>) -> bool {
-        match (self.nearest(header.head_travel_m), measured) {
+        match (self.nearest(header.course_m), measured) {
             (Some(expected), Some(measured)) => (expected.clearance_m - measured.clearance_m).abs() <= FAULT_M,
-            (None, None) => self.dragon.dimensions().benches() < 3,
+            (None, None) => self.formation.layout().benches() < 3,
             _ => false,
         }
     }
@@ -256,11 +262,11 @@ mod tests {
     fn a_hold_at_the_end_of_the_run_is_not_the_stop_of_the_guard() {
         let config =
             Config::from_toml("[dragon]\nbenches = 2\n[monitor]\nguard = true\n").expect("a sound configuration");
-        let dragon: &Dragon = config.lead();
-        let mut guard = Guard::new(dragon, &config, 7);
-        let head_travel_m = dragon.end_travel_m();
+        let mut guard = Guard::new(config.formation(), &config, 7);
+        let head_travel_m = config.formation().end_m();
         for state in [ShowState::Finished, ShowState::Held] {
-            let header = FrameHeader { run_id: 7, head_travel_m, state: state.to_wire(), ..FrameHeader::default() };
+            let header = FrameHeader { run_id: 7, head_travel_m, state: state.to_wire(), ..FrameHeader::default() }
+                .of_one_dragon();
             let _ = guard.advance(&header, None);
             assert!(!guard.is_final(&header), "{state:?}");
         }

@@ -17,8 +17,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, ContactSearch, PairClearance, PairEvent};
-use bench_dragon_geometry::dragon::{Board, Dragon, Meter};
+use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, CourseSearch, PairClearance, PairEvent};
+use bench_dragon_geometry::dragon::{Board, Meter};
+use bench_dragon_geometry::formation::Formation;
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
 use glam::DVec2;
 
@@ -48,16 +49,16 @@ enum PairState {
     Touching,
 }
 
-/// Monitor of one run of a dragon.
+/// Monitor of one run of a formation.
 #[derive(Debug)]
 pub struct Monitor {
-    /// The watched dragon.
-    pub dragon: Arc<Dragon>,
+    /// The watched dragons.
+    pub formation: Arc<Formation>,
     source: SourceMotion,
     near_m: f64,
     planned_speed_mps: f64,
     clearances: ClearanceSearch,
-    contacts: ContactSearch,
+    contacts: CourseSearch,
     boards: Vec<Board>,
     pairs: BTreeMap<[usize; 2], PairState>,
     /// The boards on the stage; `None` for a stage without an outline.
@@ -75,15 +76,15 @@ pub struct Monitor {
 impl Monitor {
     /// A monitor of a run with its published configuration.
     pub fn new(config: &Config) -> Self {
-        let dragon = Arc::clone(config.lead());
+        let formation = Arc::clone(config.formation());
         let sweeping = Meter::of(SWEEP_STEPS);
         Self {
             source: SourceMotion::of(config),
             near_m: config.tables().monitor.near_m,
             planned_speed_mps: config.tables().head.speed_mps,
-            clearances: ClearanceSearch::default().with_room(MAX_WATCHED),
-            contacts: ContactSearch::new(&dragon.metered(&sweeping)),
-            boards: Vec::with_capacity(dragon.dimensions().benches()),
+            clearances: ClearanceSearch::of(formation.layout()).with_room(MAX_WATCHED),
+            contacts: CourseSearch::within(&formation.metered(&sweeping), 0.0),
+            boards: Vec::with_capacity(formation.layout().benches()),
             pairs: BTreeMap::new(),
             stage: config.outline().cloned().map(StageWatch::new),
             last: None,
@@ -92,7 +93,7 @@ impl Monitor {
             sweeping,
             is_ending: false,
             unswept: 0,
-            dragon,
+            formation,
         }
     }
 
@@ -143,7 +144,7 @@ impl Monitor {
 
     /// Finds the contacts and partings on the travel from `last` to `next`.
     fn sweep(&mut self, last: &FrameHeader, next: &FrameHeader, forecast: Option<&Forecast>) {
-        let (from_m, to_m) = (last.head_travel_m, next.head_travel_m);
+        let (from_m, to_m) = (last.course_m, next.course_m);
         let known_free = forecast.is_some_and(|forecast| forecast.is_free(from_m, to_m));
         if from_m == to_m || known_free && !self.is_touching() {
             return;
@@ -169,7 +170,7 @@ impl Monitor {
 
     /// Measures the frame and updates the watched pairs.
     fn measure(&mut self, header: &FrameHeader, handles: &[HandleState], forecast_ns: i64) -> Option<PairClearance> {
-        self.dragon.place_boards_at(handles, |handle| handle.position_m.into(), &mut self.boards);
+        self.formation.place_boards(handles, |handle| handle.position_m.into(), &mut self.boards);
         let unwatch_m = self.near_m * UNWATCH_RATIO;
         let found = self.clearances.nearest_and_within(&self.boards, unwatch_m);
         let mut watched = BTreeMap::new();
@@ -194,11 +195,11 @@ impl Monitor {
     /// Show time of the forecast contact at the present speed of the head; at the planned speed while the head stands.
     fn forecast_ns(&self, header: &FrameHeader, forecast: Option<&Forecast>) -> i64 {
         let ahead = forecast
-            .filter(|forecast| forecast.covers(header.head_travel_m))
+            .filter(|forecast| forecast.covers(header.course_m))
             .and_then(|forecast| forecast.contact)
-            .map(|contact| contact.travel_m - header.head_travel_m);
-        let walks = header.head_speed_mps >= FORECAST_SPEED_MPS;
-        let speed_mps = if walks { header.head_speed_mps } else { self.planned_speed_mps };
+            .map(|contact| contact.travel_m - header.course_m);
+        let walks = header.course_mps >= FORECAST_SPEED_MPS;
+        let speed_mps = if walks { header.course_mps } else { self.planned_speed_mps };
         ahead.map_or(Alert::NO_FORECAST, |ahead_m| header.show_time_ns + (ahead_m / speed_mps * 1e9).round() as i64)
     }
 }
@@ -237,6 +238,7 @@ pub(crate) fn walking_frame(tick: u64, show_time_s: f64) -> FrameHeader {
         time_scale: 1.0,
         ..FrameHeader::default()
     }
+    .of_one_dragon()
 }
 
 /// An alert that a frame differs from the published description, with the nearest pair in the frame.

@@ -26,6 +26,8 @@ pub(super) struct SourceMotion {
     rate_hz: u32,
     /// Greatest acceleration in m/s². `None`: the head starts and stops at once.
     accel_mps2: Option<f64>,
+    /// Whether the show starts and stops at once where its plan rests.
+    has_planned_ends: bool,
     /// Greatest number of missed periods over which a server jumps between two frames.
     most_jumped: u64,
 }
@@ -35,7 +37,8 @@ impl SourceMotion {
         Self {
             tick_s: config.tick_s(),
             rate_hz: config.tables().serve.rate_hz,
-            accel_mps2: config.tables().head.accel_mps2,
+            accel_mps2: config.accel_mps2(),
+            has_planned_ends: config.formation().has_plan_course(),
             most_jumped: config.most_jumped(),
         }
     }
@@ -46,12 +49,12 @@ impl SourceMotion {
     /// After missed periods, the next tick of a server advances by all missed periods. So missed periods between two
     /// successive frames count like lost frames: the clock limits how far the head walked.
     pub(super) fn has_walked(&self, last: &FrameHeader, next: &FrameHeader) -> bool {
-        let Self { tick_s, rate_hz, accel_mps2, most_jumped } = *self;
+        let Self { tick_s, rate_hz, accel_mps2, has_planned_ends, most_jumped } = *self;
         if last.run_id != next.run_id || last.tick >= next.tick {
             return false;
         }
         let show_step_s = (next.show_time_ns - last.show_time_ns) as f64 * 1e-9;
-        let travel_step_m = next.head_travel_m - last.head_travel_m;
+        let travel_step_m = next.course_m - last.course_m;
         let (ticks, clock_s) = (next.tick - last.tick, clock_s(last, next));
         let [last_s, next_s] = [last, next].map(|header| header.time_scale / f64::from(rate_hz));
         // Another time scale than the configured one has three causes. The source follows timecode, it makes up for a
@@ -76,15 +79,15 @@ impl SourceMotion {
         // Two successive frames of a running show are one whole step apart. The head walks at the speed in the second frame, or
         // on a ramp to it. On a ramp, the mean speed differs from the mean of both speeds by at most a quarter of the greatest
         // speed change.
-        let (step_m, off_m) = match accel_mps2 {
-            None => (next.head_speed_mps * show_step_s, 0.0),
-            Some(accel_mps2) => {
-                let mean_mps = 0.5 * (last.head_speed_mps + next.head_speed_mps);
-                (mean_mps * show_step_s, 0.25 * accel_mps2 * show_step_s * show_step_s)
-            }
-        };
+        let mean_mps = 0.5 * (last.course_mps + next.course_mps);
+        let off_m = accel_mps2.map_or(0.0, |accel_mps2| 0.25 * accel_mps2 * show_step_s * show_step_s);
+        let at_once_m = next.course_mps * show_step_s;
+        let is_near = |step_m: f64, off_m: f64| (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M;
+        let may_start_at_once = accel_mps2.is_none() || has_planned_ends && last.course_mps == 0.0;
+        let walks_so = may_start_at_once && is_near(at_once_m, 0.0)
+            || accel_mps2.is_some() && is_near(mean_mps * show_step_s, off_m);
         let is_step = [tick_s, next_s].iter().any(|step_s| (show_step_s - step_s).abs() <= SHOW_TIME_TOLERANCE_S);
-        is_step && (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M
+        is_step && walks_so
     }
 }
 
@@ -99,14 +102,15 @@ mod tests {
     use super::*;
     use crate::safety::monitor::walking_frame as frame;
 
-    const MOTION: SourceMotion = SourceMotion { tick_s: 0.02, rate_hz: 50, accel_mps2: None, most_jumped: 12 };
+    const MOTION: SourceMotion =
+        SourceMotion { tick_s: 0.02, rate_hz: 50, accel_mps2: None, has_planned_ends: false, most_jumped: 12 };
 
     fn scaled(time_scale: f64, frame: FrameHeader) -> FrameHeader {
         FrameHeader { time_scale, ..frame }
     }
 
     fn at_travel(head_travel_m: f64, frame: FrameHeader) -> FrameHeader {
-        FrameHeader { head_travel_m, ..frame }
+        FrameHeader { head_travel_m, ..frame }.of_one_dragon()
     }
 
     /// A frame that was due `at_ns` after a fixed instant.
@@ -135,12 +139,7 @@ mod tests {
             (last, at_travel(0.2, frame(6, 0.12)), false, "travel that the time does not allow"),
             (last, frame(15, 0.4), false, "a seek in a gap"),
             (last, FrameHeader { run_id: 2, ..frame(6, 0.12) }, false, "another run"),
-            (
-                last,
-                FrameHeader { state: finished, head_speed_mps: 0.0, ..frame(6, 0.107) },
-                true,
-                "a last step, shortened",
-            ),
+            (last, FrameHeader { state: finished, course_mps: 0.0, ..frame(6, 0.107) }, true, "a last step, shortened"),
         ] {
             assert_eq!(MOTION.has_walked(&last, &next), is_walked, "{what}");
         }
@@ -153,7 +152,7 @@ mod tests {
         for missed in [1_u32, 5, 12] {
             let (periods, next) = (6 + u64::from(missed), frame(6, 0.12 + 0.02 * f64::from(missed)));
             assert!(walked(periods, next), "{missed} missed");
-            let rested = FrameHeader { state: ShowState::Held.to_wire(), head_speed_mps: 0.0, ..next };
+            let rested = FrameHeader { state: ShowState::Held.to_wire(), course_mps: 0.0, ..next };
             assert!(walked(periods, rested), "{missed} missed, at rest after them");
         }
         for (periods, next, is_walked, what) in [
@@ -189,8 +188,8 @@ mod tests {
     #[test]
     fn ramp_is_walked_and_jump_on_a_ramp_is_not() {
         let ramping = SourceMotion { accel_mps2: Some(2.0), ..MOTION };
-        let last = FrameHeader { head_speed_mps: 0.5, ..frame(5, 0.1) };
-        let next = |travel_m| FrameHeader { head_speed_mps: 0.54, ..at_travel(travel_m, frame(6, 0.12)) };
+        let last = FrameHeader { course_mps: 0.5, ..frame(5, 0.1) };
+        let next = |travel_m| FrameHeader { course_mps: 0.54, ..at_travel(travel_m, frame(6, 0.12)) };
         assert!(ramping.has_walked(&last, &next(0.1104)) && !ramping.has_walked(&last, &next(0.1107)));
         assert!(!MOTION.has_walked(&last, &next(0.1104)));
     }

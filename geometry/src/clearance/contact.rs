@@ -32,6 +32,14 @@ impl PairEvent {
         }
     }
 
+    /// The same event with another travel, benches and point.
+    pub(super) fn with(&self, contact: Contact) -> Self {
+        match self {
+            Self::Touch(_) => Self::Touch(contact),
+            Self::Part(_) => Self::Part(contact),
+        }
+    }
+
     /// Orders by travel, then by benches.
     pub(super) fn order(&self, other: &Self) -> Ordering {
         let (ours, theirs) = (self.contact(), other.contact());

@@ -59,7 +59,7 @@ pub fn first_meeting(
     from_s: f64,
     to_s: f64,
 ) -> Result<Option<Meeting>, Unfinished> {
-    if let Some(meeting) = meeting_at(formation, formation.layout(), clearance_m, from_s) {
+    if let Some(meeting) = meeting_at(formation, clearance_m, from_s) {
         return Ok(Some(meeting));
     }
     let mut first: Option<Meeting> = None;
@@ -88,14 +88,19 @@ pub fn first_between(
     from_s: f64,
     to_s: f64,
 ) -> Result<Option<Meeting>, Unfinished> {
-    match meeting_at(formation, &formation.layout().between_dragons(), clearance_m, from_s) {
+    match meeting_in(formation, &formation.layout().between_dragons(), clearance_m, from_s) {
         Some(meeting) => Ok(Some(meeting)),
         None => first_near(formation, clearance_m, [from_s, to_s]),
     }
 }
 
+/// The nearest pair of the formation at a plan time, if it is within the clearance.
+pub(super) fn meeting_at(formation: &Formation, clearance_m: f64, time_s: f64) -> Option<Meeting> {
+    meeting_in(formation, formation.layout(), clearance_m, time_s)
+}
+
 /// The nearest pair of a layout at a plan time, if it is within the clearance.
-fn meeting_at(formation: &Formation, layout: &Layout, clearance_m: f64, time_s: f64) -> Option<Meeting> {
+fn meeting_in(formation: &Formation, layout: &Layout, clearance_m: f64, time_s: f64) -> Option<Meeting> {
     let mut pose = FormationPose::default();
     pose.place(formation, time_s);
     let mut near = ClearanceSearch::of(layout);
@@ -154,18 +159,19 @@ impl FormationPose {
 }
 
 /// Searches plan time for contacts between the dragons of a formation.
-pub(super) struct BetweenSearch<'a> {
-    formation: &'a Formation,
+#[derive(Clone, Debug)]
+pub(super) struct BetweenSearch {
+    formation: Formation,
     clearance_m: f64,
     earlier: FormationPose,
     later: FormationPose,
     near: ClearanceSearch,
 }
 
-impl<'a> BetweenSearch<'a> {
-    pub(super) fn new(formation: &'a Formation, clearance_m: f64) -> Self {
+impl BetweenSearch {
+    pub(super) fn new(formation: &Formation, clearance_m: f64) -> Self {
         Self {
-            formation,
+            formation: formation.clone(),
             clearance_m,
             earlier: FormationPose::default(),
             later: FormationPose::default(),
@@ -178,10 +184,9 @@ impl<'a> BetweenSearch<'a> {
         if self.formation.dragons().len() < 2 || from_s > to_s {
             return Ok(None);
         }
-        self.earlier.place(self.formation, from_s);
+        self.earlier.place(&self.formation, from_s);
         while self.earlier.time_s < to_s {
-            let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
-            self.later.place(self.formation, next_s);
+            self.stride(to_s);
             let (touch, has_all) = self.touch_on_stride();
             let meter = self.formation.lead().meter();
             if !has_all || meter.is_spent() {
@@ -195,29 +200,69 @@ impl<'a> BetweenSearch<'a> {
         Ok(None)
     }
 
+    /// Adds all beginnings and ends of contacts between two plan times to `events`, whose travels are then plan times. Returns the
+    /// plan time up to which they are complete.
+    pub(super) fn sweep(&mut self, from_s: f64, to_s: f64, events: &mut Vec<PairEvent>) -> f64 {
+        self.earlier.place(&self.formation, from_s);
+        while self.earlier.time_s < to_s {
+            self.stride(to_s);
+            let begin = events.len();
+            let (near, has_all) = self.near_pairs();
+            for benches in near {
+                let _ = self.track(benches, &mut |event| {
+                    events.push(event);
+                    ControlFlow::Continue(())
+                });
+            }
+            if !has_all || self.formation.lead().meter().is_spent() {
+                events.truncate(begin);
+                return self.earlier.time_s;
+            }
+            std::mem::swap(&mut self.earlier, &mut self.later);
+        }
+        to_s
+    }
+
+    /// Places `later` at the end of the next stride, at most at `to_s`.
+    fn stride(&mut self, to_s: f64) {
+        let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
+        self.later.place(&self.formation, next_s);
+    }
+
     /// The first contact on the stride from the earlier pose to the later one, and whether all near pairs were found.
     fn touch_on_stride(&mut self) -> (Option<Meeting>, bool) {
-        let furthest_m = self.furthest_m();
-        let reach_m = self.clearance_m + 2.0 * furthest_m;
-        let near: Vec<[usize; 2]> =
-            self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
+        let (near, has_all) = self.near_pairs();
         let meter = self.formation.lead().meter();
-        meter.add(self.near.take_steps());
-        let touches = near.iter().take_while(|_| !meter.is_spent()).filter_map(|&benches| self.touch(benches));
+        let touches = near
+            .iter()
+            .take_while(|_| !meter.is_spent())
+            .filter_map(|&benches| self.track(benches, &mut ControlFlow::Break).break_value());
         let first = touches.min_by(PairEvent::order).map(|event| {
             let contact = *event.contact();
             Meeting { time_s: contact.travel_m, benches: contact.benches, point: contact.point }
         });
-        (first, self.near.has_found_all(reach_m))
+        (first, has_all)
     }
 
-    /// The first contact of a pair on the stride.
-    fn touch(&self, benches: [usize; 2]) -> Option<PairEvent> {
+    /// The pairs that may touch on the stride, and whether all of them were found.
+    fn near_pairs(&mut self) -> (Vec<[usize; 2]>, bool) {
+        let reach_m = self.clearance_m + 2.0 * self.furthest_m();
+        let near = self.near.within(&self.earlier.boards, reach_m).iter().map(|pair| pair.benches).collect();
+        self.formation.lead().meter().add(self.near.take_steps());
+        (near, self.near.has_found_all(reach_m))
+    }
+
+    /// Passes the events of a pair on the stride to `sink`.
+    fn track(
+        &self,
+        benches: [usize; 2],
+        sink: &mut impl FnMut(PairEvent) -> ControlFlow<PairEvent>,
+    ) -> ControlFlow<PairEvent> {
         let places = benches.map(|bench| self.formation.layout().place(bench));
         let members = places.map(|(dragon, bench)| (&self.formation.dragons()[dragon], bench));
         let pair = Pair { members: Members::TwoDragons(members), benches };
         let ends = [self.earlier.pair(places), self.later.pair(places)];
-        PairTracker::track_between(pair, self.clearance_m, ends, &mut ControlFlow::Break).break_value()
+        PairTracker::track_between(pair, self.clearance_m, ends, sink)
     }
 
     /// Bound on the displacement of any board on the stride.

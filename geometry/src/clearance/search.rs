@@ -34,6 +34,11 @@ impl PairClearance {
         Self::new(benches, boards[benches[0]].approach(&boards[benches[1]]))
     }
 
+    /// The same pair of a dragon whose first bench has this number.
+    pub(super) fn numbered_from(self, begin: usize) -> Self {
+        Self { benches: self.benches.map(|bench| begin + bench), ..self }
+    }
+
     /// Whether this pair is nearer than another one, by more than rounding.
     pub(super) fn is_nearer(&self, other: &Self) -> bool {
         self.clearance_m < other.clearance_m - EQUAL_M

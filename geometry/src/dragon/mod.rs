@@ -267,7 +267,7 @@ impl Dragon {
     }
 
     /// Adds the boards of all benches to `boards`.
-    pub(crate) fn add_boards<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec3, boards: &mut Vec<Board>) {
+    pub fn add_boards<T>(&self, handles: &[T], position: impl Fn(&T) -> DVec3, boards: &mut Vec<Board>) {
         let ends = handles.windows(2).enumerate();
         boards.extend(ends.map(|(bench, ends)| self.board_between(bench, position(&ends[0]), position(&ends[1]))));
     }

@@ -3,8 +3,10 @@
 //! The place of every dragon depends on one number. So a formation is always in a pose of its plan, and proofs about it are about
 //! one number. Each dragon has a [`Timetable`]; [`Layout`] numbers the benches and the handles of all of them.
 
+mod course;
 mod delay_set;
 mod layout;
+mod stepper;
 mod timetable;
 
 use std::sync::Arc;
@@ -13,8 +15,12 @@ use glam::DVec3;
 
 use crate::dragon::{Board, Chain, Dragon, Meter};
 
+use course::Course;
+
+pub use course::{Doing, HeadAt};
 pub use delay_set::DelaySet;
 pub use layout::Layout;
+pub use stepper::FormationStepper;
 pub use timetable::Timetable;
 
 /// A dragon with its timetable.
@@ -46,6 +52,18 @@ impl Planned {
         Self { dragon: Arc::clone(&self.dragon), timetable }
     }
 
+    /// The last plan time between two plan times at which the head has walked no further than to a travel, to rounding.
+    pub(crate) fn last_before_s(&self, travel_m: f64, [from_s, to_s]: [f64; 2]) -> f64 {
+        let planned_s = self.timetable.time_s(travel_m).clamp(from_s, to_s);
+        let mut time_s = planned_s;
+        let mut step_s = f64::EPSILON * planned_s.abs().max(1.0);
+        while self.travel_m(time_s) > travel_m && time_s > from_s {
+            time_s = (planned_s - step_s).max(from_s);
+            step_s *= 2.0;
+        }
+        time_s
+    }
+
     /// The chain at a plan time.
     pub(crate) fn chain_at(&self, time_s: f64) -> Chain<'_> {
         self.dragon.chain(self.travel_m(time_s)).expect("a travel of the timetable is in the run")
@@ -57,17 +75,29 @@ impl Planned {
 pub struct Formation {
     dragons: Vec<Planned>,
     layout: Layout,
+    course: Course,
 }
 
 impl Formation {
-    /// A formation of these dragons, the leading one first.
+    /// A formation of one dragon, whose course is the travel of its head.
+    pub fn of_one(planned: Planned) -> Self {
+        Self::with_course(vec![planned], Course::Travel)
+    }
+
+    /// A formation of these dragons, the leading one first, whose course is plan time × the planned speed of the leading dragon.
     ///
     /// # Panics
     /// Panics without a dragon.
     pub fn new(dragons: Vec<Planned>) -> Self {
-        assert!(!dragons.is_empty(), "a formation without a dragon");
+        let lead = dragons.first().expect("a formation has a dragon");
+        let end_s = dragons.iter().map(|planned| planned.timetable.end_s()).fold(0.0, f64::max);
+        let course = Course::Plan { speed_mps: lead.timetable.most_speed_mps(), end_s };
+        Self::with_course(dragons, course)
+    }
+
+    fn with_course(dragons: Vec<Planned>, course: Course) -> Self {
         let layout = Layout::of(dragons.iter().map(|planned| planned.dragon.dimensions().benches()));
-        Self { dragons, layout }
+        Self { dragons, layout, course }
     }
 
     /// The same formation with another meter for the work of all dragons.
@@ -77,7 +107,7 @@ impl Formation {
             dragon: Arc::new(planned.dragon.metered(meter)),
             timetable: planned.timetable,
         };
-        Self { dragons: self.dragons.iter().map(metered).collect(), layout: self.layout.clone() }
+        Self { dragons: self.dragons.iter().map(metered).collect(), layout: self.layout.clone(), course: self.course }
     }
 
     /// The same formation, in which each dragon leaves at another plan time.
@@ -104,6 +134,87 @@ impl Formation {
     /// Timetable of the dragon that leads.
     pub fn timetable(&self) -> &Timetable {
         &self.dragons[0].timetable
+    }
+
+    /// Whether the course is plan time × speed. It is the travel of the head otherwise.
+    pub fn has_plan_course(&self) -> bool {
+        self.course != Course::Travel
+    }
+
+    /// Where the course begins, in metres.
+    pub fn begin_m(&self) -> f64 {
+        match self.course {
+            Course::Travel => self.lead().start_travel_m(),
+            Course::Plan { .. } => 0.0,
+        }
+    }
+
+    /// Where the course ends, in metres: no dragon walks further.
+    pub fn end_m(&self) -> f64 {
+        match self.course {
+            Course::Travel => self.lead().end_travel_m(),
+            Course::Plan { speed_mps, end_s } => speed_mps * end_s,
+        }
+    }
+
+    /// A dragon at a place of the course, while the formation goes along its course at `speed_mps`. Places beyond the ends count as
+    /// the ends; of a course that is a travel they stay as they are.
+    pub fn motion(&self, dragon: usize, course_m: f64, speed_mps: f64) -> HeadAt {
+        let planned = &self.dragons[dragon];
+        let (travel_m, speed_mps) = match self.course {
+            Course::Travel => (course_m, speed_mps),
+            Course::Plan { speed_mps: planned_mps, .. } => {
+                let plan_s = course_m / planned_mps;
+                (planned.travel_m(plan_s), planned.speed_mps(plan_s) * (speed_mps / planned_mps))
+            }
+        };
+        let doing = match () {
+            () if travel_m >= planned.dragon.end_travel_m() => Doing::HasEnded,
+            () if speed_mps > 0.0 => Doing::Walks,
+            () => Doing::Stands,
+        };
+        HeadAt { travel_m, speed_mps, doing }
+    }
+
+    /// Travel of the head of a dragon at a place of the course.
+    pub fn travel_m(&self, dragon: usize, course_m: f64) -> f64 {
+        self.motion(dragon, course_m, 0.0).travel_m
+    }
+
+    /// Greatest change of the speed along the course that asks no head for more than its acceleration while all walk evenly, in
+    /// m/s². `None` if all heads start and stop at once.
+    pub fn accel_mps2(&self) -> Option<f64> {
+        let lead_mps = self.timetable().most_speed_mps();
+        let scaled = |Planned { timetable, .. }: &Planned| {
+            let accel_mps2 = timetable.most_accel_mps2();
+            // Not lead ÷ own × own: of one dragon the value stays as it is, to the last bit.
+            (accel_mps2 > 0.0).then(|| accel_mps2 * (lead_mps / timetable.most_speed_mps()))
+        };
+        self.dragons.iter().filter_map(scaled).reduce(f64::min)
+    }
+
+    /// Plan time of a place of a plan's course, in seconds.
+    pub(crate) fn plan_s(&self, course_m: f64) -> f64 {
+        course_m / self.timetable().most_speed_mps()
+    }
+
+    /// Place of the course at a plan time, in metres.
+    pub(crate) fn course_m(&self, plan_s: f64) -> f64 {
+        plan_s * self.timetable().most_speed_mps()
+    }
+
+    /// The boards of all benches at a place of the course, by the reference solver.
+    ///
+    /// # Panics
+    /// Panics for a place that is not on the course.
+    pub fn boards_at(&self, course_m: f64) -> Vec<Board> {
+        let mut boards = Vec::with_capacity(self.layout.benches());
+        for (number, planned) in self.dragons.iter().enumerate() {
+            let chain = planned.dragon.chain(self.travel_m(number, course_m)).expect("a place of the course");
+            let handles: Vec<DVec3> = chain.map(|handle| handle.in_space()).collect();
+            planned.dragon.add_boards(&handles, |&position_m| position_m, &mut boards);
+        }
+        boards
     }
 
     /// The end of a stride of plan time: no head walks more than `links` lengths of its shorter link, and no speed changes at once

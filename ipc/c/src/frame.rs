@@ -3,12 +3,15 @@
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
 
-use bench_dragon_ipc::{Continuity, FrameHeader, HandleState, LentFrame};
+use bench_dragon_ipc::{Continuity, DragonMotion, FrameHeader, HandleState, LentFrame, MAX_DRAGONS};
 
 use crate::layout::same_layout;
 use crate::result::release;
 
-/// Values of a frame that concern the whole dragon. 72 bytes.
+/// Greatest number of dragons of a show.
+pub const BD_MAX_DRAGONS: usize = 32;
+
+/// Values of a frame that concern the whole show, and one entry for each dragon. 1120 bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct bd_frame_header_t {
@@ -22,17 +25,48 @@ pub struct bd_frame_header_t {
     pub scheduled_ns: u64,
     /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
     pub published_ns: u64,
-    /// Signed arc length that the head has walked since t = 0, in metres.
+    /// Signed arc length that the head of the leading dragon has walked since t = 0, in metres.
     pub head_travel_m: f64,
-    /// Speed of the head in metres per show second; 0 while the head stands.
+    /// Speed of that head in metres per show second; 0 while it stands.
     pub head_speed_mps: f64,
     /// Show seconds per wall-clock second.
     pub time_scale: f64,
-    /// Number of benches; the frame has one handle more.
+    /// Number of benches of all dragons; the frame has one handle more for each dragon.
     pub bench_count: u32,
     /// A `bd_show_state_t`.
     pub state: u32,
+    /// Place of the show on its course, in metres: the one number on which the poses of all dragons depend. Of several dragons it
+    /// is plan time times the planned speed of the leading dragon. Of one dragon it is the travel of its head.
+    pub course_m: f64,
+    /// Speed along the course, in metres per show second; 0 while the show stands.
+    pub course_mps: f64,
+    /// Number of dragons.
+    pub dragon_count: u32,
+    /// 1 where the course is a plan, 0 where it is the travel of the only head.
+    pub is_plan: u32,
+    /// The dragons, the leading one first; entries beyond their number are 0.
+    pub dragons: [bd_dragon_motion_t; BD_MAX_DRAGONS],
 }
+
+/// A dragon of a frame. 32 bytes. Its handles in the frame are `bench_count + 1` from `first_handle` on.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct bd_dragon_motion_t {
+    /// Signed arc length that its head has walked since t = 0, in metres.
+    pub travel_m: f64,
+    /// Speed of its head in metres per show second; 0 while it stands.
+    pub speed_mps: f64,
+    /// Index of its first handle in the frame.
+    pub first_handle: u32,
+    /// Number of its benches; it has one handle more.
+    pub bench_count: u32,
+    /// A `bd_dragon_state_t`.
+    pub state: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+same_layout!(bd_dragon_motion_t, DragonMotion { travel_m, speed_mps, first_handle, bench_count, state, reserved });
 
 same_layout!(
     bd_frame_header_t,
@@ -47,8 +81,15 @@ same_layout!(
         time_scale,
         bench_count,
         state,
+        course_m,
+        course_mps,
+        dragon_count,
+        is_plan,
+        dragons,
     }
 );
+
+const _: () = assert!(BD_MAX_DRAGONS == MAX_DRAGONS);
 
 /// Position and velocity of one handle. 48 bytes. x right, y away, z up; z is 0 on a flat stage.
 ///
@@ -98,7 +139,8 @@ pub extern "C" fn bd_frame_header(frame: Option<&bd_frame_t>) -> Option<&bd_fram
     frame.map(bd_frame_t::header)
 }
 
-/// Returns the array of a frame's handles, head first, and its length in `count`: the number of benches plus 1. `count`
+/// Returns the array of a frame's handles, dragon after dragon and head first, and its length in `count`: the
+/// number of benches plus that of dragons. `count`
 /// may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_handles(

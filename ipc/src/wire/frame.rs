@@ -1,19 +1,26 @@
-//! A frame: the state of the dragon at one tick, in its shared-memory layout.
+//! A frame: the state of all dragons of a show at one tick, in its shared-memory layout.
 //!
-//! A frame is a [`FrameHeader`] and one [`HandleState`] per handle. A dragon of N benches has N + 1 handles. Handle i is
-//! the front hinge of bench i, and handle N the rear hinge of the last bench.
+//! A frame is a [`FrameHeader`] and one [`HandleState`] per handle, dragon after dragon. A dragon of N benches has N + 1 handles.
+//! Its handle i is the front hinge of its bench i, and its handle N the rear hinge of its last bench.
+
+use std::mem::offset_of;
+use std::ops::Range;
 
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 use super::wire_enum::wire_enum;
 
-/// Values of a frame that concern the whole dragon: the user header of the `bench-dragon/frames` service.
+/// Greatest number of dragons of a show.
+pub const MAX_DRAGONS: usize = 32;
+
+/// Values of a frame that concern the whole show, and one entry for each dragon: the user header of the `bench-dragon/frames`
+/// service.
 ///
-/// 72 bytes, little-endian, no padding. A changed layout has a new type name.
+/// 1120 bytes, little-endian, no padding. A changed layout has a new type name.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
-#[type_name("bench_dragon.FrameHeader.v1")]
+#[type_name("bench_dragon.FrameHeader.v2")]
 pub struct FrameHeader {
     /// Random number of the run, under 2^53. It changes when the source is restarted.
     pub run_id: u64,
@@ -25,29 +32,85 @@ pub struct FrameHeader {
     pub scheduled_ns: u64,
     /// `CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds.
     pub published_ns: u64,
-    /// Signed arc length that the head has walked since t = 0, in metres.
+    /// Signed arc length that the head of the leading dragon has walked since t = 0, in metres.
     pub head_travel_m: f64,
-    /// Speed of the head in metres per show second; 0 while the head stands.
+    /// Speed of that head in metres per show second; 0 while it stands.
     pub head_speed_mps: f64,
     /// Show seconds per wall-clock second.
     pub time_scale: f64,
-    /// Number of benches; the frame has one handle state more.
+    /// Number of benches of all dragons; the frame has one handle state more for each dragon.
     pub bench_count: u32,
     /// A [`ShowState`] as its number. Read it with [`FrameHeader::show_state`].
     pub state: u32,
+    /// Place of the show on its course, in metres: the one number on which the poses of all dragons depend. Of several dragons it
+    /// is plan time × the planned speed of the leading dragon. Of one dragon it is the travel of its head.
+    pub course_m: f64,
+    /// Speed along the course, in metres per show second; 0 while the show stands.
+    pub course_mps: f64,
+    /// Number of dragons.
+    pub dragon_count: u32,
+    /// 1 where the course is a plan, 0 where it is the travel of the only head.
+    pub is_plan: u32,
+    /// The dragons, the leading one first; entries beyond their number are 0. Read them with [`FrameHeader::dragons`].
+    pub dragons: [DragonMotion; MAX_DRAGONS],
 }
 
-const _: () = assert!(size_of::<FrameHeader>() == 72 && align_of::<FrameHeader>() == 8);
+const _: () = assert!(size_of::<FrameHeader>() == 1120 && align_of::<FrameHeader>() == 8);
 
 impl FrameHeader {
+    /// Bytes of the fields up to `state`: all values of a frame of one dragon.
+    pub const SHOW_BYTES: usize = offset_of!(Self, course_m);
+
+    /// The header of a frame of one dragon whose first [`SHOW_BYTES`](Self::SHOW_BYTES) are these.
+    pub fn of_show_bytes(bytes: &[u8; Self::SHOW_BYTES]) -> Self {
+        let mut header = Self::default();
+        header.as_mut_bytes()[..Self::SHOW_BYTES].copy_from_slice(bytes);
+        header.of_one_dragon()
+    }
+
+    /// The header of a frame of a plan, with its place and speed on the course, and its dragons. `None` for too many dragons.
+    #[must_use]
+    pub fn of_plan(mut self, [course_m, course_mps]: [f64; 2], dragons: &[DragonMotion]) -> Option<Self> {
+        self.dragons = [DragonMotion::default(); MAX_DRAGONS];
+        self.dragons.get_mut(..dragons.len())?.copy_from_slice(dragons);
+        Some(Self { course_m, course_mps, dragon_count: dragons.len() as u32, is_plan: 1, ..self })
+    }
+
     /// The state of the show, or `None` for a number that this version does not support.
     pub fn show_state(&self) -> Option<ShowState> {
         ShowState::from_wire(self.state)
     }
 
-    /// Number of handle states of the frame: one more than benches.
+    /// Number of handle states of the frame: one more than benches for each dragon.
     pub fn handle_count(&self) -> usize {
-        self.bench_count as usize + 1
+        self.bench_count as usize + self.dragon_count as usize
+    }
+
+    /// The dragons, the leading one first. At most [`MAX_DRAGONS`], whatever number the header states.
+    pub fn dragons(&self) -> &[DragonMotion] {
+        &self.dragons[..(self.dragon_count as usize).min(MAX_DRAGONS)]
+    }
+
+    /// The header of a frame of one dragon: course and dragon follow from the values of the head, of benches and of the state.
+    #[must_use]
+    pub fn of_one_dragon(mut self) -> Self {
+        let has_ended = matches!(self.show_state(), Some(ShowState::Finished | ShowState::Ended));
+        let state = match () {
+            () if has_ended => DragonState::Ended,
+            () if self.head_speed_mps > 0.0 => DragonState::Walking,
+            () => DragonState::Standing,
+        };
+        (self.course_m, self.course_mps) = (self.head_travel_m, self.head_speed_mps);
+        (self.dragon_count, self.is_plan) = (1, 0);
+        self.dragons[0] = DragonMotion {
+            travel_m: self.head_travel_m,
+            speed_mps: self.head_speed_mps,
+            first_handle: 0,
+            bench_count: self.bench_count,
+            state: state.to_wire(),
+            reserved: 0,
+        };
+        self
     }
 
     /// Show time in seconds.
@@ -58,6 +121,40 @@ impl FrameHeader {
     /// Time between the due instant and the sending of the frame, in nanoseconds.
     pub fn lateness_ns(&self) -> u64 {
         self.published_ns.saturating_sub(self.scheduled_ns)
+    }
+}
+
+/// A dragon of a frame. 32 bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[type_name("bench_dragon.DragonMotion.v1")]
+pub struct DragonMotion {
+    /// Signed arc length that its head has walked since t = 0, in metres.
+    pub travel_m: f64,
+    /// Speed of its head in metres per show second; 0 while it stands.
+    pub speed_mps: f64,
+    /// Index of its first handle in the frame.
+    pub first_handle: u32,
+    /// Number of its benches; it has one handle more.
+    pub bench_count: u32,
+    /// A [`DragonState`] as its number. Read it with [`DragonMotion::dragon_state`].
+    pub state: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+const _: () = assert!(size_of::<DragonMotion>() == 32 && align_of::<DragonMotion>() == 8);
+
+impl DragonMotion {
+    /// What the dragon does, or `None` for a number that this version does not support.
+    pub fn dragon_state(&self) -> Option<DragonState> {
+        DragonState::from_wire(self.state)
+    }
+
+    /// Indices of its handles in the frame.
+    pub fn handles(&self) -> Range<usize> {
+        let first = self.first_handle as usize;
+        first..first + self.bench_count as usize + 1
     }
 }
 
@@ -90,9 +187,14 @@ impl HandleState {
     }
 }
 
-/// Returns the bytes of a frame as in shared memory: 72 of its header, then 48 for each handle.
+/// Returns the bytes of a frame in one piece, without unused entries: the 72 first ones of its header, then 48 for each handle. Those
+/// of a plan go on with `course_m`, `course_mps` and 32 bytes for each dragon.
 pub fn frame_bytes(header: &FrameHeader, handles: &[HandleState]) -> Vec<u8> {
-    [header.as_bytes(), handles.as_bytes()].concat()
+    let shown = [&header.as_bytes()[..FrameHeader::SHOW_BYTES], handles.as_bytes()].concat();
+    if header.is_plan == 0 {
+        return shown;
+    }
+    [&shown, [header.course_m, header.course_mps].as_bytes(), header.dragons().as_bytes()].concat()
 }
 
 wire_enum! {
@@ -113,6 +215,19 @@ wire_enum! {
         Ended = 5, "ended";
         /// The show waits at its start for its first `release`. It is calm: no safety stop.
         Ready = 6, "ready";
+    }
+}
+
+wire_enum! {
+    /// What one dragon does.
+    #[derive(Eq, Hash)]
+    DragonState {
+        /// It stands: it has not left yet, or the whole show stands.
+        Standing = 0, "standing";
+        /// It walks.
+        Walking = 1, "walking";
+        /// It has reached its end.
+        Ended = 2, "ended";
     }
 }
 

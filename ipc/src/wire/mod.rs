@@ -17,7 +17,7 @@ pub use alert::{Alert, AlertKind, Severity};
 pub use bench::BenchState;
 pub use command::{Command, CommandReply, Refusal, Request, Sender};
 pub use command_event::{CommandEvent, EventKind, RunStart};
-pub use frame::{FrameHeader, HandleState, ShowState, frame_bytes};
+pub use frame::{DragonMotion, DragonState, FrameHeader, HandleState, MAX_DRAGONS, ShowState, frame_bytes};
 pub use reader_report::ReaderReport;
 pub use replay_status::ReplayStatus;
 pub use status::{GuardState, SourceKind, Status, Stop, Stops, TimecodeKind, TimecodeState};

@@ -132,7 +132,7 @@ impl<'a> Promises<'a> {
             last: None,
             clearances: ClearanceSearch::default(),
             boards: Vec::new(),
-            check: ClearanceCheck::new(scenario.config.lead().clone()),
+            check: ClearanceCheck::new(scenario.config.formation().clone()),
             grid: Vec::new(),
         }
     }

@@ -7,7 +7,10 @@
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
-use bench_dragon_ipc::{Alert, Command, CommandReply, FrameHeader, FromBytes, HandleState, IntoBytes as _, ShowState};
+use bench_dragon_ipc::{
+    Alert, Command, CommandReply, DragonMotion, FrameHeader, FromBytes, HandleState, IntoBytes as _, MAX_DRAGONS,
+    ShowState,
+};
 
 use crate::source::replay::FASTEST_HZ;
 
@@ -20,10 +23,14 @@ pub(super) const COMMAND_ENCODING: &str = "application/octet-stream;bench_dragon
 pub(super) const REPLY_ENCODING: &str = "application/octet-stream;bench_dragon.CommandReply.v1";
 pub(super) const DESCRIPTION_ENCODING: &str = "text/toml";
 
-const HEADER_BYTES: usize = size_of::<FrameHeader>();
+const HEADER_BYTES: usize = FrameHeader::SHOW_BYTES;
+const DRAGON_BYTES: usize = size_of::<DragonMotion>();
+/// Bytes of the place and the speed on the course, which follow the handles of a plan.
+const COURSE_BYTES: usize = size_of::<[f64; 2]>();
 const HANDLE_BYTES: usize = size_of::<HandleState>();
 /// Bytes of the longest frame that is accepted.
-pub(super) const MAX_FRAME_BYTES: usize = HEADER_BYTES + (MAX_BENCHES + 1) * HANDLE_BYTES;
+pub(super) const MAX_FRAME_BYTES: usize =
+    HEADER_BYTES + (MAX_BENCHES + MAX_DRAGONS) * HANDLE_BYTES + COURSE_BYTES + MAX_DRAGONS * DRAGON_BYTES;
 pub(super) const ALERT_BYTES: usize = size_of::<Alert>();
 pub(super) const COMMAND_BYTES: usize = size_of::<Command>();
 pub(super) const REPLY_BYTES: usize = size_of::<CommandReply>();
@@ -36,12 +43,11 @@ pub const MAX_EVERY: u64 = FASTEST_HZ as u64;
 
 /// Decodes a frame as a source publishes it. The handles replace the contents of `handles`, so its memory is reused.
 pub(super) fn decode_frame(bytes: &[u8], handles: &mut Vec<HandleState>) -> Option<FrameHeader> {
-    let (head, body) = bytes.split_at_checked(HEADER_BYTES)?;
+    let (head, body) = bytes.split_first_chunk()?;
     let header = decode_header(head)?;
+    let one_dragon = header.handle_count() * HANDLE_BYTES;
+    let (header, body) = if body.len() == one_dragon { (header, body) } else { decode_plan(header, body)? };
     let handle_count = header.handle_count();
-    if body.len() != handle_count * HANDLE_BYTES {
-        return None;
-    }
     handles.clear();
     handles.reserve_exact(handle_count);
     handles.resize(handle_count, HandleState::default());
@@ -50,8 +56,35 @@ pub(super) fn decode_frame(bytes: &[u8], handles: &mut Vec<HandleState>) -> Opti
     handles.iter().all(is_finite).then_some(header)
 }
 
-fn decode_header(bytes: &[u8]) -> Option<FrameHeader> {
-    let header: FrameHeader = read(bytes)?;
+/// Decodes the course and the dragons behind the handles of a plan. Returns the whole header, and the bytes of the handles.
+fn decode_plan(header: FrameHeader, body: &[u8]) -> Option<(FrameHeader, &[u8])> {
+    let benches = header.bench_count as usize * HANDLE_BYTES;
+    let of_dragons = body.len().checked_sub(benches + COURSE_BYTES)?;
+    let count = of_dragons / (HANDLE_BYTES + DRAGON_BYTES);
+    if !of_dragons.is_multiple_of(HANDLE_BYTES + DRAGON_BYTES) || !(1..=MAX_DRAGONS).contains(&count) {
+        return None;
+    }
+    let (handles, rest) = body.split_at(benches + count * HANDLE_BYTES);
+    let (course, rest) = rest.split_at(COURSE_BYTES);
+    let dragons: Option<Vec<DragonMotion>> = rest.chunks_exact(DRAGON_BYTES).map(read).collect();
+    let dragons = dragons.filter(|dragons| are_dragons(dragons, header.bench_count))?;
+    let course: [f64; 2] = read(course)?;
+    Some((header.of_plan(course, &dragons).filter(|_| are_finite(&course))?, handles))
+}
+
+/// Whether dragons have benches, follow each other, and have all benches of the frame.
+fn are_dragons(dragons: &[DragonMotion], bench_count: u32) -> bool {
+    let mut benches = 0_u32;
+    let follow = dragons.iter().zip(0..).all(|(dragon, number)| {
+        let is_next = dragon.bench_count > 0 && dragon.first_handle == benches.saturating_add(number);
+        benches = benches.saturating_add(dragon.bench_count);
+        is_next && dragon.dragon_state().is_some() && are_finite(&[dragon.travel_m, dragon.speed_mps])
+    });
+    follow && benches == bench_count && dragons.iter().all(|dragon| dragon.reserved == 0)
+}
+
+fn decode_header(bytes: &[u8; HEADER_BYTES]) -> Option<FrameHeader> {
+    let header = FrameHeader::of_show_bytes(bytes);
     let is_finite = are_finite(&[header.head_travel_m, header.head_speed_mps, header.time_scale]);
     let is_dragon = (1..=MAX_BENCHES).contains(&(header.bench_count as usize));
     let is_known = ShowState::from_wire(header.state).is_some();
@@ -180,14 +213,37 @@ mod tests {
         any::<u64>().prop_map(f64::from_bits).prop_filter("finite", |value| value.is_finite())
     }
 
+    fn any_dragons() -> impl Strategy<Value = Vec<DragonMotion>> {
+        let dragon = (finite_double(), finite_double(), 1_u32..=20, 0_u32..3);
+        proptest::collection::vec(dragon, 1..=MAX_DRAGONS).prop_map(|dragons| {
+            let mut first_handle = 0;
+            let of_frame = |(travel_m, speed_mps, bench_count, state)| {
+                let first = first_handle;
+                first_handle += bench_count + 1;
+                DragonMotion { travel_m, speed_mps, first_handle: first, bench_count, state, reserved: 0 }
+            };
+            dragons.into_iter().map(of_frame).collect()
+        })
+    }
+
+    /// Headers of one dragon, and of the plan of several.
+    fn any_header() -> impl Strategy<Value = FrameHeader> {
+        let course = [finite_double(), finite_double()];
+        (of_one_dragon(), proptest::option::of((course, any_dragons()))).prop_map(|(header, plan)| {
+            let Some((course, dragons)) = plan else { return header };
+            let bench_count = dragons.iter().map(|dragon| dragon.bench_count).sum();
+            FrameHeader { bench_count, ..header }.of_plan(course, &dragons).expect("not too many dragons")
+        })
+    }
+
     prop_compose! {
-        fn any_header()(
+        fn of_one_dragon()(
             run_id in 0..RUN_ID_END, tick: u64, show_time_ns: i64, scheduled_ns: u64, published_ns: u64,
             head_travel_m in finite_double(), head_speed_mps in finite_double(), time_scale in finite_double(),
             bench_count in 1_u32..=40, state in 0_u32..6,
         ) -> FrameHeader {
             FrameHeader { run_id, tick, show_time_ns, scheduled_ns, published_ns, head_travel_m, head_speed_mps, time_scale,
-                bench_count, state }
+                bench_count, state, ..FrameHeader::default() }.of_one_dragon()
         }
     }
 
@@ -209,7 +265,9 @@ mod tests {
         #[test]
         fn a_frame_is_decoded_bit_for_bit((header, handles) in any_frame()) {
             let bytes = frame_bytes(&header, &handles);
-            prop_assert_eq!(bytes.len(), HEADER_BYTES + handles.len() * HANDLE_BYTES);
+            let of_plan = COURSE_BYTES + header.dragons().len() * DRAGON_BYTES;
+            let of_plan = if header.is_plan == 1 { of_plan } else { 0 };
+            prop_assert_eq!(bytes.len(), HEADER_BYTES + handles.len() * HANDLE_BYTES + of_plan);
             let mut read = vec![HandleState::default(); 3];
             let read_header = decode_frame(&bytes, &mut read).expect("the frame has just been encoded");
             prop_assert_eq!(frame_bytes(&read_header, &read), bytes);
@@ -260,7 +318,7 @@ mod tests {
     #[test]
     fn header_values_that_no_source_sends_are_rejected() {
         let handles = [HandleState::default(); 2];
-        let sound = FrameHeader { bench_count: 1, ..FrameHeader::default() };
+        let sound = FrameHeader { bench_count: 1, ..FrameHeader::default() }.of_one_dragon();
         let read = |header: FrameHeader| decode_frame(&frame_bytes(&header, &handles), &mut Vec::new());
         assert_eq!(read(sound), Some(sound));
         for odd in [

@@ -48,15 +48,15 @@ const MOST_NEWS: usize = 8;
 impl GuardThread {
     /// Starts the guard of a run.
     pub(super) fn start(domain: &Domain, config: Config, run_id: u64) -> io::Result<Self> {
-        let check = ClearanceCheck::new(Arc::clone(config.lead()));
+        let check = ClearanceCheck::new(Arc::clone(config.formation()));
         let newest = Arc::new(ArrayQueue::new(1));
         let has_fault = Arc::new(AtomicBool::new(false));
         let (wake, woken) = channel::bounded(1);
         let (sender, news) = channel::bounded(MOST_NEWS);
         let (domain, frames, stop) = (domain.clone(), Arc::clone(&newest), Arc::clone(&has_fault));
         let guard = move || {
-            let dragon = config.lead().metered(&Meter::of(STEPS_AT_A_TIME));
-            let guard = Guard::new(&dragon, &config, run_id);
+            let formation = config.formation().metered(&Meter::of(STEPS_AT_A_TIME));
+            let guard = Guard::new(&formation, &config, run_id);
             let ended = match GuardWorker::open(&domain, frames, stop, woken) {
                 Ok(worker) => worker.keep(guard, &sender),
                 // The server has just ended, so there is nothing to guard.
@@ -135,7 +135,7 @@ impl GuardWorker {
             newest = self.frames.pop().or(newest);
             let Some(header) = newest else { continue };
             self.grant(&mut guard, header)?;
-            let rest_m = guard.is_final(&header).then_some(header.head_travel_m);
+            let rest_m = guard.is_final(&header).then_some(header.course_m);
             if rest_m.is_some() && rest_m != reported_m {
                 // The send fails if the owner has dropped the guard; then no report is needed.
                 let _ = sender.send(GuardNews::FinalRest(guard.final_rest(&header)));

@@ -137,7 +137,7 @@ impl MonitorSession<'_> {
         let forecast = watched.forecaster.latest();
         let had_suppressed = watched.monitor.suppressed() > 0;
         let nearest = watched.monitor.observe(header, frame.handles(), Some(&forecast));
-        watched.forecaster.advance(&forecast, header.head_travel_m, watched.monitor.is_touching());
+        watched.forecaster.advance(&forecast, header.course_m, watched.monitor.is_touching());
         let fault = watched.guard.as_mut().and_then(|guard| guard.show(header, nearest));
         if !had_suppressed && watched.monitor.suppressed() > 0 {
             tracing::warn!(
@@ -166,7 +166,7 @@ impl MonitorSession<'_> {
         ensure!(described == sent, "the description on the bus has {described} benches, the frames have {sent}");
         let monitor = Monitor::new(&config);
         let run_id = header.run_id;
-        let forecaster = Forecaster::start(&monitor.dragon, 0.0, header.head_travel_m);
+        let forecaster = Forecaster::start(&monitor.formation, 0.0, header.course_m);
         let forecaster = forecaster.context("cannot start the forecast's thread")?;
         if self.args.guard && !config.tables().monitor.guard {
             tracing::warn!("the server is not guarded: the head walks without grants; start the server with --guarded");

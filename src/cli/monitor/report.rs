@@ -58,15 +58,15 @@ impl MonitorReport {
     pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
         let time_s = header.show_time_s();
         self.nearest = nearest;
-        let is_valid = forecast.covers(header.head_travel_m) && header.head_speed_mps >= FORECAST_SPEED_MPS;
-        let arrival_s = |travel_m| time_s + (travel_m - header.head_travel_m) / header.head_speed_mps;
+        let is_valid = forecast.covers(header.course_m) && header.course_mps >= FORECAST_SPEED_MPS;
+        let arrival_s = |travel_m| time_s + (travel_m - header.course_m) / header.course_mps;
         self.forecast_s = forecast.contact.filter(|_| is_valid).map(|contact| arrival_s(contact.travel_m));
         if let Some(possible) = forecast.possible_touch().filter(|_| is_valid) {
             self.summary.earliest_s = Some(arrival_s(possible.travel_m));
         }
         let Some(PairClearance { clearance_m, benches, point }) = nearest else { return };
         let (benches, point_m) = (benches.map(|bench| bench as u32), point.to_array());
-        let report = ClearanceReport { time_s, benches, clearance_m, point_m, travel_m: header.head_travel_m };
+        let report = ClearanceReport { time_s, benches, clearance_m, point_m, travel_m: header.course_m };
         self.least = ClearanceReport::lesser(self.least, report);
         self.summary.least_clearance = ClearanceReport::lesser(self.summary.least_clearance, report);
     }

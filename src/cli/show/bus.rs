@@ -55,7 +55,7 @@ impl LastSeen {
     pub fn see_frame(&mut self, header: &FrameHeader) {
         match header.show_state() {
             Some(ShowState::Running) => {
-                (self.walking_speed_mps, self.is_paused) = (Some(header.head_speed_mps), false);
+                (self.walking_speed_mps, self.is_paused) = (Some(header.course_mps), false);
             }
             Some(ShowState::Paused) => {
                 (self.is_paused, self.paused_at) = (true, Some((header.run_id, header.tick)));
@@ -100,7 +100,7 @@ impl LastSeen {
         self.header.is_some_and(|header| match header.show_state() {
             _ if is_of_newer_run(header) && held => true,
             Some(ShowState::Held) => {
-                held || self.status.as_ref().is_none_or(|status| header.head_travel_m != status.granted_to_m)
+                held || self.status.as_ref().is_none_or(|status| header.course_m != status.granted_to_m)
             }
             Some(ShowState::Stopping) => held || !others.into_iter().any(|stop| self.stops().has(stop)),
             _ => false,
@@ -119,6 +119,7 @@ mod tests {
 
     fn frame(state: ShowState, head_travel_m: f64) -> FrameHeader {
         FrameHeader { state: state as u32, head_travel_m, head_speed_mps: 0.8, ..FrameHeader::default() }
+            .of_one_dragon()
     }
 
     #[test]

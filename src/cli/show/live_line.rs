@@ -45,7 +45,7 @@ impl LiveLine {
 
     pub(super) fn update(&mut self, header: &FrameHeader, progress: &MonitorProgress) {
         self.measure_rate(header.tick);
-        self.note_speed(header.head_speed_mps);
+        self.note_speed(header.course_mps);
         let (show_time_s, start_s, end_s) = (header.show_time_s(), self.start_s, self.end_s(header));
         let clearance =
             progress.clearance_m.map_or("-".to_owned(), |clearance_m| format!("{} m", Fixed::<4>(clearance_m)));
@@ -73,7 +73,7 @@ impl LiveLine {
             (Some(end_m), Some(speed_mps)) => {
                 // On its last ramp the head takes twice as long as at its walking speed.
                 let ramp_s = self.end.accel_mps2.map_or(0.0, |accel_mps2| speed_mps / (2.0 * accel_mps2));
-                header.show_time_s() + (end_m - header.head_travel_m).max(0.0) / speed_mps + ramp_s
+                header.show_time_s() + (end_m - header.course_m).max(0.0) / speed_mps + ramp_s
             }
             _ => self.end.planned_s,
         }
@@ -166,10 +166,10 @@ mod tests {
 
     #[test]
     fn the_end_of_a_slower_walk_is_later_unless_the_show_ends_at_a_time() {
-        let at = |time_s: f64, head_travel_m, head_speed_mps| FrameHeader {
+        let at = |time_s: f64, course_m, course_mps| FrameHeader {
             show_time_ns: (time_s * 1e9) as i64,
-            head_travel_m,
-            head_speed_mps,
+            course_m,
+            course_mps,
             ..FrameHeader::default()
         };
         let end_s = |travel_m| {
@@ -178,7 +178,7 @@ mod tests {
             for header in
                 [at(1.0, 1.0, 1.0), at(2.0, 2.0, 1.0), at(2.5, 2.375, 0.8), at(3.0, 2.5, 0.5), at(4.0, 3.0, 0.5)]
             {
-                line.note_speed(header.head_speed_mps);
+                line.note_speed(header.course_mps);
                 seen.push(line.end_s(&header));
             }
             seen

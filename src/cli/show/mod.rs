@@ -190,7 +190,7 @@ impl<'a> Show<'a> {
         let start_s = args.run.pace.start_at.unwrap_or_else(|| config.start_s());
         let end = ShowEnd {
             planned_s: args.run.pace.until.unwrap_or_else(|| end_s(config, start_s)),
-            travel_m: args.run.pace.until.is_none().then(|| config.lead().end_travel_m()),
+            travel_m: args.run.pace.until.is_none().then(|| config.formation().end_m()),
             accel_mps2: config.tables().head.accel_mps2,
         };
         let is_performance = args.stay || config.stays();

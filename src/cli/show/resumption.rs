@@ -38,7 +38,7 @@ impl LastSeen {
         let is_ready = self.is_ready();
         Some(Resumption {
             start_s: header.show_time_s(),
-            travel_m: header.head_travel_m,
+            travel_m: header.course_m,
             speed_mps: self.walking_speed_mps,
             is_paused: self.is_paused && !follows_timecode,
             is_ready,

@@ -56,10 +56,13 @@ impl CurrentRun {
     ) -> io::Result<Self> {
         earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
         let planner = match earlier.as_mut().and_then(|earlier| earlier.planner.take()) {
-            None if plans => Some(ClearancePlanner::start(config.lead(), config.tables().monitor.near_m)?),
+            // The planned clearance is that of one dragon.
+            None if plans && !config.formation().has_plan_course() => {
+                Some(ClearancePlanner::start(config.lead(), config.tables().monitor.near_m)?)
+            }
             planner => planner,
         };
-        let forecaster = Forecaster::start(config.lead(), 0.0, header.head_travel_m)?;
+        let forecaster = Forecaster::start(config.formation(), 0.0, header.course_m)?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.show_time_s() - earlier.time_s).abs() <= longest_break_s
@@ -72,13 +75,13 @@ impl CurrentRun {
             (Arc::new(chart), least, WalkingSpeed::default())
         };
         Ok(Self {
+            clearances: ClearanceSearch::of(config.formation().layout()),
             run: Arc::new(DescribedRun::new(header.run_id, config)),
             chart,
             least,
             walking_speed,
             ordered_mps: None,
             time_s: header.show_time_s(),
-            clearances: ClearanceSearch::default(),
             boards: Vec::new(),
             forecaster,
             looked_for_m: 0.0,
@@ -95,7 +98,7 @@ impl CurrentRun {
     /// description.
     pub(super) fn measure(&mut self, header: &FrameHeader, handles: &[HandleState]) -> Option<PairClearance> {
         self.time_s = header.show_time_s();
-        self.walking_speed.note(header.head_speed_mps);
+        self.walking_speed.note(header.course_mps);
         let formation = self.run.config.formation();
         if handles.len() != formation.layout().handles() {
             return None;
@@ -117,13 +120,13 @@ impl CurrentRun {
         status: Option<&Status>,
     ) -> (ShowForecast, Option<Arrival>) {
         let guarded = status.filter(|status| !matches!(status.guard_state(), None | Some(GuardState::None)));
-        let travel_m = header.head_travel_m;
+        let travel_m = header.course_m;
         self.look_for(if guarded.is_some() { self.run.config.tables().monitor.margin_m } else { 0.0 }, travel_m);
         let is_found = nearest.is_some_and(|pair| pair.clearance_m <= self.looked_for_m);
         let forecast = self.forecaster.latest();
         self.forecaster.advance(&forecast, travel_m, is_found);
-        let motion = HeadMotion::new(header, self.clock(header), self.run.config.tables().head.accel_mps2);
-        let end_m = self.run.config.lead().end_travel_m();
+        let motion = HeadMotion::new(header, self.clock(header), self.run.config.accel_mps2());
+        let end_m = self.run.config.formation().end_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
         (ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded), possible)
     }
@@ -139,7 +142,7 @@ impl CurrentRun {
         if clearance_m == self.looked_for_m {
             return;
         }
-        match Forecaster::start(self.run.config.lead(), clearance_m, from_m) {
+        match Forecaster::start(self.run.config.formation(), clearance_m, from_m) {
             Ok(forecaster) => {
                 self.forecaster = forecaster;
                 self.looked_for_m = clearance_m;
@@ -154,7 +157,7 @@ impl CurrentRun {
         let ordered_mps = self.ordered_mps.filter(|speed_mps| *speed_mps >= FORECAST_SPEED_MPS);
         let planned_mps = self.run.config.tables().head.speed_mps;
         let speed_mps = ordered_mps.or(self.walking_speed.steady_mps).unwrap_or(planned_mps);
-        TravelClock { travel_m: header.head_travel_m, time_s: header.show_time_s(), speed_mps }
+        TravelClock { travel_m: header.course_m, time_s: header.show_time_s(), speed_mps }
     }
 }
 
@@ -225,13 +228,13 @@ mod tests {
 
     #[test]
     fn a_pause_does_not_change_the_forecast() {
-        let slow = |time_s| FrameHeader { head_speed_mps: 0.5, ..frame(1, time_s) };
+        let slow = |time_s| FrameHeader { course_mps: 0.5, ..frame(1, time_s) };
         let mut run = CurrentRun::begin(paper(), &slow(411.0), None, false, None).expect("a thread");
         for time_s in [411.0, 411.1] {
             // The head walks half a metre per show second.
             run.measure(&slow(time_s), &handles(411.0));
         }
-        let walking = FrameHeader { head_travel_m: 411.0, ..slow(411.1) };
+        let walking = FrameHeader { course_m: 411.0, ..slow(411.1) };
         let deadline = Instant::now() + Duration::from_mins(1);
         let expected_s = loop {
             if let Some(contact_s) = run.look_ahead(&walking, None, None).0.contact_s() {
@@ -240,7 +243,7 @@ mod tests {
             assert!(Instant::now() < deadline, "no forecast of the contact within a minute");
         };
         assert!((expected_s - (411.1 + 1.473_838 / 0.5)).abs() < 1e-5, "{expected_s}");
-        let paused = FrameHeader { head_speed_mps: 0.0, ..walking };
+        let paused = FrameHeader { course_mps: 0.0, ..walking };
         run.measure(&paused, &handles(411.0));
         assert_eq!(run.look_ahead(&paused, None, None).0.contact_s(), Some(expected_s));
     }

@@ -1,5 +1,6 @@
 //! A run as its description defines it, and the clearance measured in it so far.
 
+use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::outline::Outline;
 use glam::DVec2;
 
@@ -20,29 +21,52 @@ pub struct DescribedRun {
     pub run_id: u64,
     /// The configuration.
     pub config: Config,
-    /// Points of the route in metres, from one dragon's length behind the start to the route's end.
-    pub route: Vec<DVec2>,
-    /// Low and high corner of the part of the plane that a plan shows at first: the walked route, the outline of the stage, and
-    /// the part behind the start that is not far from them.
+    /// Points of each dragon's route in metres, from its length behind the start to the route's end.
+    pub routes: Vec<Vec<DVec2>>,
+    /// Low and high corner of the part of the plane that a plan shows at first: the walked routes, the outline of the stage, and
+    /// the parts behind the starts that are not far from them.
     pub view: [DVec2; 2],
 }
 
 impl DescribedRun {
     /// Returns the run of this number, with this configuration.
     pub fn new(run_id: u64, config: Config) -> Self {
-        let (dragon, dimensions) = (config.lead(), config.lead().dimensions());
-        let (start_m, end_m) = (dragon.start_travel_m(), dragon.route().end_travel_m());
-        let from_m = start_m - dimensions.links_m();
-        let least_step_m = (end_m - from_m) / (MAX_POINTS - 3) as f64;
-        let polyline = |from_m, to_m| dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
-        let (behind, walked) = (polyline(from_m, start_m), polyline(start_m, end_m));
+        let dragons = config.formation().dragons();
+        let most_points = MAX_POINTS / dragons.len();
+        let curves: Vec<Curve> = dragons.iter().map(|planned| Curve::of(&planned.dragon, most_points)).collect();
         let corners = config.outline().map(Outline::corners).unwrap_or_default();
+        let core = curves.iter().flat_map(Curve::core).chain(corners);
+        let behind = curves.iter().flat_map(|curve| &curve.behind);
+        let view = visible_box(core.copied(), behind.copied()).expect("a route has points");
+        let routes = curves.into_iter().map(|Curve { behind, walked, .. }| [behind, walked].concat()).collect();
+        Self { run_id, config, routes, view }
+    }
+}
+
+/// The curve of a route, as points.
+struct Curve {
+    /// The part behind the start.
+    behind: Vec<DVec2>,
+    /// The part that the head walks.
+    walked: Vec<DVec2>,
+    is_coiled: bool,
+}
+
+impl Curve {
+    fn of(dragon: &Dragon, most_points: usize) -> Self {
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.route().end_travel_m());
+        let from_m = start_m - dragon.dimensions().links_m();
+        let least_step_m = (end_m - from_m) / (most_points - 3) as f64;
+        let polyline = |from_m, to_m| dragon.route().polyline(from_m, to_m, SAGITTA_M, least_step_m..=LONGEST_STEP_M);
+        let is_coiled = dragon.route().is_coiled();
+        Self { behind: polyline(from_m, start_m), walked: polyline(start_m, end_m), is_coiled }
+    }
+
+    /// The points that a plan shows at first.
+    fn core(&self) -> impl Iterator<Item = &DVec2> {
         // On a coil, the dragon stands around the route.
-        let around = if dragon.route().is_coiled() { &behind[..] } else { &[] };
-        let core = walked.iter().chain(corners).chain(around);
-        let view = visible_box(core.copied(), behind.iter().copied()).expect("a route has points");
-        let route = [behind, walked].concat();
-        Self { run_id, config, route, view }
+        let around = if self.is_coiled { &self.behind[..] } else { &[] };
+        self.walked.iter().chain(around)
     }
 }
 
@@ -107,10 +131,10 @@ mod tests {
     fn the_drawn_route_leads_from_behind_the_tail_through_the_start_to_the_end() {
         let config = Config::load(None, |_| ()).expect("the paper's");
         let run = DescribedRun::new(7, config);
-        let nearest_m = |point: DVec2| run.route.iter().map(|at| at.distance(point)).fold(f64::INFINITY, f64::min);
+        let nearest_m = |point: DVec2| run.routes[0].iter().map(|at| at.distance(point)).fold(f64::INFINITY, f64::min);
         assert!(nearest_m(DVec2::new(8.8, 0.0)) < 0.5, "the head starts on it");
-        assert!(run.route.len() <= MAX_POINTS);
-        let middles = run.route.windows(2).map(|ends| (ends[0] + ends[1]) / 2.0);
+        assert!(run.routes[0].len() <= MAX_POINTS);
+        let middles = run.routes[0].windows(2).map(|ends| (ends[0] + ends[1]) / 2.0);
         // In the innermost turn, a difference of radii does not approximate the distance from the curve.
         for middle in middles.filter(|middle| middle.length() > 0.55) {
             // On the spiral r = b θ, the angle determines the number of turns up to an integer, and the radius determines that

@@ -44,11 +44,11 @@ impl GuardSituation {
         {
             return Self::Working;
         }
-        let is_final = status.guard_end().is_some_and(|end_m| header.head_travel_m >= end_m);
+        let is_final = status.guard_end().is_some_and(|end_m| header.course_m >= end_m);
         // The guard grants no travel to a head that was repositioned where the clearance is below the margin, or may be in some pose
         // of loose hinges.
         let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
-        let is_unproved = play_end.is_some_and(|end| end.travel_m <= header.head_travel_m);
+        let is_unproved = play_end.is_some_and(|end| end.travel_m <= header.course_m);
         if is_final || is_refused || is_unproved {
             let for_good = status.timecode_state() == Some(TimecodeState::None);
             return Self::AtEnd { for_good };
@@ -86,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_waiting_working_ended_or_dead_guard_is_a_situation_each() {
-        let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let held = FrameHeader { course_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let at_limit = Stops::from([Stop::GuardLimit]);
         let at_run_end = Stops::from([Stop::GuardLimit, Stop::RunEnd]);
         let (none, running) = (TimecodeState::None, GuardState::Running);
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_head_repositioned_where_a_pose_may_touch_gets_no_grant() {
-        let held = FrameHeader { head_travel_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let held = FrameHeader { course_m: 30.0, state: ShowState::Held.to_wire(), ..FrameHeader::default() };
         let stops = Stops::from([Stop::GuardLimit]);
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
         let far = PairClearance { benches: [0, 8], clearance_m: 0.02, point: glam::DVec2::ZERO };

@@ -30,7 +30,7 @@ pub(super) struct HeadMotion {
 impl HeadMotion {
     /// Returns the motion from this frame on, up or down to the speed of the clock.
     pub(super) fn new(header: &FrameHeader, clock: TravelClock, accel_mps2: Option<f64>) -> Self {
-        Self { clock, speed_mps: header.head_speed_mps, accel_mps2, time_scale: header.time_scale }
+        Self { clock, speed_mps: header.course_mps, accel_mps2, time_scale: header.time_scale }
     }
 
     /// Returns the arrival at a travel that the head passes.
@@ -113,14 +113,6 @@ impl Ramp {
 }
 
 /// Converts travel to show time, for a head that walks on at a constant speed.
-///
-/// ```
-/// use bench_dragon::display::observe::TravelClock;
-///
-/// let clock = TravelClock { travel_m: 100.0, time_s: 200.0, speed_mps: 0.5 };
-/// assert_eq!(clock.time_s(101.0), 202.0);
-/// assert_eq!(clock.time_s(99.0), 198.0);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TravelClock {
     /// Travel of the head, in metres.
@@ -131,20 +123,13 @@ pub struct TravelClock {
     pub speed_mps: f64,
 }
 
-impl TravelClock {
-    /// Show time at which the head is at a travel, in seconds. For a travel behind the head, it assumes the same speed.
-    pub fn time_s(&self, travel_m: f64) -> f64 {
-        self.time_s + (travel_m - self.travel_m) / self.speed_mps
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// A head at 10 m and 20 s of show time, which walks at this speed. Show time runs twice as fast as wall time.
     fn motion(speed_mps: f64, accel_mps2: Option<f64>) -> HeadMotion {
-        let header = FrameHeader { head_speed_mps: speed_mps, time_scale: 2.0, ..FrameHeader::default() };
+        let header = FrameHeader { course_mps: speed_mps, time_scale: 2.0, ..FrameHeader::default() };
         HeadMotion::new(&header, TravelClock { travel_m: 10.0, time_s: 20.0, speed_mps: 1.0 }, accel_mps2)
     }
 
@@ -168,7 +153,7 @@ mod tests {
     fn the_arrival_at_the_end_is_the_same_before_during_and_after_a_ramp() {
         let (accel_mps2, to_mps) = (0.25, 1.0);
         let motion = |travel_m, time_s, speed_mps| {
-            let header = FrameHeader { head_speed_mps: speed_mps, time_scale: 1.0, ..FrameHeader::default() };
+            let header = FrameHeader { course_mps: speed_mps, time_scale: 1.0, ..FrameHeader::default() };
             HeadMotion::new(&header, TravelClock { travel_m, time_s, speed_mps: to_mps }, Some(accel_mps2))
         };
         // Two metres and four seconds up to speed, 96 m, and as long to rest.

@@ -46,9 +46,9 @@ fn restart(snapshot: &Snapshot) -> String {
         words.push(format!("--start-at={time_s}"));
         let speed_mps = snapshot.run.as_ref().map(|run| run.config.tables().head.speed_mps);
         let is_elsewhere =
-            speed_mps.is_none_or(|speed_mps| (header.head_travel_m - speed_mps * time_s).abs() > SAME_TRAVEL_M);
+            speed_mps.is_none_or(|speed_mps| (header.course_m - speed_mps * time_s).abs() > SAME_TRAVEL_M);
         if is_elsewhere {
-            words.push(format!("--start-travel={}", (header.head_travel_m * 1e3).round() / 1e3));
+            words.push(format!("--start-travel={}", (header.course_m * 1e3).round() / 1e3));
         }
     } else {
         words.push("--start-at=SECONDS --start-travel=METRES".to_owned());
@@ -73,14 +73,14 @@ mod tests {
     use crate::config::Config;
     use crate::display::observe::{DescribedRun, ReaderLog};
 
-    fn at(show_time_ns: i64, head_travel_m: f64, guard: GuardState) -> Snapshot {
+    fn at(show_time_ns: i64, course_m: f64, guard: GuardState) -> Snapshot {
         let run = DescribedRun::new(0, Config::load(None, |_| ()).expect("the paper's"));
         let status = Status { guard: guard.to_wire(), pid: 12, ..Status::default() };
         Snapshot {
             instance: "dragon".to_owned(),
             run: Some(Arc::new(run)),
             status: Some(Arc::new(status)),
-            ..Snapshot::live(FrameHeader { show_time_ns, head_travel_m, ..FrameHeader::default() })
+            ..Snapshot::live(FrameHeader { show_time_ns, course_m, ..FrameHeader::default() })
         }
     }
 

@@ -40,7 +40,7 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         "planned_speed_mps": config.tables().head.speed_mps,
         "rate_hz": config.tables().serve.rate_hz,
         // Points as x, y, x, y, …, rounded to a millimetre. Low and high corner of the part of the plane to show at first.
-        "route": in_a_row(&run.route),
+        "route": in_a_row(&run.routes[0]),
         "view": in_a_row(&run.view),
         // Corners of the stage's outline; empty without one.
         "outline": in_a_row(config.outline().map(Outline::corners).unwrap_or_default()),

@@ -38,7 +38,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, scree
 fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, screen: &Screen) {
     let look = screen.look;
     if let Some(run) = snapshot.run.as_ref().filter(|run| turns_are_apart(run, viewport)) {
-        for ends in run.route.windows(2) {
+        for ends in run.routes.iter().flat_map(|route| route.windows(2)) {
             line(context, [ends[0], ends[1]], look.theme.colour(Color::DarkGray));
         }
     }

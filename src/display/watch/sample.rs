@@ -48,7 +48,9 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
 
 /// A snapshot whose head has this speed, without a run or a handle.
 pub(super) fn walking(state: ShowState, head_speed_mps: f64) -> Snapshot {
-    Snapshot::live(FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() })
+    Snapshot::live(
+        FrameHeader { run_id: 1, state: state.to_wire(), head_speed_mps, ..FrameHeader::default() }.of_one_dragon(),
+    )
 }
 
 pub(super) fn new_screen(is_read_only: bool) -> Screen {

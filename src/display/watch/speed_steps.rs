@@ -40,7 +40,7 @@ impl SpeedSteps {
         if header.show_state() != Some(ShowState::Running) || self.walked.is_some_and(|walk| walk.tick == header.tick) {
             return;
         }
-        let walk = HeadSpeed { tick: header.tick, speed_mps: header.head_speed_mps };
+        let walk = HeadSpeed { tick: header.tick, speed_mps: header.course_mps };
         let before = self.walked.replace(walk);
         // On a ramp, no two ticks have the same speed.
         let keeps_it =

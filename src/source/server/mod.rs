@@ -253,8 +253,7 @@ impl ServerSettings {
         let speed_mps = config.tables().head.speed_mps;
         RunStart {
             start_s,
-            // Rounding must not put the head past the end of its run.
-            travel_m: (speed_mps * start_s).min(config.lead().end_travel_m()),
+            travel_m: config.course_m(start_s),
             speed_mps,
             until_s: None,
             is_held: false,

@@ -1,9 +1,9 @@
-//! Simulation of the dragon from tick to tick. Pure: no clock, no bus.
+//! Simulation of all dragons from tick to tick. Pure: no clock, no bus.
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{ChainStepper, Dragon};
-use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request, RunStart};
+use bench_dragon_geometry::formation::{Doing, Formation, FormationStepper};
+use bench_dragon_ipc::{DragonMotion, DragonState, FrameHeader, HandleState, Refusal, Request, RunStart};
 use glam::DVec3;
 
 use crate::config::Config;
@@ -41,11 +41,11 @@ pub struct Steering {
     pub time_scale: f64,
 }
 
-/// The state of a whole dragon as a function of ticks and requests.
+/// The state of all dragons as a function of ticks and requests.
 #[derive(Debug)]
 pub struct Simulation {
     motion: Motion,
-    chain: ChainStepper,
+    stepper: FormationStepper,
     rate_hz: u32,
     /// Show seconds per second of wall time at present, without the pace of catching up.
     time_scale: f64,
@@ -54,19 +54,20 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Creates the dragon before tick 0. A tick of the plan takes `time_scale / rate_hz` show seconds.
-    pub fn new(dragon: Arc<Dragon>, plan: MotionPlan, rate_hz: u32, time_scale: f64) -> Self {
-        Self { motion: Motion::new(plan), chain: ChainStepper::new(dragon), rate_hz, time_scale, is_led: false }
+    /// Creates the dragons before tick 0. A tick of the plan takes `time_scale / rate_hz` show seconds.
+    pub fn new(formation: Arc<Formation>, plan: MotionPlan, rate_hz: u32, time_scale: f64) -> Self {
+        let stepper = FormationStepper::new(formation);
+        Self { motion: Motion::new(plan), stepper, rate_hz, time_scale, is_led: false }
     }
 
-    /// Creates the dragon of a server's run before tick 0.
+    /// Creates the dragons of a server's run before tick 0.
     ///
     /// # Errors
     /// As [`MotionPlan::new`].
     pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Result<Self, MotionPlanError> {
         let plan = MotionPlan::of_run(config, start, run_id)?;
         let serve = &config.tables().serve;
-        let mut simulation = Self::new(config.lead().clone(), plan, serve.rate_hz, serve.time_scale);
+        let mut simulation = Self::new(Arc::clone(config.formation()), plan, serve.rate_hz, serve.time_scale);
         if start.follows_timecode {
             simulation.follow();
         }
@@ -129,20 +130,47 @@ impl Simulation {
 
     /// Returns the header of this tick's frame. The publisher sets `published_ns`.
     pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64) -> FrameHeader {
-        let bench_count = self.chain.dragon().dimensions().benches() as u32;
+        let formation = self.stepper.formation();
         let time_scale = self.time_scale * self.motion.catch_up().pace();
-        self.motion.head().header(run_id, tick, scheduled_ns, time_scale, bench_count)
+        let bench_count = formation.layout().benches() as u32;
+        let header = self.motion.head().header(run_id, tick, scheduled_ns, time_scale, bench_count);
+        if formation.has_plan_course() { of_formation(header, formation) } else { header }
     }
 
-    /// Writes every handle at this tick. `handles` has one handle more than there are benches.
+    /// Writes every handle at this tick, dragon after dragon.
     ///
     /// # Panics
-    /// Panics if `handles` has another length.
+    /// Panics if `handles` has another length than the layout of the formation.
     pub fn write(&mut self, handles: &mut [HandleState]) -> HeadState {
         let head = self.motion.head();
-        self.chain.step(head.travel_m, head.speed_mps, handles, handle_state).expect("the motion stays within the run");
+        self.stepper
+            .step(head.travel_m, head.speed_mps, handles, handle_state)
+            .expect("the motion stays on the course");
         head
     }
+}
+
+/// The header of a frame of several dragons, from one whose head is a place of the course.
+fn of_formation(mut header: FrameHeader, formation: &Formation) -> FrameHeader {
+    (header.dragon_count, header.is_plan) = (formation.layout().dragons() as u32, 1);
+    for (number, dragon) in header.dragons.iter_mut().enumerate().take(formation.layout().dragons()) {
+        let at = formation.motion(number, header.course_m, header.course_mps);
+        let state = match at.doing {
+            Doing::Stands => DragonState::Standing,
+            Doing::Walks => DragonState::Walking,
+            Doing::HasEnded => DragonState::Ended,
+        };
+        *dragon = DragonMotion {
+            travel_m: at.travel_m,
+            speed_mps: at.speed_mps,
+            first_handle: formation.layout().handles_of(number).start as u32,
+            bench_count: formation.layout().benches_of(number).len() as u32,
+            state: state.to_wire(),
+            reserved: 0,
+        };
+    }
+    (header.head_travel_m, header.head_speed_mps) = (header.dragons[0].travel_m, header.dragons[0].speed_mps);
+    header
 }
 
 fn handle_state(position_m: DVec3, velocity_mps: DVec3) -> HandleState {
@@ -150,19 +178,20 @@ fn handle_state(position_m: DVec3, velocity_mps: DVec3) -> HandleState {
 }
 
 impl HeadState {
-    /// Returns the header of the frame that shows this head. The publisher sets `published_ns`.
+    /// Returns the header of the frame of one dragon that shows this head. The publisher sets `published_ns`.
     pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64, time_scale: f64, bench_count: u32) -> FrameHeader {
-        FrameHeader {
+        let header = FrameHeader {
             run_id,
             tick,
             show_time_ns: self.show_time_ns,
             scheduled_ns,
-            published_ns: 0,
             head_travel_m: self.travel_m,
             head_speed_mps: self.speed_mps,
             time_scale,
             bench_count,
             state: self.state.to_wire(),
-        }
+            ..FrameHeader::default()
+        };
+        header.of_one_dragon()
     }
 }

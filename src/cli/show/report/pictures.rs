@@ -66,6 +66,9 @@ impl ReportSource<'_> {
 
 /// The dragon at its nearest approach; `None` for a dragon that is too long for a picture, or values out of its range.
 fn picture(config: &Config, report: &ClearanceReport) -> Option<Drawing> {
+    if config.formation().has_plan_course() {
+        return None;
+    }
     let dragon = config.lead();
     let benches = report.benches.map(|bench| bench as usize);
     let count = dragon.dimensions().benches();

@@ -117,6 +117,8 @@ pub(super) fn difference(
         ("handles", text(&recorded.handles.len()), text(&handles.len())),
         ("head_travel_m", was.head_travel_m.into(), header.head_travel_m.into()),
         ("head_speed_mps", was.head_speed_mps.into(), header.head_speed_mps.into()),
+        ("course_m", was.course_m.into(), header.course_m.into()),
+        ("course_mps", was.course_mps.into(), header.course_mps.into()),
         ("time_scale", was.time_scale.into(), header.time_scale.into()),
     ];
     if let Some((field, was, is)) = fields.into_iter().find(|(_, was, is)| !was.has_bits_of(is)) {

@@ -160,10 +160,10 @@ impl RunCheck {
 
 /// Checks the start of the run as a server checks its arguments.
 fn require_start(config: &Config, start: &RunStart) -> Result<(), String> {
-    let dragon = config.lead();
-    let travels = dragon.start_travel_m()..=dragon.end_travel_m();
+    let formation = config.formation();
+    let course = formation.begin_m()..=formation.end_m();
     let is_sound = start.start_s.is_finite()
-        && travels.contains(&start.travel_m)
+        && course.contains(&start.travel_m)
         && (0.0..=Request::MAX_SPEED_MPS).contains(&start.speed_mps)
         && start.until_s.is_none_or(f64::is_finite);
     if is_sound { Ok(()) } else { Err("its start is out of range for its dragon".to_owned()) }

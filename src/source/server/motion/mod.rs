@@ -68,7 +68,7 @@ impl Motion {
         let mut motion = Self {
             plan,
             leg: Leg { start_s: plan.start_s, parts: 0, is_shown: false },
-            walk: Walk::at_rest(plan.tick_s, plan.accel_mps2, plan.start_travel_m),
+            walk: walk_from(&plan, plan.start_travel_m),
             speed_mps: plan.start_speed_mps,
             authority: plan.guarded_run.map(Authority::none),
             catch_up: CatchUp::new(plan.most_jumped),
@@ -276,7 +276,13 @@ impl Motion {
     fn steer(&mut self) {
         let target_mps = if self.is_to_stand() { 0.0 } else { self.speed_mps };
         let granted_to_m = self.granted_to_m().unwrap_or(f64::INFINITY);
-        self.walk.steer(self.ticks(), target_mps, granted_to_m.min(self.plan.end_travel_m));
+        let end_m = self.plan.end_travel_m;
+        self.walk.steer(
+            self.ticks(),
+            target_mps,
+            granted_to_m.min(end_m),
+            self.plan.has_planned_ends && granted_to_m >= end_m,
+        );
     }
 
     /// Begins a leg at the instant at which the head came to rest, if that is within this tick.
@@ -350,7 +356,7 @@ impl Motion {
         }
         self.catch_up.clear();
         self.leg = Leg { start_s: show_time_s, parts: 0, is_shown: false };
-        self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
+        self.walk = walk_from(&self.plan, travel_m);
         self.is_over = self.plan.until_s.is_some_and(|until_s| show_time_s >= until_s);
         self.was_repositioned = true;
         Ok(())
@@ -364,6 +370,12 @@ impl Motion {
         require(to_m, from_m, end_m)?;
         authority.grant(run_id, [from_m, to_m], is_final, travel_m)
     }
+}
+
+/// The walk of a head that rests at a travel. A plan with ramps of its own is left at its beginning without another one.
+fn walk_from(plan: &MotionSettings, travel_m: f64) -> Walk {
+    let begin_m = plan.has_planned_ends.then_some(plan.speed_mps * plan.first_s);
+    Walk::at_rest(plan.tick_s, plan.accel_mps2, travel_m).leaving_at_once(begin_m)
 }
 
 /// Converts parts to periods. Whole periods are exact, and the result does not depend on how the parts were added up.

@@ -15,6 +15,8 @@ pub struct MotionSettings {
     pub speed_mps: f64,
     /// Greatest acceleration of the head, above 0, in m/s²; without one it starts and stops at once.
     pub accel_mps2: Option<f64>,
+    /// Whether the timetables of a plan have the ramps at its ends. Then the walk starts and stops there at once.
+    pub has_planned_ends: bool,
     /// Show seconds that one running tick advances, until [`Motion::set_tick`].
     pub tick_s: f64,
     /// Show time at tick 0.
@@ -53,6 +55,7 @@ impl MotionSettings {
         Self {
             speed_mps: 1.0,
             accel_mps2: None,
+            has_planned_ends: false,
             tick_s,
             start_s: start_travel_m,
             start_travel_m,
@@ -124,14 +127,15 @@ impl MotionPlan {
     pub fn of_run(config: &Config, start: &RunStart, run_id: u64) -> Result<Self, MotionPlanError> {
         Self::new(MotionSettings {
             speed_mps: config.tables().head.speed_mps,
-            accel_mps2: config.tables().head.accel_mps2,
+            accel_mps2: config.accel_mps2(),
+            has_planned_ends: config.formation().has_plan_course(),
             tick_s: config.tick_s(),
             start_s: start.start_s,
             start_travel_m: start.travel_m,
             start_speed_mps: start.speed_mps,
             first_s: config.start_s(),
             last_s: config.last_seek_s(),
-            end_travel_m: config.lead().end_travel_m(),
+            end_travel_m: config.formation().end_m(),
             until_s: start.until_s,
             stays: start.stays,
             is_held: start.is_held,
@@ -148,7 +152,7 @@ impl MotionPlan {
     }
 }
 
-/// The head at one tick.
+/// The head at one tick. Of several dragons, this is the place and the speed of the show on its course.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadState {
     /// Show time in nanoseconds.

@@ -4,6 +4,8 @@
 //! target speed, it must begin to brake so that it rests exactly at the limit, or it rests. The instants of these ends
 //! lie between ticks and are computed in closed form. So the head's resting point does not depend on the ticks.
 
+use std::cmp::Ordering;
+
 /// The head's walk. Instants are counted in ticks, as fractions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walk {
@@ -12,6 +14,10 @@ pub(super) struct Walk {
     accel_mps2: Option<f64>,
     target_mps: f64,
     limit_m: f64,
+    /// Whether the plan itself rests at the limit, so that the walk ends there without a ramp.
+    rests_at_limit: bool,
+    /// Travel at which the plan rests, so that the walk leaves it without a ramp.
+    rests_at_m: Option<f64>,
     phase: Phase,
 }
 
@@ -44,16 +50,22 @@ impl Walk {
     pub(super) fn at_rest(tick_s: f64, accel_mps2: Option<f64>, travel_m: f64) -> Self {
         let start = Instant { ticks: 0.0, travel_m, speed_mps: 0.0 };
         let phase = Phase { start, accel_mps2: 0.0, end: None };
-        Self { tick_s, accel_mps2, target_mps: 0.0, limit_m: travel_m, phase }
+        Self { tick_s, accel_mps2, target_mps: 0.0, limit_m: travel_m, rests_at_limit: false, rests_at_m: None, phase }
     }
 
-    /// Sets the target speed and the travel to stop at, from an instant of the present phase on.
+    /// The same walk, which leaves a travel at which the plan rests without a ramp.
+    pub(super) fn leaving_at_once(self, rests_at_m: Option<f64>) -> Self {
+        Self { rests_at_m, ..self }
+    }
+
+    /// Sets the target speed and the travel to stop at, from an instant of the present phase on. `rests_at_limit`: the plan itself
+    /// rests there.
     ///
     /// A near limit may make the head brake harder than the greatest acceleration. The head never passes the limit.
-    pub(super) fn steer(&mut self, ticks: f64, target_mps: f64, limit_m: f64) {
-        if (target_mps, limit_m) != (self.target_mps, self.limit_m) {
+    pub(super) fn steer(&mut self, ticks: f64, target_mps: f64, limit_m: f64, rests_at_limit: bool) {
+        if (target_mps, limit_m, rests_at_limit) != (self.target_mps, self.limit_m, self.rests_at_limit) {
             let now = self.at(ticks);
-            (self.target_mps, self.limit_m) = (target_mps, limit_m);
+            (self.target_mps, self.limit_m, self.rests_at_limit) = (target_mps, limit_m, rests_at_limit);
             self.phase = self.plan(now, false);
         }
     }
@@ -112,9 +124,14 @@ impl Walk {
     /// Plans the phase that begins at an instant.
     fn plan(&self, start: Instant, brakes: bool) -> Phase {
         let ahead_m = self.limit_m - start.travel_m;
+        let leaves_at_once = start.speed_mps == 0.0 && self.rests_at_m == Some(start.travel_m);
         match self.accel_mps2 {
             None => self.walk_at_once(start, ahead_m),
             Some(_) if ahead_m <= 0.0 => rest(start),
+            Some(_) if leaves_at_once && self.target_mps > 0.0 => {
+                self.plan(Instant { speed_mps: self.target_mps, ..start }, false)
+            }
+            Some(accel_mps2) if self.rests_at_limit => self.walk_on(start, accel_mps2, ahead_m),
             Some(accel_mps2) if brakes || braking_distance_m(start.speed_mps, accel_mps2) > ahead_m => {
                 self.brake_to_limit(start, ahead_m)
             }
@@ -127,6 +144,26 @@ impl Walk {
                 Phase { start, accel_mps2: 0.0, end: Some(End { at, brakes: true }) }
             }
         }
+    }
+
+    /// Walks towards the target speed, and at it, up to a limit at which the plan itself rests.
+    fn walk_on(&self, start: Instant, accel_mps2: f64, ahead_m: f64) -> Phase {
+        let accel_mps2 = match start.speed_mps.total_cmp(&self.target_mps) {
+            Ordering::Less => accel_mps2,
+            Ordering::Equal if start.speed_mps == 0.0 => return rest(start),
+            Ordering::Equal => 0.0,
+            Ordering::Greater => -accel_mps2,
+        };
+        if accel_mps2 != 0.0 {
+            let phase = self.change_speed(start, accel_mps2);
+            if phase.end.is_some_and(|end| end.at.travel_m < self.limit_m) {
+                return phase;
+            }
+        }
+        // v·t + a·t²/2 = the travel ahead, where the speed does not fall to 0 before.
+        let root_mps = (start.speed_mps * start.speed_mps + 2.0 * accel_mps2 * ahead_m).max(0.0).sqrt();
+        let at = self.after(start, 2.0 * ahead_m / (start.speed_mps + root_mps), self.limit_m, root_mps);
+        Phase { start, accel_mps2, end: Some(End { at, brakes: false }) }
     }
 
     fn walk_at_once(&self, start: Instant, ahead_m: f64) -> Phase {
@@ -191,7 +228,7 @@ mod tests {
 
     fn walk(accel_mps2: Option<f64>, target_mps: f64, limit_m: f64) -> Walk {
         let mut walk = Walk::at_rest(TICK_S, accel_mps2, 0.0);
-        walk.steer(0.0, target_mps, limit_m);
+        walk.steer(0.0, target_mps, limit_m, false);
         walk
     }
 
@@ -266,7 +303,7 @@ mod tests {
             let mut walk = walk(Some(0.05 + 0.0013 * number), 0.1 + 0.0037 * number, 1e6);
             let stop = 4000.0 + number / 7.0;
             walk.advance_to(stop);
-            walk.steer(stop, 0.0, 1e6);
+            walk.steer(stop, 0.0, 1e6, false);
             let rest = walk.phase.end.expect("the head brakes to rest").at;
             let just_before_m = walk.travel_m(rest.ticks * (1.0 - f64::EPSILON));
             assert!(just_before_m <= rest.travel_m, "{just_before_m} m, then {} m", rest.travel_m);
@@ -277,7 +314,7 @@ mod tests {
     fn a_farther_limit_ends_the_braking() {
         let mut walk = walk(Some(1.0), 2.0, 10.0);
         walk.advance_to(6.0 / TICK_S);
-        walk.steer(6.0 / TICK_S, 2.0, 100.0);
+        walk.steer(6.0 / TICK_S, 2.0, 100.0, false);
         assert_near(after(walk, 7.0), (11.0, 2.0));
     }
 
@@ -295,7 +332,7 @@ mod tests {
             let (mut ticks, mut limit_m, mut last) = (0.0, 0.0, (0.0, 0.0));
             for (target_mps, further_m, ticks_on) in orders {
                 limit_m += further_m;
-                walk.steer(ticks, target_mps, limit_m);
+                walk.steer(ticks, target_mps, limit_m, false);
                 ticks += ticks_on;
                 walk.advance_to(ticks);
                 let (travel_m, speed_mps) = (walk.travel_m(ticks), walk.speed_mps(ticks));

@@ -1,0 +1,35 @@
+//! The course of a formation: the one number on which the place of every dragon depends, in metres.
+
+/// What the number of a course means.
+///
+/// Of one dragon it is the travel of its head. Of several it is plan time × the planned speed of the leading dragon: the travel of a
+/// head that walks at that speed throughout. So a course has a unit and a size that limits, grants and speeds can be stated in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Course {
+    /// The travel of the head of the only dragon.
+    Travel,
+    /// Plan time × this speed. The plan begins at time 0 and ends at `end_s`, where all dragons have reached their ends.
+    Plan { speed_mps: f64, end_s: f64 },
+}
+
+/// What one dragon of a formation does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doing {
+    /// It stands: it has not left yet, or the whole formation stands.
+    Stands,
+    /// It walks.
+    Walks,
+    /// It has reached its end.
+    HasEnded,
+}
+
+/// A dragon of a formation at one place of the course.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeadAt {
+    /// Travel of its head in metres.
+    pub travel_m: f64,
+    /// Speed of its head in metres per show second.
+    pub speed_mps: f64,
+    /// What it does.
+    pub doing: Doing,
+}
