@@ -11,6 +11,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use bench_dragon_ipc::dragon_names;
 use mcap::{
     McapError, McapResult, Writer,
     records::{Channel, Header, Record},
@@ -19,6 +20,7 @@ use mcap::{
 
 use super::{
     mcap_file::write_options,
+    reader::Configuration,
     recorder::RecorderSettings,
     records::{Ending, Records},
     repair::{Locked, Repair, RepairError, open_ours, repair},
@@ -135,7 +137,8 @@ fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> Mc
     file.set_permissions(old.metadata()?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
     let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
-    let mut copier = Copier { writer: options.create(sink)?, has_channels: false, is_of_this_version: false };
+    let mut copier =
+        Copier { writer: options.create(sink)?, has_channels: false, is_of_this_version: false, dragons: Vec::new() };
     for declared in Contents::of_finished(old)?.unwrap_or_default().into_declarations() {
         copier.take(declared)?;
     }
@@ -150,6 +153,8 @@ struct Copier<W: io::Write + Seek> {
     writer: Writer<W>,
     has_channels: bool,
     is_of_this_version: bool,
+    /// Names of the dragons of the first configuration, which precedes the messages.
+    dragons: Vec<String>,
 }
 
 impl<W: io::Write + Seek> Copier<W> {
@@ -165,13 +170,18 @@ impl<W: io::Write + Seek> Copier<W> {
             }
             Record::Message { header, data } => {
                 if !self.has_channels && self.is_of_this_version {
-                    // The chunk that declares the channels is damaged. This version numbers them alike in every file.
-                    Channels::declare(&mut self.writer)?;
+                    // The chunk that declares the channels is damaged. This version numbers them alike in every file of these dragons.
+                    Channels::declare(&mut self.writer, &self.dragons)?;
                     self.has_channels = true;
                 }
                 self.writer.write_to_known_channel(&header, &data)?;
             }
-            Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            Record::Metadata(metadata) => {
+                self.writer.write_metadata(&metadata)?;
+                if let Some(configuration) = Configuration::from_metadata(metadata).filter(|_| !self.has_channels) {
+                    self.dragons = dragon_names(&configuration.toml).into_iter().map(str::to_owned).collect();
+                }
+            }
             // The writer writes its own header and indexes.
             _ => {}
         }

@@ -17,6 +17,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use bench_dragon_ipc::dragon_names;
 use mcap::{
     McapError, McapResult, WriteOptions, Writer,
     records::{MessageHeader, Metadata},
@@ -41,6 +42,10 @@ const MESSAGE_OVERHEAD_BYTES: u64 = 64;
 const SUMMARY_BYTES: u64 = 16 << 10;
 /// Upper bound on the index of one chunk, or of one metadata record, in the summary.
 const SUMMARY_ENTRY_BYTES: u64 = 160;
+/// Upper bound on the part of such an index for the poses of one dragon more.
+const CHANNEL_ENTRY_BYTES: u64 = 10;
+/// Upper bound on the declarations and counts of the poses of one dragon, in the first chunk and in the summary.
+const CHANNEL_BYTES: u64 = 256;
 
 type Sink = NoSeek<BufWriter<File>>;
 
@@ -70,6 +75,8 @@ pub(super) struct McapFile {
     pub(super) file: File,
     writer: Writer<Sink>,
     channels: Option<Channels>,
+    /// Names of the dragons of a plan, whose channels the file has; none for the short form for one dragon.
+    dragons: Vec<String>,
     chunk: BufferedChunk,
     chunk_limit_bytes: u64,
     summary_bytes: u64,
@@ -124,6 +131,7 @@ impl McapFile {
             file,
             writer: write_options(compression_level).create(sink)?,
             channels: None,
+            dragons: Vec::new(),
             chunk: BufferedChunk::default(),
             chunk_limit_bytes,
             summary_bytes: SUMMARY_BYTES,
@@ -148,11 +156,28 @@ impl McapFile {
         self.channels.is_some()
     }
 
+    /// The names of the dragons whose channels the file has.
+    pub(super) fn dragons(&self) -> &[String] {
+        &self.dragons
+    }
+
+    /// Sets the names of the dragons, for a file that holds no message yet: its first chunk declares the channels of all others.
+    pub(super) fn set_dragons(&mut self, dragons: Vec<String>) {
+        assert!(!self.holds_messages(), "the channels of a file are declared once");
+        self.dragons = dragons;
+    }
+
+    /// Upper bound on the index of one chunk, or of one metadata record, in the summary.
+    fn summary_entry_bytes(&self) -> u64 {
+        SUMMARY_ENTRY_BYTES + self.dragons.len() as u64 * CHANNEL_ENTRY_BYTES
+    }
+
     /// Upper bound on the size of the finished file after one more chunk that begins with a message, in bytes.
     pub(super) fn bytes_after_chunk_with(&self, message: &[u8]) -> u64 {
         let chunk = self.chunk_limit_bytes.max(recorded_bytes(message));
         // Zstandard enlarges incompressible data by less than 1/128.
-        self.written_bytes + chunk + chunk / 128 + self.summary_bytes + SUMMARY_ENTRY_BYTES
+        let declared = self.dragons.len() as u64 * CHANNEL_BYTES;
+        self.written_bytes + chunk + chunk / 128 + self.summary_bytes + declared + self.summary_entry_bytes()
     }
 
     pub(super) fn space(&self) -> io::Result<DiskSpace> {
@@ -162,8 +187,11 @@ impl McapFile {
     /// Records the configuration and flushes it.
     pub(super) fn describe(&mut self, Configuration { run_id, toml }: &Configuration) -> McapResult<()> {
         self.flush()?;
+        if !self.holds_messages() {
+            self.dragons = dragon_names(toml).into_iter().map(str::to_owned).collect();
+        }
         let metadata = [("run_id".to_owned(), run_id.to_string()), ("toml".to_owned(), toml.clone())];
-        self.summary_bytes += SUMMARY_ENTRY_BYTES;
+        self.summary_bytes += self.summary_entry_bytes();
         self.reserve(toml.as_bytes())?;
         self.writer.write_metadata(&Metadata { name: CONFIGURATION.to_owned(), metadata: BTreeMap::from(metadata) })?;
         self.flush()
@@ -177,12 +205,13 @@ impl McapFile {
         self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= room
     }
 
-    pub(super) fn write(&mut self, topic: Topic, stamp: Stamp, message: &[u8]) -> McapResult<()> {
+    /// Writes a message. Of poses, `dragon` is the number of the dragon.
+    pub(super) fn write(&mut self, topic: Topic, dragon: usize, stamp: Stamp, message: &[u8]) -> McapResult<()> {
         if self.chunk.bytes == 0 {
             self.reserve(message)?;
         }
         let header = MessageHeader {
-            channel_id: self.channels()?.of(topic),
+            channel_id: self.channels()?.of(topic, dragon),
             sequence: stamp.sequence,
             log_time: stamp.log_time_ns,
             publish_time: stamp.publish_time_ns,
@@ -194,10 +223,10 @@ impl McapFile {
     }
 
     /// Returns the channels. Declares all of them before the first message, in its chunk.
-    fn channels(&mut self) -> McapResult<Channels> {
-        Ok(match self.channels {
+    fn channels(&mut self) -> McapResult<&Channels> {
+        Ok(match &mut self.channels {
             Some(channels) => channels,
-            None => *self.channels.insert(Channels::declare(&mut self.writer)?),
+            none => none.insert(Channels::declare(&mut self.writer, &self.dragons)?),
         })
     }
 
@@ -207,7 +236,7 @@ impl McapFile {
         self.written_bytes = self.file.metadata()?.len();
         let chunk = std::mem::take(&mut self.chunk);
         self.counts.add(chunk.counts);
-        self.summary_bytes += SUMMARY_ENTRY_BYTES;
+        self.summary_bytes += self.summary_entry_bytes();
         Ok(())
     }
 

@@ -288,9 +288,9 @@ impl FrameReader {
     }
 }
 
-/// Whether a frame has the number of handles that its header states.
+/// Whether a frame has the handles that its header states.
 fn is_whole((header, handles): &(FrameHeader, Vec<HandleState>)) -> bool {
-    handles.len() == header.handle_count()
+    header.has_handles(handles.len())
 }
 
 impl Iterator for FrameReader {

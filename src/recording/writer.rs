@@ -6,6 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use bench_dragon_ipc::{FrameHeader, dragon_names};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
 use mcap::McapError;
 
@@ -31,6 +32,8 @@ pub(super) struct RecordingWriter {
     limits: SizeLimits,
     names: FileNames,
     file: McapFile,
+    /// Number in the name of the newest file, counted from 1.
+    file_number: u64,
     disk: DiskSync,
     finished: FinishedFiles,
     before: Totals,
@@ -69,6 +72,7 @@ impl RecordingWriter {
             limits,
             names,
             file,
+            file_number: 1,
             disk,
             finished: FinishedFiles::default(),
             before: Totals::default(),
@@ -138,13 +142,33 @@ impl RecordingWriter {
             log_time_ns: self.unix_ns(header.published_ns),
             publish_time_ns: self.unix_ns(header.scheduled_ns),
         };
+        self.require_channels_of(header)?;
         cdr::encode_frame(&mut self.message, header, handles);
-        self.write(Topic::Frames, stamp)?;
-        if self.pose_rate.is_due(header.scheduled_ns) {
-            cdr::encode_poses(&mut self.message, stamp.publish_time_ns, handles);
-            self.write(Topic::Poses, stamp)?;
-            cdr::encode_transforms(&mut self.message, stamp.publish_time_ns, handles);
-            self.write(Topic::Transforms, stamp)?;
+        self.write(Topic::Frames, 0, stamp)?;
+        if self.pose_rate.is_due(header.scheduled_ns) && header.has_handles(handles.len()) {
+            for (dragon, motion) in header.dragons().iter().enumerate() {
+                cdr::encode_poses(&mut self.message, stamp.publish_time_ns, &handles[motion.handles()]);
+                self.write(Topic::Poses, dragon, stamp)?;
+            }
+            let names = self.file.dragons();
+            cdr::encode_transforms(&mut self.message, stamp.publish_time_ns, header, handles, names);
+            self.write(Topic::Transforms, 0, stamp)?;
+        }
+        Ok(())
+    }
+
+    /// Begins another file for frames whose dragons have no channels in this one. Dragons without a description have numbers as names.
+    fn require_channels_of(&mut self, header: &FrameHeader) -> Result<(), WriterFault> {
+        let count = if header.is_plan == 1 { header.dragons().len() } else { 0 };
+        if self.file.dragons().len() == count {
+            return Ok(());
+        }
+        if self.file.holds_messages() {
+            self.close_chunk()?;
+            self.begin_next_file()?;
+        }
+        if self.file.dragons().len() != count {
+            self.file.set_dragons((1..=count).map(|number| number.to_string()).collect());
         }
         Ok(())
     }
@@ -153,26 +177,26 @@ impl RecordingWriter {
         let log_time_ns = self.unix_ns(monotonic_ns);
         let publish_time_ns = message.sent_ns.map_or(log_time_ns, |sent_ns| u64::try_from(sent_ns).unwrap_or(0));
         cdr::encode(&mut self.message, &message.fields);
-        self.write(message.topic, Stamp { sequence: message.number as u32, log_time_ns, publish_time_ns })
+        self.write(message.topic, 0, Stamp { sequence: message.number as u32, log_time_ns, publish_time_ns })
     }
 
-    fn write(&mut self, topic: Topic, stamp: Stamp) -> Result<(), WriterFault> {
+    fn write(&mut self, topic: Topic, dragon: usize, stamp: Stamp) -> Result<(), WriterFault> {
         if !self.file.fits(&self.message) {
             self.close_chunk()?;
         }
         if !self.file.has_unflushed() {
             self.make_room()?;
         }
-        self.file.write(topic, stamp, &self.message)?;
+        self.file.write(topic, dragon, stamp, &self.message)?;
         self.flush_at.get_or_insert_with(|| Instant::now() + FLUSH_AFTER);
         Ok(())
     }
 
     fn describe(&mut self, configuration: Configuration) -> Result<(), WriterFault> {
         self.close_chunk()?;
-        self.file.describe(&configuration)?;
-        self.configuration = Some(configuration);
-        Ok(())
+        let has_channels = !self.file.holds_messages() || dragon_names(&configuration.toml) == self.file.dragons();
+        let configuration = self.configuration.insert(configuration);
+        if has_channels { Ok(self.file.describe(configuration)?) } else { self.begin_next_file() }
     }
 
     /// Hands the chunk to the operating system and publishes the progress.
@@ -205,14 +229,24 @@ impl RecordingWriter {
         self.finish_file()?;
         self.before = self.totals();
         self.finished.push(self.file.path.clone(), self.file.written_bytes);
-        let path = self.names.path(self.before.files + 1);
-        self.file =
-            McapFile::create(&path, self.settings.compression_level, self.limits.chunk).map_err(WriterFault::Other)?;
+        self.file = self.create_next().map_err(WriterFault::Other)?;
         if let Some(configuration) = &self.configuration {
             self.file.describe(configuration)?;
         }
         self.progress.totals.store(self.totals());
         Ok(())
+    }
+
+    /// Creates the next file. Without rotation, a later name may be that of another recording.
+    fn create_next(&mut self) -> Result<McapFile, RecordError> {
+        loop {
+            self.file_number += 1;
+            let path = self.names.path(self.file_number);
+            match McapFile::create(&path, self.settings.compression_level, self.limits.chunk) {
+                Err(RecordError::Exists(_)) if self.settings.rotate_bytes.is_none() => {}
+                created => return created,
+            }
+        }
     }
 
     fn remove_oldest(&mut self) -> Result<(), WriterFault> {

@@ -67,20 +67,16 @@ fn decode_plan(header: FrameHeader, body: &[u8]) -> Option<(FrameHeader, &[u8])>
     let (handles, rest) = body.split_at(benches + count * HANDLE_BYTES);
     let (course, rest) = rest.split_at(COURSE_BYTES);
     let dragons: Option<Vec<DragonMotion>> = rest.chunks_exact(DRAGON_BYTES).map(read).collect();
-    let dragons = dragons.filter(|dragons| are_dragons(dragons, header.bench_count))?;
     let course: [f64; 2] = read(course)?;
-    Some((header.of_plan(course, &dragons).filter(|_| are_finite(&course))?, handles))
+    let header = header.of_plan(course, &dragons?).filter(|_| are_finite(&course))?;
+    let is_sound = header.has_handles(header.handle_count()) && header.dragons().iter().all(is_sound);
+    is_sound.then_some((header, handles))
 }
 
-/// Whether dragons have benches, follow each other, and have all benches of the frame.
-fn are_dragons(dragons: &[DragonMotion], bench_count: u32) -> bool {
-    let mut benches = 0_u32;
-    let follow = dragons.iter().zip(0..).all(|(dragon, number)| {
-        let is_next = dragon.bench_count > 0 && dragon.first_handle == benches.saturating_add(number);
-        benches = benches.saturating_add(dragon.bench_count);
-        is_next && dragon.dragon_state().is_some() && are_finite(&[dragon.travel_m, dragon.speed_mps])
-    });
-    follow && benches == bench_count && dragons.iter().all(|dragon| dragon.reserved == 0)
+/// Whether a dragon has benches, a known state and finite values.
+fn is_sound(dragon: &DragonMotion) -> bool {
+    let is_known = dragon.dragon_state().is_some() && dragon.reserved == 0;
+    dragon.bench_count > 0 && is_known && are_finite(&[dragon.travel_m, dragon.speed_mps])
 }
 
 fn decode_header(bytes: &[u8; HEADER_BYTES]) -> Option<FrameHeader> {

@@ -86,7 +86,7 @@ pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>
                 let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
                 row(&when, index, numbers.chain([bench.speed_mps(), turn_rate_radps]))
             };
-            BenchState::all(&frame.handles).enumerate().map(row_of).collect()
+            frame.header.benches(&frame.handles).enumerate().map(row_of).collect()
         }
         (ExportSubject::Frames, Recorded::Frame(frame)) => vec![frame_row(frame)],
         (ExportSubject::Alerts, Recorded::Alert(alert)) => vec![alert_row(alert)],

@@ -97,7 +97,7 @@ impl Workbook {
                 };
                 handles.iter().map(sample).collect()
             }
-            ExportSubject::Benches => BenchState::all(handles).map(|bench| Sample::of(&bench)).collect(),
+            ExportSubject::Benches => header.benches(handles).map(|bench| Sample::of(&bench)).collect(),
             ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands => return 0,
         };
         let time_s = seconds(header.show_time_ns);

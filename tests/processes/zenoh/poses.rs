@@ -139,7 +139,8 @@ fn a_recording_played_faster_passes_completely() {
     recorder.describe(7, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 20\n").expect("the configuration");
     for tick in 0..FRAMES {
         let (scheduled_ns, show_time_ns) = (tick * 50_000_000, tick as i64);
-        let header = FrameHeader { run_id: 7, tick, scheduled_ns, show_time_ns, bench_count: 1, ..Default::default() };
+        let header = FrameHeader { run_id: 7, tick, scheduled_ns, show_time_ns, bench_count: 1, ..Default::default() }
+            .of_one_dragon();
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");
