@@ -5,6 +5,7 @@
 
 mod config_document;
 mod document;
+mod dragon_entry;
 mod drawn_route;
 mod formation_document;
 mod ground_table;
