@@ -44,6 +44,11 @@ impl BenchNames {
         })
     }
 
+    /// The name of a dragon by its number.
+    pub fn name(&self, dragon: usize) -> Option<&str> {
+        self.dragons.get(dragon).map(|(name, _)| name.as_str())
+    }
+
     /// The benches of a dragon.
     pub fn of_dragon(&self, name: &str) -> Option<Range<usize>> {
         self.dragons().find(|(other, _)| *other == name).map(|(_, benches)| benches)
