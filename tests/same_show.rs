@@ -1,37 +1,19 @@
 //! Two simulations of the same show are equal to the last bit.
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use std::sync::Arc;
 
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
-use bench_dragon_geometry::dragon::{Dimensions, Dragon};
-use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
-use bench_dragon_geometry::route::{Route, Turnaround};
+use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_ipc::{HandleState, Request};
-
-fn paper_dimensions() -> Dimensions {
-    Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
-}
-
-fn paper_spiral() -> Dragon {
-    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
-    Dragon::new(paper_dimensions(), Arc::new(spiral)).expect("the paper's dragon stands")
-}
-
-fn paper_turnaround() -> Dragon {
-    let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
-    Dragon::new(paper_dimensions(), Arc::new(turn.route())).expect("the paper's dragon stands")
-}
+use test_support::dragons::{paper_dragon, plain_formation, turning_dragon};
 
 /// Plays a show with some commands, and returns the hash of all frames.
 fn play(dragon: Dragon) -> u64 {
     let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
     let plan = MotionPlan::new(MotionSettings::plain(1e-3, first_s, last_s)).expect("a tick and two travels in order");
     let mut handles = vec![HandleState::default(); dragon.dimensions().handles()];
-    let timetable = Timetable::new(1.0, None, first_s, last_s);
-    let formation = Formation::of_one(Planned { dragon: Arc::new(dragon), timetable });
-    let mut simulation = Simulation::new(Arc::new(formation), plan, 1000, 1.0);
+    let mut simulation = Simulation::new(plain_formation(dragon), plan, 1000, 1.0);
     let mut hasher = DefaultHasher::new();
     let commands = [
         (2_000, Request::Pause),
@@ -58,6 +40,6 @@ fn play(dragon: Dragon) -> u64 {
 
 #[test]
 fn the_same_show_is_the_same_to_the_last_bit() {
-    assert_eq!(play(paper_spiral()), play(paper_spiral()));
-    assert_eq!(play(paper_turnaround()), play(paper_turnaround()));
+    assert_eq!(play(paper_dragon()), play(paper_dragon()));
+    assert_eq!(play(turning_dragon()), play(turning_dragon()));
 }

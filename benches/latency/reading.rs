@@ -8,12 +8,12 @@ use std::thread;
 use std::time::Duration;
 
 use bench_dragon_geometry::dragon::ChainSolver;
+use test_support::dragons::paper_dragon_of;
 
 use crate::arrival::Arrival;
 use crate::frame_source::BENCHES;
 use crate::outcome::Outcome;
 use crate::setting::{Mode, Setting};
-use crate::shared;
 
 /// Frames per turn.
 const FRAMES: u64 = 500;
@@ -71,7 +71,7 @@ fn flag_on_line() -> Arc<AtomicBool> {
 }
 
 fn assert_right(arrivals: &[Arrival]) {
-    let dragon = shared::dragon(BENCHES);
+    let dragon = paper_dragon_of(BENCHES);
     let mut solver = ChainSolver::new(&dragon);
     for arrival in arrivals {
         arrival.assert_right(&dragon, &mut solver);

@@ -2,10 +2,10 @@
 
 use bench_dragon_geometry::clearance::first_contact;
 use serde::Deserialize;
+use test_support::dragons::paper_dragon_of;
 
 use crate::process::{solve, timed_output};
 use crate::race::Answer;
-use crate::shared;
 
 /// A first contact.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
@@ -25,7 +25,7 @@ impl Answer for FirstContact {
     }
 
     fn solved() -> Self {
-        let dragon = shared::dragon(223);
+        let dragon = paper_dragon_of(223);
         let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
             .expect("the search has no limit")
             .expect("the paper's dragon touches itself");

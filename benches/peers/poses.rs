@@ -2,10 +2,10 @@
 
 use bench_dragon_geometry::dragon::ChainSolver;
 use serde::Deserialize;
+use test_support::dragons::paper_dragon_of;
 
 use crate::process::{solve, timed_output};
 use crate::race::Answer;
-use crate::shared;
 
 const LAST_S: usize = 300;
 const HANDLES: usize = 224;
@@ -47,7 +47,7 @@ impl Answer for Poses {
     }
 
     fn solved() -> Self {
-        let dragon = shared::dragon(HANDLES - 1);
+        let dragon = paper_dragon_of(HANDLES - 1);
         let mut solver = ChainSolver::new(&dragon);
         let mut poses = Self::with_room();
         for second in 0..=LAST_S {

@@ -1,13 +1,13 @@
 //! Growth of the cost with the number of benches.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::HandleState;
+use test_support::dragons::{paper_dragon_of, plain_formation};
 
-use crate::shared::{dragon, median, nanoseconds_a_call};
+use crate::shared::{median, nanoseconds_a_call};
 
 /// Number of batches of steps. The result is their median.
 const BATCHES: usize = 15;
@@ -16,10 +16,10 @@ const HANDLES_A_BATCH: usize = 100_000;
 
 /// Returns the nanoseconds of one step of a dragon of `benches` benches, written into plain memory: no bus, no clock.
 pub(crate) fn step_ns(benches: usize) -> f64 {
-    let dragon = Arc::new(dragon(benches));
+    let dragon = paper_dragon_of(benches);
     let plan =
         MotionPlan::new(MotionSettings::plain(0.001, 0.0, dragon.end_travel_m())).expect("the travels are in order");
-    let mut simulation = Simulation::new(dragon, plan, 1000, 1.0);
+    let mut simulation = Simulation::new(plain_formation(dragon), plan, 1000, 1.0);
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {
         nanoseconds_a_call(HANDLES_A_BATCH.div_ceil(benches), || {
@@ -35,7 +35,7 @@ pub(crate) fn step_ns(benches: usize) -> f64 {
 /// Returns the seconds that it takes to make a dragon of `benches` benches from its dimensions.
 pub(crate) fn start_s(benches: usize) -> f64 {
     let begun = Instant::now();
-    let dragon = dragon(benches);
+    let dragon = paper_dragon_of(benches);
     assert_eq!(dragon.dimensions().benches(), benches);
     begun.elapsed().as_secs_f64()
 }

@@ -11,9 +11,9 @@ use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_ipc::service::{self, Member};
 use bench_dragon_ipc::{BusError, Domain, Frame, FrameHeader, FrameSubscriber, HandleState, Instance, ShowState};
 use serde::{Deserialize, Serialize};
+use test_support::dragons::paper_dragon_of;
 
 use crate::server::Setting;
-use crate::shared::dragon;
 
 /// The first argument of a reader.
 const ROLE: &str = "read-frames";
@@ -223,7 +223,7 @@ impl Log {
         if !self.proving {
             return;
         }
-        let dragon = dragon(self.benches);
+        let dragon = paper_dragon_of(self.benches);
         let mut solver = ChainSolver::new(&dragon);
         let mut largest = [0.0; 2];
         for (header, handles) in &self.samples {

@@ -7,9 +7,6 @@ mod program;
 
 #[allow(unused_imports, reason = "each bench uses a part of this")]
 pub use self::{
-    of_geometry::{
-        Figures, dimensions, dragon, interleaved, median, nanoseconds_a_call, quantile, require_no_arguments,
-        seconds_or,
-    },
+    of_geometry::{Figures, interleaved, median, nanoseconds_a_call, quantile, require_no_arguments, seconds_or},
     program::{Program, domain, program},
 };

@@ -11,11 +11,12 @@ use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through, smallest_pitch};
 use bench_dragon_geometry::route::Turnaround;
 use criterion::{Criterion, criterion_group, criterion_main};
+use test_support::dragons::{paper_benches, paper_dragon};
 
 /// From the dimensions to the first contact, including the end of the run.
 fn contact(criterion: &mut Criterion) {
     let first = || {
-        let dragon = shared::dragon(223);
+        let dragon = paper_dragon();
         first_contact(&dragon, 0.0, dragon.end_travel_m())
             .expect("no limit")
             .expect("the paper's dragon touches itself")
@@ -32,7 +33,7 @@ fn contact_on_a_path(criterion: &mut Criterion) {
         assert!((900.0..1100.0).contains(&route.end_travel_m()), "{name} is {} m long", route.end_travel_m());
         let route = Arc::new(route);
         let first = || {
-            let dragon = Dragon::new(shared::dimensions(223), Arc::clone(&route)).expect("the dragon stands");
+            let dragon = Dragon::new(paper_benches(223), Arc::clone(&route)).expect("the dragon stands");
             (dragon.end_travel_m(), first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit"))
         };
         assert_eq!(
@@ -45,7 +46,7 @@ fn contact_on_a_path(criterion: &mut Criterion) {
 }
 
 fn pitch(criterion: &mut Criterion) {
-    let dimensions = shared::dimensions(223);
+    let dimensions = paper_benches(223);
     let smallest = || {
         smallest_pitch(black_box(&dimensions), 16.0, 9.0, 0.0, &Meter::unlimited()).expect("there is a smallest pitch")
     };
@@ -57,7 +58,7 @@ fn pitch(criterion: &mut Criterion) {
 fn speed_limit(criterion: &mut Criterion) {
     let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
     let largest = || {
-        let dragon = passage_through(black_box(turnaround), shared::dimensions(223), &Meter::unlimited())
+        let dragon = passage_through(black_box(turnaround), paper_benches(223), &Meter::unlimited())
             .expect("the paper's dragon passes");
         largest_speed_ratio(&dragon).expect("every handle walks")
     };
@@ -66,7 +67,7 @@ fn speed_limit(criterion: &mut Criterion) {
 }
 
 fn chain(criterion: &mut Criterion) {
-    let dragon = shared::dragon(223);
+    let dragon = paper_dragon();
     let mut solver = ChainSolver::new(&dragon);
     let mut tail = |travel_m| solver.solve(&dragon, travel_m).expect("within the run")[223];
     assert!((tail(300.0).position.y - 9.301_164).abs() <= 5.001e-7);

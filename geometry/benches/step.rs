@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dragon, Instructions};
 use bench_dragon_geometry::route::Turnaround;
+use test_support::dragons::{dragon_on, paper_benches, paper_dragon, paper_dragon_of};
 
 use shared::{Figures, HandleState, interleaved, median, nanoseconds_a_call};
 
@@ -21,14 +22,14 @@ const LOOK: u32 = 37;
 fn main() {
     shared::require_no_arguments();
     let mut figures = Figures::of("step");
-    let paper = Arc::new(shared::dragon(223));
+    let paper = Arc::new(paper_dragon());
     let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
-    let turn = Arc::new(Dragon::new(shared::dimensions(223), Arc::new(turn.route())).expect("the dragon stands"));
-    let large = Arc::new(shared::dragon(100_000));
+    let turn = Arc::new(dragon_on(turn.route(), paper_benches(223)));
+    let large = Arc::new(paper_dragon_of(100_000));
     figures.set("instructions", Instructions::best().name());
 
     let [path, drawing, hills] = [shared::mixed(), shared::winding(300), shared::on_hills()]
-        .map(|route| Arc::new(Dragon::new(shared::dimensions(223), Arc::new(route)).expect("the dragon stands")));
+        .map(|route| Arc::new(dragon_on(route, paper_benches(223))));
     let errors = [&paper, &turn, &path, &drawing, &hills].map(whole_run);
     figures.set("max_error_m", errors[0].position_m);
     figures.set("max_velocity_error_mps", errors[0].velocity_mps);

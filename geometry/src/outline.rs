@@ -120,11 +120,6 @@ impl Outline {
         outside.or_else(|| self.edges().find_map(|edge| edge.middle_in(board)))
     }
 
-    /// The least distance of a board from the outline.
-    pub fn board_distance_m(&self, board: &Board) -> f64 {
-        self.edges().map(|edge| edge.board_distance_m(board)).fold(f64::INFINITY, f64::min)
-    }
-
     /// Whether a point lies inside, by the number of edges that a ray from the point crosses. On an edge: either.
     pub fn contains(&self, point: DVec2) -> bool {
         let crosses = |edge: &Edge| {

@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, FeasibleEnd};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Turn};
 use glam::DVec2;
+use test_support::dragons::some_pair_overlaps;
 
 /// Along +x up to the origin, then left around a circle. t = 0 is 1 m before the origin.
 fn bend(radius_m: f64, end_m: f64) -> Route {
@@ -19,13 +20,6 @@ fn bend(radius_m: f64, end_m: f64) -> Route {
 fn dragon(benches: usize, radius_m: f64, end_m: f64) -> Dragon {
     let dimensions = Dimensions::new(benches, 2.2, 2.2, 0.3, 0.1).expect("valid benches");
     Dragon::new(dimensions, Arc::new(bend(radius_m, end_m))).expect("the dragon stands on the line")
-}
-
-fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
-    let mut boards: Vec<Board> = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
-    (2..boards.len()).any(|second| (0..second - 1).any(|first| boards[first].overlaps(&boards[second])))
 }
 
 #[test]

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
-use bench_dragon_geometry::dragon::{Board, ChainSolver, ChainStepper, Dimensions, Dragon, Instructions};
+use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dimensions, Dragon, Instructions};
 use bench_dragon_geometry::route::{CircularArc, Line, Route, Segment, Spiral, Turn};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::{boards_at, paper_benches, some_pair_overlaps};
 use test_support::property::random_cases;
 
 /// Metres that a run begins before the first seam. It is short, like the random segments, so that a fine walk covers the whole
@@ -104,18 +105,6 @@ fn dragons() -> impl Strategy<Value = Dragon> {
         let dimensions = Dimensions::new(count, head_m, body_m, width_m, hole * head_m.min(body_m)).ok()?;
         Dragon::new(dimensions, Arc::new(route)).ok()
     })
-}
-
-fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
-    let mut boards = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
-    boards
-}
-
-fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
-    let boards = boards_at(dragon, travel_m);
-    (2..boards.len()).any(|second| (0..second - 1).any(|first| boards[first].overlaps(&boards[second])))
 }
 
 proptest! {
@@ -254,7 +243,7 @@ fn the_papers_contact_is_the_same_for_any_position_of_the_spiral() {
         let spiral = Spiral::new(0.55, f64::INFINITY, 0.0).about(centre.into(), axis, winding);
         let length_m = home.end_travel_m();
         let route = Route::new(&[Segment::Spiral(spiral)], length_m, [0.0, length_m]).expect("one segment");
-        let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches");
+        let dimensions = paper_benches(223);
         let dragon = Dragon::new(dimensions, Arc::new(route)).expect("the dragon stands");
         let contact = first_contact(&dragon, 0.0, length_m).expect("no limit").expect("the dragon touches itself");
         assert_eq!(contact.benches, [0, 8]);

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, FeasibleEnd, Handle};
+use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
+use test_support::dragons::handles_at;
 use test_support::property::random_cases;
 
 /// Dragons that can stand at the start of a spiral.
@@ -26,10 +27,6 @@ fn walks() -> impl Strategy<Value = (Dragon, f64)> {
     })
 }
 
-fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
-    ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
-}
-
 /// The stop is 1.2 cm before the handle would jump, between the same two samples of the search for faults. The expected travel is
 /// where the head's link is perpendicular to the spiral, by dense samples and bisection in another language.
 #[test]
@@ -46,7 +43,7 @@ proptest! {
 
     #[test]
     fn every_link_keeps_its_length((dragon, travel_m) in walks()) {
-        for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
+        for (bench, ends) in handles_at(&dragon, travel_m).windows(2).enumerate() {
             let error_m = ends[0].position.distance(ends[1].position) - dragon.dimensions().link_m(bench);
             prop_assert!(error_m.abs() < 1e-12, "link {bench} is off by {error_m} m");
         }
@@ -54,7 +51,7 @@ proptest! {
 
     #[test]
     fn every_handle_is_on_the_route_behind_the_handle_before_it((dragon, travel_m) in walks()) {
-        let handles = solve(&dragon, travel_m);
+        let handles = handles_at(&dragon, travel_m);
         prop_assert!(handles.windows(2).all(|ends| ends[1].parameter < ends[0].parameter));
         for handle in handles {
             let point = dragon.route().point(handle.parameter);
@@ -64,7 +61,7 @@ proptest! {
 
     #[test]
     fn no_nearer_parameter_is_at_the_distance_of_the_link((dragon, travel_m) in walks()) {
-        for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
+        for (bench, ends) in handles_at(&dragon, travel_m).windows(2).enumerate() {
             let link_m = dragon.dimensions().link_m(bench);
             for part in 1..400 {
                 let parameter = ends[0].parameter + (ends[1].parameter - ends[0].parameter) * f64::from(part) / 400.0;
@@ -81,8 +78,8 @@ proptest! {
         // Rounding of a difference of two positions of a handle as fast as the head: each link is exact to 10⁻¹² m.
         const ROUNDING_M: f64 = 1e-11;
         let (travel_m, half_step_m) = (part * dragon.end_travel_m(), 1e-5_f64.min(0.01 * dragon.end_travel_m()));
-        let poses = [-1.0, -0.5, 0.5, 1.0].map(|share| solve(&dragon, travel_m + share * half_step_m));
-        for (index, handle) in solve(&dragon, travel_m).iter().enumerate() {
+        let poses = [-1.0, -0.5, 0.5, 1.0].map(|share| handles_at(&dragon, travel_m + share * half_step_m));
+        for (index, handle) in handles_at(&dragon, travel_m).iter().enumerate() {
             let moved = |from: usize, to: usize| poses[to][index].position - poses[from][index].position;
             let [velocity, coarse] = [moved(1, 2) / half_step_m, moved(0, 3) / (2.0 * half_step_m)];
             let error = velocity - handle.speed_ratio * handle.tangent;
@@ -93,7 +90,7 @@ proptest! {
 
     #[test]
     fn every_handle_moves_forward((dragon, travel_m) in walks()) {
-        for (index, handle) in solve(&dragon, travel_m).iter().enumerate() {
+        for (index, handle) in handles_at(&dragon, travel_m).iter().enumerate() {
             prop_assert!(handle.speed_ratio > 0.0, "handle {index} has ratio {}", handle.speed_ratio);
         }
     }
@@ -102,7 +99,7 @@ proptest! {
     /// theorem), as long as the link does not span half a turn.
     #[test]
     fn no_handle_on_the_way_in_is_faster_than_the_handle_before_it((dragon, travel_m) in walks()) {
-        for (bench, ends) in solve(&dragon, travel_m).windows(2).enumerate() {
+        for (bench, ends) in handles_at(&dragon, travel_m).windows(2).enumerate() {
             if dragon.route().curvature_bound(ends[1].parameter, ends[0].parameter) * dragon.dimensions().link_m(bench) < 2.0 {
                 let ratio = ends[1].speed_ratio / ends[0].speed_ratio;
                 prop_assert!(ratio <= 1.0 + 1e-12, "bench {bench} has ratio {ratio}");
@@ -120,7 +117,7 @@ proptest! {
 
     #[test]
     fn a_run_ended_by_a_handle_ends_at_the_stop_of_that_handle(dragon in dragons()) {
-        let handles = solve(&dragon, dragon.end_travel_m());
+        let handles = handles_at(&dragon, dragon.end_travel_m());
         match dragon.feasible_end() {
             FeasibleEnd::RouteEnd => prop_assert_eq!(dragon.end_travel_m(), dragon.route().end_travel_m()),
             FeasibleEnd::HandleStops { handle } => {

@@ -8,17 +8,8 @@ use parry2d_f64::math::{Pose2, Rot2};
 use parry2d_f64::query;
 use parry2d_f64::shape::Cuboid;
 use proptest::prelude::*;
+use test_support::dragons::boards;
 use test_support::property::random_cases;
-
-fn boards(spread_m: f64) -> impl Strategy<Value = Board> {
-    let centres = (-spread_m..spread_m, -spread_m..spread_m);
-    (centres, 0.0..TAU, 0.2..2.0_f64, 0.05..0.5_f64).prop_map(|((x, y), angle, half_length, half_width)| Board {
-        centre: DVec2::new(x, y),
-        heading: DVec2::from_angle(angle),
-        half_length,
-        half_width,
-    })
-}
 
 fn shape(board: &Board) -> (Pose2, Cuboid) {
     let rotation = Rot2::from_cos_sin_unchecked(board.heading.x, board.heading.y);

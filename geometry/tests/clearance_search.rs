@@ -4,29 +4,20 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dragon};
 use bench_dragon_geometry::formation::Layout;
 use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::{boards, paper_benches};
 use test_support::property::random_cases;
 
 /// Largest clearance of the pairs to compare for a dragon, in metres. Some pair is always nearer.
 const FAR_M: f64 = 3.0;
 
-fn board(spread_m: f64) -> impl Strategy<Value = Board> {
-    let centres = (-spread_m..spread_m, -spread_m..spread_m);
-    (centres, 0.0..TAU, 0.2..2.0_f64, 0.05..0.5_f64).prop_map(|((x, y), angle, half_length, half_width)| Board {
-        centre: DVec2::new(x, y),
-        heading: DVec2::from_angle(angle),
-        half_length,
-        half_width,
-    })
-}
-
 /// Sets of boards, from a heap in which most boards overlap to a few boards far apart.
 fn board_sets() -> impl Strategy<Value = Vec<Board>> {
-    (0.5..60.0_f64).prop_flat_map(|spread_m| prop::collection::vec(board(spread_m), 0..60))
+    (0.5..60.0_f64).prop_flat_map(|spread_m| prop::collection::vec(boards(spread_m), 0..60))
 }
 
 /// Moves of the boards from one search to the next: largest distance, and turn.
@@ -122,7 +113,7 @@ proptest! {
         spread_m in 0.5..60.0_f64,
         moves in moves(),
         reach_m in -0.2..1.0_f64,
-        boards in prop::collection::vec(board(1.0), 77),
+        boards in prop::collection::vec(boards(1.0), 77),
     ) {
         let layout = Layout::of(dragons.iter().copied());
         let dragon_of: Vec<usize> = (0..).zip(&dragons).flat_map(|(dragon, &benches)| vec![dragon; benches]).collect();
@@ -165,7 +156,7 @@ proptest! {
 
 /// Walks one millimetre per step, then twenty times as fast, and seeks in between.
 fn assert_finds_all_of(benches: usize, route: Arc<Route>, stands_m: &[f64]) {
-    let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let dimensions = paper_benches(benches);
     let dragon = Dragon::new(dimensions, route).expect("the dragon stands on its route");
     let (mut solver, mut boards) = (ChainSolver::new(&dragon), Vec::new());
     let mut search = ClearanceSearch::default();

@@ -9,12 +9,8 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::dragons::{paper_benches, paper_dragon, paper_turnaround};
 use test_support::property::random_cases;
-
-fn paper_dragon() -> Dragon {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Dragon::new(dimensions, Arc::new(Route::spiral(0.55, 16.0).expect("valid"))).expect("the paper's dragon stands")
-}
 
 /// Dragons with boards near each other, on routes short enough to walk in small steps.
 fn crowded_dragons() -> impl Strategy<Value = Dragon> {
@@ -61,14 +57,8 @@ fn clearance_of(dragon: &Dragon, [first, second]: [usize; 2], travel_m: f64) -> 
 
 #[test]
 fn paper_turnaround_is_clear_on_the_whole_passage() {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    let passage = walk_through(
-        Turnaround::new(1.7, 9.0, 2.0).expect("valid"),
-        dimensions,
-        Staging::LIMITLESS,
-        &Meter::unlimited(),
-        |_| (),
-    );
+    let dimensions = paper_benches(223);
+    let passage = walk_through(paper_turnaround(2.0), dimensions, Staging::LIMITLESS, &Meter::unlimited(), |_| ());
     let TurnPassage::Clear { closest: Some(closest) } = passage else { panic!("{passage:?}") };
     assert_eq!(closest.pair.benches, [0, 16]);
     assert!((closest.pair.clearance_m - 0.279_042_939).abs() < 1e-9, "{closest:?}");
@@ -77,7 +67,7 @@ fn paper_turnaround_is_clear_on_the_whole_passage() {
 
 #[test]
 fn a_turn_that_no_dragon_passes_has_a_reason() {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let dimensions = paper_benches(223);
     let walk = |pitch_m, diameter_m, ratio| {
         walk_through(
             Turnaround::new(pitch_m, diameter_m, ratio).expect("valid"),

@@ -5,9 +5,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ContactSearch, PairEvent, first_contact, first_within};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::dragons::{boards_at, clearance_at, pairs, paper_dragon};
 use test_support::property::{case_count, random_cases};
 
 /// The same dragon on a turnaround, with and without the coil of the route.
@@ -46,22 +47,9 @@ fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
-    let mut boards = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
-    boards
-}
-
 fn touching_at(dragon: &Dragon, travel_m: f64) -> BTreeSet<[usize; 2]> {
     let boards = boards_at(dragon, travel_m);
-    let pairs = (0..boards.len()).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
-    pairs.filter(|&[first, second]| boards[first].overlaps(&boards[second])).collect()
-}
-
-fn clearance_at(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> f64 {
-    let boards = boards_at(dragon, travel_m);
-    boards[first].clearance(&boards[second])
+    pairs(boards.len()).filter(|&[first, second]| boards[first].overlaps(&boards[second])).collect()
 }
 
 /// The first step of a walk through the run at which some pair overlaps.
@@ -208,18 +196,14 @@ fn body_benches_that_touch_first_are_found() {
 
 #[test]
 fn contact_at_the_beginning_is_found_there() {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
-    let spiral = Route::spiral(0.55, 16.0).expect("a valid spiral");
-    let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
+    let dragon = paper_dragon();
     let contact = first_contact(&dragon, 413.0, 420.0).expect("no limit").expect("the head touches");
     assert_eq!((contact.travel_m, contact.benches), (413.0, [0, 8]));
 }
 
 #[test]
 fn a_search_outside_the_run_or_backwards_finds_no_contact() {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
-    let spiral = Route::spiral(0.55, 16.0).expect("a valid spiral");
-    let dragon = Dragon::new(dimensions, Arc::new(spiral)).expect("the dragon stands");
+    let dragon = paper_dragon();
     let mut search = ContactSearch::new(&dragon);
     assert_eq!(search.first(500.0, 600.0), Ok(None));
     assert_eq!(search.first(-20.0, -10.0), Ok(None));

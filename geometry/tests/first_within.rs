@@ -1,12 +1,12 @@
 //! The first travel at which some pair comes within a clearance, compared with all pairs at every step of a fine walk.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, ContactSearch, PairEvent, first_contact, first_within};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, Meter};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::dragons::{boards_at, clearance_at, pairs_within, paper_benches, paper_dragon};
 use test_support::property::random_cases;
 
 /// Step of the walks, in metres.
@@ -37,30 +37,6 @@ fn dragons() -> impl Strategy<Value = Dragon> {
     (benches(), routes()).prop_filter_map("cannot stand", |(dimensions, route)| Dragon::new(dimensions, route).ok())
 }
 
-fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
-    let mut boards = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
-    boards
-}
-
-fn clearance_at(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> f64 {
-    let boards = boards_at(dragon, travel_m);
-    boards[first].clearance(&boards[second])
-}
-
-/// All pairs within a clearance, without lists and bounds.
-fn within_at(dragon: &Dragon, travel_m: f64, clearance_m: f64) -> BTreeSet<[usize; 2]> {
-    let boards = boards_at(dragon, travel_m);
-    let pairs = (0..boards.len()).flat_map(|first| (first + 2..boards.len()).map(move |second| [first, second]));
-    pairs.filter(|&[first, second]| boards[first].clearance(&boards[second]) <= clearance_m).collect()
-}
-
-fn paper_dragon() -> Dragon {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Dragon::new(dimensions, Arc::new(Route::spiral(0.55, 16.0).expect("a valid spiral"))).expect("the dragon stands")
-}
-
 proptest! {
     #![proptest_config(random_cases(64))]
 
@@ -71,7 +47,7 @@ proptest! {
         let steps = ((end_m - start_m) / STEP_M) as u32;
         let walked_m = (0..=steps)
             .map(|step| start_m + f64::from(step) * STEP_M)
-            .find(|&travel_m| !within_at(&dragon, travel_m, clearance_m).is_empty());
+            .find(|&travel_m| !pairs_within(&dragon, travel_m, clearance_m).is_empty());
         let Some(found) = found else {
             prop_assert_eq!(walked_m, None);
             return Ok(());
@@ -82,7 +58,7 @@ proptest! {
             prop_assert!(met_m <= clearance_m);
         } else {
             prop_assert!((met_m - clearance_m).abs() < 1e-10, "{met_m} m at {found:?}, not {clearance_m} m");
-            prop_assert!(within_at(&dragon, found.travel_m - 2e-11, clearance_m).is_empty(), "{found:?} is late");
+            prop_assert!(pairs_within(&dragon, found.travel_m - 2e-11, clearance_m).is_empty(), "{found:?} is late");
         }
     }
 
@@ -106,7 +82,7 @@ proptest! {
     ) {
         let mut search = ContactSearch::within(&dragon, clearance_m);
         let mut travel_m = dragon.start_travel_m() + begin * (dragon.end_travel_m() - dragon.start_travel_m());
-        let mut within = within_at(&dragon, travel_m, clearance_m);
+        let mut within = pairs_within(&dragon, travel_m, clearance_m);
         for frame_m in frames_m {
             let next_m = (travel_m + frame_m).min(dragon.end_travel_m());
             for event in search.sweep(travel_m, next_m).events {
@@ -119,7 +95,7 @@ proptest! {
                 let met_m = clearance_at(&dragon, contact.travel_m, contact.benches);
                 prop_assert!((met_m - clearance_m).abs() < 1e-10, "{met_m} m at {event:?}, not {clearance_m} m");
             }
-            prop_assert_eq!(&within, &within_at(&dragon, next_m, clearance_m), "at {} m", next_m);
+            prop_assert_eq!(&within, &pairs_within(&dragon, next_m, clearance_m), "at {} m", next_m);
             travel_m = next_m;
         }
     }
@@ -177,7 +153,7 @@ fn extreme_clearances_are_found_at_once_or_never() {
     let dragon = paper_dragon();
     let near = first_within(&dragon, 5.0, 0.0, dragon.end_travel_m()).expect("no limit").expect("pairs are near");
     assert_eq!(near.travel_m, 0.0);
-    let short = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let short = paper_benches(3);
     let spiral = Arc::new(Route::spiral(0.55, 16.0).expect("a valid spiral"));
     let short = Dragon::new(short, spiral).expect("the dragon stands");
     assert_eq!(first_within(&short, 0.001, 0.0, 300.0), Ok(None));

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use bench_dragon_geometry::clearance::{Meeting, first_contact, first_meeting};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon};
 use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
-use bench_dragon_geometry::route::{PathSegment, PathSpec, Placement, Route, RouteShape, RouteSpec, SpiralSpec};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Placement, RouteShape, RouteSpec, SpiralSpec};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::paper_dragon;
 use test_support::property::random_cases;
 
 /// A dragon of small benches on a route, with its timetable.
@@ -64,9 +65,7 @@ fn two_straight_dragons_touch_where_the_closed_form_says() {
 
 #[test]
 fn a_formation_of_one_dragon_touches_where_the_dragon_does() {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches");
-    let dragon =
-        Arc::new(Dragon::new(dimensions, Arc::new(Route::spiral(0.55, 16.0).expect("a spiral"))).expect("a dragon"));
+    let dragon = Arc::new(paper_dragon());
     let timetable = Timetable::new(1.0, None, 0.0, dragon.end_travel_m());
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("little work").expect("a contact");
     let formation = Formation::new(vec![Planned { dragon, timetable }]);

@@ -4,9 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{Contact, PlaySearch, ProvenTravel, first_contact};
-use bench_dragon_geometry::dragon::{
-    Board, ChainSolver, ChainStepper, Dimensions, Dragon, DragonError, Handle, Instructions,
-};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, ChainStepper, Dragon, DragonError, Handle, Instructions};
 use bench_dragon_geometry::ground::{Ground, HeightMap};
 use bench_dragon_geometry::planner::largest_speed_ratio;
 use bench_dragon_geometry::route::{
@@ -15,14 +13,11 @@ use bench_dragon_geometry::route::{
 use fastrand::Rng;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
+use test_support::dragons::{boards_at, handles_at, pairs, paper_benches};
 use test_support::property::{case_count, random_cases};
 
 fn plane(rise_x: f64, rise_y: f64) -> Ground {
     Ground::plane(DVec2::new(rise_x, rise_y)).expect("a slope that can be walked")
-}
-
-fn paper(benches: usize) -> Dimensions {
-    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
 }
 
 fn spiral(ground: &Ground, pitch_m: f64, turns: f64, dragon_m: f64) -> Route {
@@ -42,26 +37,21 @@ fn hills(phases: [f64; 3], height_m: f64) -> HeightMap {
     HeightMap::new([COLUMNS; 2], DVec2::splat(-30.0), DVec2::splat(0.5), heights_m).expect("a valid map")
 }
 
-fn solved(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
-    ChainSolver::new(dragon).solve(dragon, travel_m).expect("a travel of the run").to_vec()
-}
-
 #[test]
 fn a_straight_climb_has_its_closed_form() {
     let line = Route::new(&[Segment::Line(Line::up_to(DVec2::new(100.0, 0.0), DVec2::X))], 100.0, [0.0, 100.0]);
     let route = line.expect("a valid line").on_ground(&plane(0.75, 0.3), 0.0, None, 100.0).expect("a plane");
     // 0.75 m of climb over 1 m of the plan are 1.25 m of arc.
     assert!((route.end_travel_m() - 125.0).abs() < 1e-9, "{}", route.end_travel_m());
-    let dragon = Dragon::new(paper(20), Arc::new(route)).expect("the dragon stands");
+    let dragon = Dragon::new(paper_benches(20), Arc::new(route)).expect("the dragon stands");
     let mut behind_m = 0.0;
-    for (index, handle) in solved(&dragon, 50.0).iter().enumerate() {
+    for (index, handle) in handles_at(&dragon, 50.0).iter().enumerate() {
         let x = (50.0 - behind_m) / 1.25;
         assert!((handle.in_space() - DVec3::new(x, 0.0, 0.75 * x)).length() < 1e-11, "{handle:?}");
         assert!((handle.speed_ratio - 1.0).abs() < 1e-12 && (handle.climb - 0.6).abs() < 1e-12);
         behind_m += dragon.dimensions().link_m(index);
     }
-    let mut boards = Vec::new();
-    dragon.place_boards(&solved(&dragon, 50.0), &mut boards);
+    let boards = boards_at(&dragon, 50.0);
     assert!((boards[1].half_length - 1.1 / 1.25).abs() < 1e-12 && boards[1].half_width == 0.15);
 }
 
@@ -130,12 +120,13 @@ fn the_seams_of_a_turnaround_have_the_slope_of_the_plane() {
 
 #[test]
 fn level_ground_is_as_flat_as_none() {
-    let flat = Dragon::new(paper(60), Arc::new(Route::spiral(0.55, 16.0).expect("a spiral"))).expect("it stands");
+    let flat =
+        Dragon::new(paper_benches(60), Arc::new(Route::spiral(0.55, 16.0).expect("a spiral"))).expect("it stands");
     let carried = plane(0.0, 0.0).carried_at(1.25).expect("a valid height");
-    let level = Dragon::new(paper(60), Arc::new(spiral(&carried, 0.55, 16.0, 200.0))).expect("it stands");
+    let level = Dragon::new(paper_benches(60), Arc::new(spiral(&carried, 0.55, 16.0, 200.0))).expect("it stands");
     assert!((flat.end_travel_m() - level.end_travel_m()).abs() < 1e-9);
     for travel_m in [0.0, 100.0, 300.0] {
-        for (flat, level) in solved(&flat, travel_m).iter().zip(solved(&level, travel_m)) {
+        for (flat, level) in handles_at(&flat, travel_m).iter().zip(handles_at(&level, travel_m)) {
             assert!(flat.position.distance(level.position) < 1e-10 && level.height_m == 1.25);
             assert!((flat.speed_ratio - level.speed_ratio).abs() < 1e-10);
         }
@@ -149,7 +140,8 @@ fn level_ground_is_as_flat_as_none() {
 fn ground_that_ends_is_an_error_that_names_the_place() {
     let small = Ground::map(hills([0.0; 3], 0.1));
     let route = spiral(&small, 1.6, 16.0, 800.0);
-    let error = Dragon::new(paper(400), Arc::new(route)).map(|_| ()).expect_err("the spiral begins outside of the map");
+    let error =
+        Dragon::new(paper_benches(400), Arc::new(route)).map(|_| ()).expect_err("the spiral begins outside of the map");
     assert!(matches!(error, DragonError::Ground(gap) if gap.travel_m <= 0.0), "{error}");
     let outside = Route::spiral(4.0, 10.0).expect("a spiral").on_ground(&small, 0.0, None, 10.0);
     let error = outside.expect_err("it begins at 40 m");
@@ -161,7 +153,9 @@ fn ground_that_ends_is_an_error_that_names_the_place() {
     let error = Route::spiral(1.0, 10.0).expect("a spiral").on_ground(&steep, 0.0, None, 10.0);
     let is_steep = match error {
         Err(RouteError::Ground(gap)) => gap.is_steep,
-        Ok(route) => matches!(Dragon::new(paper(5), Arc::new(route)), Err(DragonError::Ground(gap)) if gap.is_steep),
+        Ok(route) => {
+            matches!(Dragon::new(paper_benches(5), Arc::new(route)), Err(DragonError::Ground(gap)) if gap.is_steep)
+        }
         Err(_) => false,
     };
     assert!(is_steep);
@@ -178,8 +172,9 @@ fn a_cropped_map_gives_the_same_bits() {
     let cropped = Ground::map(HeightMap::from_runs(map.first(), map.spacing(), &runs).expect("valid runs"));
     let again = spiral(&cropped, 0.55, 10.0, 60.0);
     assert_eq!(again.ground_runs(&cropped), runs);
-    let [first, second] = [route, again].map(|route| Dragon::new(paper(20), Arc::new(route)).expect("it stands"));
-    assert_eq!(solved(&first, 60.0), solved(&second, 60.0));
+    let [first, second] =
+        [route, again].map(|route| Dragon::new(paper_benches(20), Arc::new(route)).expect("it stands"));
+    assert_eq!(handles_at(&first, 60.0), handles_at(&second, 60.0));
     assert_eq!(first.end_travel_m().to_bits(), second.end_travel_m().to_bits());
 }
 
@@ -214,10 +209,8 @@ const BEFORE_M: f64 = 2e-11;
 
 /// The least gap of two boards that are not neighbours. Its sign is that of their clearance.
 fn least_gap_m(dragon: &Dragon, travel_m: f64) -> f64 {
-    let mut boards: Vec<Board> = Vec::new();
-    dragon.place_boards(&solved(dragon, travel_m), &mut boards);
-    let pairs = (0..boards.len()).flat_map(|i| (i + 2..boards.len()).map(move |j| [i, j]));
-    pairs.map(|[i, j]| boards[i].separation(&boards[j]).0).fold(f64::INFINITY, f64::min)
+    let boards = boards_at(dragon, travel_m);
+    pairs(boards.len()).map(|[i, j]| boards[i].separation(&boards[j]).0).fold(f64::INFINITY, f64::min)
 }
 
 /// Fails unless boards touch at a contact, and none before it.
@@ -242,8 +235,8 @@ proptest! {
     ) {
         let ground = Ground::map(hills(phases.into(), height_m));
         let route = Route::spiral(pitch_m, 10.0 / pitch_m).expect("a spiral").on_ground(&ground, 0.0, None, 80.0);
-        let Ok(dragon) = Dragon::new(paper(30), Arc::new(route.expect("ground everywhere"))) else { return Ok(()) };
-        let handles = solved(&dragon, part * dragon.end_travel_m());
+        let Ok(dragon) = Dragon::new(paper_benches(30), Arc::new(route.expect("ground everywhere"))) else { return Ok(()) };
+        let handles = handles_at(&dragon, part * dragon.end_travel_m());
         for (bench, ends) in handles.windows(2).enumerate() {
             let in_space = |handle: &Handle| {
                 handle.position.extend(ground.height_m(handle.position).expect("ground everywhere"))
@@ -255,7 +248,7 @@ proptest! {
         let step_m = 1e-5;
         let travel_m = part * dragon.end_travel_m() + 2.0 * step_m;
         if travel_m + step_m < dragon.end_travel_m() {
-            let [before, now, after] = [-step_m, 0.0, step_m].map(|off_m| solved(&dragon, travel_m + off_m));
+            let [before, now, after] = [-step_m, 0.0, step_m].map(|off_m| handles_at(&dragon, travel_m + off_m));
             for ((before, now), after) in before.iter().zip(&now).zip(&after) {
                 let speed = (after.in_space() - before.in_space()) / (2.0 * step_m);
                 let expected = now.speed_ratio * now.tangent.extend(now.climb);
@@ -276,7 +269,7 @@ proptest! {
         } else {
             Route::spiral(0.55, 18.0).expect("a spiral").on_ground(&ground, 0.0, None, 120.0)
         };
-        let Ok(dragon) = Dragon::new(paper(70), Arc::new(route.expect("ground everywhere"))) else { return Ok(()) };
+        let Ok(dragon) = Dragon::new(paper_benches(70), Arc::new(route.expect("ground everywhere"))) else { return Ok(()) };
         let (dragon, mut solver) = (Arc::new(dragon.clone()), ChainSolver::new(&dragon));
         let instructions = if portable { Instructions::portable() } else { Instructions::best() };
         let mut stepper = ChainStepper::with_instructions(Arc::clone(&dragon), instructions);
@@ -302,7 +295,7 @@ proptest! {
     ) {
         let ground = Ground::map(hills(phases.into(), height_m));
         let route = Route::spiral(pitch_m, 5.0 / pitch_m).expect("a spiral").on_ground(&ground, 0.0, None, 60.0);
-        let Ok(dragon) = Dragon::new(paper(24), Arc::new(route.expect("ground everywhere"))) else { return Ok(()) };
+        let Ok(dragon) = Dragon::new(paper_benches(24), Arc::new(route.expect("ground everywhere"))) else { return Ok(()) };
         let end_m = dragon.end_travel_m();
         let found = first_contact(&dragon, 0.0, end_m).expect("no limit");
         let contact_m = found.map_or(f64::INFINITY, |contact| contact.travel_m);
@@ -328,7 +321,7 @@ proptest! {
 fn the_largest_ratio_on_hills_is_that_of_dense_samples() {
     let ground = Ground::map(hills([0.5, 1.5, 2.5], 0.15));
     let spiral = Route::spiral(1.7, 8.0).expect("a spiral").on_ground(&ground, 0.0, Some(60.0), 60.0);
-    let dragon = Dragon::new(paper(24), Arc::new(spiral.expect("ground everywhere"))).expect("it walks");
+    let dragon = Dragon::new(paper_benches(24), Arc::new(spiral.expect("ground everywhere"))).expect("it walks");
     let largest = largest_speed_ratio(&dragon).expect("it walks its whole route");
     let mut sampled = 0.0_f64;
     for step in 0..=60_000 {
@@ -372,7 +365,7 @@ fn behind(route: &Route, parameter: f64, length_m: f64) -> f64 {
 #[test]
 fn no_random_pose_of_loose_hinges_on_hills_touches_before_the_bound() {
     let ground = Ground::map(hills([0.3, 1.1, 2.0], 0.25));
-    let dimensions = paper(16).with_poles(0.055, 0.045).expect("valid poles");
+    let dimensions = paper_benches(16).with_poles(0.055, 0.045).expect("valid poles");
     let route = Route::spiral(0.55, 10.0).expect("a spiral").on_ground(&ground, 0.0, None, 60.0);
     let dragon = Dragon::new(dimensions, Arc::new(route.expect("ground everywhere"))).expect("it stands");
     let nominal_m = first_contact(&dragon, 0.0, dragon.end_travel_m()).expect("no limit").expect("it touches").travel_m;

@@ -4,10 +4,7 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::Route;
-
-fn paper_dimensions(benches: usize) -> Dimensions {
-    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches")
-}
+use test_support::dragons::paper_benches;
 
 fn on_spiral(dimensions: Dimensions, pitch_m: f64, start_turns: f64) -> Result<Dragon, String> {
     let spiral = Route::spiral(pitch_m, start_turns).map_err(|error| error.to_string())?;
@@ -20,8 +17,8 @@ fn refusal(result: Result<Dragon, String>) -> String {
 
 #[test]
 fn spirals_out_of_range_are_rejected() {
-    let pitch = |pitch_m| refusal(on_spiral(paper_dimensions(223), pitch_m, 16.0));
-    let turns = |turns| refusal(on_spiral(paper_dimensions(223), 0.55, turns));
+    let pitch = |pitch_m| refusal(on_spiral(paper_benches(223), pitch_m, 16.0));
+    let turns = |turns| refusal(on_spiral(paper_benches(223), 0.55, turns));
     assert_eq!(pitch(-1.0), "pitch_m is -1, must be above 0 and at most 1000");
     assert_eq!(pitch(f64::NAN), "pitch_m is NaN, must be above 0 and at most 1000");
     assert_eq!(pitch(f64::INFINITY), "pitch_m is inf, must be above 0 and at most 1000");
@@ -54,13 +51,13 @@ fn dimensions_out_of_range_are_rejected() {
 
 #[test]
 fn boards_wider_than_the_pitch_are_rejected() {
-    let error = refusal(on_spiral(paper_dimensions(223), 0.2, 16.0));
+    let error = refusal(on_spiral(paper_benches(223), 0.2, 16.0));
     assert_eq!(error, "pitch_m is 0.2, must be above width_m 0.3");
 }
 
 #[test]
 fn start_too_tight_for_a_link_is_rejected() {
-    let error = refusal(on_spiral(paper_dimensions(223), 0.55, 0.865));
+    let error = refusal(on_spiral(paper_benches(223), 0.55, 0.865));
     let tight = "the route is too tight at its start: bench 0 cannot follow at 0.000 m of travel, at (0.315, -0.357) m: \
                  handle 1 cannot stand and walk 2.860 m behind handle 0";
     assert_eq!(error, tight);
@@ -68,14 +65,14 @@ fn start_too_tight_for_a_link_is_rejected() {
 
 #[test]
 fn as_many_benches_as_allowed_walk_as_far_as_few() {
-    let [few, most] = [2, 100_000].map(|benches| on_spiral(paper_dimensions(benches), 0.55, 16.0).expect("possible"));
+    let [few, most] = [2, 100_000].map(|benches| on_spiral(paper_benches(benches), 0.55, 16.0).expect("possible"));
     assert_eq!(most.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     assert_eq!(most.end_travel_m(), few.end_travel_m());
 }
 
 #[test]
 fn wide_spiral_is_walked_into_its_centre() {
-    let dragon = on_spiral(paper_dimensions(10), 50.0, 2.0).expect("possible");
+    let dragon = on_spiral(paper_benches(10), 50.0, 2.0).expect("possible");
     assert_eq!(dragon.feasible_end(), FeasibleEnd::RouteEnd);
     assert!(
         dragon.chain(dragon.end_travel_m()).expect("within the run").next().is_some_and(|head| head.parameter == 0.0)

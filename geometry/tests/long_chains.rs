@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon, Handle};
 use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::handles_at;
 use test_support::property::random_cases;
 
 const BENCHES: usize = 400;
@@ -22,10 +23,6 @@ fn dragons() -> impl Strategy<Value = Dragon> {
     (benches, spirals).prop_filter_map("cannot stand", |((count, head_m, body_m, width_m), (pitch, turns))| {
         dragon(count, [head_m, body_m, width_m], pitch * width_m, turns)
     })
-}
-
-fn solve(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
-    ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
 }
 
 /// Standard deviation of the sum of all links' rounding errors, in metres.
@@ -49,7 +46,7 @@ proptest! {
     /// same sign grows with the number of links, not with its square root.
     #[test]
     fn errors_of_links_have_no_bias(dragon in dragons(), part in 0.0..=1.0_f64) {
-        let handles = solve(&dragon, part * dragon.end_travel_m());
+        let handles = handles_at(&dragon, part * dragon.end_travel_m());
         let errors_m = handles.windows(2).enumerate().map(|(bench, ends)| {
             ends[0].position.distance(ends[1].position) - dragon.dimensions().link_m(bench)
         });
@@ -68,7 +65,7 @@ fn the_tail_of_four_hundred_benches_equals_a_result_in_forty_digits() {
     ];
     for (lengths_m, pitch_m, turns, exact) in spirals {
         let dragon = dragon(BENCHES, lengths_m, pitch_m, turns).expect("the dragon stands");
-        let handles = solve(&dragon, 0.0);
+        let handles = handles_at(&dragon, 0.0);
         let (off_m, deviation_m) = (handles[BENCHES].position.distance(exact), deviation_m(&dragon, &handles));
         assert!(off_m <= 6.0 * deviation_m, "pitch {pitch_m} m: off by {off_m} m, {} deviations", off_m / deviation_m);
     }

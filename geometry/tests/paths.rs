@@ -5,18 +5,15 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ContactSearch, ProvenTravel, first_contact, first_within};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, ChainStepper, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::dragon::{ChainStepper, Dimensions, Dragon};
 use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::{
     PathError, PathSegment, PathSpec, Placement, Route, RouteError, RouteSpec, Turnaround,
 };
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::{boards_at, handles_at, pairs, paper_benches};
 use test_support::property::random_cases;
-
-fn paper_benches() -> Dimensions {
-    Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
-}
 
 fn build(spec: &RouteSpec, dimensions: &Dimensions) -> Result<Route, RouteError> {
     spec.build(1.0, dimensions.links_m())
@@ -34,14 +31,10 @@ fn path_from(route: &Route, travel_m: f64, segments: Vec<PathSegment>) -> RouteS
     RouteSpec { placement, ..RouteSpec::from(PathSpec { segments, laps: None }) }
 }
 
-fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
-    ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run").to_vec()
-}
-
 /// Checks that a dragon has the same positions on both routes. Travels of `path` are greater by `ahead_m`.
 fn assert_same_poses(exact: &Dragon, path: &Dragon, ahead_m: f64, travels_m: &[f64]) {
     for &travel_m in travels_m {
-        for (ours, exact) in handles(path, travel_m + ahead_m).iter().zip(handles(exact, travel_m)) {
+        for (ours, exact) in handles_at(path, travel_m + ahead_m).iter().zip(handles_at(exact, travel_m)) {
             let off_m = ours.position.distance(exact.position);
             assert!(off_m < 1e-9, "{travel_m} m: off by {off_m} m at {exact:?}");
             assert!((ours.speed_ratio - exact.speed_ratio).abs() < 1e-9, "{travel_m} m: {ours:?}, {exact:?}");
@@ -64,9 +57,9 @@ fn the_papers_spiral_as_a_path_has_the_same_truth() {
     let inward =
         PathSegment::Spiral { start_radius_m: pitch_m * outer_turns, end_radius_m: 0.0, turn: -TAU * outer_turns };
     let spec = path_from(&outer, 0.0, vec![inward]);
-    let path = dragon_on(&spec, paper_benches());
+    let path = dragon_on(&spec, paper_benches(223));
     let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral");
-    let paper = Dragon::new(paper_benches(), Arc::new(spiral)).expect("the dragon stands");
+    let paper = Dragon::new(paper_benches(223), Arc::new(spiral)).expect("the dragon stands");
     assert_same_poses(&paper, &path, ahead_m, &[0.0, 60.0, 120.0, 180.0, 240.0, 300.0, 412.0, 430.0]);
     let search =
         |dragon: &Dragon, from_m, to_m| first_contact(dragon, from_m, to_m).expect("no limit").expect("a contact");
@@ -82,7 +75,7 @@ fn the_papers_spiral_as_a_path_has_the_same_truth() {
 fn the_papers_turnaround_as_a_path_has_the_same_truth() {
     let turnaround =
         Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround").between(-100.0, 100.0).expect("valid");
-    let dimensions = paper_benches();
+    let dimensions = paper_benches(223);
     let paper = Dragon::new(dimensions, Arc::new(turnaround.route())).expect("the dragon stands");
     // The body reaches back to a radius of about 16 m at the paper's start.
     let (outer_turns, circle_turns) = (14.0, 4.5 / 1.7);
@@ -112,10 +105,10 @@ fn the_papers_turnaround_as_a_path_has_the_same_truth() {
 fn a_spiral_elsewhere_has_the_poses_of_the_papers_spiral() {
     let placement = Placement { position: DVec2::new(30.0, -12.0), heading: 1.0 };
     let shape = RouteSpec::from(bench_dragon_geometry::route::SpiralSpec::default());
-    let home = dragon_on(&shape, paper_benches());
-    let away = dragon_on(&RouteSpec { placement, start_s: -20.0, end_s: Some(400.0), ..shape }, paper_benches());
+    let home = dragon_on(&shape, paper_benches(223));
+    let away = dragon_on(&RouteSpec { placement, start_s: -20.0, end_s: Some(400.0), ..shape }, paper_benches(223));
     assert_eq!((away.start_travel_m(), away.end_travel_m()), (-20.0, 400.0));
-    for (ours, exact) in handles(&away, 300.0).iter().zip(handles(&home, 300.0)) {
+    for (ours, exact) in handles_at(&away, 300.0).iter().zip(handles_at(&home, 300.0)) {
         assert!(ours.position.distance(placement.place(exact.position)) < 1e-9);
     }
 }
@@ -128,11 +121,11 @@ fn stadium(laps: u32) -> RouteSpec {
 
 #[test]
 fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
-    let dimensions = Dimensions::new(20, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let dimensions = paper_benches(20);
     let dragon = dragon_on(&stadium(3), dimensions);
     let lap_m = 40.0 + TAU * 5.0;
     assert!((dragon.end_travel_m() - 3.0 * lap_m).abs() < 1e-9);
-    let at = |travel_m| handles(&dragon, travel_m);
+    let at = |travel_m| handles_at(&dragon, travel_m);
     let start = at(0.0);
     // Behind the beginning is the second bend, not a straight.
     assert!(start[0].position.length() < 1e-12 && start[3].position.y > 0.5, "{:?}", start[3]);
@@ -143,7 +136,7 @@ fn on_a_closed_path_the_body_stands_on_the_lap_before_and_every_lap_is_alike() {
     }
     assert_eq!(first_contact(&dragon, 0.0, dragon.end_travel_m()), Ok(None));
     // A dragon longer than a lap meets its own tail at once.
-    let long = dragon_on(&stadium(1), Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("valid benches"));
+    let long = dragon_on(&stadium(1), paper_benches(60));
     let contact = first_contact(&long, 0.0, long.end_travel_m()).expect("no limit").expect("it stands on itself");
     assert_eq!(contact.travel_m, 0.0);
 }
@@ -157,13 +150,14 @@ fn laps_of_typed_decimals_close_and_the_last_lap_is_where_the_first_is() {
         PathSegment::Arc { radius_m: 5.0, turn: 180.004_f64.to_radians() },
     ];
     let typed = RouteSpec::from(PathSpec { segments: segments.clone(), laps: Some(1_000) });
-    let dimensions = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let dimensions = paper_benches(3);
     let dragon = dragon_on(&typed, dimensions);
     let lap_m = dragon.end_travel_m() / 1_000.0;
     for travel_m in [3.0, 12.0, 17.0, 45.0] {
         // After 51 km, a travel has fewer digits than at the beginning.
         for (laps, most_m) in [(100.0, 1e-9), (999.0, 1e-6)] {
-            for (first, last) in handles(&dragon, travel_m).iter().zip(handles(&dragon, travel_m + laps * lap_m)) {
+            for (first, last) in handles_at(&dragon, travel_m).iter().zip(handles_at(&dragon, travel_m + laps * lap_m))
+            {
                 assert!(first.position.distance(last.position) < most_m, "{first:?} {last:?}");
             }
         }
@@ -177,7 +171,7 @@ fn laps_of_typed_decimals_close_and_the_last_lap_is_where_the_first_is() {
 
 #[test]
 fn a_closed_path_is_closed_by_its_radii_too_or_refused() {
-    let dimensions = Dimensions::new(3, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let dimensions = paper_benches(3);
     let closed = |segments: &[PathSegment]| {
         build(&RouteSpec::from(PathSpec { segments: segments.to_vec(), laps: Some(2) }), &dimensions)
     };
@@ -203,7 +197,7 @@ fn a_closed_path_too_small_for_the_head_has_no_ground_elsewhere() {
     let ring =
         RouteSpec::from(PathSpec { segments: vec![PathSegment::Arc { radius_m: 1.4, turn: TAU }], laps: Some(2) });
     for benches in [1, 3, 40] {
-        let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+        let dimensions = paper_benches(benches);
         let error =
             Dragon::new(dimensions, Arc::new(build(&ring, &dimensions).expect("a ring"))).expect_err("too tight");
         assert!(error.to_string().contains("too tight at its start: bench 0 cannot follow at 0.000 m"), "{error}");
@@ -211,8 +205,8 @@ fn a_closed_path_too_small_for_the_head_has_no_ground_elsewhere() {
     // A start many laps before the beginning is on the ring too.
     let ring = PathSpec { segments: vec![PathSegment::Arc { radius_m: 9.0, turn: TAU }], laps: Some(3) };
     let early = RouteSpec { start_s: -300.0, ..RouteSpec::from(ring) };
-    let dragon = dragon_on(&early, Dimensions::new(20, 3.41, 2.20, 0.30, 0.275).expect("valid benches"));
-    for handle in handles(&dragon, -300.0) {
+    let dragon = dragon_on(&early, paper_benches(20));
+    for handle in handles_at(&dragon, -300.0) {
         assert!((handle.position.distance(DVec2::new(0.0, 9.0)) - 9.0).abs() < 1e-9, "{handle:?}");
     }
 }
@@ -233,7 +227,7 @@ fn a_spiral_of_nearly_equal_radii_is_an_arc_and_joins() {
 fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
     let refused = |segments: &[PathSegment], laps: Option<u32>| {
         let spec = RouteSpec::from(PathSpec { segments: segments.to_vec(), laps });
-        build(&spec, &paper_benches()).expect_err("refused").to_string()
+        build(&spec, &paper_benches(223)).expect_err("refused").to_string()
     };
     let line = PathSegment::Line { length_m: 5.0 };
     assert_eq!(refused(&[], None), "a path needs at least one segment");
@@ -261,7 +255,7 @@ fn a_path_with_bad_numbers_is_refused_with_the_segment_and_the_value() {
     assert!(refused(&[arc(1.0, 1.999 * PI)], Some(2)).starts_with("closed: the end is 0.003142 m from"));
     let ring = arc(0.000_1, TAU);
     assert!(matches!(
-        build(&RouteSpec::from(PathSpec { segments: vec![ring], laps: Some(9) }), &paper_benches()),
+        build(&RouteSpec::from(PathSpec { segments: vec![ring], laps: Some(9) }), &paper_benches(223)),
         Err(RouteError::Path(PathError::TooMany { .. }))
     ));
     assert!(refused(&[PathSegment::Line { length_m: 1e5 }; 11], None).starts_with("the path is longer than 1000000 m"));
@@ -274,7 +268,7 @@ fn a_bend_under_what_a_link_can_follow_ends_the_run_where_the_head_reaches_it() 
         PathSegment::Arc { radius_m: 0.5, turn: PI },
         PathSegment::Line { length_m: 10.0 },
     ];
-    let dragon = dragon_on(&RouteSpec::from(PathSpec { segments, laps: None }), paper_benches());
+    let dragon = dragon_on(&RouteSpec::from(PathSpec { segments, laps: None }), paper_benches(223));
     assert!((10.0..12.0).contains(&dragon.end_travel_m()), "{}", dragon.end_travel_m());
     assert_ne!(dragon.feasible_end(), bench_dragon_geometry::dragon::FeasibleEnd::RouteEnd);
 }
@@ -303,17 +297,10 @@ fn crossing_dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
-    let mut boards = Vec::new();
-    dragon.place_boards(&handles(dragon, travel_m), &mut boards);
-    boards
-}
-
 /// The least clearance of all pairs, each measured.
 fn least_clearance_m(dragon: &Dragon, travel_m: f64) -> f64 {
     let boards = boards_at(dragon, travel_m);
-    let pairs = (2..boards.len()).flat_map(|second| (0..second - 1).map(move |first| (first, second)));
-    pairs.map(|(first, second)| boards[first].clearance(&boards[second])).fold(f64::INFINITY, f64::min)
+    pairs(boards.len()).map(|[first, second]| boards[first].clearance(&boards[second])).fold(f64::INFINITY, f64::min)
 }
 
 fn assert_first_within(dragon: &Dragon, clearance_m: f64) -> Result<(), TestCaseError> {
@@ -396,7 +383,7 @@ proptest! {
             let travel_m = f64::from(step) * step_m;
             stepper.step(travel_m, 1.0, &mut records, |position, _| position.truncate()).expect("within the run");
             if step % 61 == 0 {
-                for (position, handle) in records.iter().zip(handles(&dragon, travel_m)) {
+                for (position, handle) in records.iter().zip(handles_at(&dragon, travel_m)) {
                     prop_assert!(position.distance(handle.position) < 1e-9, "{travel_m} m: {position}, {handle:?}");
                 }
             }

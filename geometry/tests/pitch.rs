@@ -4,15 +4,12 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{first_contact, first_within};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
+use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::planner::{PitchError, PitchLimit, least_clearance, smallest_pitch};
 use bench_dragon_geometry::route::Route;
 use proptest::prelude::*;
+use test_support::dragons::{boards_at, clearance_at, pairs, paper_benches};
 use test_support::property::random_cases;
-
-fn paper_dimensions(benches: usize) -> Dimensions {
-    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("valid benches")
-}
 
 /// A dragon on a spiral, and its travel to a circle; `None` if it cannot start.
 fn on_the_way(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_m: f64) -> Option<(Dragon, f64)> {
@@ -23,12 +20,11 @@ fn on_the_way(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_m
 
 /// Whether two boards that are not neighbours overlap, or are within a clearance that is not 0.
 fn some_pair_overlaps(dragon: &Dragon, clearance_m: f64, travel_m: f64) -> bool {
-    let mut boards: Vec<Board> = Vec::new();
-    dragon.place_boards(ChainSolver::new(dragon).solve(dragon, travel_m).expect("within the run"), &mut boards);
+    let boards = boards_at(dragon, travel_m);
     let near = |first: &Board, second: &Board| {
         if clearance_m == 0.0 { first.overlaps(second) } else { first.clearance(second) <= clearance_m }
     };
-    (2..boards.len()).any(|second| (0..second - 1).any(|first| near(&boards[first], &boards[second])))
+    pairs(boards.len()).any(|[first, second]| near(&boards[first], &boards[second]))
 }
 
 /// Whether a walk in small steps reaches the circle without an overlap.
@@ -61,7 +57,7 @@ fn is_feasible(dimensions: Dimensions, start_turns: f64, diameter_m: f64, pitch_
 
 #[test]
 fn a_clearance_of_five_centimetres_needs_a_wider_pitch_that_keeps_exactly_that() {
-    let dimensions = paper_dimensions(223);
+    let dimensions = paper_benches(223);
     let smallest = smallest_pitch(&dimensions, 16.0, 9.0, 0.05, &Meter::unlimited()).expect("there is one");
     assert!(smallest.pitch_m > 0.46, "{smallest:?}");
     let (dragon, arrival_m) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m).expect("the dragon starts");
@@ -76,23 +72,20 @@ fn a_clearance_of_five_centimetres_needs_a_wider_pitch_that_keeps_exactly_that()
 /// Each bench is nearer than that to the next bench but one, on any spiral.
 #[test]
 fn a_clearance_that_no_spiral_leaves_has_no_pitch() {
-    let error = smallest_pitch(&paper_dimensions(20), 16.0, 9.0, 1.2, &Meter::unlimited()).expect_err("there is none");
+    let error = smallest_pitch(&paper_benches(20), 16.0, 9.0, 1.2, &Meter::unlimited()).expect_err("there is none");
     assert_eq!(error, PitchError::NoPitch { turn_diameter_m: 9.0 });
 }
 
 #[test]
 fn paper_dragon_reaches_nine_metres_at_the_published_pitch() {
-    let dimensions = paper_dimensions(223);
+    let dimensions = paper_benches(223);
     let smallest = smallest_pitch(&dimensions, 16.0, 9.0, 0.0, &Meter::unlimited()).expect("there is one");
     assert!((smallest.pitch_m - 0.450_337).abs() <= 5.001e-7, "{smallest:?}");
     assert!(is_feasible(dimensions, 16.0, 9.0, smallest.pitch_m));
     assert!(!is_feasible(dimensions, 16.0, 9.0, smallest.pitch_m - 1e-9));
     let PitchLimit::Contact(contact) = smallest.limit else { panic!("a contact limits {smallest:?}") };
     let (dragon, _) = on_the_way(dimensions, 16.0, 9.0, smallest.pitch_m).expect("the dragon starts");
-    let mut boards = Vec::new();
-    let mut solver = ChainSolver::new(&dragon);
-    dragon.place_boards(solver.solve(&dragon, contact.travel_m).expect("within the run"), &mut boards);
-    let clearance_m = boards[contact.benches[0]].clearance(&boards[contact.benches[1]]);
+    let clearance_m = clearance_at(&dragon, contact.travel_m, contact.benches);
     assert!(clearance_m.abs() < 1e-9, "{clearance_m} m at {contact:?}");
 }
 
@@ -179,22 +172,22 @@ proptest! {
 #[test]
 fn few_benches_are_limited_by_width_start_or_the_heads_link() {
     let smallest = |benches, diameter_m| {
-        smallest_pitch(&paper_dimensions(benches), 16.0, diameter_m, 0.0, &Meter::unlimited()).expect("one")
+        smallest_pitch(&paper_benches(benches), 16.0, diameter_m, 0.0, &Meter::unlimited()).expect("one")
     };
     for benches in [1, 2] {
         let [wide, far, tight] = [9.0, 20.0, 2.0].map(|diameter_m| smallest(benches, diameter_m));
         assert!(wide.pitch_m > 0.30 && wide.pitch_m < 0.30 + 1e-11 && wide.limit == PitchLimit::Width, "{wide:?}");
         assert!(far.pitch_m > 0.625 && far.pitch_m < 0.625 + 1e-11 && far.limit == PitchLimit::Start, "{far:?}");
         assert_eq!(tight.limit, PitchLimit::Stop);
-        assert!(is_feasible(paper_dimensions(benches), 16.0, 2.0, tight.pitch_m + 1e-9));
-        assert!(!is_feasible(paper_dimensions(benches), 16.0, 2.0, tight.pitch_m - 1e-9));
+        assert!(is_feasible(paper_benches(benches), 16.0, 2.0, tight.pitch_m + 1e-9));
+        assert!(!is_feasible(paper_benches(benches), 16.0, 2.0, tight.pitch_m - 1e-9));
     }
 }
 
 #[test]
 fn circles_out_of_range_are_rejected() {
     let refuse = |diameter_m| {
-        smallest_pitch(&paper_dimensions(223), 16.0, diameter_m, 0.0, &Meter::unlimited())
+        smallest_pitch(&paper_benches(223), 16.0, diameter_m, 0.0, &Meter::unlimited())
             .expect_err("refused")
             .to_string()
     };
@@ -206,7 +199,7 @@ fn circles_out_of_range_are_rejected() {
             "{message}"
         );
     }
-    let error = smallest_pitch(&paper_dimensions(223), 0.0, 9.0, 0.0, &Meter::unlimited()).expect_err("refused");
+    let error = smallest_pitch(&paper_benches(223), 0.0, 9.0, 0.0, &Meter::unlimited()).expect_err("refused");
     assert_eq!(error.to_string(), "start_turns is 0, must be above 0 and at most 10000");
 }
 

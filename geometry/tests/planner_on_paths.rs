@@ -10,6 +10,7 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec};
 use proptest::prelude::*;
+use test_support::dragons::clearance_at;
 use test_support::property::random_cases;
 
 /// Steps of the walks, in metres.
@@ -65,13 +66,6 @@ fn nearest(dragon: &Dragon, travels_m: &[f64]) -> Vec<PairClearance> {
         search.nearest(&boards).expect("three benches")
     };
     travels_m.iter().map(at).collect()
-}
-
-/// Clearance of two benches at a travel.
-fn clearance_m(dragon: &Dragon, [first, second]: [usize; 2], travel_m: f64) -> f64 {
-    let handles: Vec<_> = dragon.chain(travel_m).expect("within the run").collect();
-    let [first, second] = [first, second].map(|bench| dragon.board(bench, &handles[bench], &handles[bench + 1]));
-    first.clearance(&second)
 }
 
 /// The fastest handle at each travel.
@@ -139,7 +133,7 @@ proptest! {
             let at_m = nearest(&dragon, &[miss.travel_m])[0].clearance_m;
             prop_assert!((at_m - miss.pair.clearance_m).abs() < 1e-11, "{miss:?} but {at_m}");
             // Another pair may be nearer at any distance beside, but its own pair is at a minimum.
-            let after_m = clearance_m(&dragon, miss.pair.benches, (miss.travel_m + 1e-4).min(end_m));
+            let after_m = clearance_at(&dragon, (miss.travel_m + 1e-4).min(end_m), miss.pair.benches);
             prop_assert!(after_m >= at_m - 1e-11, "{miss:?} but {after_m}");
         }
     }

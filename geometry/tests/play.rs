@@ -16,6 +16,7 @@ use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::route::Route;
 use fastrand::Rng;
 use glam::DVec2;
+use test_support::dragons::paper_benches;
 use test_support::property::case_count;
 
 const PITCH_M: f64 = 0.55;
@@ -26,12 +27,8 @@ const BENCHES: usize = 14;
 const POSES: u32 = 1_000_000;
 const THREADS: u32 = 2;
 
-fn paper(benches: usize) -> Dimensions {
-    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches")
-}
-
 fn dragon(benches: usize, pole_m: f64) -> Dragon {
-    let dimensions = paper(benches).with_poles(0.055, pole_m).expect("valid poles");
+    let dimensions = paper_benches(benches).with_poles(0.055, pole_m).expect("valid poles");
     Dragon::new(dimensions, Arc::new(Route::spiral(PITCH_M, START_TURNS).expect("the paper's spiral")))
         .expect("it stands")
 }
@@ -241,7 +238,7 @@ fn the_guards_proof_ends_where_a_pose_may_come_under_the_margin() {
         assert!((proven.end_m() - touch.travel_m).abs() < 2e-3, "{} {touch:?}", proven.end_m());
         assert!(proven.is_whole());
         // Where the nominal pose is free, but another one is not, there is no proof.
-        let rigid = Dragon::new(paper(60), Arc::new(dragon.route().clone())).expect("it stands");
+        let rigid = Dragon::new(paper_benches(60), Arc::new(dragon.route().clone())).expect("it stands");
         let differs = |travel_m: &f64| {
             let [loose, rigid] = [&dragon, &rigid].map(|dragon| ProvenTravel::at(dragon, margin_m, *travel_m).is_ok());
             !loose && rigid
@@ -291,7 +288,7 @@ fn a_search_that_starts_later_or_in_parts_finds_the_same() {
 
 #[test]
 fn without_play_nothing_changes() {
-    let rigid = paper(40);
+    let rigid = paper_benches(40);
     let snug = rigid.with_poles(0.055, 0.055).expect("valid poles");
     assert_eq!((snug, snug.play_m()), (rigid, 0.0));
     let dragon =

@@ -6,6 +6,7 @@ use bench_dragon_geometry::planner::{
 };
 use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
 use proptest::prelude::*;
+use test_support::dragons::{paper_benches, wide_paths};
 use test_support::property::random_cases;
 
 /// Relative step of the differences. Their error is the fourth power of the step times a fifth derivative, to which every bench
@@ -46,26 +47,12 @@ fn check(setting: &Setting, parameters: &[Parameter]) -> usize {
     checked
 }
 
-/// Random paths of lines, arcs and spirals.
-fn paths() -> impl Strategy<Value = PathSpec> {
-    let radius_m = 3.0..9.0_f64;
-    let turn = (0.3..4.0_f64, any::<bool>()).prop_map(|(turn, left)| if left { turn } else { -turn });
-    let segments = prop_oneof![
-        (1.0..10.0_f64).prop_map(|length_m| PathSegment::Line { length_m }),
-        (radius_m.clone(), turn.clone()).prop_map(|(radius_m, turn)| PathSegment::Arc { radius_m, turn }),
-        (radius_m.clone(), radius_m, turn).prop_map(|(start_radius_m, end_radius_m, turn)| {
-            PathSegment::Spiral { start_radius_m, end_radius_m, turn }
-        }),
-    ];
-    prop::collection::vec(segments, 2..6).prop_map(|segments| PathSpec { segments, laps: None })
-}
-
 proptest! {
     #![proptest_config(ProptestConfig { max_shrink_iters: 0, ..random_cases(12) })]
 
     #[test]
     fn random_paths_have_the_derivatives_of_the_differences(
-        path in paths(),
+        path in wide_paths(2..6),
         benches in 3_usize..40,
         (head_m, body_m) in (1.5..4.0_f64, 1.5..2.5_f64),
         (width_m, hole_m) in (0.1..0.4_f64, 0.05..0.3_f64),
@@ -86,7 +73,7 @@ fn a_path_has_derivatives_over_all_but_the_pitch() {
     let arc = |turn| PathSegment::Arc { radius_m, turn };
     let turn = 1.5 * std::f64::consts::PI;
     let eight = PathSpec { segments: vec![line, arc(turn), line, arc(-turn)], laps: Some(1) };
-    let dimensions = Dimensions::new(60, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let dimensions = paper_benches(60);
     let setting = Setting { dimensions, route: RouteSpec::from(eight), speed_mps: 1.0, accel_mps2: None };
     let parameters =
         [Parameter::HeadLength, Parameter::BodyLength, Parameter::Width, Parameter::HoleOffset, Parameter::Speed];
@@ -94,7 +81,7 @@ fn a_path_has_derivatives_over_all_but_the_pitch() {
 }
 
 fn paper(route: RouteSpec) -> Setting {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let dimensions = paper_benches(223);
     Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None }
 }
 

@@ -1,15 +1,12 @@
 //! The shortest S: it is clear, and no tighter S of a separate grid is clear.
 
-use bench_dragon_geometry::dragon::{Dimensions, FeasibleEnd, Meter};
+use bench_dragon_geometry::dragon::{FeasibleEnd, Meter};
 use bench_dragon_geometry::planner::{
     Obstacle, Staging, TurnPassage, largest_speed_ratio, passage_through, shortest_turn, shortest_turn_with_line,
     walk_through,
 };
 use bench_dragon_geometry::route::Turnaround;
-
-fn paper_benches(benches: usize) -> Dimensions {
-    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
-}
+use test_support::dragons::paper_benches;
 
 fn turn(pitch_m: f64, radius_m: f64, ratio: f64) -> Turnaround {
     Turnaround::new(pitch_m, 2.0 * radius_m, ratio).expect("valid")

@@ -6,15 +6,8 @@ use bench_dragon_geometry::dragon::{Dimensions, Dragon, FeasibleEnd, Meter};
 use bench_dragon_geometry::planner::{Infeasible, LargestRatio, largest_speed_ratio, passage_through};
 use bench_dragon_geometry::route::{Route, Turnaround};
 use proptest::prelude::*;
+use test_support::dragons::{paper_benches, paper_turnaround};
 use test_support::property::random_cases;
-
-fn paper_benches() -> Dimensions {
-    Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
-}
-
-fn paper_turnaround(radius_ratio: f64) -> Turnaround {
-    Turnaround::new(1.7, 9.0, radius_ratio).expect("the paper's turnaround is valid")
-}
 
 /// Short dragons on turns that most of them can walk.
 fn passages() -> impl Strategy<Value = Dragon> {
@@ -47,7 +40,7 @@ fn fastest_of_a_walk(dragon: &Dragon, step_m: f64) -> LargestRatio {
 
 #[test]
 fn paper_turnaround_has_the_largest_speed_of_the_table() {
-    let passage = passage_through(paper_turnaround(2.0), paper_benches(), &Meter::unlimited())
+    let passage = passage_through(paper_turnaround(2.0), paper_benches(223), &Meter::unlimited())
         .expect("the paper's dragon passes");
     let largest = largest_speed_ratio(&passage).expect("every handle walks");
     assert!((largest.ratio - 1.604_793).abs() <= 5.001e-7, "{largest:?}");
@@ -60,7 +53,8 @@ fn paper_turnaround_has_the_largest_speed_of_the_table() {
 #[test]
 fn passage_lasts_until_the_last_handle_has_left_the_turn() {
     let turnaround = paper_turnaround(2.0);
-    let passage = passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the paper's dragon passes");
+    let passage =
+        passage_through(turnaround, paper_benches(223), &Meter::unlimited()).expect("the paper's dragon passes");
     let tail = passage.chain(passage.end_travel_m()).expect("within the run").last().expect("a tail");
     let tail_m = passage.route().travel(tail.parameter);
     assert!((tail_m - turnaround.turn_length_m()).abs() < 2e-9, "{tail_m}");
@@ -70,18 +64,21 @@ fn passage_lasts_until_the_last_handle_has_left_the_turn() {
 #[test]
 fn passage_includes_the_planned_span() {
     let turnaround = paper_turnaround(2.0).between(-3.0, 1000.0).expect("a valid span");
-    let passage = passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the paper's dragon passes");
+    let passage =
+        passage_through(turnaround, paper_benches(223), &Meter::unlimited()).expect("the paper's dragon passes");
     assert_eq!((passage.start_travel_m(), passage.end_travel_m()), (-3.0, 1000.0));
     let turnaround = paper_turnaround(2.0).between(3.0, 4.0).expect("a valid span");
     assert_eq!(
-        passage_through(turnaround, paper_benches(), &Meter::unlimited()).expect("the dragon passes").start_travel_m(),
+        passage_through(turnaround, paper_benches(223), &Meter::unlimited())
+            .expect("the dragon passes")
+            .start_travel_m(),
         0.0
     );
 }
 
 #[test]
 fn turn_on_which_a_handle_would_stop_is_infeasible() {
-    let infeasible = passage_through(paper_turnaround(3.0), paper_benches(), &Meter::unlimited())
+    let infeasible = passage_through(paper_turnaround(3.0), paper_benches(223), &Meter::unlimited())
         .expect_err("handle 1 walks backwards");
     let Infeasible::Fault { travel_m, end } = infeasible else { panic!("{infeasible:?}") };
     assert_eq!(end, FeasibleEnd::HandleStops { handle: 1 });
@@ -91,7 +88,7 @@ fn turn_on_which_a_handle_would_stop_is_infeasible() {
 #[test]
 fn spiral_into_its_centre_is_infeasible() {
     let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
-    let dragon = Dragon::new(paper_benches(), Arc::new(spiral)).expect("the paper's dragon stands");
+    let dragon = Dragon::new(paper_benches(223), Arc::new(spiral)).expect("the paper's dragon stands");
     let infeasible = largest_speed_ratio(&dragon).expect_err("handle 1 stops");
     let Infeasible::Fault { travel_m, end } = infeasible else { panic!("{infeasible:?}") };
     assert_eq!(end, FeasibleEnd::HandleStops { handle: 1 });

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use bench_dragon_geometry::clearance::{first_exit, standing_outside};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::outline::{Outline, OutlineError};
-use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec, SpiralSpec};
+use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::{paper_benches, paper_dragon};
 use test_support::property::random_cases;
 
 /// Distance between two samples of a run, in metres of travel.
@@ -171,12 +172,6 @@ proptest! {
     }
 }
 
-fn paper() -> Dragon {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's");
-    let route = RouteSpec::from(SpiralSpec::default()).build(1.0, dimensions.links_m()).expect("the paper's");
-    Dragon::new(dimensions, Arc::new(route)).expect("it stands")
-}
-
 fn square(half_m: f64) -> Outline {
     Outline::new(&[[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]]).expect("a square")
 }
@@ -184,11 +179,11 @@ fn square(half_m: f64) -> Outline {
 #[test]
 fn boards_outside_at_the_start_are_counted_and_do_not_leave_as_they_come_in() {
     // The paper's dragon walks in from the turns outside a circle of 10 m.
-    assert!((1..223).contains(&standing_outside(&paper(), &square(10.0))));
-    assert_eq!(standing_outside(&paper(), &square(20.0)), 0);
-    assert_eq!(first_exit(&paper(), &square(20.0)).expect("no limit"), None);
+    assert!((1..223).contains(&standing_outside(&paper_dragon(), &square(10.0))));
+    assert_eq!(standing_outside(&paper_dragon(), &square(20.0)), 0);
+    assert_eq!(first_exit(&paper_dragon(), &square(20.0)).expect("no limit"), None);
     // A dragon whose tail is off the stage crosses the stage.
-    let dimensions = Dimensions::new(10, 3.41, 2.20, 0.30, 0.275).expect("valid");
+    let dimensions = paper_benches(10);
     let line = PathSpec { segments: vec![PathSegment::Line { length_m: 60.0 }], laps: None };
     let route = RouteSpec::from(line).build(1.0, dimensions.links_m()).expect("valid");
     let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
@@ -250,6 +245,6 @@ fn outlines_that_are_not_simple_polygons_are_rejected() {
 
 #[test]
 fn a_limit_of_work_ends_the_search() {
-    let dragon = paper().metered(&Meter::of(1000));
+    let dragon = paper_dragon().metered(&Meter::of(1000));
     assert!(first_exit(&dragon, &square(14.0)).is_err());
 }

@@ -6,6 +6,7 @@ use bench_dragon_geometry::dragon::{ChainSolver, ChainStepper, Dimensions, Drago
 use bench_dragon_geometry::route::{Route, Turnaround};
 use glam::DVec3;
 use proptest::prelude::*;
+use test_support::dragons::{paper_benches, paper_dragon, turning_dragon};
 use test_support::property::random_cases;
 
 /// A handle in the record of a step.
@@ -72,20 +73,6 @@ impl Comparison {
     }
 }
 
-fn paper_dimensions(benches: usize) -> Dimensions {
-    Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
-}
-
-fn paper_spiral() -> Dragon {
-    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
-    Dragon::new(paper_dimensions(223), Arc::new(spiral)).expect("the paper's dragon stands")
-}
-
-fn paper_turnaround() -> Dragon {
-    let turn = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
-    Dragon::new(paper_dimensions(223), Arc::new(turn.route())).expect("the paper's dragon stands")
-}
-
 /// Steps through a whole run. Checks every `look`-th pose and the last hundred.
 fn walk(dragon: Dragon, instructions: Instructions, step_m: f64, look: u32) {
     let mut comparison = Comparison::new(dragon, instructions);
@@ -104,20 +91,20 @@ fn walk(dragon: Dragon, instructions: Instructions, step_m: f64, look: u32) {
 
 #[test]
 fn the_papers_whole_run_equals_the_reference_solver() {
-    walk(paper_spiral(), Instructions::best(), 1e-3, 211);
-    walk(paper_spiral(), Instructions::portable(), 2e-2, 11);
+    walk(paper_dragon(), Instructions::best(), 1e-3, 211);
+    walk(paper_dragon(), Instructions::portable(), 2e-2, 11);
 }
 
 #[test]
 fn the_papers_whole_turnaround_equals_the_reference_solver() {
-    walk(paper_turnaround(), Instructions::best(), 1e-3, 101);
-    walk(paper_turnaround(), Instructions::portable(), 2e-2, 7);
+    walk(turning_dragon(), Instructions::best(), 1e-3, 101);
+    walk(turning_dragon(), Instructions::portable(), 2e-2, 7);
 }
 
 /// Checks every pose while the head, and later each handle, passes from the spiral to an arc, to the other arc, and out.
 #[test]
 fn poses_stay_exact_while_handles_cross_the_seams_of_a_turnaround() {
-    let mut comparison = Comparison::new(paper_turnaround(), Instructions::best());
+    let mut comparison = Comparison::new(turning_dragon(), Instructions::best());
     let dragon = Arc::clone(&comparison.dragon);
     for seam_m in dragon.route().seams().iter().map(|&seam| dragon.route().travel(seam)) {
         for step in -300..3000 {
@@ -129,7 +116,7 @@ fn poses_stay_exact_while_handles_cross_the_seams_of_a_turnaround() {
 #[test]
 fn a_hundred_thousand_benches_differ_only_by_rounding() {
     let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
-    let dragon = Dragon::new(paper_dimensions(100_000), Arc::new(spiral)).expect("the dragon stands");
+    let dragon = Dragon::new(paper_benches(100_000), Arc::new(spiral)).expect("the dragon stands");
     let mut comparison = Comparison::new(dragon, Instructions::best());
     for step in 0..200 {
         comparison.step(f64::from(step) * 1e-3);
@@ -142,7 +129,7 @@ fn a_hundred_thousand_benches_differ_only_by_rounding() {
 
 #[test]
 fn a_dragon_that_stands_does_not_move() {
-    let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
+    let mut comparison = Comparison::new(paper_dragon(), Instructions::best());
     (0..50).for_each(|step| comparison.step(100.0 + f64::from(step) * 1e-3));
     comparison.step_exactly(100.049);
     comparison.step_exactly(100.049);
@@ -159,7 +146,7 @@ fn a_dragon_that_stands_does_not_move() {
 
 #[test]
 fn a_travel_beyond_the_run_is_rejected_and_changes_nothing() {
-    let mut comparison = Comparison::new(paper_spiral(), Instructions::best());
+    let mut comparison = Comparison::new(paper_dragon(), Instructions::best());
     comparison.step_exactly(400.0);
     let stood = comparison.records.clone();
     for travel_m in [-0.1, 1e6, f64::NAN] {

@@ -1,28 +1,11 @@
 //! The known values of the paper's dragon. The head walks at 1 m/s, so travel in metres is time in seconds.
 
-use std::sync::Arc;
-
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
-use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, FeasibleEnd};
-use bench_dragon_geometry::route::Route;
-use glam::DVec2;
-
-fn paper_dragon() -> Dragon {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral is valid");
-    Dragon::new(dimensions, Arc::new(spiral)).expect("the paper's dragon stands on its spiral")
-}
+use bench_dragon_geometry::dragon::{ChainSolver, Dragon, FeasibleEnd};
+use test_support::dragons::{assert_near, boards_at, paper_dragon};
 
 fn nearest_pair(dragon: &Dragon, travel_m: f64) -> PairClearance {
-    let mut boards = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("the travel lies within the run"), &mut boards);
-    ClearanceSearch::default().nearest(&boards).expect("the dragon has pairs")
-}
-
-fn assert_near(actual: DVec2, x: f64, y: f64, what: &str) {
-    let error_m = actual - DVec2::new(x, y);
-    assert!(error_m.abs().max_element() <= 5.001e-7, "{what} is at {actual}, not at ({x}, {y})");
+    ClearanceSearch::default().nearest(&boards_at(dragon, travel_m)).expect("the dragon has pairs")
 }
 
 #[test]

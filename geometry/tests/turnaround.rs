@@ -4,25 +4,14 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, FeasibleEnd};
+use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, FeasibleEnd};
 use bench_dragon_geometry::route::{RouteError, Turnaround};
 use glam::DVec2;
 use proptest::prelude::*;
+use test_support::dragons::{
+    assert_near, clearance_at, dragon_on, paper_benches, paper_turnaround, some_pair_overlaps, turning_dragon,
+};
 use test_support::property::random_cases;
-
-fn dragon(turnaround: Turnaround) -> Dragon {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
-    Dragon::new(dimensions, Arc::new(turnaround.route())).expect("the paper's dragon stands on its spiral")
-}
-
-fn paper_turnaround(radius_ratio: f64) -> Turnaround {
-    Turnaround::new(1.7, 9.0, radius_ratio).expect("the paper's turnaround is valid")
-}
-
-fn assert_near(actual: DVec2, x: f64, y: f64, what: &str) {
-    let error_m = actual - DVec2::new(x, y);
-    assert!(error_m.abs().max_element() <= 5.001e-7, "{what} is at {actual}, not at ({x}, {y})");
-}
 
 /// Lengths of the line of an S, as shares of the diameter.
 fn line_shares() -> impl Strategy<Value = f64> {
@@ -39,7 +28,7 @@ fn turnarounds() -> impl Strategy<Value = Turnaround> {
 
 #[test]
 fn head_has_the_positions_of_the_table() {
-    let dragon = dragon(paper_turnaround(2.0));
+    let dragon = turning_dragon();
     let table = [
         (-100.0, 7.778_034, 3.717_164),
         (-50.0, 6.608_301, 1.898_865),
@@ -55,7 +44,7 @@ fn head_has_the_positions_of_the_table() {
 
 #[test]
 fn tail_has_the_position_and_speed_of_the_table() {
-    let dragon = dragon(paper_turnaround(2.0));
+    let dragon = turning_dragon();
     let tail = ChainSolver::new(&dragon).solve(&dragon, 100.0).expect("within the run")[223];
     assert_near(tail.position, -10.980_157, -6.770_006, "handle 223");
     assert!((tail.speed_ratio - 1.094_833).abs() <= 5.001e-7, "handle 223 has speed {}", tail.speed_ratio);
@@ -75,7 +64,7 @@ fn arcs_equal_the_table() {
 
 #[test]
 fn paper_turnaround_is_walked_to_its_end_without_a_contact() {
-    let dragon = dragon(paper_turnaround(2.0));
+    let dragon = turning_dragon();
     assert_eq!((dragon.end_travel_m(), dragon.feasible_end()), (100.0, FeasibleEnd::RouteEnd));
     assert_eq!(first_contact(&dragon, dragon.start_travel_m(), dragon.end_travel_m()).expect("no limit"), None);
 }
@@ -83,7 +72,7 @@ fn paper_turnaround_is_walked_to_its_end_without_a_contact() {
 /// With radius ratio 3, handle 1 walks backwards, and later jumps by about 3 m.
 #[test]
 fn feasible_travel_ends_on_a_turn_that_is_too_tight() {
-    let dragon = dragon(paper_turnaround(3.0));
+    let dragon = dragon_on(paper_turnaround(3.0).route(), paper_benches(223));
     assert_eq!(dragon.feasible_end(), FeasibleEnd::HandleStops { handle: 1 });
     let end_m = dragon.end_travel_m();
     assert!(end_m > 10.2 && end_m < 15.15, "the run ends at {end_m} m");
@@ -94,7 +83,7 @@ fn feasible_travel_ends_on_a_turn_that_is_too_tight() {
 #[test]
 fn no_jump_is_missed_on_turns_that_are_slightly_too_tight() {
     // At lower ratios handle 1 stops in the first arc; above, it jumps by a few millimetres on the way out.
-    let dimensions = Dimensions::new(2, 3.41, 2.20, 0.30, 0.275).expect("valid benches");
+    let dimensions = paper_benches(2);
     for i in 0..2000 {
         let ratio = 1.000_04 + 4e-8 * f64::from(i);
         let turnaround = Turnaround::new(1.7, 5.668_4, ratio).and_then(|turn| turn.between(0.0, 40.0));
@@ -283,20 +272,6 @@ fn crowded_dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-fn clearance_m(dragon: &Dragon, travel_m: f64, [first, second]: [usize; 2]) -> f64 {
-    let mut boards: Vec<Board> = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
-    boards[first].clearance(&boards[second])
-}
-
-fn some_pair_overlaps(dragon: &Dragon, travel_m: f64) -> bool {
-    let mut boards: Vec<Board> = Vec::new();
-    let mut solver = ChainSolver::new(dragon);
-    dragon.place_boards(solver.solve(dragon, travel_m).expect("within the run"), &mut boards);
-    (2..boards.len()).any(|second| (0..second - 1).any(|first| boards[first].overlaps(&boards[second])))
-}
-
 proptest! {
     #![proptest_config(random_cases(48))]
 
@@ -335,6 +310,6 @@ proptest! {
         };
         prop_assert!(overlap_m.is_none_or(|overlap_m| contact.travel_m <= overlap_m), "{contact:?} after {overlap_m:?}");
         prop_assert!(contact.travel_m == start_m || !some_pair_overlaps(&dragon, contact.travel_m - 2e-11));
-        prop_assert!(contact.travel_m == start_m || clearance_m(&dragon, contact.travel_m, contact.benches).abs() < 1e-10);
+        prop_assert!(contact.travel_m == start_m || clearance_at(&dragon, contact.travel_m, contact.benches).abs() < 1e-10);
     }
 }

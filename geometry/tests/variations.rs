@@ -7,8 +7,9 @@ use bench_dragon_geometry::planner::{
     BoardVariation, Change, HandleVariation, Parameter, Setting, Witness, handle_variations,
 };
 use bench_dragon_geometry::route::PitchFamily;
-use bench_dragon_geometry::route::{PathSegment, PathSpec, RouteSpec, SpiralSpec, TurnaroundSpec};
+use bench_dragon_geometry::route::{RouteSpec, SpiralSpec, TurnaroundSpec};
 use proptest::prelude::*;
+use test_support::dragons::{paper_benches, wide_paths};
 use test_support::property::random_cases;
 
 /// Half of the difference in a parameter, in metres. The error of Richardson's extrapolation is the fourth power of the step
@@ -130,7 +131,7 @@ fn check_clearances(
 }
 
 fn setting(benches: usize, route: RouteSpec) -> Setting {
-    let dimensions = Dimensions::new(benches, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid");
+    let dimensions = paper_benches(benches);
     Setting { dimensions, route, speed_mps: 1.0, accel_mps2: None }
 }
 
@@ -159,25 +160,12 @@ fn a_turnaround_with_a_line_changes_as_the_differences() {
     }
 }
 
-fn paths() -> impl Strategy<Value = PathSpec> {
-    let radius_m = 3.0..9.0_f64;
-    let turn = (0.3..4.0_f64, any::<bool>()).prop_map(|(turn, left)| if left { turn } else { -turn });
-    let segments = prop_oneof![
-        (1.0..10.0_f64).prop_map(|length_m| PathSegment::Line { length_m }),
-        (radius_m.clone(), turn.clone()).prop_map(|(radius_m, turn)| PathSegment::Arc { radius_m, turn }),
-        (radius_m.clone(), radius_m, turn).prop_map(|(start_radius_m, end_radius_m, turn)| {
-            PathSegment::Spiral { start_radius_m, end_radius_m, turn }
-        }),
-    ];
-    prop::collection::vec(segments, 1..6).prop_map(|segments| PathSpec { segments, laps: None })
-}
-
 proptest! {
     #![proptest_config(random_cases(24))]
 
     #[test]
     fn dragons_on_paths_change_as_the_differences(
-        path in paths(),
+        path in wide_paths(1..6),
         (head_m, body_m) in (1.5..4.0_f64, 1.5..2.5_f64),
         (width_m, hole_m) in (0.1..0.4_f64, 0.05..0.3_f64),
         share in 0.01..0.99_f64,

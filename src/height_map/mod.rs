@@ -78,15 +78,22 @@ pub enum HeightMapFormat {
 }
 
 impl HeightMapFormat {
-    /// The format of a file's extension, `.tif`, `.tiff`, `.asc` or `.png`; `None` for another one.
+    /// All formats.
+    pub const ALL: [Self; 3] = [Self::GeoTiff, Self::EsriAscii, Self::Png];
+
+    /// The extensions of its files, the usual one first.
+    const fn extensions(self) -> &'static [&'static str] {
+        match self {
+            Self::GeoTiff => &["tif", "tiff"],
+            Self::EsriAscii => &["asc"],
+            Self::Png => &["png"],
+        }
+    }
+
+    /// The format of a file's extension, in any case of letters; `None` for another one.
     pub fn of(file: &Path) -> Option<Self> {
         let extension = file.extension()?.to_string_lossy().to_ascii_lowercase();
-        match extension.as_str() {
-            "tif" | "tiff" => Some(Self::GeoTiff),
-            "asc" => Some(Self::EsriAscii),
-            "png" => Some(Self::Png),
-            _ => None,
-        }
+        Self::ALL.into_iter().find(|format| format.extensions().contains(&extension.as_str()))
     }
 }
 
@@ -116,20 +123,18 @@ pub fn read(file: &Path, placing: &Placing) -> Result<Grid, HeightMapError> {
 /// # Errors
 /// The bytes do not have heights in the allowed ranges.
 pub fn parse(bytes: &[u8], format: HeightMapFormat, placing: &Placing) -> Result<Grid, HeightMapError> {
-    let suffix = match format {
-        HeightMapFormat::GeoTiff => ".tif",
-        HeightMapFormat::EsriAscii => ".asc",
-        HeightMapFormat::Png => return png::grid(bytes, placing)?.placed(placing),
-    };
-    if let Some(metres) = placing.metres_per_pixel {
-        let metres = Number(metres);
-        return Err(HeightMapError(format!("metres_per_pixel is {metres}, but a {suffix} has its own: omit the key")));
+    if let Some(metres) = placing.metres_per_pixel.filter(|_| format != HeightMapFormat::Png) {
+        let (metres, extension) = (Number(metres), format.extensions()[0]);
+        return Err(HeightMapError(format!(
+            "metres_per_pixel is {metres}, but a .{extension} has its own: omit the key"
+        )));
     }
     let grid = match format {
-        HeightMapFormat::EsriAscii => esri_ascii::grid(bytes)?,
-        _ => geotiff::grid(bytes, placing)?,
+        HeightMapFormat::GeoTiff => geotiff::grid(bytes, placing),
+        HeightMapFormat::EsriAscii => esri_ascii::grid(bytes),
+        HeightMapFormat::Png => png::grid(bytes, placing),
     };
-    grid.placed(placing)
+    grid?.placed(placing)
 }
 
 impl FileGrid {

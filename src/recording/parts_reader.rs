@@ -15,7 +15,7 @@ use super::{
     parts::Parts,
     reader::{Bookmark, Configuration, Flaws, FrameReader, ReadError},
     timeline::TimelinePlace,
-    topics::{Recorded, RecordedAlert, RecordedFrame},
+    topics::{Recorded, RecordedAlert},
 };
 
 /// Number of command events up to which each is read once; 16 bytes each.
@@ -121,23 +121,6 @@ impl PartsReader {
             self.reader = Some(reader);
             if self.is_new(&recorded, part) {
                 return Ok(Some(recorded));
-            }
-        }
-    }
-
-    /// As [`FrameReader::next_wanted_frame`], over all parts.
-    ///
-    /// # Errors
-    /// As [`PartsReader::next_wanted`].
-    pub fn next_wanted_frame(
-        &mut self,
-        mut is_wanted: impl FnMut(&FrameHeader) -> bool,
-    ) -> Result<Option<RecordedFrame>, ReadError> {
-        loop {
-            match self.next_wanted(&mut is_wanted)? {
-                Some(Recorded::Frame(frame)) => return Ok(Some(frame)),
-                Some(_) => {}
-                None => return Ok(None),
             }
         }
     }

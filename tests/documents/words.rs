@@ -11,9 +11,9 @@ use crate::{files, read, root};
 const PAGE: &str = "docs/reference/words.md";
 
 /// A table of a page: its rows of cells, the titles first. Code is between backticks.
-type Table = Vec<Vec<String>>;
+pub(crate) type Table = Vec<Vec<String>>;
 
-fn tables(page: &str) -> Vec<Table> {
+pub(crate) fn tables(page: &str) -> Vec<Table> {
     let text = read(&root().join(page));
     let mut tables: Vec<Table> = Vec::new();
     let mut cell = None;

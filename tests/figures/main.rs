@@ -12,6 +12,7 @@ use bench_dragon::output::figure::{FigureFormat, Paper};
 #[test]
 fn a_stock_reader_finds_everything_that_a_printer_needs() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("figures");
+    let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).expect("a folder");
     for (name, drawing) in paper::drawings() {
         for (suffix, format) in [("svg", FigureFormat::Svg), ("png", FigureFormat::Png)] {

@@ -1,15 +1,14 @@
 //! The paper's dragon on its routes, as input of the figures.
 
-use std::sync::Arc;
-
 use bench_dragon::output::figure::{
     Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, Drawing, HandleSpeed,
     LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
-use bench_dragon_geometry::route::{Route, Turnaround};
+use bench_dragon_geometry::dragon::{Board, Handle};
+use bench_dragon_geometry::route::Route;
 use glam::DVec2;
+use test_support::dragons::{boards_at, handles_at, paper_dragon, paper_turnaround, turning_dragon};
 
 /// Every figure with its name.
 pub(crate) fn drawings() -> [(&'static str, Drawing); 6] {
@@ -21,29 +20,6 @@ pub(crate) fn drawings() -> [(&'static str, Drawing); 6] {
         ("speeds", speeds_over_time().draw()),
         ("sensitivity", sensitivity().draw()),
     ]
-}
-
-fn dragon(route: Route) -> Dragon {
-    let dimensions = Dimensions::new(223, 3.41, 2.20, 0.30, 0.275).expect("the paper's dimensions");
-    Dragon::new(dimensions, Arc::new(route)).expect("the dragon can stand")
-}
-
-fn inward() -> Dragon {
-    dragon(Route::spiral(0.55, 16.0).expect("the paper's spiral"))
-}
-
-fn turnaround() -> Turnaround {
-    Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround")
-}
-
-fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
-    ChainSolver::new(dragon).solve(dragon, travel_m).expect("the travel is in the run").to_vec()
-}
-
-fn boards(dragon: &Dragon, handles: &[Handle]) -> Vec<Board> {
-    let mut boards = Vec::new();
-    dragon.place_boards(handles, &mut boards);
-    boards
 }
 
 fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
@@ -61,13 +37,13 @@ fn positions(handles: &[Handle]) -> Vec<DVec2> {
 }
 
 pub(crate) fn plan_view() -> PlanView {
-    let dragon = inward();
-    let handles = handles(&dragon, 300.0);
+    let dragon = paper_dragon();
+    let handles = handles_at(&dragon, 300.0);
     PlanView {
         caption: Caption::new("The dragon at 300 s"),
         dragon: DragonInPlan {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
-            boards: corners(&boards(&dragon, &handles)),
+            boards: corners(&boards_at(&dragon, 300.0)),
             hinges: positions(&handles),
             outline: Vec::new(),
         },
@@ -85,12 +61,12 @@ fn nearest_pair(boards: &[Board]) -> NearestPair {
 }
 
 pub(crate) fn turning_plan_view() -> PlanView {
-    let turnaround = turnaround();
+    let turnaround = paper_turnaround(2.0);
     let [entry_arc, exit_arc] = turnaround.arcs();
     let (middle_m, end_m) = (entry_arc.length_m(), entry_arc.length_m() + exit_arc.length_m());
-    let dragon = dragon(turnaround.route());
-    let handles = handles(&dragon, 40.0);
-    let boards = boards(&dragon, &handles);
+    let dragon = turning_dragon();
+    let handles = handles_at(&dragon, 40.0);
+    let boards = boards_at(&dragon, 40.0);
     PlanView {
         caption: Caption::new("The dragon on its turnaround at 40 s"),
         dragon: DragonInPlan {
@@ -112,16 +88,16 @@ pub(crate) fn turning_plan_view() -> PlanView {
 }
 
 pub(crate) fn contact_view() -> ContactView {
-    let dragon = inward();
+    let dragon = paper_dragon();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
         .expect("the search has no limit")
         .expect("the paper's dragon touches itself");
-    let handles = handles(&dragon, contact.travel_m);
+    let handles = handles_at(&dragon, contact.travel_m);
     ContactView {
         caption: Caption::new(format!("First contact, at {:.6} s: benches 0 and 8", contact.travel_m)),
         dragon: DragonInPlan {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
-            boards: corners(&boards(&dragon, &handles)),
+            boards: corners(&boards_at(&dragon, contact.travel_m)),
             hinges: positions(&handles),
             outline: Vec::new(),
         },
@@ -131,14 +107,13 @@ pub(crate) fn contact_view() -> ContactView {
 
 /// The least clearance a hundred times a second over the last minute, and four times a second before.
 pub(crate) fn clearance_over_time() -> ClearanceOverTime {
-    let dragon = inward();
+    let dragon = paper_dragon();
     let contact = first_contact(&dragon, 0.0, dragon.end_travel_m())
         .expect("the search has no limit")
         .expect("the paper's dragon touches itself");
     let mut search = ClearanceSearch::default();
-    let mut nearest = |time_s: f64| {
-        search.nearest(&boards(&dragon, &handles(&dragon, time_s))).expect("there are more than two boards")
-    };
+    let mut nearest =
+        |time_s: f64| search.nearest(&boards_at(&dragon, time_s)).expect("there are more than two boards");
     let coarse = (0..1408).map(|step| 0.25 * f64::from(step));
     let fine = (0..).map(|step| 352.0 + 0.01 * f64::from(step)).take_while(|time_s| *time_s < contact.travel_m);
     let pairs: Vec<(f64, PairClearance)> = coarse.chain(fine).map(|time_s| (time_s, nearest(time_s))).collect();
@@ -159,9 +134,9 @@ pub(crate) fn clearance_over_time() -> ClearanceOverTime {
 }
 
 pub(crate) fn speeds_over_time() -> SpeedsOverTime {
-    let dragon = dragon(turnaround().route());
+    let dragon = turning_dragon();
     let times: Vec<f64> = (0..=4000).map(|step| -100.0 + 0.05 * f64::from(step)).collect();
-    let chains: Vec<Vec<Handle>> = times.iter().map(|time_s| handles(&dragon, *time_s)).collect();
+    let chains: Vec<Vec<Handle>> = times.iter().map(|time_s| handles_at(&dragon, *time_s)).collect();
     let line = |handle: usize| {
         let samples = times.iter().zip(&chains).map(|(time_s, chain)| DVec2::new(*time_s, chain[handle].speed_ratio));
         let name = if handle == 0 { "head".to_owned() } else { format!("handle {handle}") };

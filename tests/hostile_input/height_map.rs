@@ -5,7 +5,7 @@ use bench_dragon::height_map::{HeightMapFormat, Placing, parse};
 /// Reads a height map. Its grid is complete and in the documented ranges.
 pub(crate) fn check(input: &[u8]) {
     let Some((&first, bytes)) = input.split_first() else { return };
-    let format = [HeightMapFormat::GeoTiff, HeightMapFormat::EsriAscii, HeightMapFormat::Png][usize::from(first % 3)];
+    let format = HeightMapFormat::ALL[usize::from(first) % HeightMapFormat::ALL.len()];
     let is_png = format == HeightMapFormat::Png;
     let placing = Placing {
         metres_per_unit: (is_png || first >= 128).then_some(0.1),

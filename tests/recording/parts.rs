@@ -158,8 +158,11 @@ fn a_reader_begins_at_every_position_of_the_timeline_also_in_an_unfinished_part(
         let place = timeline.place(position_ns, 0).expect("a chunk");
         let mut reader = PartsReader::open_at(Arc::clone(&parts), &place).expect("a readable part");
         let log_time_ns = timeline.log_time_ns(position_ns);
-        let found = std::iter::from_fn(|| reader.next_wanted_frame(|_| true).expect("readable frames"))
-            .find(|frame| frame.log_time_ns >= log_time_ns)
+        let found = std::iter::from_fn(|| reader.next_wanted(|_| true).expect("readable frames"))
+            .find_map(|recorded| match recorded {
+                Recorded::Frame(frame) => Some(frame).filter(|frame| frame.log_time_ns >= log_time_ns),
+                _ => None,
+            })
             .expect("a frame at this position");
         // A frame is sent up to 0.03 ms after it was due.
         assert!(found.header.tick.abs_diff(tick) <= 1, "{} at {position_s} s", found.header.tick);

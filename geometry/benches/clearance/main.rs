@@ -22,6 +22,7 @@ use shared::{Figures, interleaved, median, nanoseconds_a_call, quantile};
 use all_pairs::AllPairs;
 use bvh::{BvhPairs, Upkeep};
 use ours::Ours;
+use test_support::dragons::{paper_dragon, paper_dragon_of};
 
 /// Distance up to which pairs are reported, in metres: the monitor's default warning distance plus a quarter.
 const REACH_M: f64 = 0.025;
@@ -43,7 +44,7 @@ fn main() {
 
 /// Compares the search with all pairs for the paper's dragon, and measures single frames.
 fn paper(figures: &mut Figures) {
-    let dragon = shared::dragon(223);
+    let dragon = paper_dragon();
     let (walking, scattered) = (walking(&dragon, 20), scattered(&dragon, 400));
     let few = walking.every(25);
     let (mut ours, mut all_pairs) = (Ours::new(&dragon, REACH_M), AllPairs::new(&dragon, REACH_M));
@@ -70,7 +71,7 @@ fn paper(figures: &mut Figures) {
 
 /// Compares the search with the hierarchy for a dragon of `benches` benches. Returns our microseconds a frame.
 fn of_size(figures: &mut Figures, benches: usize, bursts: usize) -> f64 {
-    let dragon = shared::dragon(benches);
+    let dragon = paper_dragon_of(benches);
     let walking = walking(&dragon, bursts);
     let mut ours = Ours::new(&dragon, REACH_M);
     let upkeeps = [Upkeep::Refit, Upkeep::RefitAndOptimise, Upkeep::Build];

@@ -1,10 +1,9 @@
-//! Code that the benches share: dragons, fair timing of all contestants, and output of the figures.
+//! Code that the benches share: routes, fair timing of all contestants, and output of the figures.
 #![allow(dead_code, unreachable_pub, clippy::print_stdout, reason = "each bench uses a part of this, and prints")]
 
 mod arguments;
 mod figures;
 mod handle_state;
-mod paper;
 mod routes;
 mod timing;
 
@@ -13,7 +12,6 @@ pub use self::{
     arguments::{require_no_arguments, seconds_or},
     figures::Figures,
     handle_state::HandleState,
-    paper::{dimensions, dragon},
     routes::{mixed, on_hills, winding},
     timing::{interleaved, median, nanoseconds_a_call, quantile},
 };

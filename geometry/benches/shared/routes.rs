@@ -4,10 +4,8 @@ use std::f64::consts::PI;
 
 use bench_dragon_geometry::ground::{Ground, HeightMap};
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
-
 use glam::DVec2;
-
-use super::dimensions;
+use test_support::dragons::paper_benches;
 
 /// A street of two straights and a bend, a spiral inward, an S, a spiral outward and a straight: 1 km. The spirals keep 1.7 m
 /// between their turns.
@@ -41,7 +39,7 @@ pub fn winding(segments: usize) -> Route {
 
 fn route(segments: Vec<PathSegment>) -> Route {
     let spec = RouteSpec::from(PathSpec { segments, laps: None });
-    spec.build(1.0, dimensions(223).links_m()).expect("each segment is valid")
+    spec.build(1.0, paper_benches(223).links_m()).expect("each segment is valid")
 }
 
 /// The paper's spiral on hills of half a metre: a map with a height each half metre.
@@ -55,5 +53,5 @@ pub fn on_hills() -> Route {
     let map = HeightMap::new([COLUMNS; 2], DVec2::splat(-40.0), DVec2::splat(0.5), heights_m.collect());
     let ground = Ground::map(map.expect("a valid map"));
     let spiral = Route::spiral(0.55, 16.0).expect("the paper's spiral");
-    spiral.on_ground(&ground, 0.0, None, dimensions(223).links_m()).expect("the map is large enough")
+    spiral.on_ground(&ground, 0.0, None, paper_benches(223).links_m()).expect("the map is large enough")
 }

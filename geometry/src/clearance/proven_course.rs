@@ -28,7 +28,8 @@ pub struct ProvenCourse<'a> {
 struct Between {
     search: BetweenSearch,
     begin_m: f64,
-    end_m: f64,
+    /// Plan time at the present end. Strides go from plan time to plan time, so that rounding does not keep one from advancing.
+    end_s: f64,
     /// Whether a violation follows the interval.
     is_ended: bool,
 }
@@ -56,7 +57,7 @@ impl<'a> ProvenCourse<'a> {
         // A pair in the reserve has no beginning that the search could find.
         let is_ended = nearest.is_some_and(|nearest| nearest.clearance_m <= margin_m + 2.0 * RESERVE_M);
         let search = BetweenSearch::new(formation, margin_m + RESERVE_M);
-        let between = Some(Between { search, begin_m: course_m, end_m: course_m, is_ended });
+        let between = Some(Between { search, begin_m: course_m, end_s: formation.plan_s(course_m), is_ended });
         Ok(Self { formation, within, between })
     }
 
@@ -64,34 +65,29 @@ impl<'a> ProvenCourse<'a> {
     pub fn extend(&mut self, to_m: f64, handles: usize) {
         let Self { formation, within, between } = self;
         let Some(between) = between else { return within[0].extend(to_m, handles) };
-        let to_m = to_m.min(formation.end_m());
+        let to_s = formation.plan_s(to_m.min(formation.end_m()));
         let meter = formation.lead().meter();
         for stride in 0..=handles / formation.layout().handles() {
-            if between.is_ended || between.end_m >= to_m {
+            if between.is_ended || between.end_s >= to_s {
                 return;
             }
-            let stride_s = formation.stride_end_s(formation.plan_s(between.end_m), STRIDE_LINKS);
-            let mut next_m = formation.course_m(stride_s).min(to_m);
+            let mut next_s = formation.stride_end_s(between.end_s, STRIDE_LINKS).min(to_s);
             let mut has_ended = false;
             for (dragon, proven) in within.iter_mut().enumerate() {
-                let next_travel_m = formation.travel_m(dragon, next_m);
+                let next_travel_m = formation.dragons()[dragon].travel_m(next_s);
                 proven.extend(next_travel_m, handles);
                 if proven.end_m() < next_travel_m {
                     if !proven.is_whole() {
                         return;
                     }
-                    next_m = formation.course_before(dragon, proven.end_m(), [between.end_m, next_m]);
+                    next_s = formation.dragons()[dragon].last_before_s(proven.end_m(), [between.end_s, next_s]);
                     has_ended = true;
                 }
             }
             meter.restart();
-            let [from_s, to_s] = [between.end_m, next_m].map(|course_m| formation.plan_s(course_m));
-            match between.search.first(from_s, to_s) {
-                Ok(None) => (between.end_m, between.is_ended) = (next_m, has_ended),
-                Ok(Some(meeting)) => {
-                    between.end_m = formation.course_m(meeting.time_s).clamp(between.end_m, next_m);
-                    between.is_ended = true;
-                }
+            match between.search.first(between.end_s, next_s) {
+                Ok(None) => (between.end_s, between.is_ended) = (next_s, has_ended),
+                Ok(Some(meeting)) => (between.end_s, between.is_ended) = (meeting.time_s, true),
                 Err(_) if stride > 0 => return,
                 Err(_) => between.is_ended = true,
             }
@@ -105,7 +101,10 @@ impl<'a> ProvenCourse<'a> {
 
     /// Present end of the interval.
     pub fn end_m(&self) -> f64 {
-        self.between.as_ref().map_or_else(|| self.within[0].end_m(), |between| between.end_m)
+        self.between.as_ref().map_or_else(
+            || self.within[0].end_m(),
+            |between| self.formation.course_m(between.end_s).max(between.begin_m),
+        )
     }
 
     /// Whether the interval contains a place of the course.
@@ -117,7 +116,7 @@ impl<'a> ProvenCourse<'a> {
     pub fn is_whole(&self) -> bool {
         match &self.between {
             None => self.within[0].is_whole(),
-            Some(between) => between.is_ended || between.end_m >= self.formation.end_m(),
+            Some(between) => between.is_ended || self.end_m() >= self.formation.end_m(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The fit of a path to a drawing, in five steps:
 //!
 //! 1. Polylines lose the points that are near the lines between their neighbours ([`simplify`](super::simplify)).
-//! 2. Each joint of two pieces is classified ([`runs`](super::runs)). Corners divide the drawing into runs.
+//! 2. Each joint of two pieces is classified ([`joint`](super::joint)). Corners divide the drawing into runs.
 //! 3. In each run, lines and arcs become elements as they are. Everything else becomes an arc spline
 //!    ([`arc_spline`](super::arc_spline)).
 //! 4. Corners are rounded ([`corner`](super::corner)).
@@ -13,7 +13,8 @@ use glam::DVec2;
 
 use super::corner::Rounding;
 use super::element::{Element, distance_m};
-use super::runs::{Corner, Run, Runs};
+use super::joint::Corner;
+use super::runs::{Run, Runs};
 use super::samples::smoothed;
 use super::{Drawing, DrawingError, Fit, FitSettings, Piece};
 use crate::route::{PathSegment, Placement};

@@ -14,6 +14,8 @@ mod curve;
 mod element;
 mod error;
 mod fit;
+mod joint;
+mod part;
 mod runs;
 mod samples;
 mod simplify;

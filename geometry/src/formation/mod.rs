@@ -43,6 +43,18 @@ impl Planned {
         if is_walking { self.timetable.speed_mps(time_s) } else { 0.0 }
     }
 
+    /// The last plan time between two plan times at which the head has walked no further than to a travel, to rounding.
+    pub(crate) fn last_before_s(&self, travel_m: f64, [from_s, to_s]: [f64; 2]) -> f64 {
+        let planned_s = self.timetable.time_s(travel_m).clamp(from_s, to_s);
+        let mut time_s = planned_s;
+        let mut step_s = f64::EPSILON * planned_s.abs().max(1.0);
+        while self.travel_m(time_s) > travel_m && time_s > from_s {
+            time_s = (planned_s - step_s).max(from_s);
+            step_s *= 2.0;
+        }
+        time_s
+    }
+
     /// The chain at a plan time.
     pub(crate) fn chain_at(&self, time_s: f64) -> Chain<'_> {
         self.dragon.chain(self.travel_m(time_s)).expect("a travel of the timetable is in the run")
@@ -169,18 +181,6 @@ impl Formation {
     /// Place of the course at a plan time, in metres.
     pub(crate) fn course_m(&self, plan_s: f64) -> f64 {
         plan_s * self.timetable().most_speed_mps()
-    }
-
-    /// The last place between two places of a plan's course at which a dragon has walked no further than to a travel, to rounding.
-    pub(crate) fn course_before(&self, dragon: usize, travel_m: f64, [from_m, to_m]: [f64; 2]) -> f64 {
-        let planned_m = self.course_m(self.dragons[dragon].timetable.time_s(travel_m)).clamp(from_m, to_m);
-        let mut course_m = planned_m;
-        let mut step_m = f64::EPSILON * planned_m.abs().max(1.0);
-        while self.travel_m(dragon, course_m) > travel_m && course_m > from_m {
-            course_m = (planned_m - step_m).max(from_m);
-            step_m *= 2.0;
-        }
-        course_m
     }
 
     /// The boards of all benches at a place of the course, by the reference solver.

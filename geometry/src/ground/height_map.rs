@@ -169,14 +169,6 @@ impl HeightMap {
         self.spacing
     }
 
-    /// Least and greatest position of the stored heights, in metres.
-    pub fn extent(&self) -> [DVec2; 2] {
-        let at = |column: usize, row: usize| {
-            self.first + self.spacing * DVec2::new((self.stored[0] + column) as f64, (self.stored[1] + row) as f64)
-        };
-        [at(0, 0), at(self.columns - 1, self.rows - 1)]
-    }
-
     /// The heights on which the surface over these cells depends, in order. A map of only these runs has the same surface
     /// there, to the last bit.
     pub fn runs(&self, cells: impl Iterator<Item = [usize; 2]>) -> Vec<HeightRun> {

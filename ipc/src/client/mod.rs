@@ -2,7 +2,6 @@
 
 mod command_client;
 mod continuity;
-mod reader_reports;
 mod readers;
 mod report_publisher;
 mod show;
@@ -11,9 +10,9 @@ mod subscriber;
 
 pub use command_client::CommandClient;
 pub use continuity::{Continuity, ContinuityTracker};
-pub use reader_reports::ReaderReports;
 pub use readers::{
-    AlertSubscriber, CommandEventReader, Description, DescriptionReader, ReplayStatusReader, StatusReader,
+    AlertSubscriber, CommandEventReader, Description, DescriptionReader, ReaderReports, ReplayStatusReader,
+    StatusReader,
 };
 pub use show::{LentFrame, Show};
 pub use source_state::SourceState;

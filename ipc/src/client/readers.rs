@@ -1,4 +1,4 @@
-//! Readers of the description, the status, the alerts and the command events.
+//! Readers of the description, the status, the alerts, the command events, and the reports of readers.
 
 use core::time::Duration;
 use std::rc::Rc;
@@ -6,14 +6,26 @@ use std::rc::Rc;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections as _;
+use iceoryx2::prelude::ZeroCopySend;
 
-use crate::domain::{BusError, Domain};
-use crate::service::{ALERTS, COMMAND_EVENTS, DESCRIPTION, Member, REPLAY, Role, STATUS, Service};
-use crate::wire::{Alert, CommandEvent, ReplayStatus, Status, dragon_names};
+use crate::domain::{BusError, Domain, require_open_files};
+use crate::service::{
+    ALERTS, COMMAND_EVENTS, DESCRIPTION, Member, READERS, REPLAY, REPORT_FILES, Role, STATUS, Service,
+};
+use crate::wire::{Alert, CommandEvent, ReaderReport, ReplayStatus, Status, dragon_names};
 
 /// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
 /// timeout.
 const LEAST_WAIT: Duration = Duration::from_micros(1);
+
+/// The oldest unread message of a service, or `None` if all are read.
+fn receive<Payload: Copy + core::fmt::Debug + ZeroCopySend>(
+    service: &'static str,
+    subscriber: &Subscriber<Service, Payload, ()>,
+) -> Result<Option<Payload>, BusError> {
+    let sample = subscriber.receive().map_err(|error| BusError::failed(service, error))?;
+    Ok(sample.map(|sample| *sample.payload()))
+}
 
 /// The configuration of a run, as the server published it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,8 +121,7 @@ impl StatusReader {
     /// # Errors
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn poll(&self) -> Result<Option<Status>, BusError> {
-        let sample = self.subscriber.receive().map_err(|error| BusError::failed(STATUS, error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        receive(STATUS, &self.subscriber)
     }
 }
 
@@ -138,8 +149,7 @@ impl ReplayStatusReader {
     /// # Errors
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn poll(&self) -> Result<Option<ReplayStatus>, BusError> {
-        let sample = self.subscriber.receive().map_err(|error| BusError::failed(REPLAY, error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        receive(REPLAY, &self.subscriber)
     }
 }
 
@@ -187,8 +197,7 @@ impl AlertSubscriber {
     /// # Errors
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn receive(&self) -> Result<Option<Alert>, BusError> {
-        let sample = self.subscriber.receive().map_err(|error| BusError::failed(ALERTS, error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        receive(ALERTS, &self.subscriber)
     }
 
     /// Returns the oldest unread alert. Waits for one at most `timeout` and then returns `None`. A signal ends the wait
@@ -237,7 +246,40 @@ impl CommandEventReader {
     /// # Errors
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped.
     pub fn receive(&self) -> Result<Option<CommandEvent>, BusError> {
-        let sample = self.subscriber.receive().map_err(|error| BusError::failed(COMMAND_EVENTS, error))?;
-        Ok(sample.map(|sample| *sample.payload()))
+        receive(COMMAND_EVENTS, &self.subscriber)
+    }
+}
+
+/// Reads the reports of an instance's readers.
+///
+/// Only the newest report of each reader is kept. Reports count from the reader's beginning, so late or rare reading
+/// loses no counts. Reports of readers that ended before this object was opened are not received.
+#[derive(Debug)]
+pub struct ReaderReports {
+    // Dropped before its node.
+    subscriber: Subscriber<Service, ReaderReport, ()>,
+    _member: Member,
+}
+
+impl ReaderReports {
+    /// Opens the reports of a domain. Each reader connects to it with its next report.
+    ///
+    /// # Errors
+    /// As [`Member::readers`] and [`Member::join`]; also [`BusError::NoServer`] where the source is of an earlier
+    /// version, which does not create this service.
+    pub fn open(domain: &Domain, name: &str) -> Result<Self, BusError> {
+        require_open_files(REPORT_FILES)?;
+        let member = Member::join(domain, name, Role::Client)?;
+        let subscriber = member.subscribe(READERS, &member.readers()?)?;
+        member.reserve_memory()?;
+        Ok(Self { subscriber, _member: member })
+    }
+
+    /// Returns the next unread report of any reader, or `None` if all are read. Never waits.
+    ///
+    /// # Errors
+    /// [`BusError::Failed`] where a reader's memory cannot be mapped.
+    pub fn receive(&self) -> Result<Option<ReaderReport>, BusError> {
+        receive(READERS, &self.subscriber)
     }
 }

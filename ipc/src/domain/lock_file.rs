@@ -3,10 +3,12 @@
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use super::bus_error::BusError;
+use super::domain_error::DomainError;
 use super::lock_holders::{Holders, pids};
 
 /// Timeout of waiting for a holder that is ending: much longer than a process takes to end.
@@ -21,17 +23,50 @@ pub(crate) enum Refused {
     Io(io::Error),
 }
 
-/// Timeout of [`hold_alone_soon`].
+/// Timeout of [`HeldLock::take_soon`].
 const SOON: Duration = Duration::from_secs(1);
 
-/// As [`hold_alone`], but waits up to a second for a holder that is ending, and for a process that only looks at the lock.
-pub(crate) fn hold_alone_soon(path: &Path) -> Result<File, Refused> {
-    let deadline = Instant::now() + SOON;
-    loop {
-        match hold_alone(path) {
-            Err(Refused::Taken { .. }) if Instant::now() < deadline => thread::sleep(TRY_PERIOD),
-            locked => return locked,
+/// The exclusive lock on a file of a domain's directory, with this process's id in the file. Dropping it removes the file.
+#[derive(Debug)]
+pub(crate) struct HeldLock {
+    path: PathBuf,
+    // Closing the file drops the lock.
+    _file: File,
+}
+
+impl HeldLock {
+    /// Takes the lock. Waits up to a second for a holder that is ending, and for a process that only looks at the lock.
+    pub(crate) fn take_soon(path: PathBuf, taken: impl FnOnce(Option<u32>) -> BusError) -> Result<Self, BusError> {
+        let deadline = Instant::now() + SOON;
+        loop {
+            match hold_alone(&path) {
+                Err(Refused::Taken { .. }) if Instant::now() < deadline => thread::sleep(TRY_PERIOD),
+                locked => return Self::of(path, locked, taken),
+            }
         }
+    }
+
+    /// The outcome of [`hold_alone`] for a path.
+    pub(crate) fn of(
+        path: PathBuf,
+        locked: Result<File, Refused>,
+        taken: impl FnOnce(Option<u32>) -> BusError,
+    ) -> Result<Self, BusError> {
+        match locked {
+            Ok(file) => Ok(Self { path, _file: file }),
+            Err(Refused::Taken { pid }) => Err(taken(pid)),
+            Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
+        }
+    }
+}
+
+impl Drop for HeldLock {
+    fn drop(&mut self) {
+        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
+        // removed is reused.
+        let _ = fs::remove_file(&self.path);
+        // The last member to leave could not remove the directory while it contained this file.
+        let _ = self.path.parent().map(fs::remove_dir);
     }
 }
 

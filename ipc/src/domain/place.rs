@@ -155,6 +155,11 @@ impl Domain {
         self.root.join("iceoryx2.toml")
     }
 
+    /// Path of the lock file of a part of which there is one: `source`, `show` or `guard`.
+    pub(super) fn lock_path(&self, part: &str) -> PathBuf {
+        self.root.join(format!("{part}.lock"))
+    }
+
     /// Makes this domain's configuration the fallback of iceoryx2 in this process. iceoryx2 uses the fallback where it
     /// cannot read the details of a killed node; without it, iceoryx2 would search another domain for the node's files.
     pub(crate) fn set_fallback_configuration(&self) -> io::Result<()> {

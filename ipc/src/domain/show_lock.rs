@@ -1,20 +1,16 @@
-//! Lock that admits one supervised show per instance, also while its server is restarted.
+//! Locks that admit one supervised show and one guard per instance, also while its server is restarted.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
-use std::path::PathBuf;
 
 use super::bus_error::BusError;
-use super::domain_error::DomainError;
-use super::lock_file::{self, Refused, hold_alone_soon};
+use super::lock_file::{self, HeldLock};
 use super::place::Domain;
 
 /// Lock of the only supervisor of an instance. The supervisor holds it from its start to its end.
 #[derive(Debug)]
 pub struct ShowLock {
-    path: PathBuf,
-    // Closing the file drops the lock.
-    _file: File,
+    _held: HeldLock,
 }
 
 impl ShowLock {
@@ -25,41 +21,52 @@ impl ShowLock {
     /// file cannot be used.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         domain.create_directory()?;
-        let path = lock_path(domain);
-        match hold_alone_soon(&path) {
-            Ok(file) => Ok(Self { path, _file: file }),
-            Err(Refused::Taken { pid }) => Err(BusError::ShowRunning { instance: domain.instance().to_string(), pid }),
-            Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
-        }
+        let taken = |pid| BusError::ShowRunning { instance: domain.instance().to_string(), pid };
+        Ok(Self { _held: HeldLock::take_soon(domain.lock_path("show"), taken)? })
     }
 
     /// Whether the supervisor of a domain was killed, and nothing has been started since. The file of its lock stays until the
     /// last member has left, or a source starts.
     pub fn is_abandoned(domain: &Domain) -> bool {
-        File::open(lock_path(domain)).is_ok_and(|file| file.try_lock_shared().is_ok())
+        File::open(domain.lock_path("show")).is_ok_and(|file| file.try_lock_shared().is_ok())
     }
 
     /// Removes the lock file of a killed supervisor.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
-        lock_file::clear_abandoned(&lock_path(domain))
+        lock_file::clear_abandoned(&domain.lock_path("show"))
     }
 
     /// Returns the process id of the supervisor that holds the lock of a domain; `None` if no show runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
-        lock_file::holder(&lock_path(domain))
+        lock_file::holder(&domain.lock_path("show"))
     }
 }
 
-impl Drop for ShowLock {
-    fn drop(&mut self) {
-        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
-        // removed is reused.
-        let _ = fs::remove_file(&self.path);
-        // The last member to leave could not remove the directory while it contained this file.
-        let _ = self.path.parent().map(fs::remove_dir);
-    }
+/// Lock of the only guard of an instance. The guard holds it while it runs.
+#[derive(Debug)]
+pub struct GuardLock {
+    _held: HeldLock,
 }
 
-fn lock_path(domain: &Domain) -> PathBuf {
-    domain.root().join("show.lock")
+impl GuardLock {
+    /// Takes the lock of a domain. Waits up to a second for a guard that is ending. The directory exists, because a guard is
+    /// already a member of the domain.
+    ///
+    /// # Errors
+    /// [`BusError::GuardRunning`] where another process holds the lock, [`BusError::Domain`] where the lock file cannot
+    /// be used.
+    pub fn take(domain: &Domain) -> Result<Self, BusError> {
+        let taken = |pid| BusError::GuardRunning { instance: domain.instance().to_string(), pid };
+        Ok(Self { _held: HeldLock::take_soon(domain.lock_path("guard"), taken)? })
+    }
+
+    /// Returns the process id of the guard that holds the lock of a domain; `None` if no guard runs.
+    pub fn holder(domain: &Domain) -> Option<u32> {
+        lock_file::holder(&domain.lock_path("guard"))
+    }
+
+    /// Removes the lock file of a killed guard.
+    pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
+        lock_file::clear_abandoned(&domain.lock_path("guard"))
+    }
 }

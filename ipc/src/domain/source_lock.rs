@@ -1,7 +1,7 @@
 //! Lock that admits one source per instance, without a daemon.
 
 use core::time::Duration;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
 use std::thread;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use super::bus_error::BusError;
 use super::domain_error::DomainError;
-use super::lock_file::{self, Refused, hold_alone, if_there};
+use super::lock_file::{self, HeldLock, Refused, hold_alone, if_there};
 use super::open_files::require_open_files;
 use super::place::Domain;
 use super::show_lock::ShowLock;
@@ -23,10 +23,8 @@ const TRY_PERIOD: Duration = Duration::from_millis(5);
 /// Lock of the only source of an instance. The source holds it while it runs.
 #[derive(Debug)]
 pub struct SourceLock {
-    path: PathBuf,
+    _held: HeldLock,
     cleared: Vec<PathBuf>,
-    // Closing the file drops the lock.
-    _file: File,
 }
 
 impl SourceLock {
@@ -41,7 +39,7 @@ impl SourceLock {
     /// open files is too low. [`BusError::Domain`] where the directory or a file in it is not usable.
     pub fn take(domain: &Domain) -> Result<Self, BusError> {
         require_open_files(SOURCE_FILES)?;
-        let path = lock_path(domain);
+        let path = domain.lock_path("source");
         let deadline = Instant::now() + END_TIMEOUT;
         let locked = loop {
             domain.create_directory()?;
@@ -52,59 +50,36 @@ impl SourceLock {
                 locked => break locked,
             }
         };
-        match locked {
-            Ok(file) => {
-                if ShowLock::is_abandoned(domain) {
-                    // A source that is started without a `show` is not that of the killed one.
-                    ShowLock::clear_abandoned(domain)
-                        .map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })?;
-                }
-                let cleared =
-                    clear_half_made(domain).map_err(|error| DomainError::Io { path: services(domain), error })?;
-                Ok(Self { path, cleared, _file: file })
-            }
-            Err(Refused::Taken { pid }) => {
-                Err(BusError::SourceRunning { instance: domain.instance().to_string(), pid })
-            }
-            Err(Refused::Io(error)) => Err(DomainError::Io { path, error }.into()),
+        let taken = |pid| BusError::SourceRunning { instance: domain.instance().to_string(), pid };
+        let held = HeldLock::of(path, locked, taken)?;
+        if ShowLock::is_abandoned(domain) {
+            // A source that is started without a `show` is not that of the killed one.
+            ShowLock::clear_abandoned(domain)
+                .map_err(|error| DomainError::Io { path: domain.root().to_owned(), error })?;
         }
+        let cleared = clear_half_made(domain).map_err(|error| DomainError::Io { path: services(domain), error })?;
+        Ok(Self { _held: held, cleared })
     }
-}
 
-impl SourceLock {
     /// Returns the process id of the source that holds the lock of a domain; `None` if no source runs.
     pub fn holder(domain: &Domain) -> Option<u32> {
-        lock_file::holder(&lock_path(domain))
+        lock_file::holder(&domain.lock_path("source"))
     }
 
     /// Whether a source runs in a domain. The lock of a killed source is free as soon as the kernel has ended the process.
     pub fn is_held(domain: &Domain) -> bool {
-        lock_file::is_held(&lock_path(domain))
+        lock_file::is_held(&domain.lock_path("source"))
     }
 
     /// Removes the lock file of a killed source.
     pub(crate) fn clear_abandoned(domain: &Domain) -> io::Result<()> {
-        lock_file::clear_abandoned(&lock_path(domain))
+        lock_file::clear_abandoned(&domain.lock_path("source"))
     }
 
     /// Files of half-made services that were removed when the lock was taken.
     pub fn cleared(&self) -> &[PathBuf] {
         &self.cleared
     }
-}
-
-impl Drop for SourceLock {
-    fn drop(&mut self) {
-        // Removed while the lock is held, so that the file cannot belong to another process. A file that cannot be
-        // removed is reused.
-        let _ = fs::remove_file(&self.path);
-        // The last member to leave could not remove the directory while it contained this file.
-        let _ = self.path.parent().map(fs::remove_dir);
-    }
-}
-
-fn lock_path(domain: &Domain) -> PathBuf {
-    domain.root().join("source.lock")
 }
 
 /// Removes the half-made services of a killed source. A member that leaves at the same time may remove some of them

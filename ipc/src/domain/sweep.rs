@@ -6,11 +6,10 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use super::domain_error::DomainError;
-use super::guard_lock::GuardLock;
 use super::lock_file::if_there;
 use super::place::Domain;
 use super::shortage::SHARED_MEMORY;
-use super::show_lock::ShowLock;
+use super::show_lock::{GuardLock, ShowLock};
 use super::source_lock::SourceLock;
 
 /// Directories that iceoryx2 creates in a domain's root path.

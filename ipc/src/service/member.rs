@@ -2,10 +2,8 @@
 
 use core::fmt::Debug;
 use core::time::Duration;
-use std::fs::Permissions;
-use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::sync::Arc;
-use std::{fs, io, thread};
+use std::thread;
 
 use iceoryx2::node::NodeCreationFailure;
 use iceoryx2::port::client::Client;
@@ -16,56 +14,22 @@ use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::subscriber::PortFactorySubscriber;
 use iceoryx2::service::port_factory::{PortFactory as _, publish_subscribe};
 
+use super::joining::{Role, close_to_others, enter, require_memory};
 use super::trouble::{Sorted, Trouble};
-use crate::domain::{
-    BusError, Domain, DomainError, Membership, SHARED_MEMORY, if_there, release_operator_reserve, remove_dead_nodes,
-    require_open_files, require_shared_memory, reserve_segments,
-};
+use crate::domain::{BusError, Domain, DomainError, Membership, SHARED_MEMORY, require_open_files, reserve_segments};
 use crate::wake::WakePage;
 use crate::wire::services::{
-    ALERT_BUFFER, ALERTS, ALL_READERS, AlertService, CLIENT_FILES, CLIENT_MEMORY, COMMAND_EVENT_BUFFER, COMMAND_EVENTS,
-    COMMANDS, CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
+    ALERT_BUFFER, ALERTS, ALL_READERS, AlertService, COMMAND_EVENT_BUFFER, COMMAND_EVENTS, COMMANDS,
+    CommandEventService, CommandService, DESCRIPTION, DescriptionService, EventService, FRAMES, FrameService,
     MAX_ACTIVE_REQUESTS, MAX_BORROWED_FRAMES, MAX_MONITORS, MAX_NODES, MAX_READERS, MAX_SOURCES, READERS, REPLAY,
-    ReaderService, ReplayService, SOURCE_FILES, SOURCE_MEMORY, STATUS, Service, StatusService, frame_buffer,
+    ReaderService, ReplayService, STATUS, Service, StatusService, frame_buffer,
 };
-use crate::wire::{
-    Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, ReplayStatus, Status,
-};
+use crate::wire::{Command, CommandReply, FrameHeader, HandleState};
 
 /// Number of attempts for a service, and the time between two: one second in total. A source repeats them while another
 /// process creates or removes the service. Source and client repeat them after a signal.
 const MAX_TRIES: u32 = 100;
 const TRY_PERIOD: Duration = Duration::from_millis(10);
-
-/// Side of the services on which a process is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Creates missing services. The number of handles determines how many frames are buffered.
-    Source {
-        /// Number of handle states of a frame.
-        handle_count: usize,
-    },
-    /// Opens existing services only.
-    Client,
-}
-
-impl Role {
-    /// Greatest shared memory of its ports without the frames, in bytes.
-    fn memory(self) -> u64 {
-        match self {
-            Self::Source { .. } => SOURCE_MEMORY,
-            Self::Client => CLIENT_MEMORY,
-        }
-    }
-
-    /// Greatest number of files that it opens.
-    fn open_files(self) -> usize {
-        match self {
-            Self::Source { .. } => SOURCE_FILES,
-            Self::Client => CLIENT_FILES,
-        }
-    }
-}
 
 /// A process's membership in a domain.
 #[derive(Debug)]
@@ -144,7 +108,7 @@ impl Member {
                 .user_header::<FrameHeader>()
                 .enable_safe_overflow(true)
         };
-        let create = |handle_count| limit(builder(), frame_buffer(handle_count), MAX_BORROWED_FRAMES, 0).create();
+        let create = |handle_count| limit(builder(), [frame_buffer(handle_count), MAX_BORROWED_FRAMES, 0]).create();
         if self.role != Role::Client {
             // Readers expect the page as soon as the frames exist.
             self.wake_page()?;
@@ -184,7 +148,7 @@ impl Member {
                 .user_header::<u64>()
                 .enable_safe_overflow(true)
         };
-        let create = |_| limit(builder(), 1, 1, 1).create();
+        let create = |_| limit(builder(), [1; 3]).create();
         self.open_or_create(DESCRIPTION, || builder().open(), create)
     }
 
@@ -193,11 +157,7 @@ impl Member {
     /// # Errors
     /// As [`Member::frames`].
     pub fn status(&self) -> Result<StatusService, BusError> {
-        let builder = || {
-            self.node.service_builder(&service_name(STATUS)).publish_subscribe::<Status>().enable_safe_overflow(true)
-        };
-        let create = |_| limit(builder(), 1, 1, 1).create();
-        self.open_or_create(STATUS, || builder().open(), create)
+        self.latest_value(STATUS)
     }
 
     /// Opens the status of a replay. Late joiners receive the latest one. Every source creates the service, but only a replay
@@ -206,14 +166,7 @@ impl Member {
     /// # Errors
     /// As [`Member::frames`].
     pub fn replay(&self) -> Result<ReplayService, BusError> {
-        let builder = || {
-            self.node
-                .service_builder(&service_name(REPLAY))
-                .publish_subscribe::<ReplayStatus>()
-                .enable_safe_overflow(true)
-        };
-        let create = |_| limit(builder(), 1, 1, 1).create();
-        self.open_or_create(REPLAY, || builder().open(), create)
+        self.latest_value(REPLAY)
     }
 
     /// Opens the monitors' alerts. Late joiners may receive the last ones of each monitor.
@@ -221,11 +174,7 @@ impl Member {
     /// # Errors
     /// As [`Member::frames`].
     pub fn alerts(&self) -> Result<AlertService, BusError> {
-        let builder =
-            || self.node.service_builder(&service_name(ALERTS)).publish_subscribe::<Alert>().enable_safe_overflow(true);
-        let create =
-            |_| limit(builder(), ALERT_BUFFER, MAX_BORROWED_FRAMES, ALERT_BUFFER).max_publishers(MAX_MONITORS).create();
-        self.open_or_create(ALERTS, || builder().open(), create)
+        self.messages(ALERTS, [ALERT_BUFFER, MAX_BORROWED_FRAMES, ALERT_BUFFER], MAX_MONITORS)
     }
 
     /// Opens the wake-up event that follows each alert.
@@ -241,14 +190,7 @@ impl Member {
     /// # Errors
     /// As [`Member::frames`].
     pub fn readers(&self) -> Result<ReaderService, BusError> {
-        let builder = || {
-            self.node
-                .service_builder(&service_name(READERS))
-                .publish_subscribe::<ReaderReport>()
-                .enable_safe_overflow(true)
-        };
-        let create = |_| limit(builder(), 1, 1, 0).max_publishers(ALL_READERS).create();
-        self.open_or_create(READERS, || builder().open(), create)
+        self.messages(READERS, [1, 1, 0], ALL_READERS)
     }
 
     /// Opens the commands to the server. The server replies to each once.
@@ -274,14 +216,7 @@ impl Member {
     /// # Errors
     /// As [`Member::frames`].
     pub fn command_events(&self) -> Result<CommandEventService, BusError> {
-        let builder = || {
-            self.node
-                .service_builder(&service_name(COMMAND_EVENTS))
-                .publish_subscribe::<CommandEvent>()
-                .enable_safe_overflow(true)
-        };
-        let create = |_| limit(builder(), COMMAND_EVENT_BUFFER, 1, COMMAND_EVENT_BUFFER).create();
-        self.open_or_create(COMMAND_EVENTS, || builder().open(), create)
+        self.messages(COMMAND_EVENTS, [COMMAND_EVENT_BUFFER, 1, COMMAND_EVENT_BUFFER], MAX_SOURCES)
     }
 
     /// Creates a reader of a service that this member has opened. The reader begins with the past messages that the service
@@ -353,6 +288,27 @@ impl Member {
         if readers > places { Err(BusError::TooManyClients { service }) } else { Ok(()) }
     }
 
+    fn latest_value<Payload: Debug + IceoryxSend>(
+        &self,
+        service: &'static str,
+    ) -> Result<publish_subscribe::PortFactory<Service, Payload, ()>, BusError> {
+        self.messages(service, [1; 3], MAX_SOURCES)
+    }
+
+    /// Opens a service of messages with these [`limit`]s.
+    fn messages<Payload: Debug + IceoryxSend>(
+        &self,
+        service: &'static str,
+        limits: [usize; 3],
+        publishers: usize,
+    ) -> Result<publish_subscribe::PortFactory<Service, Payload, ()>, BusError> {
+        let builder = || {
+            self.node.service_builder(&service_name(service)).publish_subscribe::<Payload>().enable_safe_overflow(true)
+        };
+        let create = |_| limit(builder(), limits).max_publishers(publishers).create();
+        self.open_or_create(service, || builder().open(), create)
+    }
+
     fn events(&self, service: &'static str) -> Result<EventService, BusError> {
         let builder = || self.node.service_builder(&service_name(service)).event();
         let create = |_| {
@@ -409,13 +365,11 @@ impl Member {
     }
 }
 
-/// Sets the limits of a service: publishers, readers and nodes. `buffer` and `borrowed` are the unread and held samples
-/// per reader, `history` the last samples for late joiners.
+/// Sets the limits of a service: publishers, readers and nodes, the unread and held samples per reader, and the last samples for
+/// late joiners.
 fn limit<Payload, Header>(
     builder: Builder<Payload, Header, Service>,
-    buffer: usize,
-    borrowed: usize,
-    history: usize,
+    [unread, held, history]: [usize; 3],
 ) -> Builder<Payload, Header, Service>
 where
     Payload: Debug + IceoryxSend + ?Sized,
@@ -425,65 +379,9 @@ where
         .max_publishers(MAX_SOURCES)
         .max_subscribers(ALL_READERS)
         .max_nodes(MAX_NODES)
-        .subscriber_max_buffer_size(buffer)
-        .subscriber_max_borrowed_samples(borrowed)
+        .subscriber_max_buffer_size(unread)
+        .subscriber_max_borrowed_samples(held)
         .history_size(history)
-}
-
-/// Gives mode 0600 to the domain's files in shared memory. iceoryx2 creates one, the state of its unique numbers, that every
-/// user may write.
-fn close_to_others(domain: &Domain) -> io::Result<()> {
-    let prefix = domain.prefix();
-    for entry in fs::read_dir(SHARED_MEMORY)?.flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            let Some(metadata) = if_there(entry.metadata())? else { continue };
-            if metadata.is_file() && metadata.uid() == domain.uid() && metadata.mode() & 0o077 != 0 {
-                if_there(fs::set_permissions(entry.path(), Permissions::from_mode(0o600)))?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Checks that there is memory for a member's segments. Removes what killed processes have left, since it may be that very memory.
-///
-/// An operator's tool leaves the remains of the show's processes, from which every other tool sees that they were killed. If
-/// `/dev/shm` is full, it removes them too, and takes the memory that a source keeps for it.
-fn require_memory(domain: &Domain, needed: u64) -> Result<(), BusError> {
-    if !domain.is_operators() {
-        remove_dead_nodes(domain, |_| true)?;
-        return require_shared_memory(domain, needed);
-    }
-    remove_dead_nodes(domain, |node| !node.is_part_of_show())?;
-    match require_shared_memory(domain, needed) {
-        Err(BusError::SharedMemoryFull { .. }) => {
-            remove_dead_nodes(domain, |_| true)?;
-            release_operator_reserve(domain);
-            require_shared_memory(domain, needed)
-        }
-        outcome => outcome,
-    }
-}
-
-fn enter(domain: &Domain, role: Role) -> Result<Membership, DomainError> {
-    match role {
-        Role::Source { .. } => domain.create_directory()?,
-        Role::Client => {
-            domain.check_directory()?;
-            require_services(domain)?;
-        }
-    }
-    Membership::join(domain)
-}
-
-/// Checks that there are services to open. This is cheaper than joining, and a waiting client calls it often.
-fn require_services(domain: &Domain) -> Result<(), DomainError> {
-    let path = domain.root().join("services");
-    match fs::read_dir(&path).map(|mut services| services.next().is_none()) {
-        Ok(false) => Ok(()),
-        Ok(true) => Err(DomainError::Missing { path }),
-        Err(error) => Err(DomainError::of(path, error)),
-    }
 }
 
 fn service_name(name: &'static str) -> ServiceName {

@@ -113,14 +113,6 @@ impl Ramp {
 }
 
 /// Converts travel to show time, for a head that walks on at a constant speed.
-///
-/// ```
-/// use bench_dragon::display::observe::TravelClock;
-///
-/// let clock = TravelClock { travel_m: 100.0, time_s: 200.0, speed_mps: 0.5 };
-/// assert_eq!(clock.time_s(101.0), 202.0);
-/// assert_eq!(clock.time_s(99.0), 198.0);
-/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TravelClock {
     /// Travel of the head, in metres.
@@ -129,13 +121,6 @@ pub struct TravelClock {
     pub time_s: f64,
     /// Speed at which the head walks, or will walk on after a standstill, in metres per show second; over 0.
     pub speed_mps: f64,
-}
-
-impl TravelClock {
-    /// Show time at which the head is at a travel, in seconds. For a travel behind the head, it assumes the same speed.
-    pub fn time_s(&self, travel_m: f64) -> f64 {
-        self.time_s + (travel_m - self.travel_m) / self.speed_mps
-    }
 }
 
 #[cfg(test)]

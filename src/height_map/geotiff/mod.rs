@@ -142,13 +142,13 @@ mod tests {
     /// Three columns and two rows, from the north-west.
     const HEIGHTS: [u8; 6] = [1, 2, 3, 4, 5, 6];
 
-    /// A tag with shorts, doubles or text.
+    /// The directory of keys, or a tag with doubles or text.
     enum Written {
-        Shorts(Tag, &'static [u16]),
+        Keys(&'static [[u16; 4]]),
         Doubles(Tag, &'static [f64]),
         Text(Tag, &'static str),
     }
-    use Written::{Doubles, Shorts, Text};
+    use Written::{Doubles, Keys, Text};
 
     const SCALE: Written = Doubles(Tag::ModelPixelScaleTag, &[2.0, 4.0, 0.0]);
     const TIE: Written = Doubles(Tag::ModelTiepointTag, &[0.0, 0.0, 0.0, 100.0, 208.0, 0.0]);
@@ -165,7 +165,10 @@ mod tests {
         let mut image = encoder.new_image::<Pixel>(3, 2).expect("an image");
         for tag in tags {
             let written = match *tag {
-                Shorts(tag, values) => image.encoder().write_tag(tag, values),
+                Keys(keys) => {
+                    let values = [&[[1, 1, 0, keys.len() as u16]], keys].concat();
+                    image.encoder().write_tag(Tag::GeoKeyDirectoryTag, values.as_flattened())
+                }
                 Doubles(tag, values) => image.encoder().write_tag(tag, values),
                 Text(tag, text) => image.encoder().write_tag(tag, text),
             };
@@ -217,7 +220,7 @@ mod tests {
     #[test]
     fn the_position_is_that_of_the_south_west_sample() {
         let matrix = |values| Doubles(Tag::ModelTransformationTag, values);
-        let point = || Shorts(Tag::GeoKeyDirectoryTag, &[1, 1, 0, 1, 1025, 0, 1, 2]);
+        let point = || Keys(&[[1025, 0, 1, 2]]);
         for (tags, first_m) in [
             (vec![SCALE, TIE], [101.0, 202.0]),
             (vec![SCALE, TIE, point()], [100.0, 204.0]),
@@ -293,7 +296,7 @@ mod tests {
 
     #[test]
     fn files_without_heights_in_metres_are_refused_in_one_line() {
-        let key = |values| Shorts(Tag::GeoKeyDirectoryTag, values);
+        let placed = |tag| vec![SCALE, TIE, tag];
         for (tags, reason) in [
             (vec![], "has no position, must have ModelPixelScale and ModelTiepoint, or ModelTransformation"),
             (vec![SCALE], "has no position, must have ModelPixelScale and ModelTiepoint, or ModelTransformation"),
@@ -303,69 +306,55 @@ mod tests {
                 "is rotated or sheared, must have rows from west to east",
             ),
             (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 1024, 0, 1, 2])],
+                placed(Keys(&[[1024, 0, 1, 2]])),
                 "has positions in degrees (GTModelType 2): reproject it to a grid in metres",
             ),
+            (placed(Keys(&[[1024, 0, 1, 3]])), "GTModelType is 3, must be 1: a projected grid in metres"),
             (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 1024, 0, 1, 3])],
-                "GTModelType is 3, must be 1: a projected grid in metres",
-            ),
-            (
-                vec![SCALE, TIE, key(&[1, 1, 0, 2, 1024, 0, 1, 1, 3076, 0, 1, 9003])],
+                placed(Keys(&[[1024, 0, 1, 1], [3076, 0, 1, 9003]])),
                 "has positions in unit 9003 of EPSG, must be 9001: metres",
             ),
+            (placed(Keys(&[[4099, 0, 1, 9002]])), "has heights in unit 9002 of EPSG: set metres_per_unit"),
             (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4099, 0, 1, 9002])],
-                "has heights in unit 9002 of EPSG: set metres_per_unit",
-            ),
-            (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 6360])],
+                placed(Keys(&[[4096, 0, 1, 6360]])),
                 "has heights in units of 0.30480060960121924 m (EPSG:6360): set metres_per_unit = 0.30480060960121924",
             ),
             (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 8228])],
+                placed(Keys(&[[4096, 0, 1, 8228]])),
                 "has heights in units of 0.3048 m (EPSG:8228): set metres_per_unit = 0.3048",
             ),
+            (placed(Keys(&[[4096, 0, 1, 5715]])), "has depths (EPSG:5715), must have heights: negate them"),
             (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 5715])],
-                "has depths (EPSG:5715), must have heights: negate them",
-            ),
-            (
-                vec![SCALE, TIE, key(&[1, 1, 0, 1, 3072, 0, 1, 2263])],
+                placed(Keys(&[[3072, 0, 1, 2263]])),
                 "has positions in EPSG:2263, whose unit is not the metre: reproject it",
             ),
             (
-                vec![
-                    SCALE,
-                    TIE,
-                    key(&[1, 1, 0, 1, 4096, 0, 1, 32767]),
-                    Text(Tag::GeoAsciiParamsTag, "My height (ftUS)|"),
-                ],
+                vec![SCALE, TIE, Keys(&[[4096, 0, 1, 32767]]), Text(Tag::GeoAsciiParamsTag, "My height (ftUS)|")],
                 "has a vertical system that may be in feet: set metres_per_unit",
             ),
             (
-                vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>")],
+                placed(Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>")),
                 "has heights in \"ft\": set metres_per_unit",
             ),
             (
-                vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='scale'>0.5</Item></a>")],
+                placed(Text(GDAL_METADATA, "<a><Item role='scale'>0.5</Item></a>")),
                 "GDAL_METADATA has the scale \"0.5\", must be 1: write the heights themselves",
             ),
             (
-                vec![SCALE, TIE, Text(GDAL_METADATA, "<a><Item role='offset'>-10</Item></a>")],
+                placed(Text(GDAL_METADATA, "<a><Item role='offset'>-10</Item></a>")),
                 "GDAL_METADATA has the offset \"-10\", must be 0: write the heights themselves",
             ),
-            (vec![SCALE, TIE, Text(Tag::GdalNodata, "none")], "has the NODATA value \"none\", must be a number"),
+            (placed(Text(Tag::GdalNodata, "none")), "has the NODATA value \"none\", must be a number"),
         ] {
             assert_eq!(with(&tags).err().map(|error| error.to_string()).as_deref(), Some(reason));
         }
         let unit = Placing { metres_per_unit: Some(0.3048), ..METRES };
-        let system = [SCALE, TIE, key(&[1, 1, 0, 2, 3072, 0, 1, 25832, 4096, 0, 1, 7837])];
+        let system = [SCALE, TIE, Keys(&[[3072, 0, 1, 25832], [4096, 0, 1, 7837]])];
         assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &system), &METRES).is_ok());
-        let feet = [SCALE, TIE, key(&[1, 1, 0, 1, 4096, 0, 1, 6360])];
+        let feet = [SCALE, TIE, Keys(&[[4096, 0, 1, 6360]])];
         assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &feet), &unit).is_ok());
         let feet = Text(GDAL_METADATA, "<a><Item role='unittype'>ft</Item></a>");
-        let tags = [SCALE, TIE, key(&[1, 1, 0, 1, 4099, 0, 1, 9002]), feet];
+        let tags = [SCALE, TIE, Keys(&[[4099, 0, 1, 9002]]), feet];
         assert!(grid(&encoded::<Gray8>(Compression::Lzw, &HEIGHTS, &tags), &unit).is_ok());
         for (bytes, reason) in [
             (encoded::<RGB8>(Compression::Lzw, &[0; 18], &[SCALE, TIE]), "has 3 bands, must have 1"),

@@ -34,6 +34,7 @@
 //! **Damaged files.** The replay skips damaged parts, and plays a file without its end up to the last readable frame.
 //! [`ReplaySummary::flaws`] reports both.
 
+mod excerpt;
 mod outlets;
 mod pass;
 mod playback_clock;
@@ -61,7 +62,8 @@ pub(crate) use pass::Pass;
 pub use pass::PassSummary;
 pub use playback_clock::PlaybackClock;
 
-use read_ahead::{ReadAhead, ReadFrom, RecordedRun};
+use excerpt::{Findings, ReadFrom, RecordedRun};
+use read_ahead::ReadAhead;
 use steering::Steering;
 
 /// Allowed rates, in recorded seconds per second.
@@ -211,7 +213,7 @@ impl Replay {
 
     fn end_reading(&mut self) {
         let Some(read_ahead) = self.read_ahead.take() else { return };
-        let read_ahead::Findings { flawed, coverage } = read_ahead.finish();
+        let Findings { flawed, coverage } = read_ahead.finish();
         if !flawed.is_empty() {
             self.findings.flawed = flawed;
         }

@@ -7,8 +7,8 @@ use bench_dragon_ipc::{BusError, FrameHeader, HandleState, ReplayStatus, ShowSta
 use crossbeam::channel::RecvTimeoutError;
 use serde::{Deserialize, Serialize};
 
+use super::excerpt::{Planned, PlannedFrame, RecordedRun};
 use super::outlets::Outlets;
-use super::read_ahead::{Planned, PlannedFrame, RecordedRun};
 use super::{COMMAND_PERIOD, Replay, ReplayError, published_rate_hz};
 use crate::output::histogram::Percentiles;
 use crate::recording::RecordedFrame;

@@ -1,6 +1,7 @@
 //! Code that several tests share: waits with a deadline, generated files, processes of the program, Python, random
-//! properties, and skipped tests.
+//! properties, dragons and their poses, and skipped tests.
 
+pub mod dragons;
 pub mod eventually;
 pub mod foreign_form;
 mod list;

@@ -148,11 +148,6 @@ impl PlaySearch {
         })
     }
 
-    /// Travel up to which no two benches touch, as far as this is known.
-    pub fn free_to_m(&self) -> f64 {
-        self.head_m
-    }
-
     /// Travel beyond which nothing can be proved, because a pole of some allowed pose might stop or jump there.
     pub fn end_m(&self) -> f64 {
         self.dragon.loose().map_or(self.head_m, Loose::end_travel_m)
