@@ -16,8 +16,8 @@ const LAST: usize = MAX_BENCHES - 1;
 /// A choice of benches: numbers and ranges of numbers. A range includes both of its ends.
 ///
 /// As text, `0,10..20,200..` is the head, benches 10 to 20, and all from 200 to the tail. A dragon may have fewer benches than
-/// the choice. Of several dragons, `gold` is all benches of one, and `gold:0..5` some of them; without a name, benches are numbered
-/// on from dragon to dragon. [`BenchSelection::of`] replaces the names by these numbers.
+/// the choice. Of several dragons, `gold:0..` is all benches of one, and `gold:0..5` some of them; without a name, benches are
+/// numbered on from dragon to dragon. [`BenchSelection::of`] replaces the names by these numbers.
 ///
 /// ```
 /// use bench_dragon::bridge::BenchSelection;
@@ -38,7 +38,7 @@ pub struct BenchSelection {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "must be numbers from 0 to {LAST} and ranges from a lower to a higher one, such as 0,10..20 or 10.., or those of one of several \
-     dragons, such as gold or gold:0..5"
+     dragons, such as gold:0..5"
 )]
 pub struct BenchSelectionError;
 
@@ -152,17 +152,12 @@ fn range(text: &str) -> Option<RangeInclusive<usize>> {
     (first <= last).then_some(first..=last)
 }
 
-/// Reads the name of a dragon, and a range of its benches behind a colon; without one, all of them.
+/// Reads the name of a dragon, and a range of its benches behind a colon.
 fn named_range(text: &str) -> Option<(String, RangeInclusive<usize>)> {
-    let (name, benches) = match text.split_once(':') {
-        Some((name, benches)) => (name, range(benches)?),
-        None => (text, 0..=OPEN),
-    };
+    let (name, benches) = text.split_once(':')?;
     let is_name = |char: char| char.is_ascii_lowercase() || char.is_ascii_digit() || char == '-';
     let is_named = !name.is_empty() && name.chars().all(is_name);
-    // A number alone is that of a bench.
-    let is_number = !text.contains(':') && name.chars().all(|char| char.is_ascii_digit());
-    (is_named && !is_number).then(|| (name.to_owned(), benches))
+    range(benches).filter(|_| is_named).map(|range| (name.to_owned(), range))
 }
 
 fn number(text: &str) -> Option<usize> {

@@ -22,7 +22,7 @@ use crate::system::unix_offset::UnixOffset;
   bench-dragon bridge osc --to 10.0.0.30:7000
   bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
   bench-dragon bridge osc --address /stage/{index}/pose --angle radians
-  bench-dragon bridge osc --benches gold,silver:0..9 --address /stage/{dragon}/{index}
+  bench-dragon bridge osc --benches gold:0..,silver:0..9 --address /stage/{dragon}/{index}
   bench-dragon bridge osc --benches 0,20..40 --rotate 90 --offset 12,-3.5,0 --axes x,z,-y
 
 A frame is one message /dragon/show and one message per chosen bench. /dragon/show has show time in s, state, time scale, tick, \

@@ -23,7 +23,7 @@ use crate::system::stop::StopFlag;
   bench-dragon bridge psn --to 10.0.0.20:56565 --rate 30
   bench-dragon bridge psn --rotate 90 --offset 12,-3.5,0 --axes x,y,z
   bench-dragon bridge psn --benches 0,20..40 --first-id 1 --tracker-name 'Dragon {index}'
-  bench-dragon bridge psn --benches gold,silver:0..9 --tracker-name '{dragon}/{index}'
+  bench-dragon bridge psn --benches gold:0..,silver:0..9 --tracker-name '{dragon}/{index}'
 
 A tracker is at the centre of the board of a bench; the head's is the centre of bench 0's board, not its front hinge. The id of \
 bench i is that of --first-id plus i, whichever benches are chosen; several dragons are numbered on from one to the next. With the default axes the desk's x is our x (right), its y \
