@@ -229,7 +229,10 @@ pub(crate) fn described_rate_hz(toml: &str) -> u32 {
 /// The number of benches in the description of a run; `None` where this version cannot read the description.
 #[cfg(feature = "zenoh")]
 pub(crate) fn described_bench_count(toml: &str) -> Option<u32> {
-    described(toml, "dragon", "benches")
+    let of_dragons = || {
+        crate::config::BenchNames::of_toml(toml).dragons().last().and_then(|(_, benches)| benches.end.try_into().ok())
+    };
+    described(toml, "dragon", "benches").or_else(of_dragons)
 }
 
 /// Reads a whole number of a description. The other keys are ignored, since a newer version may add some.

@@ -8,6 +8,7 @@ use rustix::process::Signal;
 use test_support::eventually::eventually;
 
 use super::bridges::{ANY_PORT, Bridge};
+use crate::dragons::TWO_DRAGONS;
 use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
@@ -52,6 +53,27 @@ fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
     {
         assert_eq!(received[what], count, "{what}: {received}");
     }
+}
+
+#[test]
+fn the_far_bus_has_all_dragons_bit_for_bit() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--config", TWO_DRAGONS, "--rate", "50", "--until", "3.4", "--readers", "2"]);
+    let sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let mut reader = Reader::join(&near);
+    receiver.until("receiving");
+    let far_shots = Reader::join(&far).read_to_end();
+    let near_shots = reader.read_to_end();
+    for shot in &far_shots {
+        let original = &near_shots[shot.header.tick as usize];
+        assert_eq!(content(shot), content(original), "tick {}", shot.header.tick);
+        assert_eq!(shot.header.dragons(), original.header.dragons());
+    }
+    server.summary();
+    let received = receiver.stop();
+    assert_eq!((&received["malformed"], &received["lost"]), (&0.into(), &0.into()), "{received}");
+    sender.stop();
 }
 
 #[test]
