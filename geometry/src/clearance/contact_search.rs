@@ -227,6 +227,11 @@ impl ContactSearch {
         Sweep { events: &self.events, reached_m }
     }
 
+    /// The pose up to which the search has got.
+    pub(super) fn last_pose(&self) -> &Pose {
+        &self.earlier
+    }
+
     /// Records the events of the collected pairs on a stride. Returns whether the meter's limit allowed it.
     fn track_pairs(&mut self) -> bool {
         let Self { dragon, clearance_m, earlier, later, pairs, events, .. } = self;

@@ -103,7 +103,8 @@ impl CourseSearch {
         }
         let [from_s, to_s] = [from_m, to_m].map(|course_m| self.formation.plan_s(course_m));
         let begin = self.events.len();
-        let swept_s = between.sweep(from_s, to_s, &mut self.events);
+        let within = &self.within;
+        let swept_s = between.sweep(from_s, to_s, |dragon| Some(within[dragon].last_pose()), &mut self.events);
         for event in &mut self.events[begin..] {
             let contact = *event.contact();
             *event = event.with(Contact { travel_m: self.formation.course_m(contact.travel_m), ..contact });

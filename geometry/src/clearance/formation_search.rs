@@ -139,13 +139,21 @@ struct FormationPose {
 
 impl FormationPose {
     fn place(&mut self, formation: &Formation, time_s: f64) {
+        self.place_from(formation, time_s, |_| None);
+    }
+
+    /// The same, where the pose of a dragon may be known.
+    fn place_from<'a>(&mut self, formation: &Formation, time_s: f64, known: impl Fn(usize) -> Option<&'a Pose>) {
         self.time_s = time_s;
         self.poses.resize(formation.dragons().len(), Pose::default());
         self.boards.clear();
-        for (pose, planned) in self.poses.iter_mut().zip(formation.dragons()) {
+        for (number, (pose, planned)) in self.poses.iter_mut().zip(formation.dragons()).enumerate() {
             let travel_m = planned.travel_m(time_s);
             if !pose.is_at(travel_m) {
-                pose.place_head(&planned.dragon, travel_m);
+                match known(number).filter(|known| known.is_at(travel_m)) {
+                    Some(known) => pose.copy_from(known),
+                    None => pose.place_head(&planned.dragon, travel_m),
+                }
             }
             pose.extend_to(&planned.dragon, usize::MAX);
             self.boards.extend_from_slice(&pose.boards);
@@ -201,11 +209,18 @@ impl BetweenSearch {
     }
 
     /// Adds all beginnings and ends of contacts between two plan times to `events`, whose travels are then plan times. Returns the
-    /// plan time up to which they are complete.
-    pub(super) fn sweep(&mut self, from_s: f64, to_s: f64, events: &mut Vec<PairEvent>) -> f64 {
+    /// plan time up to which they are complete. `known` are poses of the dragons, some of which may be needed.
+    pub(super) fn sweep<'a>(
+        &mut self,
+        from_s: f64,
+        to_s: f64,
+        known: impl Fn(usize) -> Option<&'a Pose>,
+        events: &mut Vec<PairEvent>,
+    ) -> f64 {
         self.earlier.place(&self.formation, from_s);
         while self.earlier.time_s < to_s {
-            self.stride(to_s);
+            let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);
+            self.later.place_from(&self.formation, next_s, &known);
             let begin = events.len();
             let (near, has_all) = self.near_pairs();
             for benches in near {

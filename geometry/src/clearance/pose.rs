@@ -33,6 +33,14 @@ impl Pose {
         self.push(dragon, chain.next().expect("a dragon has a head"));
     }
 
+    /// Takes the values of another pose of the same dragon.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.travel_m = other.travel_m;
+        self.handles.clone_from(&other.handles);
+        self.handle_travels_m.clone_from(&other.handle_travels_m);
+        self.boards.clone_from(&other.boards);
+    }
+
     /// Adds benches behind the present ones, until there are `benches` of them, or all.
     pub(super) fn extend_to(&mut self, dragon: &Dragon, benches: usize) {
         self.extend_while(dragon, |index, _| index < benches);
