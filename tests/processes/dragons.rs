@@ -135,7 +135,7 @@ fn a_recording_of_dragons_is_as_simulated_and_replays_bit_for_bit() {
 #[test]
 fn a_run_of_other_dragons_begins_another_file_of_the_recording() {
     let stage = Stage::new();
-    let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
+    let recorder = stage.start_waiting(&["record", "a.mcap", "--format", "json"]);
     let served = |more: &[&str]| {
         let args = [&["--rate", "50", "--until", "2", "--readers", "2"], more].concat();
         let server = stage.serve(&args);
