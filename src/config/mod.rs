@@ -6,6 +6,7 @@
 mod bench_names;
 mod config_document;
 mod document;
+mod dragon_entry;
 mod drawn_route;
 mod formation_document;
 mod ground_table;

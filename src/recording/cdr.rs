@@ -96,6 +96,11 @@ fn align(message: &mut Vec<u8>, alignment: usize) {
     message.resize(ENCAPSULATION.len() + length, 0);
 }
 
+/// Reads the header of a frame back, as of one dragon. `None` if the message is not a frame.
+pub(super) fn decode_header(message: &[u8]) -> Option<FrameHeader> {
+    decode(message).map(|fields| FrameHeader::of_show_bytes(&fields))
+}
+
 /// Reads a frame back, bit for bit. `None` if the message is not a frame.
 pub fn decode_frame(message: &[u8]) -> Option<(FrameHeader, Vec<HandleState>)> {
     let (fields, rest) = split::<[u8; FrameHeader::SHOW_BYTES]>(message)?;

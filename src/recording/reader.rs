@@ -235,7 +235,7 @@ impl FrameReader {
             let recorded = match topic {
                 Some(Topic::Frames) => {
                     let not_a_frame = || ReadError::NotAFrame(self.path.clone());
-                    if !is_wanted(&cdr::decode(&data).ok_or_else(not_a_frame)?) {
+                    if !is_wanted(&cdr::decode_header(&data).ok_or_else(not_a_frame)?) {
                         continue;
                     }
                     let (header, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;

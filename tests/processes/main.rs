@@ -76,6 +76,7 @@ mod resources;
 mod restart;
 mod route;
 mod run_sheet;
+mod schedule;
 mod second_server;
 mod seed;
 mod service_manager;
