@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::fs;
 
-use bench_dragon::recording::FrameReader;
-use bench_dragon_ipc::{BenchState, DragonMotion, FrameHeader, HandleState, frame_bytes};
+use bench_dragon::recording::{FrameReader, Recorded, RecordedFrame, Recorder, RecorderSettings};
+use bench_dragon_ipc::{BenchState, DragonMotion, DragonState, FrameHeader, HandleState, ShowState, frame_bytes};
 use serde_json::{Value, json};
 use test_support::process::{Ended, Process};
 use test_support::pytest::{python, run};
@@ -122,20 +122,45 @@ fn a_recording_of_dragons_is_as_simulated_and_replays_bit_for_bit() {
     let verified =
         run_on_file(&stage, &["replay", "--verify", "a.mcap", "--format", "json"]).expect_clean().last_json();
     assert_eq!((&verified["verified"], &verified["frames"]), (&json!(true), &json!(shots.len())), "{verified}");
-    let replay = stage.start(&["replay", "a.mcap", "--readers", "1"]);
-    let replayed =
-        Reader::await_server(&stage).read_until("the replay ends", |header| header.tick + 1 == shots.len() as u64);
+    // A wrong speed of silver is found, although no handle differs.
+    let mut changed = Recorder::start(RecorderSettings::new(stage.path("changed.mcap"), 0)).expect("a recorder");
+    let mut reader = FrameReader::open(&stage.path("a.mcap")).expect("a recording");
+    while let Some(recorded) = reader.next_wanted(|_| true).expect("a readable recording") {
+        let configuration = reader.configuration().expect("a configuration");
+        match recorded {
+            Recorded::Frame(RecordedFrame { mut header, handles, .. }) => {
+                if header.tick == 0 {
+                    changed.describe(configuration.run_id, &configuration.toml).expect("the configuration");
+                }
+                header.dragons[1].speed_mps += if header.tick == 100 { 1e-9 } else { 0.0 };
+                changed.frame(&header, &handles).expect("a frame");
+            }
+            Recorded::Command(event) => changed.record(&event, 0).expect("an event"),
+            _ => {}
+        }
+    }
+    changed.finish().expect("a finished recording");
+    let ended = run_on_file(&stage, &["replay", "--verify", "changed.mcap"]);
+    assert!(ended.stdout.contains("dragons[1].speed_mps is recorded as"), "{}", ended.stdout);
+    let replay = stage.start(&["replay", "a.mcap", "--stay", "--readers", "1"]);
+    let mut reader = Reader::await_server(&stage);
+    let replayed = reader.read_until("the replay ends", |header| header.tick + 1 == shots.len() as u64);
     assert_eq!(replayed.len(), shots.len());
     for (again, shot) in replayed.iter().zip(&shots) {
         assert_eq!(poses(again), poses(shot), "tick {}", shot.header.tick);
     }
+    let standing = reader.read_until("the replay stands", |header| header.show_state() == Some(ShowState::Finished));
+    let header = standing.last().expect("a frame").header;
+    assert_eq!((header.course_mps, header.head_speed_mps), (0.0, 0.0));
+    let motions = header.dragons().iter().map(|dragon| (dragon.speed_mps, dragon.dragon_state()));
+    assert!(motions.eq([(0.0, Some(DragonState::Standing)); 2]), "{header:?}");
     replay.terminate();
 }
 
 #[test]
 fn a_run_of_other_dragons_begins_another_file_of_the_recording() {
     let stage = Stage::new();
-    let recorder = stage.start(&["record", "a.mcap", "--format", "json"]);
+    let recorder = stage.start_waiting(&["record", "a.mcap", "--format", "json"]);
     let served = |more: &[&str]| {
         let args = [&["--rate", "50", "--until", "2", "--readers", "2"], more].concat();
         let server = stage.serve(&args);

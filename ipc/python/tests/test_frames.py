@@ -27,6 +27,11 @@ def test_every_value_of_every_frame_is_the_one_that_echo_prints(stage):
                 handles = line.pop("handles")
                 # JSON keeps the older name of the show time.
                 line["show_time_ns"] = line.pop("sim_time_ns")
+                # What follows in a header is the dragon, whose values these are.
+                [motion] = header.pop("dragons")
+                course = [header.pop(name) for name in ("course_m", "course_mps", "dragon_count", "is_plan")]
+                assert course == [motion.travel_m, motion.speed_mps, 1, 0]
+                assert course[:2] == [header["head_travel_m"], header["head_speed_mps"]]
                 assert header == line
                 assert frame.positions.tolist() == [handle["position_m"] for handle in handles]
                 assert frame.velocities.tolist() == [handle["velocity_mps"] for handle in handles]

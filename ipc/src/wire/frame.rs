@@ -109,7 +109,9 @@ impl FrameHeader {
     /// The dragon of a bench that is numbered on from dragon to dragon, and its index within that dragon.
     pub fn place(&self, bench: usize) -> (usize, usize) {
         // A dragon's first handle is preceded by one handle more than benches for each dragon before it.
-        let firsts = (0..).zip(self.dragons()).map(|(dragon, motion)| (dragon, motion.first_handle as usize - dragon));
+        let firsts = (0..)
+            .zip(self.dragons())
+            .map(|(dragon, motion)| (dragon, (motion.first_handle as usize).saturating_sub(dragon)));
         let (dragon, first) = firsts.take_while(|(_, first)| *first <= bench).last().unwrap_or_default();
         (dragon, bench - first)
     }
@@ -148,6 +150,22 @@ impl FrameHeader {
             state: state.to_wire(),
             reserved: 0,
         };
+        self
+    }
+
+    /// The same header of a show that stands: all speeds are 0, and dragons that walked stand.
+    #[must_use]
+    pub fn at_rest(mut self) -> Self {
+        (self.head_speed_mps, self.course_mps) = (0.0, 0.0);
+        if self.is_plan == 0 {
+            return self.of_one_dragon();
+        }
+        for dragon in &mut self.dragons {
+            dragon.speed_mps = 0.0;
+            if dragon.dragon_state() == Some(DragonState::Walking) {
+                dragon.state = DragonState::Standing.to_wire();
+            }
+        }
         self
     }
 

@@ -262,11 +262,11 @@ impl<'a> Pass<'a> {
             run_id: self.ports.run_id,
             tick: self.tick,
             scheduled_ns: due_ns,
-            head_speed_mps: 0.0,
             time_scale: frame.header.time_scale * self.replay.steering.pace,
             state: state.to_wire(),
             ..frame.header
-        };
+        }
+        .at_rest();
         let handles = &frame.handles;
         self.ports.publish(|place| {
             for (standing, handle) in place.iter_mut().zip(handles) {

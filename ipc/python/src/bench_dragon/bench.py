@@ -42,9 +42,10 @@ class Benches:
         >>> Benches.between(np.array([[2.0, 0, 1.0], [1.0, 0, 0]]), np.zeros((2, 3))).pitches.tolist() == [np.pi / 4]
         True
         """
-        fronts = np.delete(np.arange(len(positions) - 1), [head - 1 for head in heads]) if heads else slice(None, -1)
-        rears = fronts + 1 if heads else slice(1, None)
-        front, rear, velocity, rear_velocity = positions[fronts], positions[rears], velocities[fronts], velocities[rears]
+        front, rear, velocity, rear_velocity = positions[:-1], positions[1:], velocities[:-1], velocities[1:]
+        if heads:
+            kept = np.delete(np.arange(len(front)), [head - 1 for head in heads])
+            front, rear, velocity, rear_velocity = front[kept], rear[kept], velocity[kept], rear_velocity[kept]
         along = (front - rear)[:, :2]
         against = (velocity - rear_velocity)[:, :2]
         squared = along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1]

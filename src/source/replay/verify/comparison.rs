@@ -124,6 +124,18 @@ pub(super) fn difference(
     if let Some((field, was, is)) = fields.into_iter().find(|(_, was, is)| !was.has_bits_of(is)) {
         return Some(Difference::of(&recorded.header, field, None, [was, is]));
     }
+    for (number, (was, is)) in was.dragons().iter().zip(header.dragons()).enumerate() {
+        let fields = [
+            ("travel_m", was.travel_m.into(), is.travel_m.into()),
+            ("speed_mps", was.speed_mps.into(), is.speed_mps.into()),
+            ("first_handle", text(&was.first_handle), text(&is.first_handle)),
+            ("bench_count", text(&was.bench_count), text(&is.bench_count)),
+            ("state", text(&was.state), text(&is.state)),
+        ];
+        if let Some((field, was, is)) = fields.into_iter().find(|(_, was, is)| !was.has_bits_of(is)) {
+            return Some(Difference::of(&recorded.header, &format!("dragons[{number}].{field}"), None, [was, is]));
+        }
+    }
     for (index, (was, is)) in recorded.handles.iter().zip(handles).enumerate() {
         let fields =
             [("position_m", was.position_m, is.position_m), ("velocity_mps", was.velocity_mps, is.velocity_mps)];
