@@ -3,6 +3,7 @@
 //! Missing keys have the values of the paper's dragon or of the paper's turnaround. Unknown keys, values out of range
 //! and impossible geometry are errors. They name the key, the value and the allowed values.
 
+mod bench_names;
 mod config_document;
 mod document;
 mod drawn_route;
@@ -25,6 +26,7 @@ use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{RouteShape, RouteSpec};
 
+pub use bench_names::NamedBenches;
 pub use config_document::{ConfigDocument, unplaced};
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;

@@ -20,6 +20,7 @@ mod ctl_status;
 mod directory;
 mod doctor;
 mod documented_keys;
+mod dragons_display;
 mod drawing;
 mod drawn_files;
 mod echo;
