@@ -17,9 +17,9 @@ class HandleState(Structure):
 
 
 class FrameHeader(Structure):
-    type_name = staticmethod(lambda: "bench_dragon.FrameHeader.v1")
+    type_name = staticmethod(lambda: "bench_dragon.FrameHeader.v2")
     _fields_ = [("run_id", c_uint64), ("tick", c_uint64), ("show_time_ns", c_int64), ("due_and_sent_ns", c_uint64 * 2)]
-    _fields_ += [("travel_speed_scale", c_double * 3), ("bench_count", c_uint32), ("state", c_uint32)]
+    _fields_ += [("travel_speed_scale", c_double * 3), ("bench_count", c_uint32), ("state", c_uint32), ("dragons", c_uint64 * 131)]
 
 
 for number in (signal.SIGINT, signal.SIGTERM):

@@ -34,8 +34,8 @@ pub mod system;
 /// The pure parts of the supervision by `show`: when a child is restarted, and how a restarted server continues.
 pub mod supervision {
     pub use crate::cli::{
-        LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS, Phase, Resumption, ResumptionSettings,
-        run_start,
+        LEAST_ROOM_BYTES, LONGEST_DISK_SILENCE, LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS,
+        Phase, Resumption, ResumptionSettings, run_start,
     };
 }
 

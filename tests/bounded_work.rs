@@ -215,6 +215,7 @@ fn next_header(last: &FrameHeader, config: &Config, travel_m: f64, gap_s: f64) -
         time_scale: config.tables().serve.time_scale,
         ..*last
     }
+    .of_one_dragon()
 }
 
 fn frame(solver: &mut ChainSolver, dragon: &Dragon, travel_m: f64) -> Vec<HandleState> {

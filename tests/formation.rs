@@ -203,14 +203,17 @@ fn formations() -> impl Strategy<Value = Config> {
     let head = (0.3..2.0_f64, prop::option::of(0.1..2.0_f64), 0.0..20.0_f64);
     let dragon = (2..15_u32, route, place, head);
     (prop::collection::vec(dragon, 2..4), 0.0005..0.2_f64).prop_filter_map("an impossible formation", |(dragons, margin_m)| {
-        let mut text = format!("[serve]\nrate_hz = 50\n[monitor]\nguard = true\nmargin_m = {margin_m}\n");
-        for (number, (benches, route, (x_m, y_m, heading_deg), (speed_mps, accel_mps2, start_s))) in dragons.into_iter().enumerate() {
+        let dragons = dragons.into_iter().enumerate().map(|(number, (benches, route, place, head))| {
+            let ((x_m, y_m, heading_deg), (speed_mps, accel_mps2, start_s)) = (place, head);
             let accel = accel_mps2.map_or(String::new(), |accel_mps2| format!(", accel_mps2 = {accel_mps2}"));
-            text += &format!(
-                "[[dragons]]\nname = \"d{number}\"\nbenches = {benches}\nroute = {{ kind = \"path\", start_x_m = {x_m}, start_y_m = {y_m}, \
-                 start_heading_deg = {heading_deg}, {route} }}\nhead = {{ speed_mps = {speed_mps}, start_s = {start_s}{accel} }}\n"
-            );
-        }
+            format!(
+                "[[dragons]]\nname = \"d{number}\"\nbenches = {benches}\nroute = {{ kind = \"path\", start_x_m = {x_m}, \
+                 start_y_m = {y_m}, start_heading_deg = {heading_deg}, {route} }}\n\
+                 head = {{ speed_mps = {speed_mps}, start_s = {start_s}{accel} }}\n"
+            )
+        });
+        let head = format!("[serve]\nrate_hz = 50\n[monitor]\nguard = true\nmargin_m = {margin_m}\n");
+        let text = std::iter::once(head).chain(dragons).collect::<String>();
         Config::from_toml(&text).ok()
     })
 }

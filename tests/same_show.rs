@@ -1,23 +1,19 @@
 //! Two simulations of the same show are equal to the last bit.
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use std::sync::Arc;
 
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_geometry::dragon::Dragon;
-use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
 use bench_dragon_ipc::{HandleState, Request};
-use test_support::dragons::{paper_dragon, turning_dragon};
+use test_support::dragons::{paper_dragon, plain_formation, turning_dragon};
 
 /// Plays a show with some commands, and returns the hash of all frames.
 fn play(dragon: Dragon) -> u64 {
     let (first_s, last_s) = (dragon.start_travel_m(), dragon.end_travel_m());
     let plan = MotionPlan::new(MotionSettings::plain(1e-3, first_s, last_s)).expect("a tick and two travels in order");
     let mut handles = vec![HandleState::default(); dragon.dimensions().handles()];
-    let timetable = Timetable::new(1.0, None, first_s, last_s);
-    let formation = Formation::of_one(Planned { dragon: Arc::new(dragon), timetable });
-    let mut simulation = Simulation::new(Arc::new(formation), plan, 1000, 1.0);
+    let mut simulation = Simulation::new(plain_formation(dragon), plan, 1000, 1.0);
     let mut hasher = DefaultHasher::new();
     let commands = [
         (2_000, Request::Pause),

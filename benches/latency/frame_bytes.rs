@@ -7,7 +7,7 @@ use bench_dragon_ipc::{FrameHeader, FromBytes as _, HandleState, IntoBytes as _}
 use crate::arrival::Arrival;
 use crate::frame_source::HANDLES;
 
-const HEADER_BYTES: usize = size_of::<FrameHeader>();
+const HEADER_BYTES: usize = FrameHeader::SHOW_BYTES;
 const HANDLE_BYTES: usize = size_of::<HandleState>();
 /// Size of a frame in bytes.
 pub(crate) const FRAME_BYTES: usize = HEADER_BYTES + HANDLES * HANDLE_BYTES;
@@ -27,15 +27,15 @@ impl Encoder {
         let header = fill(&mut self.handles);
         let (head, body) = bytes.split_at_mut(HEADER_BYTES);
         body.copy_from_slice(self.handles.as_bytes());
-        head.copy_from_slice(FrameHeader { published_ns: monotonic_ns(), ..header }.as_bytes());
+        let header = FrameHeader { published_ns: monotonic_ns(), ..header };
+        head.copy_from_slice(&header.as_bytes()[..HEADER_BYTES]);
     }
 }
 
 /// Reads a frame in place.
 pub(crate) fn read(bytes: &[u8]) -> Arrival {
     assert_eq!(bytes.len(), FRAME_BYTES, "all frames have the same size");
-    let (head, body) = bytes.split_at(HEADER_BYTES);
+    let (head, body) = bytes.split_first_chunk().expect("the frame has a header");
     let handle = |bytes| HandleState::read_from_bytes(bytes).expect("the slice has a handle's size");
-    let header = FrameHeader::read_from_bytes(head).expect("the slice has a header's size");
-    Arrival::read(header, body.chunks_exact(HANDLE_BYTES).map(handle))
+    Arrival::read(FrameHeader::of_show_bytes(head), body.chunks_exact(HANDLE_BYTES).map(handle))
 }

@@ -1,11 +1,9 @@
 //! The frames that all contestants except ours send: the server's own computation, from the start of the run.
 
-use std::sync::Arc;
-
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
-use test_support::dragons::paper_dragon_of;
+use test_support::dragons::{paper_dragon_of, plain_formation};
 
 /// Benches of the paper's dragon.
 pub(crate) const BENCHES: usize = 223;
@@ -25,7 +23,7 @@ impl FrameSource {
         let dragon = paper_dragon_of(BENCHES);
         let settings = MotionSettings::plain(1.0 / f64::from(RATE_HZ), 0.0, dragon.end_travel_m());
         let plan = MotionPlan::new(settings).expect("the travels are in order");
-        Self { simulation: Simulation::new(Arc::new(dragon), plan, RATE_HZ, 1.0), tick: 0 }
+        Self { simulation: Simulation::new(plain_formation(dragon), plan, RATE_HZ, 1.0), tick: 0 }
     }
 
     /// Writes the next frame's handles. Returns its header, complete except for the instant of sending.

@@ -1,13 +1,12 @@
 //! Comparison of the recording with the frames that the server must have published.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use bench_dragon::recording::FrameReader;
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::{FrameHeader, HandleState};
-use test_support::dragons::paper_dragon_of;
+use test_support::dragons::{paper_dragon_of, plain_formation};
 
 use crate::RATE_HZ;
 use crate::show::Show;
@@ -20,10 +19,10 @@ pub(crate) fn prove(file: &Path, show: &Show, seconds: u32) {
     let most = show.frames_published + show.overruns;
     assert!((show.frames_published..=most).contains(&periods), "the show ran to its end: {show:?}");
     let mut frames = FrameReader::open(file).expect("the recording can be read");
-    let dragon = Arc::new(paper_dragon_of(223));
+    let dragon = paper_dragon_of(223);
     let mut expected = vec![HandleState::default(); 224];
     let plan = plan(dragon.end_travel_m(), seconds);
-    let mut simulation = Simulation::new(dragon, plan, RATE_HZ, 1.0);
+    let mut simulation = Simulation::new(plain_formation(dragon), plan, RATE_HZ, 1.0);
     let mut last_due_ns = None;
     for tick in 0..show.frames_published {
         let frame = frames.next().unwrap_or_else(|| panic!("tick {tick} is missing")).expect("a frame can be read");

@@ -1,12 +1,11 @@
 //! Growth of the cost with the number of benches.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
 use bench_dragon_ipc::HandleState;
-use test_support::dragons::paper_dragon_of;
+use test_support::dragons::{paper_dragon_of, plain_formation};
 
 use crate::shared::{median, nanoseconds_a_call};
 
@@ -17,10 +16,10 @@ const HANDLES_A_BATCH: usize = 100_000;
 
 /// Returns the nanoseconds of one step of a dragon of `benches` benches, written into plain memory: no bus, no clock.
 pub(crate) fn step_ns(benches: usize) -> f64 {
-    let dragon = Arc::new(paper_dragon_of(benches));
+    let dragon = paper_dragon_of(benches);
     let plan =
         MotionPlan::new(MotionSettings::plain(0.001, 0.0, dragon.end_travel_m())).expect("the travels are in order");
-    let mut simulation = Simulation::new(dragon, plan, 1000, 1.0);
+    let mut simulation = Simulation::new(plain_formation(dragon), plan, 1000, 1.0);
     let mut frame = vec![HandleState::default(); benches + 1];
     let mut batch = || {
         nanoseconds_a_call(HANDLES_A_BATCH.div_ceil(benches), || {

@@ -1,4 +1,4 @@
-//! Measures the server's cost of a tick, with more readers and with more benches.
+//! Measures the server's cost of a tick, with more readers, with more benches and with more dragons.
 //!
 //! The server is the product's own, in a thread of this process. Its readers are other processes of this program. Before the
 //! measurement, readers in every setting check that they receive the right frames. Settings take turns.
@@ -6,6 +6,7 @@
 #[path = "../shared/mod.rs"]
 mod shared;
 
+mod formation;
 mod growth;
 mod reader;
 mod server;
@@ -16,6 +17,7 @@ use bench_dragon::system::stop::StopFlag;
 
 use shared::{Figures, median};
 
+use formation::{ROUNDS, many_dragons};
 use growth::{exponent, start_s, step_ns};
 use reader::{Habit, Role};
 use server::{Cost, Setting, measure, prove};
@@ -45,6 +47,8 @@ fn main() -> ExitCode {
 fn measure_all() {
     let stop = StopFlag::on_signals().expect("signal handlers can be installed");
     let mut figures = Figures::of("scale");
+    println!("\ndragons: 20 of 223 benches beside one of 4,460, {ROUNDS} rounds");
+    many_dragons(&mut figures);
     println!(
         "\nreaders: the paper's dragon at {RATE_HZ} Hz, {READER_ROUNDS} rounds; a polling reader polls every millisecond"
     );

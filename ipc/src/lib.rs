@@ -70,7 +70,8 @@ pub use wake::WakePage;
 pub use wire::{
     Alert, AlertKind, BenchState, Command, CommandEvent, CommandReply, DragonMotion, DragonState, EventKind,
     FrameHeader, GuardState, HandleState, MAX_DRAGONS, ReaderReport, Refusal, ReplayStatus, Request, RunStart, Sender,
-    Severity, ShowState, SourceKind, Status, Stop, Stops, TimeHistogram, TimecodeKind, TimecodeState, frame_bytes,
+    Severity, ShowState, SourceKind, Status, Stop, Stops, TimeHistogram, TimecodeKind, TimecodeState, dragon_names,
+    frame_bytes,
 };
 /// Traits that convert the bus's layouts to and from their bytes.
 pub use zerocopy::{FromBytes, IntoBytes};

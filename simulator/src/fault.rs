@@ -23,6 +23,17 @@ pub enum Part {
     Server,
     /// The monitor, which is the guard of a guarded show.
     Guard,
+    /// The recorder.
+    Recorder,
+}
+
+/// The way in which an operator sends a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Operator {
+    /// A tool that sends one command, such as `ctl`.
+    Tool,
+    /// A program with a queue, such as the page.
+    Desk(usize),
 }
 
 /// A fault of a timecode's sender.
@@ -63,8 +74,18 @@ pub enum FaultKind {
     SlowProofs(u64, u64),
     /// Another guard starts, and ends after the duration.
     SecondGuard(u64),
+    /// The recorder is killed when it has written so many more bytes.
+    KillInWrite(u64),
+    /// The disk has only so many free bytes, for the duration.
+    FullDisk(u64, u64),
+    /// Each write and sync of the duration takes so many times longer.
+    SlowDisk(u64, u64),
+    /// The machine loses its power. What was not synced is lost. A new show begins.
+    PowerLoss,
     /// An operator sends a command.
-    Command(Request),
+    Command(Operator, Request),
+    /// An operator submits so many commands of a seed at a desk, at once.
+    Flurry(usize, u64, u64),
     /// The timecode's sender fails.
     Timecode(TimecodeFault),
 }
@@ -78,9 +99,66 @@ impl fmt::Display for Fault {
 /// Number of kinds that a seed turns on or off.
 const KINDS: usize = 14;
 
-/// Draws the faults of a scenario up to an instant. Each seed leaves out about half of the kinds, and has its own mean distance
-/// between faults: long quiet runs and storms both occur.
+/// Draws all faults of a scenario up to an instant, in the order of their instants.
 pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: bool) -> Vec<Fault> {
+    let mut faults = draw_usual(seed, until_ns, seek_s, has_timecode);
+    faults.extend(draw_flurries(seed, until_ns));
+    faults.extend(draw_recorder(seed, until_ns));
+    faults.sort_by_key(|fault| fault.at_ns);
+    faults
+}
+
+/// Draws bursts of commands at the desks, for some seeds.
+fn draw_flurries(seed: u64, until_ns: u64) -> Vec<Fault> {
+    let mut dice = Dice::new(seed, 8);
+    if dice.chance(0.5) {
+        return Vec::new();
+    }
+    let mean_s = dice.scaled(2.0, 300.0);
+    instants(&mut dice, mean_s, until_ns, |dice| {
+        FaultKind::Flurry(dice.below(2), dice.next() >> 40, 2 + dice.below(16) as u64)
+    })
+}
+
+/// Draws the faults of the recorder and its disk, for some seeds.
+fn draw_recorder(seed: u64, until_ns: u64) -> Vec<Fault> {
+    let mut dice = Dice::new(seed, 10);
+    let kinds: Vec<usize> = (0..7).filter(|_| dice.chance(0.5)).collect();
+    if kinds.is_empty() {
+        return Vec::new();
+    }
+    let (mean_s, longest_s) = (dice.scaled(1.0, 200.0), dice.scaled(0.1, 60.0));
+    instants(&mut dice, mean_s, until_ns, |dice| {
+        let duration_ns = (dice.scaled(0.01, longest_s.max(0.02)) * 1e9) as u64;
+        match dice.one_of(&kinds) {
+            0 => FaultKind::Kill(Part::Recorder),
+            1 | 2 => FaultKind::KillInWrite(dice.scaled(1.0, 1e6) as u64),
+            3 => FaultKind::Stop(Part::Recorder, duration_ns),
+            4 => FaultKind::FullDisk(dice.below(400_000) as u64, duration_ns),
+            5 => FaultKind::SlowDisk(dice.scaled(1.0, 1e5) as u64, duration_ns),
+            _ if dice.chance(0.2) => FaultKind::PowerLoss,
+            _ => FaultKind::Kill(Part::Recorder),
+        }
+    })
+}
+
+/// Draws faults at random instants with a mean distance.
+fn instants(dice: &mut Dice, mean_s: f64, until_ns: u64, mut kind: impl FnMut(&mut Dice) -> FaultKind) -> Vec<Fault> {
+    let mut faults = Vec::new();
+    let mut at_s = 0.0;
+    loop {
+        at_s -= mean_s * (1.0 - dice.unit()).ln();
+        let at_ns = (at_s * 1e9) as u64;
+        if at_ns >= until_ns {
+            return faults;
+        }
+        faults.push(Fault { at_ns, kind: kind(dice) });
+    }
+}
+
+/// Draws the usual faults. Each seed leaves out about half of the kinds, and has its own mean distance
+/// between faults: long quiet runs and storms both occur.
+fn draw_usual(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: bool) -> Vec<Fault> {
     let mut dice = Dice::new(seed, 2);
     let kinds: Vec<usize> = (0..KINDS).filter(|_| dice.chance(0.5)).collect();
     // Without commands a show that was held once would stand for the rest.
@@ -109,7 +187,11 @@ pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: boo
             7 => FaultKind::DelayRequests(duration_ns(), duration_ns().min(8 * SECOND_NS)),
             8 => FaultKind::SlowProofs(duration_ns(), duration_ns().min(3 * SECOND_NS)),
             9 => FaultKind::SecondGuard(duration_ns()),
-            10 | 11 => FaultKind::Command(command(&mut dice, seek_s)),
+            10 | 11 => {
+                let operator =
+                    durations.one_of(&[Operator::Tool, Operator::Desk(0), Operator::Desk(0), Operator::Desk(1)]);
+                FaultKind::Command(operator, command(&mut dice, seek_s))
+            }
             12 => FaultKind::LoseReplies(duration_ns()),
             13 => FaultKind::LoseFrames(duration_ns()),
             _ => unreachable!("the numbers of the kinds are below {KINDS}"),
@@ -120,7 +202,7 @@ pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: boo
 }
 
 /// Any command, those that go on more often than those that stop. Some have values out of range.
-fn command(dice: &mut Dice, [first_s, last_s]: [f64; 2]) -> Request {
+pub(crate) fn command(dice: &mut Dice, [first_s, last_s]: [f64; 2]) -> Request {
     match dice.below(24) {
         0..=2 => Request::Pause,
         3..=6 => Request::Resume,

@@ -12,9 +12,11 @@
 
 mod agenda;
 mod dice;
+mod disk;
 mod fault;
 mod guard;
 mod promises;
+mod recorder;
 mod scenario;
 mod server;
 mod shrink;

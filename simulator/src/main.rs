@@ -56,10 +56,10 @@ fn main() -> ExitCode {
         }
     }
     let wall_s = begun.elapsed().as_secs_f64();
-    let Totals { hours, faults, frames, runs, shows, walked_m, replies, seeds } = totals;
+    let Totals { hours, faults, frames, runs, shows, walked_m, replies, recorded, verified, seeds } = totals;
     println!(
         "{seeds} seeds, {hours:.1} simulated hours ({:.0} a minute), {faults} faults and commands, {shows} shows, {runs} runs, \
-         {frames} frames, {walked_m:.0} m walked, {replies} replies, {broken} broken",
+         {frames} frames, {walked_m:.0} m walked, {replies} replies, {recorded} frames recorded, {verified} of them verified, {broken} broken",
         hours / (wall_s / 60.0)
     );
     ExitCode::from(u8::from(broken > 0))
@@ -75,6 +75,8 @@ struct Totals {
     shows: u64,
     walked_m: f64,
     replies: u64,
+    recorded: u64,
+    verified: u64,
 }
 
 impl Totals {
@@ -87,6 +89,8 @@ impl Totals {
         self.shows += outcome.shows;
         self.walked_m += outcome.walked_m;
         self.replies += outcome.replies;
+        self.recorded += outcome.recorded;
+        self.verified += outcome.verified;
     }
 }
 

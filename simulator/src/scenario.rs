@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use bench_dragon::config::{Config, ConfigDocument};
+use bench_dragon::recording::walking_bytes_per_s;
 use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_geometry::formation::Formation;
 
@@ -13,6 +14,9 @@ use crate::fault::{Fault, draw};
 pub(crate) const SECOND_NS: u64 = 1_000_000_000;
 /// Greatest work of one call of the guard, as in the guard's process.
 const STEPS_AT_A_TIME: u64 = bench_dragon::safety::guard::STEPS_AT_A_TIME;
+
+/// Greatest size of the recordings of a scenario, which are kept in memory.
+const MOST_RECORDED_BYTES: f64 = 1e8;
 
 /// A show with its faults.
 #[derive(Clone, Debug)]
@@ -28,6 +32,8 @@ pub struct Scenario {
     /// The show's flags, beside the configuration.
     pub(crate) flags: ShowFlags,
     pub(crate) config: Config,
+    /// Whether the show is recorded.
+    pub(crate) has_recorder: bool,
     /// The dragon of the guard, with its limit of work.
     pub(crate) metered: Formation,
 }
@@ -69,7 +75,9 @@ impl Scenario {
         let length_ns = (hours * 3600e9) as u64;
         let faults = draw(seed, length_ns, seek_s, has_timecode);
         let metered = config.formation().metered(&Meter::of(STEPS_AT_A_TIME));
-        Self { seed, toml, faults, length_ns, flags, config, metered }
+        let bytes_per_s = walking_bytes_per_s(config.formation().layout(), config.tables().serve.rate_hz);
+        let has_recorder = Dice::new(seed, 3).chance(0.4) && bytes_per_s * hours * 3600.0 <= MOST_RECORDED_BYTES;
+        Self { seed, toml, faults, length_ns, flags, config, has_recorder, metered }
     }
 
     /// The same scenario with only the faults of these numbers.

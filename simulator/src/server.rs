@@ -6,9 +6,13 @@ use bench_dragon::source::server::motion::{HeadState, Limits};
 use bench_dragon::source::server::schedule::Schedule;
 use bench_dragon::source::server::{Simulation, Steering, TickInputs, TimecodeFollowing};
 use bench_dragon::source::timecode::{FollowerSettings, Position, SampleQueue, ShowPosition, TimecodeSample};
+use bench_dragon::source::{CommandLog, Moment, answer_command};
 use bench_dragon_ipc::service::MAX_ACTIVE_REQUESTS;
-use bench_dragon_ipc::{FrameHeader, HandleState, Refusal, Request, RunStart, Status, Stops, TimecodeKind};
-use rtrb::Producer;
+use bench_dragon_ipc::{
+    CommandEvent, CommandReply, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart, Sender, ShowState,
+    Status, Stops, TimecodeKind,
+};
+use rtrb::{Consumer, Producer};
 
 use crate::scenario::Scenario;
 use crate::world::Caller;
@@ -34,6 +38,9 @@ pub(crate) struct Server {
     missed: u64,
     handles: Vec<HandleState>,
     following: Option<(TimecodeFollowing, Producer<TimecodeSample>)>,
+    log: CommandLog,
+    /// Events that the reporting thread publishes next.
+    pub(crate) events: Consumer<CommandEvent>,
 }
 
 /// A request with its reply.
@@ -43,6 +50,8 @@ pub(crate) struct Decided {
     pub(crate) caller: Option<Caller>,
     pub(crate) request: Request,
     pub(crate) outcome: Result<(), Refusal>,
+    /// The reply of the server; that of the follower has none.
+    pub(crate) reply: Option<CommandReply>,
 }
 
 /// What one tick did.
@@ -65,37 +74,51 @@ struct Inputs<'a> {
     requests: &'a mut VecDeque<(Caller, Request)>,
     following: Option<&'a mut TimecodeFollowing>,
     due_ns: u64,
+    run_id: u64,
+    tick: u64,
+    overruns: u64,
+    log: &'a mut CommandLog,
     before: Option<HeadState>,
     decided: Vec<Decided>,
     steering: Option<Steering>,
 }
 
+impl Inputs<'_> {
+    fn moment(&self, head: HeadState) -> Moment {
+        Moment { show_time_ns: head.show_time_ns, overruns: self.overruns }
+    }
+}
+
 impl TickInputs for Inputs<'_> {
     fn requests(&mut self, head: HeadState, decide: &mut dyn FnMut(Request) -> Result<(), Refusal>) {
         self.before = Some(head);
+        let moment = self.moment(head);
         for _ in 0..MAX_ACTIVE_REQUESTS {
             let Some((caller, request)) = self.requests.pop_front() else { return };
             // Requests pass the wire, as on the bus.
-            let received = Request::from_wire(&request.to_wire());
-            let outcome = received.ok_or(Refusal::Unknown).and_then(&mut *decide);
-            self.decided.push(Decided { caller: Some(caller), request, outcome });
+            let (reply, event) = answer_command(&request.to_wire(), self.run_id, self.tick, &mut *decide);
+            self.log.record(event, moment);
+            let outcome = reply.outcome().map(|_tick| ());
+            self.decided.push(Decided { caller: Some(caller), request, outcome, reply: Some(reply) });
         }
     }
 
     fn steering(
         &mut self,
-        _head: HeadState,
+        head: HeadState,
         show: ShowPosition,
         seek: &mut dyn FnMut(f64) -> Result<(), Refusal>,
     ) -> Option<Steering> {
+        let moment = self.moment(head);
         let following = self.following.as_deref_mut()?;
-        let decided = &mut self.decided;
+        let (decided, log, tick) = (&mut self.decided, &mut *self.log, self.tick);
         let mut seek = |show_time_s| {
             let outcome = seek(show_time_s);
-            decided.push(Decided { caller: None, request: Request::Seek { show_time_s }, outcome });
+            decided.push(Decided { caller: None, request: Request::Seek { show_time_s }, outcome, reply: None });
             outcome
         };
-        self.steering = Some(following.steer(self.due_ns, show, &mut seek, |_| ()));
+        let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
+        self.steering = Some(following.steer(self.due_ns, show, &mut seek, record));
         self.steering
     }
 }
@@ -115,6 +138,9 @@ impl Server {
             let (samples, inbox) = SampleQueue::with_sender();
             (TimecodeFollowing::new(settings, TimecodeKind::Osc, inbox).0, samples)
         });
+        let (mut log, events) = CommandLog::new(run_id, || 0);
+        let moment = Moment { show_time_ns: simulation.motion().head().show_time_ns, overruns: 0 };
+        log.record(start.event(), moment);
         Self {
             run_id,
             life,
@@ -128,6 +154,8 @@ impl Server {
             missed: 0,
             handles: vec![HandleState::default(); config.formation().layout().handles()],
             following,
+            log,
+            events,
         }
     }
 
@@ -150,6 +178,10 @@ impl Server {
             requests: &mut self.requests,
             following: self.following.as_mut().map(|(following, _)| following),
             due_ns: self.schedule.due_ns(),
+            run_id: self.run_id,
+            tick: self.tick,
+            overruns: self.schedule.overruns(),
+            log: &mut self.log,
             before: None,
             decided: Vec::new(),
             steering: None,
@@ -158,6 +190,10 @@ impl Server {
         let Inputs { before, decided, steering, .. } = inputs;
         let header = self.simulation.header(self.run_id, self.tick, self.schedule.due_ns());
         self.simulation.write(&mut self.handles);
+        if header.show_state() == Some(ShowState::Ended) {
+            let moment = Moment { show_time_ns: header.show_time_ns, overruns: self.schedule.overruns() };
+            self.log.record(CommandEvent::plain(EventKind::End, Sender::Server, self.tick), moment);
+        }
         self.tick += 1;
         let motion = self.simulation.motion();
         Ticked {

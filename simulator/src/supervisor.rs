@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use bench_dragon::supervision::{
-    LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS, Resumption, ResumptionSettings,
+    LONGEST_DISK_SILENCE, LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS, Phase, Resumption,
+    ResumptionSettings,
 };
 use bench_dragon_ipc::RunStart;
 
@@ -18,6 +19,7 @@ pub(crate) struct Supervisor {
     pub(crate) seen: LastSeen,
     server: Liveness,
     guard: Liveness,
+    pub(crate) recorder: Liveness,
     looked_ns: u64,
     pub(crate) has_timecode_run: bool,
 }
@@ -35,9 +37,10 @@ pub(crate) struct ChildState {
 impl Supervisor {
     pub(crate) fn new(scenario: &Scenario, now_ns: u64, epoch: Instant) -> Self {
         let most_restarts = (!scenario.flags.stay).then_some(MAX_RESTARTS);
-        let child = || Liveness::new(LONGEST_SILENCE, most_restarts);
-        let (server, guard) = (child(), child());
-        Self { epoch, seen: LastSeen::default(), server, guard, looked_ns: now_ns, has_timecode_run: false }
+        let child = |longest_silence| Liveness::new(longest_silence, most_restarts);
+        let [server, guard] = [(); 2].map(|()| child(LONGEST_SILENCE));
+        let recorder = child(LONGEST_DISK_SILENCE);
+        Self { epoch, seen: LastSeen::default(), server, guard, recorder, looked_ns: now_ns, has_timecode_run: false }
     }
 
     fn at(&self, now_ns: u64) -> Instant {
@@ -48,7 +51,26 @@ impl Supervisor {
         match part {
             Part::Server => &mut self.server,
             Part::Guard => &mut self.guard,
+            Part::Recorder => &mut self.recorder,
         }
+    }
+
+    /// The recorder waits for room on its disk, unless it has ended too often.
+    pub(crate) fn wait_for_room(&mut self) {
+        if matches!(self.recorder.phase(), Phase::Due(_)) {
+            self.recorder.wait();
+        }
+    }
+
+    /// The disk has room again.
+    pub(crate) fn note_room(&mut self, now_ns: u64) {
+        let now = self.at(now_ns);
+        self.recorder.end_wait(now);
+    }
+
+    /// Whether the recorder waits for room, or is given up.
+    pub(crate) fn is_recorder_away(&self) -> bool {
+        matches!(self.recorder.phase(), Phase::Waiting | Phase::Over | Phase::Idle)
     }
 
     pub(crate) fn note_start(&mut self, part: Part) {
@@ -67,7 +89,7 @@ impl Supervisor {
     }
 
     /// Looks at all children. Returns those that it kills, since they have given no sign of life for too long.
-    pub(crate) fn look(&mut self, now_ns: u64, children: [ChildState; 2]) -> Vec<Part> {
+    pub(crate) fn look(&mut self, now_ns: u64, children: [ChildState; 3]) -> Vec<Part> {
         let elapsed = Duration::from_nanos(now_ns - self.looked_ns).min(LONGEST_LOOK);
         self.looked_ns = now_ns;
         for ChildState { part, is_heard, .. } in children {

@@ -6,6 +6,8 @@ use std::str::FromStr;
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 
+use crate::config::BenchNames;
+
 /// End of a range that extends to the tail of any dragon.
 const OPEN: usize = usize::MAX;
 /// The highest number of a bench.
@@ -14,7 +16,8 @@ const LAST: usize = MAX_BENCHES - 1;
 /// A choice of benches: numbers and ranges of numbers. A range includes both of its ends.
 ///
 /// As text, `0,10..20,200..` is the head, benches 10 to 20, and all from 200 to the tail. A dragon may have fewer benches than
-/// the choice.
+/// the choice. Of several dragons, `gold:0..` is all benches of one, and `gold:0..5` some of them; without a name, benches are
+/// numbered on from dragon to dragon. [`BenchSelection::of`] replaces the names by these numbers.
 ///
 /// ```
 /// use bench_dragon::bridge::BenchSelection;
@@ -25,16 +28,55 @@ const LAST: usize = MAX_BENCHES - 1;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BenchSelection {
-    /// Ascending. Between two of them is at least one number.
+    /// Ascending. Between two of them is at least one number, or the beginning of a dragon.
     ranges: Vec<RangeInclusive<usize>>,
+    /// Names of dragons, each with a range of their benches.
+    named: Vec<(String, RangeInclusive<usize>)>,
 }
 
 /// Error for a text that is not a choice of benches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("must be numbers from 0 to {LAST} and ranges from a lower to a higher one, such as 0,10..20 or 10..")]
+#[error(
+    "must be numbers from 0 to {LAST} and ranges from a lower to a higher one, such as 0,10..20 or 10.., or those of one of several \
+     dragons, such as gold:0..5"
+)]
 pub struct BenchSelectionError;
 
 impl BenchSelection {
+    /// The same choice of these dragons, by numbers alone. Each range is of one dragon.
+    #[must_use]
+    pub fn of(&self, dragons: &BenchNames) -> Self {
+        let of_dragon = |(name, range): &(String, RangeInclusive<usize>)| {
+            let benches = dragons.of_dragon(name)?;
+            let last = range.end().saturating_add(benches.start).min(benches.end - 1);
+            let first = range.start() + benches.start;
+            (first <= last).then_some(first..=last)
+        };
+        let ranges = joined(self.ranges.iter().cloned().chain(self.named.iter().filter_map(of_dragon)).collect());
+        if !dragons.are_named() {
+            return Self { ranges, named: Vec::new() };
+        }
+        let split = |range: &RangeInclusive<usize>| {
+            let (first, last) = (*range.start(), *range.end());
+            let parts = dragons.dragons().map(move |(_, benches)| benches.start.max(first)..=last.min(benches.end - 1));
+            parts.filter(|part| !part.is_empty()).collect::<Vec<_>>()
+        };
+        Self { ranges: ranges.iter().flat_map(split).collect(), named: Vec::new() }
+    }
+
+    /// The chosen benches that these dragons, of `benches` benches in all, do not have, or `None`. A range without an end misses
+    /// nothing where its dragon has its beginning.
+    pub fn missing_of(&self, dragons: &BenchNames, benches: usize) -> Option<Self> {
+        let missing = |(name, range): &(String, RangeInclusive<usize>)| {
+            let benches = dragons.of_dragon(name).map_or(0, |benches| benches.len());
+            let missing = missing_in(range, benches)?;
+            Some((name.clone(), missing))
+        };
+        let named: Vec<_> = self.named.iter().filter_map(missing).collect();
+        let ranges: Vec<_> = self.ranges.iter().filter_map(|range| missing_in(range, benches)).collect();
+        (!ranges.is_empty() || !named.is_empty()).then_some(Self { ranges, named })
+    }
+
     /// The chosen benches of a dragon with `benches` benches, ascending, each once.
     pub fn indices(&self, benches: usize) -> impl DoubleEndedIterator<Item = usize> + '_ {
         self.ranges(benches).flatten()
@@ -54,19 +96,21 @@ impl BenchSelection {
     /// The chosen benches that a dragon with `benches` benches does not have, or `None`. A range without an end misses nothing
     /// where the dragon has its beginning.
     pub fn missing(&self, benches: usize) -> Option<Self> {
-        let is_missing = |range: &&RangeInclusive<usize>| {
-            *range.start() >= benches || (*range.end() >= benches && *range.end() != OPEN)
-        };
-        let missing = self.ranges.iter().filter(is_missing);
-        let ranges: Vec<_> = missing.map(|range| (*range.start()).max(benches)..=*range.end()).collect();
-        (!ranges.is_empty()).then_some(Self { ranges })
+        self.missing_of(&BenchNames::default(), benches)
     }
+}
+
+/// The part of a range that `benches` benches do not have. A range without an end misses nothing where it has its beginning.
+fn missing_in(range: &RangeInclusive<usize>, benches: usize) -> Option<RangeInclusive<usize>> {
+    let (first, last) = (*range.start(), *range.end());
+    let is_missing = first >= benches || (last >= benches && last != OPEN);
+    is_missing.then_some(first.max(benches)..=last)
 }
 
 impl Default for BenchSelection {
     /// All benches.
     fn default() -> Self {
-        Self { ranges: vec![0..=OPEN] }
+        Self { ranges: vec![0..=OPEN], named: Vec::new() }
     }
 }
 
@@ -74,8 +118,14 @@ impl FromStr for BenchSelection {
     type Err = BenchSelectionError;
 
     fn from_str(text: &str) -> Result<Self, BenchSelectionError> {
-        let ranges: Option<Vec<_>> = text.split(',').map(range).collect();
-        Ok(Self { ranges: joined(ranges.ok_or(BenchSelectionError)?) })
+        let (mut ranges, mut named) = (Vec::new(), Vec::new());
+        for part in text.split(',') {
+            match range(part) {
+                Some(range) => ranges.push(range),
+                None => named.push(named_range(part).ok_or(BenchSelectionError)?),
+            }
+        }
+        Ok(Self { ranges: joined(ranges), named })
     }
 }
 
@@ -86,7 +136,9 @@ impl fmt::Display for BenchSelection {
             (first, last) if first == last => first.to_string(),
             (first, last) => format!("{first}..{last}"),
         };
-        formatter.pad(&self.ranges.iter().map(written).collect::<Vec<_>>().join(","))
+        let of_dragon = |(name, range): &(String, RangeInclusive<usize>)| format!("{name}:{}", written(range));
+        let texts = self.ranges.iter().map(written).chain(self.named.iter().map(of_dragon));
+        formatter.pad(&texts.collect::<Vec<_>>().join(","))
     }
 }
 
@@ -98,6 +150,14 @@ fn range(text: &str) -> Option<RangeInclusive<usize>> {
         Some((first, last)) => (number(first)?, number(last)?),
     };
     (first <= last).then_some(first..=last)
+}
+
+/// Reads the name of a dragon, and a range of its benches behind a colon.
+fn named_range(text: &str) -> Option<(String, RangeInclusive<usize>)> {
+    let (name, benches) = text.split_once(':')?;
+    let is_name = |char: char| char.is_ascii_lowercase() || char.is_ascii_digit() || char == '-';
+    let is_named = !name.is_empty() && name.chars().all(is_name);
+    range(benches).filter(|_| is_named).map(|range| (name.to_owned(), range))
 }
 
 fn number(text: &str) -> Option<usize> {

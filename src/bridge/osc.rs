@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `/dragon/show` | show time in seconds (f), state (s), time scale (f), tick (i), fresh (i: 1, or 0 if the frame is stale) |
 //! | `/dragon/bench/7` | x, y, z of the centre of the board in metres, heading, speed in metres per wall-clock second (five f) |
+//! | `/dragon/gold/bench/7` | the same of one of several dragons, by its name |
 //!
 //! The show's message precedes the bench messages of the same frame. By default the axes are those of the bus: x right, y away,
 //! z up. Headings are then counter-clockwise from +x. A [`StageTransform`] changes positions and headings; a speed is a scalar,
@@ -23,6 +24,7 @@ use super::bench_selection::BenchSelection;
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
 use super::stage_transform::StageTransform;
+use crate::config::BenchNames;
 
 pub use super::osc_address::{AddressError, AddressPattern, ShowAddress};
 pub use super::slip_sender::SlipSender;
@@ -52,6 +54,14 @@ pub struct OscSettings {
     pub benches: BenchSelection,
     /// The transform to the coordinate system of the receivers.
     pub transform: StageTransform,
+}
+
+impl OscSettings {
+    /// The same settings for these dragons.
+    #[must_use]
+    pub fn of(&self, dragons: &BenchNames) -> Self {
+        Self { bench_address: self.bench_address.of(dragons), benches: self.benches.of(dragons), ..self.clone() }
+    }
 }
 
 /// Encodes frames as packets.

@@ -5,14 +5,26 @@ use std::str::FromStr;
 
 use rosc::address::verify_address;
 
+use crate::config::BenchNames;
+
 /// Placeholder for a bench's number.
 const INDEX: &str = "{index}";
-/// Longest address in bytes. It ensures that a message fits into any datagram.
+/// Placeholder for the dragon's name.
+const DRAGON: &str = "{dragon}";
+/// The name of a dragon that has none.
+const NAMELESS: &str = "dragon";
+/// Longest address in bytes, without a dragon's name of at most 24. It ensures that a message fits into any datagram.
 const MAX_LEN: usize = 200;
 
-/// The address of a bench's message, with `{index}` for the bench's number.
+/// The address of a bench's message, with `{index}` for the bench's number and `{dragon}` for the dragon's name.
+///
+/// Of several dragons, `{index}` is the bench's number within its dragon. A pattern without `{dragon}` then has the name as its
+/// second part.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AddressPattern(String);
+pub struct AddressPattern {
+    pattern: String,
+    dragons: BenchNames,
+}
 
 /// The address of the show's message.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +42,17 @@ pub enum AddressError {
 }
 
 impl AddressPattern {
+    /// The same pattern for these dragons.
+    #[must_use]
+    pub fn of(&self, dragons: &BenchNames) -> Self {
+        let mut pattern = self.pattern.clone();
+        if dragons.are_named() && !pattern.contains(DRAGON) {
+            let second = pattern[1..].find('/').map_or(pattern.len(), |length| length + 1);
+            pattern.insert_str(second, &format!("/{DRAGON}"));
+        }
+        Self { pattern, dragons: dragons.clone() }
+    }
+
     /// Returns the address of a bench's message.
     ///
     /// ```
@@ -37,10 +60,13 @@ impl AddressPattern {
     ///
     /// let pattern: AddressPattern = "/stage/{index}/pose".parse()?;
     /// assert_eq!(pattern.of_bench(7), "/stage/7/pose");
+    /// let dragons = bench_dragon::config::BenchNames::of_toml("[[dragons]]\nname = \"gold\"\nbenches = 40\n");
+    /// assert_eq!(pattern.of(&dragons).of_bench(7), "/stage/gold/7/pose");
     /// # Ok::<(), bench_dragon::bridge::osc::AddressError>(())
     /// ```
     pub fn of_bench(&self, index: usize) -> String {
-        self.0.replace(INDEX, &index.to_string())
+        let (dragon, index) = self.dragons.place(index).unwrap_or((NAMELESS, index));
+        self.pattern.replace(INDEX, &index.to_string()).replace(DRAGON, dragon)
     }
 
     /// Whether `show` is also the address of some bench's message.
@@ -58,8 +84,8 @@ impl FromStr for AddressPattern {
         if !text.contains(INDEX) {
             return Err(AddressError::NoIndex);
         }
-        check(&text.replace(INDEX, &usize::MAX.to_string()))?;
-        Ok(Self(text.to_owned()))
+        check(&text.replace(INDEX, &usize::MAX.to_string()).replace(DRAGON, NAMELESS))?;
+        Ok(Self { pattern: text.to_owned(), dragons: BenchNames::default() })
     }
 }
 
@@ -74,7 +100,7 @@ impl FromStr for ShowAddress {
 
 impl fmt::Display for AddressPattern {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(&self.0)
+        formatter.pad(&self.pattern)
     }
 }
 

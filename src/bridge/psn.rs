@@ -14,7 +14,8 @@
 //! Example: a board with its centre at (3, 4, 0) that points and moves in +y at 1 m/s has heading π/2. As a tracker it has
 //! position (3, 0, 4) and speed (0, 0, 1). Its orientation (0, −π/2, 0) turns (1, 0, 0) into (0, 0, 1).
 //!
-//! *Ids.* A tracker's id is the id of the head plus the bench's number. The choice of benches does not change it.
+//! *Ids.* A tracker's id is the id of the head plus the bench's number. The choice of benches does not change it. The benches of
+//! several dragons are numbered on from dragon to dragon.
 //!
 //! *Times.* The time of a tracker is the instant for which its pose holds. It is the same in each repetition of the pose. The time
 //! of a packet is that of sending, as the protocol specifies.
@@ -29,6 +30,7 @@ use super::bench_selection::BenchSelection;
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
 use super::stage_transform::StageTransform;
+use crate::config::BenchNames;
 
 pub use super::psn_names::{SystemName, SystemNameError, TrackerName, TrackerNameError};
 
@@ -112,6 +114,12 @@ pub struct PsnSettings {
 }
 
 impl PsnSettings {
+    /// The same settings for these dragons.
+    #[must_use]
+    pub fn of(&self, dragons: &BenchNames) -> Self {
+        Self { tracker_name: self.tracker_name.of(dragons), benches: self.benches.of(dragons), ..self.clone() }
+    }
+
     /// Returns the number of trackers of a dragon with `benches` benches.
     ///
     /// # Errors
@@ -160,6 +168,11 @@ impl PsnEncoder {
     /// Returns an encoder with these settings. Its timestamps count from `epoch_ns` of `CLOCK_MONOTONIC`, its frames from 0.
     pub fn new(settings: PsnSettings, epoch_ns: u64) -> Self {
         Self { settings, epoch_ns, data_frame_id: 0, info_frame_id: 0 }
+    }
+
+    /// Goes on with other settings.
+    pub fn set(&mut self, settings: PsnSettings) {
+        self.settings = settings;
     }
 
     /// Replaces the contents of `packets` with the next frame of DATA packets: the poses of the chosen benches. Without a chosen

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::config::BenchNames;
+
 /// The name of a sender: 1 to 64 printable ASCII characters, including spaces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SystemName(String);
@@ -37,13 +39,20 @@ impl fmt::Display for SystemName {
 
 /// Placeholder for a bench's number.
 const INDEX: &str = "{index}";
+/// Placeholder for the dragon's name.
+const DRAGON: &str = "{dragon}";
+/// The name of a dragon that has none.
+const NAMELESS: &str = "dragon";
 /// Placeholder for a tracker's id.
 const ID: &str = "{id}";
 /// The longest number of a bench or tracker: both are at most 65,535.
 const LONGEST_NUMBER: &str = "65535";
 
-/// The pattern of the trackers' names: printable ASCII characters, with `{index}` for the bench's number and `{id}` for the
-/// tracker's id.
+/// The pattern of the trackers' names: printable ASCII characters, with `{index}` for the bench's number, `{id}` for the
+/// tracker's id and `{dragon}` for the dragon's name.
+///
+/// Of several dragons, `{index}` is the bench's number within its dragon. A pattern without `{dragon}` then has the name before it,
+/// and a longer name than [`TrackerName::MAX_LEN`] is cut.
 ///
 /// ```
 /// use bench_dragon::bridge::psn::TrackerName;
@@ -53,12 +62,15 @@ const LONGEST_NUMBER: &str = "65535";
 /// # Ok::<(), bench_dragon::bridge::psn::TrackerNameError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TrackerName(String);
+pub struct TrackerName {
+    pattern: String,
+    dragons: BenchNames,
+}
 
 /// Error for a text that is not a pattern of names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "must be 1 to {} printable ASCII characters, where {INDEX} and {ID} count as five, without any other {{ or }}",
+    "must be 1 to {} printable ASCII characters, where {INDEX} and {ID} count as five and {DRAGON} as six, without any other {{ or }}",
     TrackerName::MAX_LEN
 )]
 pub struct TrackerNameError;
@@ -67,21 +79,35 @@ impl TrackerName {
     /// Longest name in bytes.
     pub const MAX_LEN: usize = 60;
 
-    /// Returns the name of a bench's tracker.
-    pub fn of_tracker(&self, index: usize, id: u16) -> String {
-        self.0.replace(INDEX, &index.to_string()).replace(ID, &id.to_string())
+    /// The same pattern for these dragons.
+    #[must_use]
+    pub fn of(&self, dragons: &BenchNames) -> Self {
+        Self { pattern: self.pattern.clone(), dragons: dragons.clone() }
     }
 
-    /// Length of the longest name, at most [`TrackerName::MAX_LEN`].
+    /// Returns the name of a bench's tracker.
+    pub fn of_tracker(&self, bench: usize, id: u16) -> String {
+        let numbered =
+            |pattern: &str, index: usize| pattern.replace(INDEX, &index.to_string()).replace(ID, &id.to_string());
+        let Some((dragon, index)) = self.dragons.place(bench) else {
+            return numbered(&self.pattern, bench).replace(DRAGON, NAMELESS);
+        };
+        let name = numbered(&self.pattern, index);
+        let mut name = if name.contains(DRAGON) { name.replace(DRAGON, dragon) } else { format!("{dragon} {name}") };
+        name.truncate(Self::MAX_LEN);
+        name
+    }
+
+    /// Upper bound on the length of a name, at most [`TrackerName::MAX_LEN`].
     pub(super) fn longest_len(&self) -> usize {
-        longest(&self.0).len()
+        if self.dragons.are_named() { Self::MAX_LEN } else { longest(&self.pattern).len() }
     }
 }
 
 impl Default for TrackerName {
     /// "Bench 0" and so on.
     fn default() -> Self {
-        Self(format!("Bench {INDEX}"))
+        Self { pattern: format!("Bench {INDEX}"), dragons: BenchNames::default() }
     }
 }
 
@@ -91,18 +117,19 @@ impl FromStr for TrackerName {
     fn from_str(pattern: &str) -> Result<Self, TrackerNameError> {
         let longest = longest(pattern);
         let is_allowed = is_printable(&longest, Self::MAX_LEN) && !longest.contains(['{', '}']);
-        if is_allowed { Ok(Self(pattern.to_owned())) } else { Err(TrackerNameError) }
+        let name = Self { pattern: pattern.to_owned(), dragons: BenchNames::default() };
+        if is_allowed { Ok(name) } else { Err(TrackerNameError) }
     }
 }
 
 impl fmt::Display for TrackerName {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.pad(&self.0)
+        formatter.pad(&self.pattern)
     }
 }
 
 fn longest(pattern: &str) -> String {
-    pattern.replace(INDEX, LONGEST_NUMBER).replace(ID, LONGEST_NUMBER)
+    pattern.replace(INDEX, LONGEST_NUMBER).replace(ID, LONGEST_NUMBER).replace(DRAGON, NAMELESS)
 }
 
 fn is_printable(name: &str, max_len: usize) -> bool {

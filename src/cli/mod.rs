@@ -53,7 +53,8 @@ use flags::{BusArgs, ChildArgs, ConfigArgs};
 pub use record::{RecordLine, RecordSummary};
 pub use serve::{ServeLine, run_start};
 pub use show::{
-    LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS, Phase, Resumption, ResumptionSettings,
+    LEAST_ROOM_BYTES, LONGEST_DISK_SILENCE, LONGEST_LOOK, LONGEST_SILENCE, LastSeen, Liveness, Look, MAX_RESTARTS,
+    Phase, Resumption, ResumptionSettings,
 };
 
 /// Real-time motion server for the bench dragon.

@@ -7,6 +7,7 @@ use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
 use super::ConfigError;
+use super::dragon_entry::DragonEntry;
 use super::ground_table::GroundTable;
 use super::origin_table::OriginTable;
 use super::priority::Priority;
@@ -38,8 +39,8 @@ pub struct Document {
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
     /// The dragons of a formation, each with a name, the keys of `[dragon]`, and its own `route` and `head`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) dragons: Option<Vec<toml::Table>>,
+    #[serde(skip_serializing)]
+    pub(super) dragons: Option<Vec<DragonEntry>>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,11 +10,10 @@ use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
 use bench_dragon_ipc::MAX_DRAGONS;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
-use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::document::{Document, DragonTable, HeadTable, in_plain_words};
-use super::ground_table::GroundTable;
+use super::document::{Document, HeadTable};
+use super::dragon_entry::DragonEntry;
 use super::origin_table::OriginTable;
 use super::{Config, ConfigDocument, ConfigError, require};
 
@@ -89,7 +88,7 @@ impl FormationDocument {
     }
 
     /// The whole configuration as TOML, with every key that applies. Heights that were read from a file are written for each dragon.
-    pub(super) fn to_toml(&self) -> String {
+    pub fn to_toml(&self) -> String {
         let written = |config: &Config| {
             Table::try_from(config.tables()).expect("the document has only tables of numbers and strings")
         };
@@ -99,8 +98,11 @@ impl FormationDocument {
         }
         let entries = self.dragons.iter().zip(self.formation.dragons()).map(|(dragon, planned)| {
             let mut tables = written(&dragon.config);
-            let mut entry = sub_table(&mut tables, "dragon").unwrap_or_default();
-            let mut head = sub_table(&mut tables, "head").unwrap_or_default();
+            let mut taken = |key: &str| match tables.remove(key) {
+                Some(Value::Table(table)) => table,
+                _ => Table::new(),
+            };
+            let (mut entry, mut head) = (taken("dragon"), taken("head"));
             head.insert("start_s".to_owned(), planned.timetable.start_s().into());
             entry.insert("name".to_owned(), dragon.name.clone().into());
             if let Some([red, green, blue]) = dragon.colour {
@@ -116,6 +118,12 @@ impl FormationDocument {
         });
         all.insert("dragons".to_owned(), entries.collect::<Vec<Value>>().into());
         toml::to_string(&all).expect("the document has only tables of numbers and strings")
+    }
+
+    /// The same configuration, in which each dragon leaves at another plan time.
+    #[must_use]
+    pub fn leaving_at(&self, starts_s: &[f64]) -> Self {
+        Self { formation: Arc::new(self.formation.leaving_at(starts_s)), dragons: self.dragons.clone() }
     }
 
     /// The dragons, the leading one first.
@@ -165,9 +173,9 @@ fn require_no_short_form(tables: &Document) -> Result<(), ConfigError> {
     }
 }
 
-fn name_of(entry: &Table, number: usize) -> Result<String, ConfigError> {
+fn name_of(entry: &DragonEntry, number: usize) -> Result<String, ConfigError> {
     let allowed = "1 to 24 of a–z, 0–9 and -";
-    let Some(name) = entry.get("name") else {
+    let Some(name) = &entry.name else {
         return Err(ConfigError(format!("[[dragons]] name of number {number} is missing, must be {allowed}")));
     };
     let is_plain = |char: char| char.is_ascii_lowercase() || char.is_ascii_digit() || char == '-';
@@ -193,30 +201,16 @@ fn colour_of(value: Option<Value>) -> Result<Option<[u8; 3]>, ConfigError> {
 /// The dragon of an entry, and its travel over plan time.
 fn named(
     name: &str,
-    mut entry: Table,
+    entry: DragonEntry,
     shared: &Document,
     folder: &Path,
     placing_steps: Option<u64>,
 ) -> Result<(NamedDragon, Timetable), ConfigError> {
-    entry.remove("name");
-    let colour = colour_of(entry.remove("colour"))?;
-    let mut head = sub_table(&mut entry, "head")?;
-    let leaves_s = match head.remove("start_s") {
-        None => 0.0,
-        Some(Value::Float(start_s)) => start_s,
-        Some(Value::Integer(start_s)) => start_s as f64,
-        Some(other) => return Err(ConfigError(format!("[head] start_s is {other}, must be a number"))),
-    };
+    let DragonEntry { colour, dragon, route, head, start_s: leaves_s, ground, .. } = entry;
+    let colour = colour_of(colour)?;
     require("head", "start_s", leaves_s, &LEAVES_S)?;
-    let route = sub_table(&mut entry, "route")?;
-    let ground = sub_table(&mut entry, "ground")?;
-    let mut tables = Document {
-        head: of_table::<HeadTable>(head)?,
-        route: of_table(route)?,
-        ground: if ground.is_empty() { shared.ground.clone() } else { of_table::<GroundTable>(ground)? },
-        dragon: of_table::<DragonTable>(entry)?,
-        ..shared.clone()
-    };
+    let ground = ground.filter(|ground| !ground.is_empty()).unwrap_or_else(|| shared.ground.clone());
+    let mut tables = Document { dragon, route, head, ground, ..shared.clone() };
     // Another dragon may be drawn.
     if !tables.route.is_drawing() && !tables.ground.is_file() {
         tables.origin = OriginTable::default();
@@ -232,17 +226,4 @@ fn named(
     let (start_m, end_m) = (config.lead().start_travel_m(), config.lead().end_travel_m());
     let timetable = Timetable::leaving(leaves_s, start_m, speed_mps, accel_mps2, end_m);
     Ok((NamedDragon { name: name.to_owned(), colour, config }, timetable))
-}
-
-/// Takes a table out of an entry; an empty one if it is not there.
-fn sub_table(entry: &mut Table, key: &str) -> Result<Table, ConfigError> {
-    match entry.remove(key) {
-        None => Ok(Table::new()),
-        Some(Value::Table(table)) => Ok(table),
-        Some(other) => Err(ConfigError(format!("{key} is {other}, must be a table"))),
-    }
-}
-
-fn of_table<T: DeserializeOwned>(table: Table) -> Result<T, ConfigError> {
-    table.try_into().map_err(|error: toml::de::Error| ConfigError(in_plain_words(error.message())))
 }

@@ -6,9 +6,11 @@
 mod bench_names;
 mod config_document;
 mod document;
+mod dragon_entry;
 mod drawn_route;
 mod formation_document;
 mod ground_table;
+mod named_benches;
 mod origin_table;
 mod plan_document;
 mod priority;
@@ -26,11 +28,12 @@ use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{RouteShape, RouteSpec};
 
-pub use bench_names::NamedBenches;
+pub use bench_names::BenchNames;
 pub use config_document::{ConfigDocument, unplaced};
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
 pub use formation_document::{FormationDocument, NamedDragon};
+pub use named_benches::NamedBenches;
 pub use plan_document::PlanDocument;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 

@@ -34,7 +34,7 @@ pub fn encode_frame(message: &mut Vec<u8>, header: &FrameHeader, handles: &[Hand
     }
 }
 
-/// Replaces the contents of `message` with the poses of all benches at a Unix time, in the frame of reference `stage`.
+/// Replaces the contents of `message` with the poses of all benches of one dragon at a Unix time, in the frame of reference `stage`.
 pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
     let benches = BenchState::all(handles);
     encode(message, stamp(unix_ns).as_bytes());
@@ -45,20 +45,28 @@ pub fn encode_poses(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]
     }
 }
 
-/// Replaces the contents of `message` with the same poses as transforms from `stage` to `bench_0`, `bench_1` and so on. The
-/// head is `bench_0`.
-pub fn encode_transforms(message: &mut Vec<u8>, unix_ns: u64, handles: &[HandleState]) {
-    let benches = BenchState::all(handles);
+/// Replaces the contents of `message` with the poses of all dragons as transforms from `stage` to `bench_0`, `bench_1` and so on,
+/// the head first. With `names`, those of the dragons, to `gold/bench_0` and so on.
+pub fn encode_transforms(
+    message: &mut Vec<u8>,
+    unix_ns: u64,
+    header: &FrameHeader,
+    handles: &[HandleState],
+    names: &[String],
+) {
     let stamp = stamp(unix_ns);
     encode(message, &[]);
-    append_number(message, benches.len() as u32);
-    for (index, bench) in benches.enumerate() {
-        align(message, size_of::<u32>());
-        message.extend(stamp.as_bytes());
-        append_string(message, format_args!("{STAGE}"));
-        append_string(message, format_args!("bench_{index}"));
-        align(message, size_of::<f64>());
-        message.extend(pose(&bench).as_bytes());
+    append_number(message, header.bench_count);
+    for (dragon, motion) in header.dragons().iter().enumerate() {
+        let prefix = names.get(dragon).map(|name| format!("{name}/")).unwrap_or_default();
+        for (index, bench) in motion.benches(handles).enumerate() {
+            align(message, size_of::<u32>());
+            message.extend(stamp.as_bytes());
+            append_string(message, format_args!("{STAGE}"));
+            append_string(message, format_args!("{prefix}bench_{index}"));
+            align(message, size_of::<f64>());
+            message.extend(pose(&bench).as_bytes());
+        }
     }
 }
 
@@ -86,6 +94,11 @@ fn append_string(message: &mut Vec<u8>, text: fmt::Arguments<'_>) {
 fn align(message: &mut Vec<u8>, alignment: usize) {
     let length = (message.len() - ENCAPSULATION.len()).next_multiple_of(alignment);
     message.resize(ENCAPSULATION.len() + length, 0);
+}
+
+/// Reads the header of a frame back, as of one dragon. `None` if the message is not a frame.
+pub(super) fn decode_header(message: &[u8]) -> Option<FrameHeader> {
+    decode(message).map(|fields| FrameHeader::of_show_bytes(&fields))
 }
 
 /// Reads a frame back, bit for bit. `None` if the message is not a frame.
@@ -250,7 +263,8 @@ mod tests {
     fn every_bench_has_one_transform() {
         let handles: Vec<HandleState> = (0..=100).map(|index| handle(f64::from(index), 0.0)).collect();
         let mut message = Vec::new();
-        encode_transforms(&mut message, 1_700_000_000_000_000_007, &handles);
+        let header = FrameHeader { bench_count: 100, ..FrameHeader::default() }.of_one_dragon();
+        encode_transforms(&mut message, 1_700_000_000_000_000_007, &header, &handles, &[]);
         assert_eq!(message[..8], [0, 1, 0, 0, 100, 0, 0, 0], "100 transforms");
         assert_eq!(message[8..16], [0, 0xf1, 0x53, 0x65, 7, 0, 0, 0], "1 700 000 000 s, 7 ns");
         assert_eq!(message[16..28], *b"\x06\0\0\0stage\0\0\0");
@@ -263,8 +277,51 @@ mod tests {
         let last = message.len() - 56;
         assert_eq!(message[last - 20..last], *b"\x09\0\0\0bench_99\0\0\0\0\0\0\0\0");
         assert_eq!(message.len(), 4 + 4 + (4 + 8 + 12 + 12 + 56) + 9 * 88 + 90 * 96);
-        encode_transforms(&mut message, 0, &[]);
+        encode_transforms(&mut message, 0, &FrameHeader::default(), &[], &[]);
         assert_eq!(message[4..], [0; 4]);
+    }
+
+    fn two_dragons() -> (FrameHeader, Vec<HandleState>) {
+        let motion = |first_handle, bench_count| DragonMotion {
+            travel_m: 0.1,
+            speed_mps: -0.0,
+            first_handle,
+            bench_count,
+            state: 1,
+            reserved: 0,
+        };
+        let header = FrameHeader { run_id: 7, bench_count: 3, ..FrameHeader::default() };
+        let header = header.of_plan([1.0 / 3.0, -0.0], &[motion(0, 2), motion(3, 1)]).expect("two dragons");
+        (header, (0..5).map(|index| handle(f64::from(index), 0.0)).collect())
+    }
+
+    #[test]
+    fn a_frame_of_a_plan_keeps_every_bit_and_a_truncated_one_is_rejected() {
+        let (header, handles) = two_dragons();
+        let mut message = Vec::new();
+        encode_frame(&mut message, &header, &handles);
+        assert_eq!(message.len(), 4 + 80 + 5 * 48 + 16 + 8 + 2 * 32);
+        assert_eq!(decode_frame(&message), Some((header, handles)));
+        let of_one_dragon = 4 + 80 + 5 * 48;
+        let is_read = |length: usize| decode_frame(&message[..length]).is_some();
+        assert_eq!((0..message.len()).filter(|&length| is_read(length)).collect::<Vec<_>>(), [of_one_dragon]);
+        // There the number of handles does not fit that of benches.
+        assert!(
+            !decode_frame(&message[..of_one_dragon]).is_some_and(|(header, handles)| header.has_handles(handles.len()))
+        );
+    }
+
+    #[test]
+    fn transforms_of_dragons_have_their_names_and_no_bench_between_two_of_them() {
+        let (header, handles) = two_dragons();
+        let mut message = Vec::new();
+        encode_transforms(&mut message, 0, &header, &handles, &["gold".to_owned(), "silver-2".to_owned()]);
+        assert_eq!(message[..8], [0, 1, 0, 0, 3, 0, 0, 0], "3 transforms");
+        let texts = message.split(|byte| *byte == 0).filter(|text| text.windows(6).any(|part| part == b"bench_"));
+        let texts: Vec<_> = texts.map(|text| String::from_utf8_lossy(text).into_owned()).collect();
+        assert_eq!(texts, ["gold/bench_0", "gold/bench_1", "silver-2/bench_0"]);
+        let last = message.len() - 56;
+        assert_eq!(message[last..], *pose(&BenchState::between(&handles[3], &handles[4])).as_bytes());
     }
 
     fn chosen_in(seconds: u64, rate_hz: u64, rate: &mut PoseRate) -> u64 {

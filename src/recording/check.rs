@@ -11,6 +11,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use bench_dragon_ipc::dragon_names;
 use mcap::{
     McapError, McapResult, Writer,
     records::{Channel, Header, Record},
@@ -18,7 +19,9 @@ use mcap::{
 };
 
 use super::{
+    disk::{FileReader, RecordingFile, SystemDisk},
     mcap_file::write_options,
+    reader::Configuration,
     recorder::RecorderSettings,
     records::{Ending, Records},
     repair::{Locked, Repair, RepairError, open_ours, repair},
@@ -43,8 +46,8 @@ const BUFFER_BYTES: usize = 1 << 20;
 /// # Errors
 /// See [`RepairError`]. Never returns [`RepairError::Damaged`].
 pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
-    let file = Locked::take(open_ours(path)?, path)?;
-    let sound = sound_frames(&file.0, &mut progress);
+    let file = Locked::take(open_ours(&SystemDisk, path)?, path)?;
+    let sound = sound_frames(&*file.0, &mut progress);
     let sound = sound.map_err(|error| RepairError::Read(path.into(), io_error(error)))?;
     drop(file);
     if let Some(frames) = sound {
@@ -54,15 +57,15 @@ pub fn repair_checked(path: &Path, mut progress: impl FnMut(u64)) -> Result<Repa
             done => return done,
         }
     }
-    let file = Locked::take(open_ours(path)?, path)?;
+    let file = Locked::take(open_ours(&SystemDisk, path)?, path)?;
     // Keeps a symbolic link: the copy replaces the target of the link.
     let target = path.canonicalize().map_err(|source| RepairError::Read(path.into(), source))?;
-    let copied = replace_by_finished_copy(&file.0, &target, progress)?;
+    let copied = replace_by_finished_copy(&*file.0, &target, progress)?;
     Ok(Repair { path: path.into(), ..copied })
 }
 
 /// Number of frames of an undamaged recording; `None` if it is damaged.
-fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64>> {
+fn sound_frames(file: &dyn RecordingFile, progress: impl FnMut(u64)) -> McapResult<Option<u64>> {
     let mut frame_channels = BTreeSet::new();
     let mut frames = 0;
     let damage = visit(file, progress, |record| {
@@ -80,12 +83,11 @@ fn sound_frames(file: &File, progress: impl FnMut(u64)) -> McapResult<Option<u64
 
 /// Reads all records of a file's data. Returns the number of bytes skipped, and whether unreadable bytes end the records.
 fn visit(
-    mut file: &File,
+    file: &dyn RecordingFile,
     mut progress: impl FnMut(u64),
     mut take: impl FnMut(Record<'_>) -> McapResult<()>,
 ) -> McapResult<(u64, bool)> {
-    file.rewind()?;
-    let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, file));
+    let mut records = Records::new(BufReader::with_capacity(BUFFER_BYTES, FileReader::new(file, 0)));
     let mut done_to = 0;
     while let Some(record) = records.next()? {
         take(record)?;
@@ -97,10 +99,14 @@ fn visit(
     Ok((records.skipped_bytes, records.ending == Some(Ending::Damaged)))
 }
 
-fn replace_by_finished_copy(file: &File, path: &Path, progress: impl FnMut(u64)) -> Result<Repair, RepairError> {
+fn replace_by_finished_copy(
+    file: &dyn RecordingFile,
+    path: &Path,
+    progress: impl FnMut(u64),
+) -> Result<Repair, RepairError> {
     let copy = path.with_added_extension(COPY_EXTENSION);
     let kept = free_name_for_damaged(path);
-    let replaced = write_finished_copy(file, &copy, progress).and_then(|(frames, skipped_bytes)| {
+    let replaced = write_finished_copy(file, path, &copy, progress).and_then(|(frames, skipped_bytes)| {
         fs::hard_link(path, &kept)?;
         fs::rename(&copy, path)?;
         File::open(folder_of(path))?.sync_all()?;
@@ -130,12 +136,18 @@ fn free_name_for_damaged(path: &Path) -> PathBuf {
 }
 
 /// Writes the copy. Returns the number of frames copied, and the number of bytes skipped.
-fn write_finished_copy(old: &File, copy: &Path, progress: impl FnMut(u64)) -> McapResult<(u64, u64)> {
+fn write_finished_copy(
+    old: &dyn RecordingFile,
+    path: &Path,
+    copy: &Path,
+    progress: impl FnMut(u64),
+) -> McapResult<(u64, u64)> {
     let file = File::options().read(true).write(true).create(true).truncate(true).open(copy)?;
-    file.set_permissions(old.metadata()?.permissions())?;
+    file.set_permissions(fs::metadata(path)?.permissions())?;
     let sink = NoSeek::new(BufWriter::with_capacity(BUFFER_BYTES, file.try_clone()?));
     let options = write_options(RecorderSettings::DEFAULT_COMPRESSION_LEVEL).chunk_size(Some(CHUNK_BYTES));
-    let mut copier = Copier { writer: options.create(sink)?, has_channels: false, is_of_this_version: false };
+    let mut copier =
+        Copier { writer: options.create(sink)?, has_channels: false, is_of_this_version: false, dragons: Vec::new() };
     for declared in Contents::of_finished(old)?.unwrap_or_default().into_declarations() {
         copier.take(declared)?;
     }
@@ -150,6 +162,8 @@ struct Copier<W: io::Write + Seek> {
     writer: Writer<W>,
     has_channels: bool,
     is_of_this_version: bool,
+    /// Names of the dragons of the first configuration, which precedes the messages.
+    dragons: Vec<String>,
 }
 
 impl<W: io::Write + Seek> Copier<W> {
@@ -165,13 +179,18 @@ impl<W: io::Write + Seek> Copier<W> {
             }
             Record::Message { header, data } => {
                 if !self.has_channels && self.is_of_this_version {
-                    // The chunk that declares the channels is damaged. This version numbers them alike in every file.
-                    Channels::declare(&mut self.writer)?;
+                    // The chunk that declares the channels is damaged. This version numbers them alike in every file of these dragons.
+                    Channels::declare(&mut self.writer, &self.dragons)?;
                     self.has_channels = true;
                 }
                 self.writer.write_to_known_channel(&header, &data)?;
             }
-            Record::Metadata(metadata) => self.writer.write_metadata(&metadata)?,
+            Record::Metadata(metadata) => {
+                self.writer.write_metadata(&metadata)?;
+                if let Some(configuration) = Configuration::from_metadata(metadata).filter(|_| !self.has_channels) {
+                    self.dragons = dragon_names(&configuration.toml).into_iter().map(str::to_owned).collect();
+                }
+            }
             // The writer writes its own header and indexes.
             _ => {}
         }

@@ -36,6 +36,16 @@ pub(super) const FRAME: Definition = Definition {
     )],
 };
 
+/// A frame of a plan, as on the bus.
+pub(super) const FORMATION_FRAME: Definition = Definition {
+    name: "bench_dragon_msgs/msg/FormationFrame",
+    text: include_str!("../../packaging/ros2/bench_dragon_msgs/msg/FormationFrame.msg"),
+    parts: &[
+        FRAME.parts[0],
+        ("bench_dragon_msgs/DragonMotion", include_str!("../../packaging/ros2/bench_dragon_msgs/msg/DragonMotion.msg")),
+    ],
+};
+
 /// An alert, as on the bus.
 pub(super) const ALERT: Definition = Definition {
     name: "bench_dragon_msgs/msg/Alert",
@@ -94,7 +104,7 @@ mod tests {
             POSE_ARRAY.full_text().split(SEPARATOR).nth(2),
             Some("\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n")
         );
-        for definition in [FRAME, ALERT, COMMAND_EVENT, POSE_ARRAY, TRANSFORMS] {
+        for definition in [FRAME, FORMATION_FRAME, ALERT, COMMAND_EVENT, POSE_ARRAY, TRANSFORMS] {
             let full = definition.full_text();
             let fields = full.lines().filter(|line| !line.starts_with(['#', '=']) && !line.starts_with("MSG: "));
             let types = fields.filter_map(|line| line.split([' ', '[']).next());

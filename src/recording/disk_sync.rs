@@ -1,69 +1,136 @@
 //! Syncing recorded data to disk, on a separate thread: a power cut loses little, and a slow disk delays no frame.
 
 use std::{
-    fs::File,
+    fmt::Debug,
     io,
+    sync::Arc,
     thread::{self, JoinHandle},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use crossbeam::channel::{Receiver, Sender, bounded};
+
+use super::disk::RecordingFile;
 
 /// Least time between two syncs of the open file.
 const PERIOD: Duration = Duration::from_secs(1);
 /// Greatest number of files in the queue for a sync. With rotation, several files may finish while the disk is slow.
 const MOST_WAITING: usize = 4;
 
-/// The thread that syncs files to disk.
-#[derive(Debug)]
-pub(super) struct DiskSync {
-    files: Sender<File>,
-    failed: Receiver<io::Error>,
-    thread: JoinHandle<()>,
-    due: Instant,
+/// Syncs files to disk, one after the other, while the writer goes on.
+pub trait FileSyncs: Debug + Send {
+    /// Whether no file waits for its sync.
+    fn is_idle(&self) -> bool;
+
+    /// Requests a sync of a file. Waits only while the queue is full.
+    fn request(&mut self, file: Arc<dyn RecordingFile>);
+
+    /// The first sync that failed, once.
+    fn failure(&mut self) -> Option<io::Error>;
+
+    /// Waits until all requested files are on the disk.
+    fn finish(&mut self);
 }
 
-impl DiskSync {
+/// The thread that syncs files to disk.
+#[derive(Debug)]
+pub(super) struct SyncThread {
+    files: Option<Sender<Arc<dyn RecordingFile>>>,
+    failed: Receiver<io::Error>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl SyncThread {
     pub(super) fn start() -> io::Result<Self> {
-        let (files, asked) = bounded::<File>(MOST_WAITING);
+        let (files, asked) = bounded::<Arc<dyn RecordingFile>>(MOST_WAITING);
         let (failures, failed) = bounded(1);
         let thread = thread::Builder::new().name("record-sync".to_owned()).spawn(move || {
             for file in asked {
-                if let Err(error) = file.sync_data() {
+                if let Err(error) = file.sync() {
                     // The channel holds one error: the first one ends the recording.
                     let _ = failures.try_send(error);
                 }
             }
         })?;
-        Ok(Self { files, failed, thread, due: Instant::now() + PERIOD })
+        Ok(Self { files: Some(files), failed, thread: Some(thread) })
+    }
+}
+
+impl FileSyncs for SyncThread {
+    fn is_idle(&self) -> bool {
+        self.files.as_ref().is_none_or(Sender::is_empty)
     }
 
-    /// Requests a sync of the open file, at most once a second and only if the queue is empty. Never waits.
-    pub(super) fn look_after(&mut self, file: &File) -> io::Result<()> {
-        let now = Instant::now();
-        if now >= self.due && self.files.is_empty() {
-            self.due = now + PERIOD;
-            // Only this thread sends, so the empty queue has room.
-            let _ = self.files.try_send(file.try_clone()?);
+    fn request(&mut self, file: Arc<dyn RecordingFile>) {
+        // The thread ends only after this sender is dropped, so the send succeeds.
+        let _ = self.files.as_ref().map(|files| files.send(file));
+    }
+
+    fn failure(&mut self) -> Option<io::Error> {
+        self.failed.try_recv().ok()
+    }
+
+    fn finish(&mut self) {
+        self.files = None;
+        if let Some(thread) = self.thread.take() {
+            thread.join().expect("the sync thread does not panic");
+        }
+    }
+}
+
+/// Decides when the files of a recording are synced.
+#[derive(Debug)]
+pub(super) struct DiskSync {
+    syncs: Box<dyn FileSyncs>,
+    /// Instant from which on the open file may be synced.
+    from: Duration,
+    /// Whether bytes were written since the last request.
+    is_due: bool,
+}
+
+impl DiskSync {
+    pub(super) fn new(syncs: Box<dyn FileSyncs>) -> Self {
+        Self { syncs, from: PERIOD, is_due: false }
+    }
+
+    /// Notes that bytes were written.
+    pub(super) fn note_write(&mut self) {
+        self.is_due = true;
+    }
+
+    /// Instant of the next sync of the open file; `None` if all its bytes are synced, or wait for their sync.
+    pub(super) fn due(&self) -> Option<Duration> {
+        self.is_due.then_some(self.from)
+    }
+
+    /// Requests a sync of the open file if it is due, at most once a second and only if the queue is empty. Never waits. `now` is
+    /// the time since the start of the recording.
+    pub(super) fn look_after(&mut self, file: &Arc<dyn RecordingFile>, now: Duration) -> io::Result<()> {
+        if self.due().is_some_and(|due| now >= due) {
+            // With a slow disk, the file waits for another period.
+            self.from = now + PERIOD;
+            if self.syncs.is_idle() {
+                self.is_due = false;
+                self.syncs.request(Arc::clone(file));
+            }
         }
         self.check()
     }
 
     /// Requests a sync of a finished file. Waits only while the queue is full.
-    pub(super) fn keep(&self, file: File) -> io::Result<()> {
-        // The thread ends only after this sender is dropped, so the send succeeds.
-        let _ = self.files.send(file);
+    pub(super) fn keep(&mut self, file: &Arc<dyn RecordingFile>) -> io::Result<()> {
+        self.is_due = false;
+        self.syncs.request(Arc::clone(file));
         self.check()
     }
 
     /// Waits until all requested files are on the disk.
-    pub(super) fn finish(self) -> io::Result<()> {
-        drop(self.files);
-        self.thread.join().expect("the sync thread does not panic");
-        self.failed.try_recv().map_or(Ok(()), Err)
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        self.syncs.finish();
+        self.check()
     }
 
-    fn check(&self) -> io::Result<()> {
-        self.failed.try_recv().map_or(Ok(()), Err)
+    fn check(&mut self) -> io::Result<()> {
+        self.syncs.failure().map_or(Ok(()), Err)
     }
 }

@@ -12,26 +12,27 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
     io::{self, BufWriter},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
+use bench_dragon_ipc::dragon_names;
 use mcap::{
     McapError, McapResult, WriteOptions, Writer,
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use rustix::fs::{FallocateFlags, FlockOperation, fallocate, flock};
 
 use super::{
+    disk::{FileAppender, RecordingDisk, RecordingFile},
     error::{Kept, RecordError, is_disk_full},
     progress::DiskSpace,
     reader::Configuration,
     repair::Locked,
     topics::{CONFIGURATION, Channels, LIBRARY, MessageCounts, PROFILE, Topic},
 };
-use crate::system::whole_file::{create_nameless, folder_of, give_name};
+use crate::system::whole_file::folder_of;
 
 /// Room for a compressed chunk and its index, so that one write sends both.
 const WRITE_BUFFER_BYTES: usize = 2 << 20;
@@ -41,8 +42,12 @@ const MESSAGE_OVERHEAD_BYTES: u64 = 64;
 const SUMMARY_BYTES: u64 = 16 << 10;
 /// Upper bound on the index of one chunk, or of one metadata record, in the summary.
 const SUMMARY_ENTRY_BYTES: u64 = 160;
+/// Upper bound on the part of such an index for the poses of one dragon more.
+const CHANNEL_ENTRY_BYTES: u64 = 10;
+/// Upper bound on the declarations and counts of the poses of one dragon, in the first chunk and in the summary.
+const CHANNEL_BYTES: u64 = 256;
 
-type Sink = NoSeek<BufWriter<File>>;
+type Sink = NoSeek<BufWriter<FileAppender>>;
 
 /// Options of the MCAP writer. The header contains our library name. Only [`McapFile`] closes chunks, and no chunk is partly
 /// written.
@@ -67,9 +72,11 @@ pub(super) struct Stamp {
 
 pub(super) struct McapFile {
     pub(super) path: PathBuf,
-    pub(super) file: File,
+    pub(super) file: Arc<dyn RecordingFile>,
     writer: Writer<Sink>,
     channels: Option<Channels>,
+    /// Names of the dragons of a plan, whose channels the file has; none for the short form for one dragon.
+    dragons: Vec<String>,
     chunk: BufferedChunk,
     chunk_limit_bytes: u64,
     summary_bytes: u64,
@@ -94,17 +101,22 @@ impl McapFile {
     ///
     /// The file gets its name after its beginning is written. So a file with this name is always a recording, even if the
     /// recorder is killed. On a file system without unnamed files, the file has its name from the start.
-    pub(super) fn create(path: &Path, compression_level: u32, chunk_limit_bytes: u64) -> Result<Self, RecordError> {
+    pub(super) fn create(
+        disk: &dyn RecordingDisk,
+        path: &Path,
+        compression_level: u32,
+        chunk_limit_bytes: u64,
+    ) -> Result<Self, RecordError> {
         let begin = |file| Self::begin(path, file, compression_level, chunk_limit_bytes);
-        let created = match create_nameless(folder_of(path)) {
+        let created = match disk.create_nameless(folder_of(path)) {
             Ok(file) => begin(file).and_then(|begun| {
-                give_name(&begun.file, path)?;
+                begun.file.give_name(path)?;
                 Ok(begun)
             }),
-            Err(_) => File::create_new(path).map_err(McapError::from).and_then(|file| {
+            Err(_) => disk.create_new(path).map_err(McapError::from).and_then(|file| {
                 begin(file).inspect_err(|_| {
                     // The file is ours and empty. The first error explains more than an error of the removal.
-                    let _ = std::fs::remove_file(path);
+                    let _ = disk.remove(path);
                 })
             }),
         };
@@ -115,15 +127,23 @@ impl McapFile {
         })
     }
 
-    fn begin(path: &Path, file: File, compression_level: u32, chunk_limit_bytes: u64) -> McapResult<Self> {
-        flock(&file, FlockOperation::NonBlockingLockExclusive).map_err(io::Error::from)?;
-        let locked = Locked(file.try_clone()?);
-        let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, file.try_clone()?));
+    fn begin(
+        path: &Path,
+        file: Arc<dyn RecordingFile>,
+        compression_level: u32,
+        chunk_limit_bytes: u64,
+    ) -> McapResult<Self> {
+        if !file.lock()? {
+            return Err(io::Error::from(io::ErrorKind::WouldBlock).into());
+        }
+        let locked = Locked(Arc::clone(&file));
+        let sink = NoSeek::new(BufWriter::with_capacity(WRITE_BUFFER_BYTES, FileAppender::new(Arc::clone(&file))));
         let mut begun = Self {
             path: path.into(),
             file,
             writer: write_options(compression_level).create(sink)?,
             channels: None,
+            dragons: Vec::new(),
             chunk: BufferedChunk::default(),
             chunk_limit_bytes,
             summary_bytes: SUMMARY_BYTES,
@@ -148,22 +168,42 @@ impl McapFile {
         self.channels.is_some()
     }
 
+    /// The names of the dragons whose channels the file has.
+    pub(super) fn dragons(&self) -> &[String] {
+        &self.dragons
+    }
+
+    /// Sets the names of the dragons, for a file that holds no message yet: its first chunk declares the channels of all others.
+    pub(super) fn set_dragons(&mut self, dragons: Vec<String>) {
+        assert!(!self.holds_messages(), "the channels of a file are declared once");
+        self.dragons = dragons;
+    }
+
+    /// Upper bound on the index of one chunk, or of one metadata record, in the summary.
+    fn summary_entry_bytes(&self) -> u64 {
+        SUMMARY_ENTRY_BYTES + self.dragons.len() as u64 * CHANNEL_ENTRY_BYTES
+    }
+
     /// Upper bound on the size of the finished file after one more chunk that begins with a message, in bytes.
     pub(super) fn bytes_after_chunk_with(&self, message: &[u8]) -> u64 {
         let chunk = self.chunk_limit_bytes.max(recorded_bytes(message));
         // Zstandard enlarges incompressible data by less than 1/128.
-        self.written_bytes + chunk + chunk / 128 + self.summary_bytes + SUMMARY_ENTRY_BYTES
+        let declared = self.dragons.len() as u64 * CHANNEL_BYTES;
+        self.written_bytes + chunk + chunk / 128 + self.summary_bytes + declared + self.summary_entry_bytes()
     }
 
     pub(super) fn space(&self) -> io::Result<DiskSpace> {
-        DiskSpace::around(&self.file)
+        self.file.space()
     }
 
     /// Records the configuration and flushes it.
     pub(super) fn describe(&mut self, Configuration { run_id, toml }: &Configuration) -> McapResult<()> {
         self.flush()?;
+        if !self.holds_messages() {
+            self.dragons = dragon_names(toml).into_iter().map(str::to_owned).collect();
+        }
         let metadata = [("run_id".to_owned(), run_id.to_string()), ("toml".to_owned(), toml.clone())];
-        self.summary_bytes += SUMMARY_ENTRY_BYTES;
+        self.summary_bytes += self.summary_entry_bytes();
         self.reserve(toml.as_bytes())?;
         self.writer.write_metadata(&Metadata { name: CONFIGURATION.to_owned(), metadata: BTreeMap::from(metadata) })?;
         self.flush()
@@ -177,12 +217,13 @@ impl McapFile {
         self.chunk.bytes == 0 || self.chunk.bytes + recorded_bytes(message) <= room
     }
 
-    pub(super) fn write(&mut self, topic: Topic, stamp: Stamp, message: &[u8]) -> McapResult<()> {
+    /// Writes a message. Of poses, `dragon` is the number of the dragon.
+    pub(super) fn write(&mut self, topic: Topic, dragon: usize, stamp: Stamp, message: &[u8]) -> McapResult<()> {
         if self.chunk.bytes == 0 {
             self.reserve(message)?;
         }
         let header = MessageHeader {
-            channel_id: self.channels()?.of(topic),
+            channel_id: self.channels()?.of(topic, dragon),
             sequence: stamp.sequence,
             log_time: stamp.log_time_ns,
             publish_time: stamp.publish_time_ns,
@@ -194,20 +235,20 @@ impl McapFile {
     }
 
     /// Returns the channels. Declares all of them before the first message, in its chunk.
-    fn channels(&mut self) -> McapResult<Channels> {
-        Ok(match self.channels {
+    fn channels(&mut self) -> McapResult<&Channels> {
+        Ok(match &mut self.channels {
             Some(channels) => channels,
-            None => *self.channels.insert(Channels::declare(&mut self.writer)?),
+            none => none.insert(Channels::declare(&mut self.writer, &self.dragons)?),
         })
     }
 
     /// Closes the chunk and hands it to the operating system. After that it survives the end of the process.
     pub(super) fn flush(&mut self) -> McapResult<()> {
         self.writer.flush()?;
-        self.written_bytes = self.file.metadata()?.len();
+        self.written_bytes = self.file.length()?;
         let chunk = std::mem::take(&mut self.chunk);
         self.counts.add(chunk.counts);
-        self.summary_bytes += SUMMARY_ENTRY_BYTES;
+        self.summary_bytes += self.summary_entry_bytes();
         Ok(())
     }
 
@@ -219,8 +260,8 @@ impl McapFile {
         self.flush()?;
         self.is_ended = true;
         self.writer.finish()?;
-        self.written_bytes = self.file.metadata()?.len();
-        self.file.set_len(self.written_bytes)?;
+        self.written_bytes = self.file.length()?;
+        self.file.set_length(self.written_bytes)?;
         Ok(())
     }
 
@@ -234,7 +275,7 @@ impl McapFile {
             // Takes the buffer apart: dropping it would repeat the failed write.
             let _ = writer.into_inner().into_inner().into_parts();
             // The cut is not essential: readers and repair also stop at a torn record.
-            let _ = file.set_len(written_bytes);
+            let _ = file.set_length(written_bytes);
         }
         match error {
             McapError::Io(source) if is_disk_full(&source) => RecordError::DiskFull { path, free_bytes, kept },
@@ -248,9 +289,9 @@ impl McapFile {
         let Some(reserved_bytes) = self.reserved_bytes.filter(|reserved| *reserved < needed_bytes) else {
             return Ok(());
         };
-        match fallocate(&self.file, FallocateFlags::KEEP_SIZE, reserved_bytes, needed_bytes - reserved_bytes) {
+        match self.file.reserve(reserved_bytes, needed_bytes - reserved_bytes) {
             Ok(()) => self.reserved_bytes = Some(needed_bytes),
-            Err(full) if is_disk_full(&full.into()) => return Err(full.into()),
+            Err(full) if is_disk_full(&full) => return Err(full),
             // The file system has no reservation: a full disk shows when a chunk is written.
             Err(_) => self.reserved_bytes = None,
         }

@@ -35,6 +35,7 @@ pub mod export;
 mod background_repair;
 mod check;
 mod definitions;
+mod disk;
 mod disk_sync;
 mod error;
 mod gaps;
@@ -56,6 +57,17 @@ mod survey;
 mod timeline;
 mod topics;
 mod writer;
+
+/// The parts of the recorder and of the repair that have neither a thread nor a clock, with the interface of their disk.
+pub mod on_disk {
+    pub use super::{
+        disk::{RecordingDisk, RecordingFile},
+        disk_sync::FileSyncs,
+        recorder::{FrameBuffer, WriterJob, frames_in_flight},
+        repair::repair_on,
+        writer::{RecordingWriter, WriterFault},
+    };
+}
 
 pub(crate) use self::recorder::frames_in_flight;
 pub use self::{

@@ -4,7 +4,6 @@
 //! index, and ends where a reader of the file ends: at the end of the data, or at the first record that is torn or damaged.
 
 use std::{
-    fs::File,
     io::{self, Cursor},
     ops::Range,
 };
@@ -16,6 +15,7 @@ use mcap::{
 };
 
 use super::{
+    disk::RecordingFile,
     reader::Configuration,
     record_heads::RecordHeads,
     records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, split_start},
@@ -44,7 +44,7 @@ pub(super) struct Outline {
 
 impl Outline {
     /// Reads the outline of a file that begins like an MCAP file.
-    pub(super) fn of(file: &File) -> io::Result<Self> {
+    pub(super) fn of(file: &dyn RecordingFile) -> io::Result<Self> {
         let (mut heads, mut outline) = (RecordHeads::of(file)?, Self::default());
         let mut at = MAGIC.len() as u64;
         while let Some((opcode, record)) = next_record(&mut heads, at)? {

@@ -235,7 +235,7 @@ impl FrameReader {
             let recorded = match topic {
                 Some(Topic::Frames) => {
                     let not_a_frame = || ReadError::NotAFrame(self.path.clone());
-                    if !is_wanted(&cdr::decode(&data).ok_or_else(not_a_frame)?) {
+                    if !is_wanted(&cdr::decode_header(&data).ok_or_else(not_a_frame)?) {
                         continue;
                     }
                     let (header, handles) = cdr::decode_frame(&data).filter(is_whole).ok_or_else(not_a_frame)?;
@@ -288,9 +288,9 @@ impl FrameReader {
     }
 }
 
-/// Whether a frame has the number of handles that its header states.
+/// Whether a frame has the handles that its header states.
 fn is_whole((header, handles): &(FrameHeader, Vec<HandleState>)) -> bool {
-    handles.len() == header.handle_count()
+    header.has_handles(handles.len())
 }
 
 impl Iterator for FrameReader {

@@ -1,15 +1,14 @@
 //! Reads the heads of a recording's records at any position, without the bytes between them.
 
-use std::{
-    fs::File,
-    io::{self, BufRead, BufReader, Read, Seek},
-};
+use std::io::{self, BufRead, BufReader, Read};
 
 use bench_dragon_ipc::FromBytes;
 use mcap::{MAGIC, records::op};
-use rustix::fs::{Advice, fadvise};
 
-use super::records::{RECORD_HEAD_BYTES, split_start};
+use super::{
+    disk::{FileReader, RecordingFile},
+    records::{RECORD_HEAD_BYTES, split_start},
+};
 
 /// Bytes read of each record: its head, and enough of its body for the lengths of its fields.
 pub(super) const START_BYTES: usize = 64;
@@ -24,7 +23,7 @@ pub(super) const INDEX_HEAD_BYTES: u64 = 2 + 4;
 
 /// A reader of single records at any position of a file.
 pub(super) struct RecordHeads<'a> {
-    source: BufReader<&'a File>,
+    source: BufReader<FileReader<'a>>,
     /// Length of the file in bytes.
     pub(super) length: u64,
     /// Position of `source` in bytes.
@@ -32,11 +31,10 @@ pub(super) struct RecordHeads<'a> {
 }
 
 impl<'a> RecordHeads<'a> {
-    pub(super) fn of(mut file: &'a File) -> io::Result<Self> {
-        // Without this advice the kernel reads ahead, into the contents of chunks. A failure costs only time.
-        let _ = fadvise(file, 0, None, Advice::Random);
-        file.rewind()?;
-        Ok(Self { length: file.metadata()?.len(), source: BufReader::with_capacity(BUFFER_BYTES, file), at: 0 })
+    pub(super) fn of(file: &'a dyn RecordingFile) -> io::Result<Self> {
+        file.expect_random_reads();
+        let source = BufReader::with_capacity(BUFFER_BYTES, FileReader::new(file, 0));
+        Ok(Self { length: file.length()?, source, at: 0 })
     }
 
     /// The first [`START_BYTES`] of a record, or fewer at the end of the file.

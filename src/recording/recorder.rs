@@ -12,6 +12,8 @@ use bench_dragon_ipc::{FrameHeader, HandleState};
 use crossbeam::channel::{Receiver, Sender, TryRecvError, bounded};
 
 use super::{
+    disk::SystemDisk,
+    disk_sync::SyncThread,
     error::RecordError,
     progress::{RecorderProgress, RecordingSummary, SharedProgress},
     reader::Configuration,
@@ -79,7 +81,9 @@ impl Recorder {
         refuse_taken_names(&settings, &names)?;
         let progress = Arc::new(SharedProgress::new(names.clone()));
         let path = settings.file.clone();
-        let writer = RecordingWriter::create(settings, names, Arc::clone(&progress))?;
+        let syncs = SyncThread::start().map_err(|source| RecordError::Create(path.clone(), source))?;
+        let shared = Arc::clone(&progress);
+        let writer = RecordingWriter::create_with(settings, names, shared, Arc::new(SystemDisk), Box::new(syncs))?;
         let (jobs, jobs_received) = bounded(MOST_FRAMES_IN_FLIGHT);
         let (emptied, empty) = bounded(MOST_FRAMES_IN_FLIGHT);
         let handle = thread::Builder::new()
@@ -184,29 +188,38 @@ impl Drop for Recorder {
 
 /// A frame in flight to the writing thread. The buffer then returns empty to the recorder.
 #[derive(Debug, Default)]
-pub(super) struct FrameBuffer {
+pub struct FrameBuffer {
     pub(super) header: FrameHeader,
     pub(super) handles: Vec<HandleState>,
 }
 
 impl FrameBuffer {
     /// Replaces the contents. Allocates only if a frame is larger than all before it.
-    fn fill(&mut self, header: &FrameHeader, handles: &[HandleState]) {
+    pub fn fill(&mut self, header: &FrameHeader, handles: &[HandleState]) {
         self.header = *header;
         self.handles.clear();
         self.handles.extend_from_slice(handles);
     }
 }
 
+/// A job of the writing thread.
 #[derive(Debug)]
-pub(super) enum WriterJob {
+pub enum WriterJob {
+    /// A frame.
     Frame(FrameBuffer),
-    Message { message: Message, monotonic_ns: u64 },
+    /// An alert, an event of the record of commands, or another message.
+    Message {
+        /// The message.
+        message: Message,
+        /// Its arrival.
+        monotonic_ns: u64,
+    },
+    /// The configuration of a run.
     Describe(Configuration),
 }
 
 /// Greatest number of frames of a size that may be in flight.
-pub(crate) fn frames_in_flight(frame_bytes: usize) -> usize {
+pub fn frames_in_flight(frame_bytes: usize) -> usize {
     (BYTES_IN_FLIGHT / frame_bytes.max(1)).clamp(LEAST_FRAMES_IN_FLIGHT, MOST_FRAMES_IN_FLIGHT)
 }
 

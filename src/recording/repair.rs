@@ -16,19 +16,18 @@
 //! A power cut may reorder earlier writes. By (3), no file has the final bytes without its data and its summary.
 
 use std::{
-    fs::{self, File},
-    io,
-    os::unix::fs::FileExt as _,
+    io::{self, BufReader},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use mcap::{
     MAGIC,
     records::{Header, Record},
 };
-use rustix::fs::{FallocateFlags, fallocate};
 
 use super::{
+    disk::{FileReader, RecordingDisk, RecordingFile, SystemDisk},
     error::is_disk_full,
     progress::{DiskSpace, Size},
     records::Records,
@@ -100,57 +99,66 @@ pub enum RepairError {
 /// # Errors
 /// See [`RepairError`].
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
+    repair_on(&SystemDisk, path)
+}
+
+/// As [`repair()`], on this disk.
+///
+/// # Errors
+/// See [`RepairError`].
+pub fn repair_on(disk: &dyn RecordingDisk, path: &Path) -> Result<Repair, RepairError> {
     let finished =
         |frames, was_unfinished| Repair { path: path.into(), frames, was_unfinished, skipped_bytes: 0, kept: None };
-    let file = open_ours(path)?;
-    if let Some(frames) = frames_of_finished(&file, path)? {
+    let file = open_ours(disk, path)?;
+    if let Some(frames) = frames_of_finished(&*file, path)? {
         return Ok(finished(frames, false));
     }
     drop(file);
-    let file = File::options().read(true).write(true).open(path);
+    let file = disk.open(path, true);
     let file = Locked::take(file.map_err(|source| RepairError::Write(path.into(), source))?, path)?;
     // Another repair may have finished the file before this lock.
-    if let Some(frames) = frames_of_finished(&file.0, path)? {
+    if let Some(frames) = frames_of_finished(&*file.0, path)? {
         return Ok(finished(frames, false));
     }
-    let survey = survey(&file.0).map_err(|error| match error {
+    let survey = survey(&*file.0).map_err(|error| match error {
         SurveyError::Io(source) => RepairError::Read(path.into(), source),
         SurveyError::Damaged(at_byte) => RepairError::Damaged { path: path.into(), at_byte },
     })?;
     let frames = survey.contents.frames().unwrap_or(0);
-    finish_in_place(&file.0, path, survey)?;
+    finish_in_place(&*file.0, path, survey)?;
     Ok(finished(frames, true))
 }
 
-pub(super) fn open_ours(path: &Path) -> Result<File, RepairError> {
+pub(super) fn open_ours(disk: &dyn RecordingDisk, path: &Path) -> Result<Arc<dyn RecordingFile>, RepairError> {
     let failed = |source| RepairError::Read(path.into(), source);
     let foreign = || RepairError::Foreign(path.into());
     // Opening a named pipe would wait for a writer.
-    if !fs::metadata(path).map_err(failed)?.is_file() {
+    if !disk.is_file(path).map_err(failed)? {
         return Err(foreign());
     }
-    let file = File::open(path).map_err(failed)?;
-    match Records::new(&file).next().map_err(failed)? {
+    let file = disk.open(path, false).map_err(failed)?;
+    let begin = Records::new(BufReader::new(FileReader::new(&*file, 0))).next();
+    match begin.map_err(failed)? {
         Some(Record::Header(Header { library, .. })) if library.starts_with(LIBRARY_FAMILY) => Ok(file),
         _ => Err(foreign()),
     }
 }
 
 /// Number of frames of a finished recording; `None` if it is unfinished.
-fn frames_of_finished(file: &File, path: &Path) -> Result<Option<u64>, RepairError> {
+fn frames_of_finished(file: &dyn RecordingFile, path: &Path) -> Result<Option<u64>, RepairError> {
     let contents = Contents::of_finished(file).map_err(|source| RepairError::Read(path.into(), source))?;
     Ok(contents.and_then(|contents| contents.frames()))
 }
 
 /// A file that a recorder or a repair has locked against the others. It is unlocked when this value is dropped.
-pub(super) struct Locked(pub(super) File);
+pub(super) struct Locked(pub(super) Arc<dyn RecordingFile>);
 
 impl Locked {
-    pub(super) fn take(file: File, path: &Path) -> Result<Self, RepairError> {
-        match file.try_lock() {
-            Ok(()) => Ok(Self(file)),
-            Err(fs::TryLockError::WouldBlock) => Err(RepairError::InUse(path.into())),
-            Err(fs::TryLockError::Error(source)) => Err(RepairError::Read(path.into(), source)),
+    pub(super) fn take(file: Arc<dyn RecordingFile>, path: &Path) -> Result<Self, RepairError> {
+        match file.lock() {
+            Ok(true) => Ok(Self(file)),
+            Ok(false) => Err(RepairError::InUse(path.into())),
+            Err(source) => Err(RepairError::Read(path.into(), source)),
         }
     }
 }
@@ -158,28 +166,28 @@ impl Locked {
 impl Drop for Locked {
     fn drop(&mut self) {
         // A child process that is just starting may share the file. Closing alone would then leave the file locked.
-        let _ = self.0.unlock();
+        self.0.unlock();
     }
 }
 
 fn finish_in_place(
-    file: &File,
+    file: &dyn RecordingFile,
     path: &Path,
     Survey { end, last_indexes, contents }: Survey,
 ) -> Result<(), RepairError> {
     let ending = contents.into_ending(end, &last_indexes);
-    let failed = |source: io::Error| match DiskSpace::around(file) {
+    let failed = |source: io::Error| match file.space() {
         Ok(DiskSpace { free_bytes, .. }) if is_disk_full(&source) => {
             RepairError::DiskFull { path: path.into(), needed_bytes: ending.len() as u64, free_bytes }
         }
         _ => RepairError::Write(path.into(), source),
     };
     let there = bytes_there(file, end, &ending).map_err(failed)?;
-    match fallocate(file, FallocateFlags::KEEP_SIZE, end, ending.len() as u64) {
-        Err(full) if is_disk_full(&full.into()) => {
-            let error = failed(full.into());
+    match file.reserve(end, ending.len() as u64) {
+        Err(full) if is_disk_full(&full) => {
+            let error = failed(full);
             // Releases the reserved part. The file is unchanged, even if this fails.
-            let _ = file.metadata().and_then(|metadata| file.set_len(metadata.len()));
+            let _ = file.length().and_then(|bytes| file.set_length(bytes));
             return Err(error);
         }
         // The file system has no reservation: a full disk shows in `append`.
@@ -187,13 +195,13 @@ fn finish_in_place(
     }
     append(file, end + there, &ending[there as usize..]).map_err(|error| {
         // Keeps the whole records. If this fails, the next repair cuts off the part of the ending.
-        let _ = file.set_len(end + there);
+        let _ = file.set_length(end + there);
         failed(error)
     })
 }
 
 /// Number of bytes of the ending that the file already contains: message indexes, or bytes from an earlier repair.
-fn bytes_there(file: &File, end: u64, ending: &[u8]) -> io::Result<u64> {
+fn bytes_there(file: &dyn RecordingFile, end: u64, ending: &[u8]) -> io::Result<u64> {
     let mut there = 0;
     let mut block = [0; 1 << 14];
     loop {
@@ -209,16 +217,16 @@ fn bytes_there(file: &File, end: u64, ending: &[u8]) -> io::Result<u64> {
 
 /// Writes the last bytes of a file at `begin`, and cuts off the old bytes there. Writes the magic bytes after all others are on
 /// the disk.
-fn append(file: &File, begin: u64, bytes: &[u8]) -> io::Result<()> {
+fn append(file: &dyn RecordingFile, begin: u64, bytes: &[u8]) -> io::Result<()> {
     let (but_magic, magic) = bytes.split_at(bytes.len() - MAGIC.len());
     let magic_begin = begin + but_magic.len() as u64;
-    if file.metadata()?.len() > begin {
-        file.set_len(begin)?;
+    if file.length()? > begin {
+        file.set_length(begin)?;
     }
     file.write_all_at(but_magic, begin)?;
-    file.sync_data()?;
+    file.sync()?;
     file.write_all_at(magic, magic_begin)?;
     // Releases the space that the recorder had reserved.
-    file.set_len(magic_begin + magic.len() as u64)?;
-    file.sync_data()
+    file.set_length(magic_begin + magic.len() as u64)?;
+    file.sync()
 }

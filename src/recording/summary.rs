@@ -2,9 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
-    io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom},
-    os::unix::fs::FileExt as _,
+    io::{self, BufRead as _, BufReader, Read as _},
 };
 
 use binrw::{BinWrite, BinWriterExt as _, io::Cursor};
@@ -17,6 +15,7 @@ use mcap::{
 };
 
 use super::{
+    disk::{FileReader, RecordingFile},
     records::{Records, split_start},
     topics::Topic,
 };
@@ -41,8 +40,8 @@ impl Contents {
     /// whole summary.
     ///
     /// Memory grows neither with the file nor with the lengths that it states.
-    pub(super) fn of_finished(mut file: &File) -> io::Result<Option<Self>> {
-        let Some(end_begin) = file.metadata()?.len().checked_sub(END_BYTES as u64) else { return Ok(None) };
+    pub(super) fn of_finished(file: &dyn RecordingFile) -> io::Result<Option<Self>> {
+        let Some(end_begin) = file.length()?.checked_sub(END_BYTES as u64) else { return Ok(None) };
         let mut end = [0; END_BYTES];
         file.read_exact_at(&mut end, end_begin)?;
         let Some((op::FOOTER, FOOTER_BODY_BYTES, body)) = split_start(&end) else { return Ok(None) };
@@ -57,8 +56,8 @@ impl Contents {
         if summary_crc != 0 && checksum(file, summary_start, checked_end)? != summary_crc {
             return Ok(None);
         }
-        file.seek(SeekFrom::Start(summary_start))?;
-        let mut records = Records::at(BufReader::new(file).take(end_begin - summary_start), summary_start);
+        let source = BufReader::new(FileReader::new(file, summary_start)).take(end_begin - summary_start);
+        let mut records = Records::at(source, summary_start);
         let mut contents = Self::default();
         while let Some(record) = records.next()? {
             contents.declare(record);
@@ -184,9 +183,8 @@ impl Contents {
     }
 }
 
-fn checksum(mut file: &File, begin: u64, end: u64) -> io::Result<u32> {
-    file.seek(SeekFrom::Start(begin))?;
-    let mut part = BufReader::new(file).take(end - begin);
+fn checksum(file: &dyn RecordingFile, begin: u64, end: u64) -> io::Result<u32> {
+    let mut part = BufReader::new(FileReader::new(file, begin)).take(end - begin);
     let mut hasher = crc32fast::Hasher::new();
     loop {
         match part.fill_buf()? {

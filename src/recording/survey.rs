@@ -10,7 +10,6 @@
 
 use std::{
     collections::BTreeMap,
-    fs::File,
     io::{self, Cursor},
     ops::Range,
 };
@@ -22,6 +21,7 @@ use mcap::{
 };
 
 use super::{
+    disk::RecordingFile,
     record_heads::{INDEX_HEAD_BYTES, RecordHeads, START_BYTES, is_of_data, length_by_fields, number_at},
     records::{LONGEST_RECORD_BYTES, RECORD_HEAD_BYTES, UnpackedChunk, split_start},
     summary::Contents,
@@ -59,7 +59,7 @@ impl From<io::Error> for SurveyError {
 }
 
 /// Surveys a file that begins like a recording of ours.
-pub(super) fn survey(file: &File) -> Result<Survey, SurveyError> {
+pub(super) fn survey(file: &dyn RecordingFile) -> Result<Survey, SurveyError> {
     let mut surveying = Surveying {
         heads: RecordHeads::of(file)?,
         at: MAGIC.len() as u64,

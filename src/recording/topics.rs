@@ -14,7 +14,7 @@ use mcap::{McapResult, Writer};
 
 use super::{
     cdr,
-    definitions::{ALERT, COMMAND_EVENT, Definition, FRAME, POSE_ARRAY, TRANSFORMS},
+    definitions::{ALERT, COMMAND_EVENT, Definition, FORMATION_FRAME, FRAME, POSE_ARRAY, TRANSFORMS},
 };
 
 /// Name of the metadata record that carries the configuration: `run_id` and `toml`.
@@ -26,12 +26,12 @@ pub(super) const LIBRARY: &str = concat!("bench-dragon/", env!("CARGO_PKG_VERSIO
 /// Prefix of [`LIBRARY`] in every version.
 pub(super) const LIBRARY_FAMILY: &str = "bench-dragon";
 
-/// Topic of a recorded message. A topic's index in `Topic::ALL` decides the number of its channel.
+/// Topic of a recorded message. A topic's index in `Topic::ALL` decides the order of the channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
     /// All frames.
     Frames,
-    /// The poses of the benches, for viewers.
+    /// The poses of the benches, for viewers: a topic for each dragon of a plan.
     Poses,
     /// The alerts.
     Alerts,
@@ -154,22 +154,44 @@ impl MessageCounts {
     }
 }
 
-/// The numbers of a file's channels, one for each topic.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Channels([u16; Topic::ALL.len()]);
+/// The numbers of a file's channels: one for each topic; of a plan, one for the poses of each dragon.
+#[derive(Clone, Debug)]
+pub(super) struct Channels {
+    numbers: [u16; Topic::ALL.len()],
+    poses: Vec<u16>,
+}
 
 impl Channels {
-    pub(super) fn declare<W: Write + Seek>(writer: &mut Writer<W>) -> McapResult<Self> {
-        let mut numbers = [0; Topic::ALL.len()];
+    /// Declares the channels of a plan of dragons with these names; without names, those of the short form for one dragon.
+    pub(super) fn declare<W: Write + Seek>(writer: &mut Writer<W>, dragons: &[String]) -> McapResult<Self> {
+        let mut add = |name: &str, definition: &Definition| {
+            let schema = writer.add_schema(definition.name, "ros2msg", definition.full_text().as_bytes())?;
+            writer.add_channel(schema, name, "cdr", &BTreeMap::new())
+        };
+        let (mut numbers, mut poses) = ([0; Topic::ALL.len()], Vec::new());
         for topic in Topic::ALL {
             let (name, definition) = topic.declaration();
-            let schema = writer.add_schema(definition.name, "ros2msg", definition.full_text().as_bytes())?;
-            numbers[topic as usize] = writer.add_channel(schema, name, "cdr", &BTreeMap::new())?;
+            match topic {
+                Topic::Poses if !dragons.is_empty() => {
+                    for dragon in dragons {
+                        poses.push(add(&format!("/dragon/{dragon}/poses"), &definition)?);
+                    }
+                }
+                Topic::Frames if !dragons.is_empty() => numbers[topic as usize] = add(name, &FORMATION_FRAME)?,
+                _ => numbers[topic as usize] = add(name, &definition)?,
+            }
         }
-        Ok(Self(numbers))
+        if dragons.is_empty() {
+            poses.push(numbers[Topic::Poses as usize]);
+        }
+        Ok(Self { numbers, poses })
     }
 
-    pub(super) fn of(self, topic: Topic) -> u16 {
-        self.0[topic as usize]
+    /// The channel of a topic; of the poses, that of a dragon.
+    pub(super) fn of(&self, topic: Topic, dragon: usize) -> u16 {
+        match topic {
+            Topic::Poses => self.poses[dragon],
+            _ => self.numbers[topic as usize],
+        }
     }
 }

@@ -11,7 +11,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, CourseSearch, PairClearance, ProvenCourse};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Meter};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Handle, Meter};
 use bench_dragon_geometry::formation::Formation;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 
@@ -239,7 +239,7 @@ impl ClearanceCheck {
         boards.clear();
         for (number, (solver, planned)) in solvers.iter_mut().zip(formation.dragons()).enumerate() {
             let handles = solver.solve(&planned.dragon, formation.travel_m(number, course_m)).ok()?;
-            planned.dragon.add_boards(handles, |handle| handle.in_space(), boards);
+            planned.dragon.add_boards(handles, Handle::in_space, boards);
         }
         search.nearest(boards)
     }

@@ -124,7 +124,7 @@ mod tests {
     fn steps_within_the_stated_speed_and_time_are_walked_and_others_are_not() {
         let last = frame(5, 0.1);
         let (fast, finished) = (scaled(100.0, last), ShowState::Finished.to_wire());
-        for (last, next, is_walked, what) in [
+        for (last, next, is_walked, what) in vec![
             (last, frame(6, 0.12), true, "a step at the stated speed"),
             (last, scaled(1.05, frame(6, 0.121)), true, "a step at the time scale of a followed timecode"),
             (last, scaled(1.05, frame(15, 0.31)), true, "a gap at that time scale"),

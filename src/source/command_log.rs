@@ -1,21 +1,21 @@
 //! Record of commands: a queue of events from the loop to the thread that publishes them.
 
 #[cfg(feature = "zenoh")]
-use bench_dragon_ipc::{Command, CommandReply, Request, service::Service};
-use bench_dragon_ipc::{CommandEvent, EventKind};
+use bench_dragon_ipc::service::Service;
+use bench_dragon_ipc::{Command, CommandEvent, CommandReply, EventKind, Refusal, Request};
 #[cfg(feature = "zenoh")]
 use iceoryx2::active_request::ActiveRequest;
 use rtrb::{Consumer, Producer, RingBuffer};
-
-use crate::system::clock::unix_ns;
 
 /// Greatest number of events that wait to be published: more than a flood of commands produces between two reports.
 const MOST_WAITING: usize = 1024;
 
 /// The loop's end of the record. Recording neither waits nor allocates.
 #[derive(Debug)]
-pub(crate) struct CommandLog {
+pub struct CommandLog {
     waiting: Producer<CommandEvent>,
+    /// Reads the Unix time in nanoseconds.
+    wall_ns: fn() -> i64,
     run_id: u64,
     number: u64,
     /// The first accepted stop.
@@ -23,21 +23,22 @@ pub(crate) struct CommandLog {
 }
 
 impl CommandLog {
-    /// Creates the empty record of a run. Returns it with the end that the publishing thread reads.
-    pub(super) fn new(run_id: u64) -> (Self, Consumer<CommandEvent>) {
+    /// Creates the empty record of a run, whose events get their Unix time in nanoseconds from `wall_ns`. Returns it with the end
+    /// that the publishing thread reads.
+    pub fn new(run_id: u64, wall_ns: fn() -> i64) -> (Self, Consumer<CommandEvent>) {
         let (waiting, to_publish) = RingBuffer::new(MOST_WAITING);
-        (Self { waiting, run_id, number: 0, stop: None }, to_publish)
+        (Self { waiting, wall_ns, run_id, number: 0, stop: None }, to_publish)
     }
 
     /// Records an event at a show time, with the number of periods missed so far. A full queue drops the event.
     /// Readers detect this by the gap in the event numbers.
-    pub(crate) fn record(&mut self, event: CommandEvent, moment: Moment) {
+    pub fn record(&mut self, event: CommandEvent, moment: Moment) {
         let Moment { show_time_ns, overruns } = moment;
-        let (run_id, number) = (self.run_id, self.number);
+        let (run_id, number, wall_ns) = (self.run_id, self.number, (self.wall_ns)());
         if event.event_kind() == Some(EventKind::Stop) && event.outcome().is_ok() {
             self.stop.get_or_insert(event);
         }
-        let _ = self.waiting.push(CommandEvent { run_id, number, show_time_ns, overruns, wall_ns: unix_ns(), ..event });
+        let _ = self.waiting.push(CommandEvent { run_id, number, show_time_ns, overruns, wall_ns, ..event });
         self.number += 1;
     }
 
@@ -57,9 +58,25 @@ impl CommandLog {
 
 /// Show time and missed periods of a run when it takes a command.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Moment {
-    pub(crate) show_time_ns: i64,
-    pub(crate) overruns: u64,
+pub struct Moment {
+    /// Show time in nanoseconds.
+    pub show_time_ns: i64,
+    /// Periods missed so far.
+    pub overruns: u64,
+}
+
+/// Answers a command in a run: its reply, and its event for the record.
+pub fn answer_command(
+    command: &Command,
+    run_id: u64,
+    tick: u64,
+    decide: impl FnMut(Request) -> Result<(), Refusal>,
+) -> (CommandReply, CommandEvent) {
+    let reply = match Request::from_wire(command).ok_or(Refusal::Unknown).and_then(decide) {
+        Ok(()) => CommandReply::accepted(run_id, tick),
+        Err(refusal) => CommandReply::refused(run_id, tick, refusal),
+    };
+    (reply, CommandEvent::answered(command, &reply))
 }
 
 /// Command whose client waits for a reply.

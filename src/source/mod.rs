@@ -16,7 +16,7 @@ pub(crate) mod service_manager;
 
 #[cfg(feature = "zenoh")]
 pub(crate) use command_log::AskedCommand;
-pub(crate) use command_log::Moment;
+pub use command_log::{CommandLog, Moment, answer_command};
 #[cfg(feature = "zenoh")]
 pub(crate) use source_ports::described_bench_count;
 pub(crate) use source_ports::{SourcePorts, described_rate_hz, take_instance};

@@ -17,7 +17,7 @@ use iceoryx2::port::server::Server;
 use iceoryx2::prelude::{BackpressureStrategy, PortFactory as _};
 use iceoryx2::sample_mut::SampleMut;
 
-use super::command_log::{CommandLog, Moment};
+use super::command_log::{CommandLog, Moment, answer_command};
 use super::reporter::node_name;
 use super::source_report::{SourceReport, TimesOfAll};
 use crate::system::clock::monotonic_ns;
@@ -188,12 +188,8 @@ impl SourcePorts {
     ) {
         for _ in 0..MAX_ACTIVE_REQUESTS {
             let Ok(Some(active)) = self.commands.receive() else { return };
-            let outcome = Request::from_wire(active.payload()).ok_or(Refusal::Unknown).and_then(&mut decide);
-            let reply = match outcome {
-                Ok(()) => CommandReply::accepted(self.run_id, tick),
-                Err(refusal) => CommandReply::refused(self.run_id, tick, refusal),
-            };
-            record(&mut self.report.commands, CommandEvent::answered(active.payload(), &reply));
+            let (reply, event) = answer_command(active.payload(), self.run_id, tick, &mut decide);
+            record(&mut self.report.commands, event);
             let _ = active.send_copy(reply);
         }
     }
@@ -229,7 +225,10 @@ pub(crate) fn described_rate_hz(toml: &str) -> u32 {
 /// The number of benches in the description of a run; `None` where this version cannot read the description.
 #[cfg(feature = "zenoh")]
 pub(crate) fn described_bench_count(toml: &str) -> Option<u32> {
-    described(toml, "dragon", "benches")
+    let of_dragons = || {
+        crate::config::BenchNames::of_toml(toml).dragons().last().and_then(|(_, benches)| benches.end.try_into().ok())
+    };
+    described(toml, "dragon", "benches").or_else(of_dragons)
 }
 
 /// Reads a whole number of a description. The other keys are ignored, since a newer version may add some.

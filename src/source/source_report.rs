@@ -16,6 +16,7 @@ use super::command_log::CommandLog;
 use super::reporter::Reporter;
 use super::server::motion::Limits;
 use crate::output::histogram::Percentiles;
+use crate::system::clock::unix_ns;
 
 /// The loop's access to the [`Reporter`], which runs on a separate thread. Each report costs a few stores.
 #[derive(Debug)]
@@ -43,7 +44,7 @@ impl SourceReport {
         rate_hz: u32,
     ) -> Result<Self, BusError> {
         let gauges = Arc::new(LoopGauges::new(rate_hz));
-        let (commands, events) = CommandLog::new(description.run_id);
+        let (commands, events) = CommandLog::new(description.run_id, unix_ns);
         let shared = Arc::clone(&gauges);
         let (ready, opened) = channel::bounded(1);
         let (wake, woken) = channel::bounded::<()>(1);

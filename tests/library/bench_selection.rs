@@ -1,6 +1,7 @@
 //! Choices of benches.
 
 use bench_dragon::bridge::{BenchSelection, BenchSelectionError};
+use bench_dragon::config::BenchNames;
 use proptest::prelude::*;
 use test_support::property::random_cases;
 
@@ -69,11 +70,37 @@ fn only_numbers_and_ascending_ranges_are_accepted() {
         " 1",
         "100000",
         "0..100000",
+        "gold",
+        "gold:",
+        ":1",
+        "Gold:1",
+        "gold:2..1",
+        "gold:1-5",
     ];
     for text in bad {
         assert_eq!(text.parse::<BenchSelection>(), Err(BenchSelectionError), "{text}");
     }
     assert_eq!(indices("99999", 100_000), [99_999]);
+}
+
+#[test]
+fn benches_of_a_named_dragon_are_numbered_on() {
+    let dragons = BenchNames::of_toml(
+        "[[dragons]]\nname = \"gold\"\nbenches = 40\n[[dragons]]\nname = \"silver-2\"\nbenches = 30\n",
+    );
+    let chosen = |text: &str| selection(text).of(&dragons).indices(70).collect::<Vec<_>>();
+    assert_eq!(chosen("silver-2:0..2,gold:38.."), [38, 39, 40, 41, 42]);
+    assert_eq!(chosen("gold:0,silver-2:28..99,1"), [0, 1, 68, 69]);
+    assert_eq!(chosen("0.."), (0..70).collect::<Vec<_>>());
+    let ranges: Vec<_> = selection("39..40").of(&dragons).ranges(70).collect();
+    assert_eq!(ranges, [39..=39, 40..=40], "each range is of one dragon");
+    let missing = |text: &str| selection(text).missing_of(&dragons, 70).map(|missing| missing.to_string());
+    assert_eq!(missing("gold:0..,silver-2:0..29,69"), None);
+    assert_eq!(missing("gold:30..40,bronze:0..,70..71").as_deref(), Some("70..71,gold:40,bronze:0.."));
+    assert_eq!(missing("silver-2:30..").as_deref(), Some("silver-2:30.."));
+    assert_eq!(selection("gold:0..5,3").to_string(), "3,gold:0..5");
+    let one = BenchNames::default();
+    assert_eq!((chosen("bronze:1"), selection("gold:1").of(&one).count(9)), (vec![], 0));
 }
 
 proptest! {

@@ -256,7 +256,7 @@ fn impossible_bridges_are_refused_in_one_line() {
             &["psn", "--benches", "20..10"],
             2,
             "invalid value '20..10' for '--benches <LIST>': must be numbers from 0 to 99999 and ranges from a lower to a higher \
-             one, such as 0,10..20 or 10..",
+             one, such as 0,10..20 or 10.., or those of one of several dragons, such as gold:0..5",
         ),
         (&["osc", "--benches", "-1"], 2, "invalid value '-1' for '--benches <LIST>': must be numbers from 0 to 99999"),
         (&["osc", "--benches", "100000"], 2, "must be numbers from 0 to 99999"),

@@ -8,7 +8,7 @@ use std::process::Command;
 use bench_dragon_ipc::service::frame_buffer;
 use bench_dragon_ipc::{
     Alert, AlertSubscriber, BenchState, CommandClient, CommandEvent, CommandEventReader, Continuity, DescriptionReader,
-    HandleState, Request,
+    DragonMotion, HandleState, Request,
 };
 use rustix::process::{Pid, Signal, kill_process};
 use test_support::eventually::{DEADLINE, eventually};
@@ -18,6 +18,7 @@ use test_support::skip::has_programs;
 use crate::c_compiler::Language::{C99, Cpp17};
 use crate::c_compiler::Linkage::{Shared, Static};
 use crate::c_compiler::{Language, Linkage, compile, prefix, succeed, under_valgrind};
+use crate::dragons::TWO_DRAGONS;
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
 
@@ -126,6 +127,26 @@ fn a_c_client_reads_the_events_of_the_commands_to_a_server() {
         expected.extend(std::iter::from_fn(|| events.receive().expect("the bus is readable")).map(line_of_event));
         (expected.len() >= printed.lines().count()).then_some(())
     });
+    assert_eq!(printed.lines().collect::<Vec<_>>(), expected);
+    server.stop();
+}
+
+#[test]
+fn a_c_client_reads_the_dragons_by_their_names() {
+    if !has_programs(&COMPILERS) {
+        return;
+    }
+    let stage = Stage::new();
+    let server = stage.serve(&["--config", TWO_DRAGONS, "--held", "--rate", "20"]);
+    let printed = run(&stage, "dragons.c", &[]);
+    let shot = Reader::join(&stage).next();
+    let line = |(name, motion): (&str, &DragonMotion)| {
+        let benches: Vec<BenchState> = motion.benches(&shot.handles).collect();
+        let ends = [benches[0], benches[benches.len() - 1]];
+        let centres = ends.map(|bench| format!("{:x} {:x}", bench.centre_m[0].to_bits(), bench.centre_m[1].to_bits()));
+        format!("{name} {} {:x} 1 {}", benches.len(), motion.travel_m.to_bits(), centres.join(" "))
+    };
+    let expected: Vec<String> = ["gold", "silver"].into_iter().zip(shot.header.dragons()).map(line).collect();
     assert_eq!(printed.lines().collect::<Vec<_>>(), expected);
     server.stop();
 }
@@ -285,7 +306,7 @@ fn cmake_builds_the_examples_and_they_print_the_pose() {
 fn line_of(shot: &Shot) -> String {
     let numbers =
         shot.handles.iter().flat_map(|HandleState { position_m, velocity_mps }| [*position_m, *velocity_mps]).flatten();
-    let benches = BenchState::all(&shot.handles).flat_map(|bench| {
+    let benches = shot.header.benches(&shot.handles).flat_map(|bench| {
         let [x, y, z] = bench.centre_m;
         let [vx, vy, vz] = bench.velocity_mps;
         [x, y, z, bench.heading_rad, vx, vy, vz, bench.turn_rate_radps, bench.pitch_rad]

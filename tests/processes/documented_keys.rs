@@ -24,8 +24,8 @@ enum Word {
     Text(String),
 }
 
-/// Objects whose keys depend on their `kind`, and which another page describes.
-const BY_KIND: [&str; 3] = ["ahead", "guard", "refusals"];
+/// Objects whose keys depend on their `kind`, and which another page describes; and the starts of dragons by their names.
+const BY_KIND: [&str; 4] = ["ahead", "guard", "refusals", "starts_s"];
 
 impl Page {
     fn read() -> Self {
@@ -179,6 +179,10 @@ const CROSSING: &str = "[dragon]\nbenches = 4\n[route]\nkind = \"path\"\nsegment
 
 const STOPPED: &str = "[[dragons]]\nname = \"a\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
     segments = [{ kind = \"line\", length_m = 5 }, { kind = \"arc\", radius_m = 0.5, turn_deg = 350 }]\n";
+/// A dragon whose route crosses itself before it is too tight.
+const LOOPED: &str = "[[dragons]]\nname = \"a\"\nbenches = 4\n[dragons.route]\nkind = \"path\"\nsegments = [\
+    { kind = \"line\", length_m = 30 }, { kind = \"arc\", radius_m = 6, turn_deg = 270 }, { kind = \"line\", length_m = 30 }, \
+    { kind = \"arc\", radius_m = 0.5, turn_deg = 350 }]\n";
 const TWO: &str = "[[dragons]]\nname = \"a\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
     segments = [{ kind = \"line\", length_m = 20 }]\n[[dragons]]\nname = \"b\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
     start_x_m = 9\nstart_y_m = -9\nstart_heading_deg = 90\nsegments = [{ kind = \"line\", length_m = 20 }]\n";
@@ -188,11 +192,16 @@ const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
 
 /// Every question with every flag that adds keys. Together they print every documented object at least once.
-const CASES: [Case; 29] = [
+const CASES: [Case; 34] = [
     (&["poses"], &["poses", "--at", "0,1"], SPIRAL),
     (&["poses of several dragons"], &["poses", "--at", "1"], TWO),
     (&["contact of several dragons"], &["contact"], TWO),
     (&["contact of several dragons"], &["contact"], STOPPED),
+    (&["route of several dragons"], &["route"], LOOPED),
+    (&["speed-limit of several dragons"], &["speed-limit", "--limit", "2"], TWO),
+    (&["sensitivity of several dragons"], &["sensitivity"], TWO),
+    (&["schedule"], &["schedule", "--clearance", "0.5"], TWO),
+    (&["schedule"], &["schedule", "--work", "1"], TWO),
     (&["contact"], &["contact"], SPIRAL),
     (&["contact"], &["contact", "--clearance", "0.05"], SPIRAL),
     (&["contact"], &["contact", "--work", "1"], ""),

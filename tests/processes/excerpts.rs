@@ -30,7 +30,8 @@ fn write_runs(path: &Path, runs: &[Vec<i64>]) {
                 bench_count: 1,
                 time_scale: 0.3,
                 ..Default::default()
-            };
+            }
+            .of_one_dragon();
             let handle = HandleState { position_m: [*time_ms as f64, 0.1, tick as f64], ..Default::default() };
             recorder.frame(&header, &[handle; 2]).expect("a frame");
         }

@@ -26,7 +26,8 @@ fn write_recording(path: &Path, times_ms: impl Iterator<Item = i64>) {
     recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");
     for (tick, time_ms) in (0..).zip(times_ms) {
         let header =
-            FrameHeader { run_id: 7, tick, show_time_ns: time_ms * 1_000_000, bench_count: 1, ..Default::default() };
+            FrameHeader { run_id: 7, tick, show_time_ns: time_ms * 1_000_000, bench_count: 1, ..Default::default() }
+                .of_one_dragon();
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");
@@ -160,7 +161,7 @@ fn a_guards_grants_are_listed_only_on_request() {
     let stage = Stage::new();
     let mut recorder = Recorder::start(RecorderSettings::new(stage.path("a.mcap"), 0)).expect("a recorder");
     recorder.describe(7, "[dragon]\nbenches = 1\n").expect("the configuration");
-    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };
+    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() }.of_one_dragon();
     recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     let grant = Request::Grant { run_id: 7, from_m: 0.0, to_m: 5.0, is_final: false };
     let accepted = CommandReply::accepted(7, 3);

@@ -118,6 +118,69 @@ fn a_figure_has_every_dragon_by_its_name_and_colour() {
 }
 
 #[test]
+fn route_and_speed_limit_answer_for_each_dragon() {
+    let stage = stage_with(CROSSING);
+    let routes = solve(&stage, &["route", "--figure", "routes.svg", "--save-config", "saved.toml"]);
+    let names: Vec<&Value> =
+        routes["dragons"].as_array().expect("a list").iter().map(|route| &route["dragon"]).collect();
+    assert_eq!(names, ["gold", "silver"]);
+    let silver = &routes["dragons"][1];
+    // Plan time: silver leaves at 2 s, and walks 40 m at 2 m/s.
+    assert_eq!(
+        (&silver["length_m"], &silver["run_end_s"], &silver["end_m"][1]),
+        (&json!(40.0), &json!(22.0), &json!(20.0))
+    );
+    assert!(std::fs::read_to_string(stage.path("routes.svg")).expect("a figure").contains("silver bench 2"));
+    let saved = std::fs::read_to_string(stage.path("saved.toml")).expect("a configuration");
+    assert_eq!(solve(&stage_with(&saved), &["contact"]), solve(&stage, &["contact"]));
+    let text = run(&stage, &["solve", "route"]).expect_clean().stdout;
+    assert!(text.contains("dragon           gold\n") && text.contains("dragon           silver\n"), "{text}");
+
+    let limits = solve(&stage, &["speed-limit", "--limit", "1.5"]);
+    let silver = &limits["dragons"][1];
+    assert_eq!(
+        (&silver["dragon"], &silver["head_speed_mps"], &silver["planned_speed_mps"]),
+        (&json!("silver"), &json!(1.5), &json!(2.0))
+    );
+    let text = run(&stage, &["solve", "speed-limit", "--limit", "1.5"]).expect_clean().stdout;
+    assert!(text.contains("gold: the head may walk at 1.500000 m/s, planned are 1 m/s, within the limit"), "{text}");
+    assert!(text.contains("silver: the head may walk at 1.500000 m/s, planned are 2 m/s, too fast"), "{text}");
+}
+
+#[test]
+fn sensitivity_is_that_of_the_contact_between_two_dragons() {
+    // Silver comes at an angle, so that one corner touches gold.
+    let slanted = CROSSING.replace("start_heading_deg = 90.0", "start_heading_deg = 100.0");
+    let stage = stage_with(&slanted);
+    let found = solve(&stage, &["sensitivity"]);
+    assert_eq!((&found["dragons"], &found["benches"]), (&json!(["gold", "silver"]), &json!([2, 0])));
+    let rate = |dragon: &str, parameter: &str| {
+        let rows = found["parameters"].as_array().expect("a list");
+        let row = rows.iter().find(|row| row["dragon"] == dragon && row["parameter"] == parameter);
+        row.expect("a row")["derivative"].as_f64().expect("a number")
+    };
+    // If both leave later, the contact is as much later.
+    assert!((rate("gold", "start_s") + rate("silver", "start_s") - 1.0).abs() < 1e-9, "{found}");
+    let moved = |start_s: &str| {
+        let stage = stage_with(&slanted.replace("start_s = 2.0", start_s));
+        solve(&stage, &["contact"])["time_s"].as_f64().expect("a time")
+    };
+    let expected = (moved("start_s = 2.001") - moved("start_s = 1.999")) / 0.002;
+    assert!((rate("silver", "start_s") - expected).abs() < 1e-5, "{found}");
+    let text = run(&stage, &["solve", "sensitivity"]).expect_clean().stdout;
+    assert!(text.contains("gold bench 2 and silver bench 0") && text.contains("hole_offset_m"), "{text}");
+    let apart = stage_with(&CROSSING.replace("start_s = 2.0", "start_s = 60.0"));
+    assert_eq!(solve(&apart, &["sensitivity"])["time_s"], Value::Null);
+    for flags in
+        [&["sensitivity", "--parameter", "width"][..], &["speed-limit", "--limit", "2", "--save-config", "x.toml"]]
+    {
+        let ended = run(&stage, &[&["solve"], flags].concat());
+        assert_eq!(ended.code(), Some(2), "{}", ended.stderr);
+        assert!(ended.stderr.contains("is for one dragon, the configuration has 2"), "{}", ended.stderr);
+    }
+}
+
+#[test]
 fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
     for (text, line) in [
         (CROSSING.replace("\"silver\"", "\"gold\""), "[[dragons]] name is \"gold\" twice, must be unique"),
@@ -127,7 +190,23 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
         ),
         (CROSSING.replace("name = \"silver\"\n", ""), "[[dragons]] name of number 2 is missing"),
         (CROSSING.replace("benches = 3", "benches = 0"), "dragon silver: [dragon] benches is 0"),
-        (CROSSING.replace("benches = 3", "bench = 3"), "dragon silver: unknown field `bench`"),
+        (
+            CROSSING.replace("benches = 3", "bench = 3"),
+            "line 11, `bench = 3`: unknown field `bench`, expected one of `benches`, ",
+        ),
+        (
+            CROSSING.replace("benches = 3", "benches = \"three\""),
+            "line 11, `benches = \"three\"`: invalid type: string \"three\", expected a whole number",
+        ),
+        (
+            CROSSING.replace("start_y_m = -20.0", "start_z_m = -20.0"),
+            "line 15, `start_z_m = -20.0`: unknown field `start_z_m`",
+        ),
+        (
+            CROSSING.replace("start_s = 2.0", "start_s = \"soon\""),
+            "line 20, `start_s = \"soon\"`: invalid type: string \"soon\", expected a number",
+        ),
+        (CROSSING.replace("speed_mps = 2.0", "pace = 2.0"), "line 19, `pace = 2.0`: unknown field `pace`"),
         (
             CROSSING.replace("benches = 3", "colour = \"red\""),
             "dragon silver: colour is \"red\", must be as \"#c8a04a\"",
@@ -154,7 +233,7 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
         assert!(ended.stderr.contains(line) && ended.stderr.lines().count() == 1, "{line}: {}", ended.stderr);
     }
     let stage = stage_with(CROSSING);
-    for args in [&["serve"][..], &["show"], &["solve", "pitch"], &["solve", "turn"], &["doctor"]] {
+    for args in [&["solve", "pitch"], &["solve", "turn"]] {
         let ended = run(&stage, args);
         assert_eq!(ended.code(), Some(2), "{args:?}: {}", ended.stderr);
         assert!(

@@ -81,7 +81,9 @@ impl LyingSource {
             time_scale: 1.0,
             bench_count: BENCHES as u32,
             state: ShowState::Held.to_wire(),
-        };
+            ..FrameHeader::default()
+        }
+        .of_one_dragon();
         let mut sample = self.frames.loan_slice(self.handles.len()).expect("memory");
         for (published, handle) in sample.payload_mut().iter_mut().zip(&self.handles) {
             *published = HandleState { position_m: handle.position_m.map(|metres| size * metres), ..*handle };

@@ -75,7 +75,7 @@ fn commands_of_another_layout_are_reported_by_ctl() {
 /// Records one frame of a dragon with one bench, with this description.
 fn write_recording(path: &Path, toml: &str) {
     let mut recorder = Recorder::start(RecorderSettings::new(path, 0)).expect("a recorder");
-    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };
+    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() }.of_one_dragon();
     recorder.describe(7, toml).expect("the configuration");
     recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     recorder.finish().expect("a finished recording");

@@ -1,7 +1,7 @@
 //! The reports of readers.
 
 use bench_dragon_ipc::service::{Member, Role};
-use bench_dragon_ipc::{FrameSubscriber, ReaderReport, ReaderReports, StatusReader};
+use bench_dragon_ipc::{FrameHeader, FrameSubscriber, ReaderReport, ReaderReports, StatusReader};
 use test_support::eventually::eventually;
 
 use crate::reader::Reader;
@@ -120,8 +120,8 @@ fn frames_of_a_source_without_reports_are_read() {
     let mut reader = FrameSubscriber::open(stage.domain(), "test").expect("the frames are there");
     let publisher = frames.publisher_builder().initial_max_slice_len(2).create().expect("a publisher");
     let mut sample = publisher.loan_slice(2).expect("a sample");
-    sample.user_header_mut().bench_count = 1;
-    sample.user_header_mut().published_ns = 5_000_000_000;
+    let header = FrameHeader { bench_count: 1, published_ns: 5_000_000_000, ..FrameHeader::default() };
+    *sample.user_header_mut() = header.of_one_dragon();
     sample.send().expect("a frame");
     assert!(reader.receive().expect("the bus is readable").is_some());
     assert!(reader.receive().expect("the bus is readable").is_none());

@@ -99,7 +99,8 @@ fn write_recording(path: &Path, run_id: u64, frames: &[(u64, u64)]) {
     recorder.describe(run_id, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 50\n").expect("the configuration");
     for &(tick, scheduled_ns) in frames {
         let header =
-            FrameHeader { run_id, tick, scheduled_ns, show_time_ns: tick as i64, bench_count: 1, ..Default::default() };
+            FrameHeader { run_id, tick, scheduled_ns, show_time_ns: tick as i64, bench_count: 1, ..Default::default() }
+                .of_one_dragon();
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");
@@ -306,7 +307,7 @@ fn each_kind_of_file_that_cannot_be_replayed_has_its_message() {
     fs::write(stage.path("letter"), "not a recording").expect("a file");
     write_recording(&stage.path("empty.mcap"), 7, &[]);
     let mut nameless = Recorder::start(RecorderSettings::new(stage.path("nameless.mcap"), 0)).expect("a recorder");
-    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() };
+    let header = FrameHeader { run_id: 7, bench_count: 1, ..Default::default() }.of_one_dragon();
     nameless.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     nameless.finish().expect("a finished recording");
     let mut uneven = Recorder::start(RecorderSettings::new(stage.path("uneven.mcap"), 0)).expect("a recorder");

@@ -14,7 +14,7 @@ import iceoryx2 as iox2
 import pytest
 from bench_dragon import FrameHeader, HandleState, Status
 from bench_dragon.command import Command, CommandReply
-from bus import frame_bytes
+from bus import SHOW_BYTES, frame_bytes
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
@@ -56,7 +56,7 @@ def copied(sample):
     instead of elements."""
     header = FrameHeader.from_buffer_copy(sample.user_header().contents)
     size = (header.bench_count + 1) * ctypes.sizeof(HandleState)
-    return header, bytes(header) + ctypes.string_at(sample.payload_ptr, size)
+    return header, bytes(header)[:SHOW_BYTES] + ctypes.string_at(sample.payload_ptr, size)
 
 
 def frames_of(subscriber, listener):

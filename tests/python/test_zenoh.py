@@ -67,7 +67,7 @@ def bus_frames():
             continue
         header = FrameHeader.from_buffer_copy(sample.user_header().contents)
         size = (header.bench_count + 1) * ctypes.sizeof(HandleState)
-        yield header.tick, bytes(header) + ctypes.string_at(sample.payload_ptr, size)
+        yield header.tick, bytes(header)[:SHOW_BYTES] + ctypes.string_at(sample.payload_ptr, size)
 
 
 def received(session, key):

@@ -44,7 +44,9 @@ pub(crate) fn frame(tick: u64, benches: u32) -> Frame {
         time_scale: 1.0,
         bench_count: benches,
         state: (tick / 100 % 4) as u32,
-    };
+        ..FrameHeader::default()
+    }
+    .of_one_dragon();
     Frame { header, handles: (0..=benches).map(|index| handle(travel_m - f64::from(index) * LINK_M)).collect() }
 }
 

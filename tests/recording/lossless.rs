@@ -27,7 +27,8 @@ fn nan_infinity_and_negative_zero_keep_their_bits() {
         head_travel_m: odd,
         bench_count: 2,
         ..Default::default()
-    };
+    }
+    .of_one_dragon();
     let handle = HandleState { position_m: [odd, -0.0, f64::INFINITY], velocity_mps: [5e-324, f64::MAX, -odd] };
     let frames = [dance::Frame { header, handles: vec![handle; 3] }];
     let path = dance::record(dance::settings(folder.path()), &frames);

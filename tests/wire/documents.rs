@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use bench_dragon_ipc::{AlertKind, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState};
+use bench_dragon_ipc::{AlertKind, DragonState, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState};
 use test_support::foreign_form::require_passage;
 
 use crate::layouts::{self, Field};
@@ -32,6 +32,7 @@ fn the_page_for_stock_clients_has_every_layout() {
 fn the_page_for_stock_clients_has_the_numbers_of_the_enums() {
     for (row, numbers) in [
         ("| 68 | u32 | `state` | ", numbers(&ShowState::ALL)),
+        ("| 24 | u32 | `state` | ", numbers(&DragonState::ALL)),
         ("| 148 | u32 | `source` | ", numbers(&SourceKind::ALL)),
         ("| 156 | u32 | `timecode` | ", numbers(&TimecodeState::ALL)),
         ("| 160 | u32 | `timecode_kind` | ", numbers(&TimecodeKind::ALL)),

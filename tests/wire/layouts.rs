@@ -4,8 +4,8 @@ use std::any::type_name;
 use std::mem::offset_of;
 
 use bench_dragon_ipc::{
-    Alert, Command, CommandEvent, CommandReply, FrameHeader, HandleState, ReaderReport, ReplayStatus, Status,
-    TimeHistogram,
+    Alert, Command, CommandEvent, CommandReply, DragonMotion, FrameHeader, HandleState, ReaderReport, ReplayStatus,
+    Status, TimeHistogram,
 };
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
@@ -28,7 +28,10 @@ pub(crate) struct Field {
 
 /// Returns the name of a field's type, without its path.
 fn type_of<T, F>(_: fn(&T) -> &F) -> String {
-    type_name::<F>().rsplit("::").next().expect("a type has a name").to_owned()
+    let name = type_name::<F>();
+    let short = name.rsplit("::").next().expect("a type has a name");
+    // The path of an array's element stands behind the bracket.
+    if name.starts_with('[') && name != short { format!("[{short}") } else { short.to_owned() }
 }
 
 /// Returns the layouts of types. A missing field is an error of the compiler.
@@ -56,7 +59,9 @@ pub(crate) fn all() -> Vec<Layout> {
     layouts! {
         FrameHeader {
             run_id tick show_time_ns scheduled_ns published_ns head_travel_m head_speed_mps time_scale bench_count state
+            course_m course_mps dragon_count is_plan dragons
         }
+        DragonMotion { travel_m speed_mps first_handle bench_count state reserved }
         HandleState { position_m velocity_mps }
         TimeHistogram { max_ns counts }
         Status {

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use bench_dragon_ipc::{
-    AlertKind, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState,
+    AlertKind, DragonState, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stop, TimecodeKind,
+    TimecodeState,
 };
 use test_support::foreign_form::{Constant, line, require_file, wrapped};
 
@@ -16,8 +17,17 @@ const WIDTH: usize = 120;
 /// Modules with types of the bus.
 const MODULES: [&str; 5] = ["alert", "command", "command_event", "frame", "status"];
 /// Types of the bus that the package has.
-const TYPES: [&str; 8] =
-    ["Alert", "Command", "CommandEvent", "CommandReply", "FrameHeader", "HandleState", "Status", "TimeHistogram"];
+const TYPES: [&str; 9] = [
+    "Alert",
+    "Command",
+    "CommandEvent",
+    "CommandReply",
+    "DragonMotion",
+    "FrameHeader",
+    "HandleState",
+    "Status",
+    "TimeHistogram",
+];
 
 #[test]
 fn codes_have_the_names_and_the_numbers_of_the_enums() {
@@ -25,6 +35,7 @@ fn codes_have_the_names_and_the_numbers_of_the_enums() {
     let classes = [
         class("AlertKind", AlertKind::ABOUT, &AlertKind::MEANINGS),
         class("CommandKind", "Kind of a command to the server.", requests),
+        class("DragonState", DragonState::ABOUT, &DragonState::MEANINGS),
         class("EventKind", EventKind::ABOUT, &EventKind::MEANINGS),
         class("GuardState", GuardState::ABOUT, &GuardState::MEANINGS),
         class("Refusal", Refusal::ABOUT, &Refusal::MEANINGS),

@@ -1,6 +1,8 @@
 //! The ROS 2 messages, which are also the definitions in recordings.
 
-use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, CommandReply, EventKind, Refusal, Sender, ShowState};
+use bench_dragon_ipc::{
+    Alert, AlertKind, CommandEvent, CommandReply, DragonState, EventKind, FrameHeader, Refusal, Sender, ShowState,
+};
 use test_support::foreign_form::{Constant, require_passage, wrapped};
 
 use crate::layouts::{self, Field};
@@ -14,17 +16,24 @@ const WIDTH: usize = 120;
 fn messages_have_the_fields_of_the_types_in_their_order() {
     let messages = [
         ("Frame", "FrameHeader"),
+        ("FormationFrame", "FrameHeader"),
+        ("DragonMotion", "DragonMotion"),
         ("HandleState", "HandleState"),
         ("Alert", "Alert"),
         ("CommandEvent", "CommandEvent"),
     ];
     for (message, name) in messages {
-        let message = text(&format!("{MESSAGES}/{message}.msg"));
-        let fields = message.lines().filter(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
-        let mut expected: Vec<String> = layouts::of(name).fields.iter().map(declaration).collect();
-        // The payload of a frame follows its header.
+        let contents = text(&format!("{MESSAGES}/{message}.msg"));
+        let fields = contents.lines().filter(|line| !line.is_empty() && !line.starts_with('#') && !line.contains('='));
+        let layout = layouts::of(name).fields;
+        let is_shown = |field: &&Field| name != "FrameHeader" || field.offset < FrameHeader::SHOW_BYTES;
+        let mut expected: Vec<String> = layout.iter().filter(is_shown).map(declaration).collect();
+        // The payload of a frame follows the values of the show. The number of dragons is that of the entries.
         expected.extend((name == "FrameHeader").then(|| "HandleState[] handles".to_owned()));
-        assert_eq!(fields.collect::<Vec<_>>(), expected, "{name}");
+        if message == "FormationFrame" {
+            expected.extend(["float64 course_m", "float64 course_mps", "DragonMotion[] dragons"].map(str::to_owned));
+        }
+        assert_eq!(fields.collect::<Vec<_>>(), expected, "{message}");
     }
 }
 
@@ -53,6 +62,8 @@ fn coded_fields_have_the_constants_of_their_enums() {
     let none = Constant::new("REFUSAL_NONE", accepted, "The command was accepted.");
     let refusals = [vec![none], Constant::all("REFUSAL_", &Refusal::MEANINGS)].concat();
     require_constants("Frame", "bench_count", "state", &Constant::all("", &ShowState::MEANINGS));
+    require_constants("FormationFrame", "bench_count", "state", &Constant::all("", &ShowState::MEANINGS));
+    require_constants("DragonMotion", "bench_count", "state", &Constant::all("", &DragonState::MEANINGS));
     require_constants("Alert", "point_m", "kind", &Constant::all("", &AlertKind::MEANINGS));
     require_constants("CommandEvent", "highest", "kind", &kinds);
     require_constants("CommandEvent", "kind", "sender", &Constant::all("SENDER_", &Sender::MEANINGS));

@@ -11,13 +11,14 @@ use glam::DVec2;
 
 use super::contact::PairEvent;
 use super::contact_search::ContactSearch;
+use super::near_spans::first_near;
 use super::pair::{Members, Pair, PairPose};
 use super::pair_tracker::PairTracker;
 use super::pose::Pose;
 use super::search::ClearanceSearch;
 use crate::dragon::board::Board;
 use crate::dragon::meter::Spent;
-use crate::formation::Formation;
+use crate::formation::{Formation, Layout};
 
 /// Longest walk of a head on one stride, in lengths of the shorter link.
 const STRIDE_LINKS: f64 = 0.25;
@@ -70,15 +71,39 @@ pub fn first_meeting(
         first = found.filter(|found| first.is_none_or(|first| found.time_s < first.time_s)).or(first);
     }
     let end_s = first.map_or(to_s, |first| first.time_s);
-    let between = BetweenSearch::new(formation, clearance_m).first(from_s, end_s)?;
+    let between = first_near(formation, clearance_m, [from_s, end_s])?;
     Ok(between.filter(|between| first.is_none_or(|first| between.time_s < first.time_s)).or(first))
+}
+
+/// The same as [`first_meeting`] for the pairs of two dragons alone.
+///
+/// # Errors
+/// The errors of [`first_meeting`].
+///
+/// # Panics
+/// Panics for a clearance that is negative or not finite.
+pub fn first_between(
+    formation: &Formation,
+    clearance_m: f64,
+    from_s: f64,
+    to_s: f64,
+) -> Result<Option<Meeting>, Unfinished> {
+    match meeting_in(formation, &formation.layout().between_dragons(), clearance_m, from_s) {
+        Some(meeting) => Ok(Some(meeting)),
+        None => first_near(formation, clearance_m, [from_s, to_s]),
+    }
 }
 
 /// The nearest pair of the formation at a plan time, if it is within the clearance.
 pub(super) fn meeting_at(formation: &Formation, clearance_m: f64, time_s: f64) -> Option<Meeting> {
+    meeting_in(formation, formation.layout(), clearance_m, time_s)
+}
+
+/// The nearest pair of a layout at a plan time, if it is within the clearance.
+fn meeting_in(formation: &Formation, layout: &Layout, clearance_m: f64, time_s: f64) -> Option<Meeting> {
     let mut pose = FormationPose::default();
     pose.place(formation, time_s);
-    let mut near = ClearanceSearch::of(formation.layout());
+    let mut near = ClearanceSearch::of(layout);
     let nearest = near.nearest(&pose.boards).filter(|nearest| nearest.clearance_m <= clearance_m);
     nearest.map(|pair| Meeting { time_s, benches: pair.benches, point: pair.point })
 }

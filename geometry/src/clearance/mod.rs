@@ -1,6 +1,7 @@
 //! Clearances of the boards of a dragon, contacts, and proofs about intervals of travel.
 
 mod approach_search;
+mod board_tree;
 mod coil_motion;
 mod coil_reach;
 mod contact;
@@ -8,10 +9,14 @@ mod contact_search;
 mod course_search;
 mod coverage;
 mod curve_motion;
+mod delay_search;
 mod formation_search;
 mod grid;
 mod link_motion;
+mod meeting_zone;
 mod near_pairs;
+mod near_spans;
+mod own_time;
 mod pair;
 mod pair_motion;
 mod pair_tracker;
@@ -28,7 +33,9 @@ pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use course_search::CourseSearch;
-pub use formation_search::{Meeting, Unfinished, first_meeting};
+pub use formation_search::{Meeting, Unfinished, first_between, first_meeting};
+pub use meeting_zone::{DragonPair, MeetingZone, Tip};
+pub use own_time::Nearest;
 pub use play::{PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose};
 pub use proven_course::ProvenCourse;
 pub use proven_travel::ProvenTravel;

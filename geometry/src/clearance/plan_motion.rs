@@ -17,6 +17,15 @@ impl PairMotion {
     }
 }
 
+/// Bound on the speed of any point of a bench's board from one plan time to a later one, in metres per second. It may be infinite.
+pub(super) fn point_speed_mps(planned: &Planned, bench: usize, ends: [f64; 2]) -> f64 {
+    let motion = bench_motion(planned, bench, ends);
+    let half_length_m = 0.5 * planned.dragon.dimensions().length_m(bench);
+    // On ground, a board is also seen to grow and to shrink, at most as fast as its link turns.
+    let grown_m = if motion.growth_m > 0.0 { half_length_m * motion.turn } else { 0.0 };
+    motion.speed_m + planned.dragon.corner_arm_m() * motion.turn + grown_m
+}
+
 fn bench_motion(planned: &Planned, bench: usize, ends: [f64; 2]) -> BenchMotion {
     let dragon = &*planned.dragon;
     let [earlier, later] = ends.map(|time_s| Pose::of(dragon, planned.travel_m(time_s), bench + 1));

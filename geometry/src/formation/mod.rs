@@ -4,6 +4,7 @@
 //! one number. Each dragon has a [`Timetable`]; [`Layout`] numbers the benches and the handles of all of them.
 
 mod course;
+mod delay_set;
 mod layout;
 mod stepper;
 mod timetable;
@@ -17,6 +18,7 @@ use crate::dragon::{Board, Chain, Dragon, Meter};
 use course::Course;
 
 pub use course::{Doing, HeadAt};
+pub use delay_set::DelaySet;
 pub use layout::Layout;
 pub use stepper::FormationStepper;
 pub use timetable::Timetable;
@@ -41,6 +43,13 @@ impl Planned {
     pub fn speed_mps(&self, time_s: f64) -> f64 {
         let is_walking = (self.timetable.start_s()..self.timetable.end_s()).contains(&time_s);
         if is_walking { self.timetable.speed_mps(time_s) } else { 0.0 }
+    }
+
+    /// The same dragon, which leaves at another plan time.
+    #[must_use]
+    pub fn leaving_at(&self, start_s: f64) -> Self {
+        let timetable = self.timetable.delayed(start_s - self.timetable.start_s());
+        Self { dragon: Arc::clone(&self.dragon), timetable }
     }
 
     /// The last plan time between two plan times at which the head has walked no further than to a travel, to rounding.
@@ -99,6 +108,17 @@ impl Formation {
             timetable: planned.timetable,
         };
         Self { dragons: self.dragons.iter().map(metered).collect(), layout: self.layout.clone(), course: self.course }
+    }
+
+    /// The same formation, in which each dragon leaves at another plan time.
+    ///
+    /// # Panics
+    /// Panics if there is not one time for each dragon.
+    #[must_use]
+    pub fn leaving_at(&self, starts_s: &[f64]) -> Self {
+        assert_eq!(starts_s.len(), self.dragons.len(), "the starts of a formation");
+        let leaving = |(planned, start_s): (&Planned, &f64)| planned.leaving_at(*start_s);
+        Self::new(self.dragons.iter().zip(starts_s).map(leaving).collect())
     }
 
     /// The dragons, the leading one first.

@@ -48,6 +48,12 @@ impl Timetable {
         Self::with_offset(start_m - speed_mps * start_s, speed_mps, accel_mps2, start_s, end_travel_m)
     }
 
+    /// The same run, which begins later by `delay_s`, or earlier if it is below 0.
+    #[must_use]
+    pub fn delayed(self, delay_s: f64) -> Self {
+        Self { offset_m: self.offset_m - self.speed_mps * delay_s, start_s: self.start_s + delay_s, ..self }
+    }
+
     fn with_offset(offset_m: f64, speed_mps: f64, accel_mps2: Option<f64>, start_s: f64, end_travel_m: f64) -> Self {
         let start_m = speed_mps * start_s + offset_m;
         let run_m = (end_travel_m - start_m).max(0.0);

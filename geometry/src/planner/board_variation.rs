@@ -21,8 +21,8 @@ pub(super) const TIE_M: f64 = 1e-9;
 #[error("{0}")]
 pub struct Undefined(pub &'static str);
 
-/// Change of a board per unit of a change.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Change of a board per unit of a change. The default is a board that stays as it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoardVariation {
     centre: DVec2,
     turn: f64,

@@ -91,6 +91,24 @@ typedef enum {
 } bd_show_state_t;
 
 /**
+ * What one dragon does.
+ */
+typedef enum {
+  /**
+   * It stands: it has not left yet, or the whole show stands.
+   */
+  BD_DRAGON_STANDING = 0,
+  /**
+   * It walks.
+   */
+  BD_DRAGON_WALKING = 1,
+  /**
+   * It has reached its end.
+   */
+  BD_DRAGON_ENDED = 2,
+} bd_dragon_state_t;
+
+/**
  * Kind of an alert.
  */
 typedef enum {
@@ -457,6 +475,11 @@ typedef enum {
 } bd_sender_t;
 
 /**
+ * Greatest number of dragons of a show.
+ */
+#define BD_MAX_DRAGONS 32
+
+/**
  * Value of `bench_a` and `bench_b` in an alert without benches, and of `bench_b` in an alert about one bench.
  */
 #define BD_NO_BENCH 4294967295
@@ -591,7 +614,37 @@ typedef struct bd_frame_t bd_frame_t;
 typedef struct bd_show_t bd_show_t;
 
 /**
- * Values of a frame that concern the whole dragon. 72 bytes.
+ * A dragon of a frame. 32 bytes. Its handles in the frame are `bench_count + 1` from `first_handle` on.
+ */
+typedef struct {
+  /**
+   * Signed arc length that its head has walked since t = 0, in metres.
+   */
+  double travel_m;
+  /**
+   * Speed of its head in metres per show second; 0 while it stands.
+   */
+  double speed_mps;
+  /**
+   * Index of its first handle in the frame.
+   */
+  uint32_t first_handle;
+  /**
+   * Number of its benches; it has one handle more.
+   */
+  uint32_t bench_count;
+  /**
+   * A `bd_dragon_state_t`.
+   */
+  uint32_t state;
+  /**
+   * 0.
+   */
+  uint32_t reserved;
+} bd_dragon_motion_t;
+
+/**
+ * Values of a frame that concern the whole show, and one entry for each dragon. 1120 bytes.
  */
 typedef struct {
   /**
@@ -615,11 +668,11 @@ typedef struct {
    */
   uint64_t published_ns;
   /**
-   * Signed arc length that the head has walked since t = 0, in metres.
+   * Signed arc length that the head of the leading dragon has walked since t = 0, in metres.
    */
   double head_travel_m;
   /**
-   * Speed of the head in metres per show second; 0 while the head stands.
+   * Speed of that head in metres per show second; 0 while it stands.
    */
   double head_speed_mps;
   /**
@@ -627,13 +680,34 @@ typedef struct {
    */
   double time_scale;
   /**
-   * Number of benches; the frame has one handle more.
+   * Number of benches of all dragons; the frame has one handle more for each dragon.
    */
   uint32_t bench_count;
   /**
    * A `bd_show_state_t`.
    */
   uint32_t state;
+  /**
+   * Place of the show on its course, in metres: the one number on which the poses of all dragons depend. Of several dragons it
+   * is plan time times the planned speed of the leading dragon. Of one dragon it is the travel of its head.
+   */
+  double course_m;
+  /**
+   * Speed along the course, in metres per show second; 0 while the show stands.
+   */
+  double course_mps;
+  /**
+   * Number of dragons.
+   */
+  uint32_t dragon_count;
+  /**
+   * 1 where the course is a plan, 0 where it is the travel of the only head.
+   */
+  uint32_t is_plan;
+  /**
+   * The dragons, the leading one first; entries beyond their number are 0.
+   */
+  bd_dragon_motion_t dragons[BD_MAX_DRAGONS];
 } bd_frame_header_t;
 
 /**
@@ -1015,8 +1089,8 @@ uint64_t bd_show_lost(const bd_show_t *show);
 const bd_frame_header_t *bd_frame_header(const bd_frame_t *frame);
 
 /**
- * Returns the array of a frame's handles, head first, and its length in `count`: the number of benches plus 1. `count`
- * may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
+ * Returns the array of a frame's handles, dragon after dragon and head first, and its length in `count`: the
+ * number of benches plus that of dragons. `count` may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
  */
 const bd_handle_state_t *bd_frame_handles(const bd_frame_t *frame,
                                           size_t *count);
@@ -1027,11 +1101,14 @@ const bd_handle_state_t *bd_frame_handles(const bd_frame_t *frame,
 void bd_frame_release(bd_frame_t *frame);
 
 /**
- * Computes bench `index` of a frame from its two handles. Index 0 is the head.
+ * Computes bench `index` of a frame from its two handles. Index 0 is the head of the leading dragon. Benches are numbered on from
+ * dragon to dragon: those of `dragons[i]` of the header begin at its `first_handle` - i.
  *
  * `BD_INVALID_ARGUMENT` if `index` is not under the number of benches, or a pointer is NULL.
  */
-bd_result_t bd_frame_bench(const bd_frame_t *frame, size_t index, bd_bench_state_t *bench);
+bd_result_t bd_frame_bench(const bd_frame_t *frame,
+                           size_t index,
+                           bd_bench_state_t *bench);
 
 /**
  * Returns a frame's relation to the previously received one in `continuity`, and the number of frames lost between the
@@ -1067,6 +1144,14 @@ uint64_t bd_description_run_id(const bd_description_t *description);
  * description is released.
  */
 const char *bd_description_toml(const bd_description_t *description);
+
+/**
+ * Returns the name of dragon `index` of a description, in UTF-8 with a terminating zero. Its poses are those of `dragons[index]` of
+ * the header of the run's frames. NULL for NULL, from the number of dragons on, and for a show of one dragon, which has no name.
+ * Valid until the description is released.
+ */
+const char *bd_description_dragon(const bd_description_t *description,
+                                  size_t index);
 
 /**
  * Releases a description. NULL has no effect.

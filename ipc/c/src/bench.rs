@@ -23,7 +23,8 @@ pub struct bd_bench_state_t {
     pub pitch_rad: f64,
 }
 
-/// Computes bench `index` of a frame from its two handles. Index 0 is the head.
+/// Computes bench `index` of a frame from its two handles. Index 0 is the head of the leading dragon. Benches are numbered on from
+/// dragon to dragon: those of `dragons[i]` of the header begin at its `first_handle` - i.
 ///
 /// `BD_INVALID_ARGUMENT` if `index` is not under the number of benches, or a pointer is NULL.
 #[unsafe(no_mangle)]
@@ -33,15 +34,14 @@ pub extern "C" fn bd_frame_bench(
     bench: Option<&mut MaybeUninit<bd_bench_state_t>>,
 ) -> bd_result_t {
     answer(|| {
-        let handles = frame.ok_or_else(|| Failure::missing("frame"))?.handles();
+        let frame = frame.ok_or_else(|| Failure::missing("frame"))?;
         let bench = bench.ok_or_else(|| Failure::missing("bench"))?;
-        let (Some(front), Some(rear)) = (handles.get(index), handles.get(index.saturating_add(1))) else {
-            let benches = handles.len() - 1;
+        let benches = frame.bench_count();
+        if index >= benches {
             let text = format!("index is {index}, must be under the number of benches, {benches}");
             return Err(Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text));
-        };
-        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps, pitch_rad } =
-            BenchState::between(front, rear);
+        }
+        let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps, pitch_rad } = frame.bench(index);
         bench.write(bd_bench_state_t { centre_m, heading_rad, velocity_mps, turn_rate_radps, pitch_rad });
         Ok(Some(()))
     })

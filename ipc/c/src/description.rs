@@ -15,14 +15,18 @@ use crate::show::{bd_show_t, opened};
 pub struct bd_description_t {
     run_id: u64,
     toml: CString,
+    dragons: Vec<CString>,
 }
 
 impl bd_description_t {
-    fn of(description: Description) -> Result<Self, Failure> {
-        let toml = CString::new(description.toml).map_err(|_| {
-            Failure::new(bd_result_t::BD_VERSION_MISMATCH, "the description contains a zero byte, must be text")
-        })?;
-        Ok(Self { run_id: description.run_id, toml })
+    fn of(description: &Description) -> Result<Self, Failure> {
+        let text = |text: &str| {
+            CString::new(text).map_err(|_| {
+                Failure::new(bd_result_t::BD_VERSION_MISMATCH, "the description contains a zero byte, must be text")
+            })
+        };
+        let dragons = description.dragon_names().into_iter().map(text).collect::<Result<_, _>>()?;
+        Ok(Self { run_id: description.run_id, toml: text(&description.toml)?, dragons })
     }
 }
 
@@ -43,7 +47,7 @@ pub extern "C" fn bd_show_description(
     answer(|| {
         let description = description.ok_or_else(|| Failure::missing("description"))?.write(core::ptr::null_mut());
         let latest = opened(show)?.description(Duration::from_nanos(timeout_ns))?;
-        let latest = latest.map(bd_description_t::of).transpose()?;
+        let latest = latest.as_ref().map(bd_description_t::of).transpose()?;
         Ok(latest.map(|latest| *description = Box::into_raw(Box::new(latest))))
     })
 }
@@ -59,6 +63,15 @@ pub extern "C" fn bd_description_run_id(description: Option<&bd_description_t>) 
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_description_toml(description: Option<&bd_description_t>) -> *const c_char {
     description.map_or(core::ptr::null(), |description| description.toml.as_ptr())
+}
+
+/// Returns the name of dragon `index` of a description, in UTF-8 with a terminating zero. Its poses are those of `dragons[index]` of
+/// the header of the run's frames. NULL for NULL, from the number of dragons on, and for a show of one dragon, which has no name.
+/// Valid until the description is released.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_description_dragon(description: Option<&bd_description_t>, index: usize) -> *const c_char {
+    let dragon = description.and_then(|description| description.dragons.get(index));
+    dragon.map_or(core::ptr::null(), |name| name.as_ptr())
 }
 
 /// Releases a description. NULL has no effect.

@@ -1,9 +1,9 @@
-//! A frame: the state of the dragon at one tick, in place in shared memory.
+//! A frame: the state of all dragons at one tick, in place in shared memory.
 
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
 
-use bench_dragon_ipc::{Continuity, DragonMotion, FrameHeader, HandleState, LentFrame, MAX_DRAGONS};
+use bench_dragon_ipc::{BenchState, Continuity, DragonMotion, FrameHeader, HandleState, LentFrame, MAX_DRAGONS};
 
 use crate::layout::same_layout;
 use crate::result::release;
@@ -124,8 +124,19 @@ impl bd_frame_t {
         unsafe { NonNull::from(self.lent.header()).cast().as_ref() }
     }
 
-    pub(crate) fn handles(&self) -> &[HandleState] {
+    fn handles(&self) -> &[HandleState] {
         self.lent.handles()
+    }
+
+    pub(crate) fn bench_count(&self) -> usize {
+        self.lent.header().bench_count as usize
+    }
+
+    /// A bench by its number, which must be under the number of benches.
+    pub(crate) fn bench(&self, number: usize) -> BenchState {
+        let (dragon, _) = self.lent.header().place(number);
+        let front = number + dragon;
+        BenchState::between(&self.handles()[front], &self.handles()[front + 1])
     }
 
     pub(crate) fn continuity(&self) -> Continuity {
@@ -140,8 +151,7 @@ pub extern "C" fn bd_frame_header(frame: Option<&bd_frame_t>) -> Option<&bd_fram
 }
 
 /// Returns the array of a frame's handles, dragon after dragon and head first, and its length in `count`: the
-/// number of benches plus that of dragons. `count`
-/// may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
+/// number of benches plus that of dragons. `count` may be NULL. For NULL it returns NULL and a length of 0. Valid until the frame is released.
 #[unsafe(no_mangle)]
 pub extern "C" fn bd_frame_handles(
     frame: Option<&bd_frame_t>,

@@ -35,7 +35,7 @@ static void print_frame(FILE *file, const bd_frame_t *frame) {
 
   print_header(file, header);
   handles = bd_frame_handles(frame, &count);
-  REQUIRE(count == (size_t)header->bench_count + 1);
+  REQUIRE(count == (size_t)header->bench_count + header->dragon_count);
   for (index = 0; index < count; ++index) {
     print_numbers(file, handles[index].position_m, 3);
     print_numbers(file, handles[index].velocity_mps, 3);

@@ -5,7 +5,8 @@ use std::fs;
 use std::path::Path;
 
 use bench_dragon_ipc::{
-    AlertKind, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stop, TimecodeKind, TimecodeState,
+    AlertKind, DragonState, EventKind, GuardState, Refusal, Sender, ShowState, SourceKind, Stop, TimecodeKind,
+    TimecodeState,
 };
 use test_support::foreign_form::{Constant, line, require_file, wrapped};
 
@@ -57,6 +58,7 @@ fn enums() -> String {
     let refusals = [vec![accepted], Constant::all("BD_REFUSED_", &Refusal::MEANINGS)].concat();
     [
         typedef("bd_show_state_t", ShowState::ABOUT, &Constant::all("BD_", &ShowState::MEANINGS)),
+        typedef("bd_dragon_state_t", DragonState::ABOUT, &Constant::all("BD_DRAGON_", &DragonState::MEANINGS)),
         typedef("bd_alert_kind_t", AlertKind::ABOUT, &Constant::all("BD_ALERT_", &AlertKind::MEANINGS)),
         typedef("bd_command_t", "Kind of a command.", &Constant::all("BD_COMMAND_", requests)),
         typedef("bd_refusal_t", &format!("{} Later versions may add reasons.", Refusal::ABOUT), &refusals),

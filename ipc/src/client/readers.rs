@@ -12,7 +12,7 @@ use crate::domain::{BusError, Domain, require_open_files};
 use crate::service::{
     ALERTS, COMMAND_EVENTS, DESCRIPTION, Member, READERS, REPLAY, REPORT_FILES, Role, STATUS, Service,
 };
-use crate::wire::{Alert, CommandEvent, ReaderReport, ReplayStatus, Status};
+use crate::wire::{Alert, CommandEvent, ReaderReport, ReplayStatus, Status, dragon_names};
 
 /// Least timeout; shorter waits return at once. The socket behind a listener treats a timeout of 0 microseconds as no
 /// timeout.
@@ -34,6 +34,13 @@ pub struct Description {
     pub run_id: u64,
     /// The complete configuration as TOML.
     pub toml: String,
+}
+
+impl Description {
+    /// The names of the dragons, as [`dragon_names`].
+    pub fn dragon_names(&self) -> Vec<&str> {
+        dragon_names(&self.toml)
+    }
 }
 
 /// Reads the description of an instance.

@@ -67,13 +67,13 @@ impl FrameSubscriber {
     /// # Errors
     /// [`BusError::Failed`] where the publisher's memory cannot be mapped, or where
     /// [`MAX_BORROWED_FRAMES`](crate::service::MAX_BORROWED_FRAMES) frames are already held.
-    /// [`BusError::VersionMismatch`] for a frame whose number of handles contradicts its header.
+    /// [`BusError::VersionMismatch`] for a frame whose handles contradict its header.
     pub fn receive(&mut self) -> Result<Option<Frame>, BusError> {
         let Some(sample) = self.subscriber.receive().map_err(|error| BusError::failed(FRAMES, error))? else {
             self.report(1);
             return Ok(None);
         };
-        if sample.payload().len() != sample.user_header().handle_count() {
+        if !sample.user_header().has_handles(sample.payload().len()) {
             return Err(BusError::VersionMismatch { service: FRAMES });
         }
         self.report(OVERDUE_PERIODS);
@@ -168,19 +168,19 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Values of the frame that concern the whole dragon.
+    /// Values of the frame that concern the whole show, and its dragons.
     pub fn header(&self) -> &FrameHeader {
         self.sample.user_header()
     }
 
-    /// The handles, head first; one more than there are benches.
+    /// The handles, dragon after dragon, each head first; for each dragon one more than its benches.
     pub fn handles(&self) -> &[HandleState] {
         self.sample.payload()
     }
 
-    /// The benches, head first.
+    /// The benches, dragon after dragon, each head first. Those of one dragon: [`DragonMotion::benches`](crate::DragonMotion::benches).
     pub fn benches(&self) -> impl ExactSizeIterator<Item = BenchState> {
-        BenchState::all(self.handles())
+        self.header().benches(self.handles())
     }
 
     /// Relation of the frame to the previously received one.

@@ -55,7 +55,8 @@ impl BenchState {
         }
     }
 
-    /// Returns the benches between these handles, the head first. There is one bench fewer than handles.
+    /// Returns the benches between these handles of one dragon, the head first. There is one bench fewer than handles. For a frame
+    /// of several dragons: [`FrameHeader::benches`](super::FrameHeader::benches).
     pub fn all(handles: &[HandleState]) -> impl ExactSizeIterator<Item = Self> {
         handles.windows(2).map(|pair| Self::between(&pair[0], &pair[1]))
     }

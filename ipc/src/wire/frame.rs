@@ -9,6 +9,7 @@ use std::ops::Range;
 use iceoryx2::prelude::ZeroCopySend;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
+use super::bench::BenchState;
 use super::wire_enum::wire_enum;
 
 /// Greatest number of dragons of a show.
@@ -91,6 +92,43 @@ impl FrameHeader {
         &self.dragons[..(self.dragon_count as usize).min(MAX_DRAGONS)]
     }
 
+    /// Whether the dragons follow each other and have all benches of the frame, and this number of handles. Frames of the bus and of
+    /// recordings have been checked by it.
+    pub fn has_handles(&self, count: usize) -> bool {
+        let (mut handles, mut benches) = (0, 0);
+        let follow = self.dragons().iter().all(|dragon| {
+            let is_next = dragon.first_handle as usize == handles;
+            handles += dragon.bench_count as usize + 1;
+            benches += dragon.bench_count as usize;
+            is_next
+        });
+        let is_count = (1..=MAX_DRAGONS).contains(&(self.dragon_count as usize));
+        is_count && follow && benches == self.bench_count as usize && handles == count
+    }
+
+    /// The dragon of a bench that is numbered on from dragon to dragon, and its index within that dragon.
+    pub fn place(&self, bench: usize) -> (usize, usize) {
+        // A dragon's first handle is preceded by one handle more than benches for each dragon before it.
+        let firsts = (0..).zip(self.dragons()).map(|(dragon, motion)| (dragon, motion.first_handle as usize - dragon));
+        let (dragon, first) = firsts.take_while(|(_, first)| *first <= bench).last().unwrap_or_default();
+        (dragon, bench - first)
+    }
+
+    /// The benches between these handles of the frame, dragon after dragon, each head first. There is none between two dragons.
+    ///
+    /// # Panics
+    /// If there are fewer handles than the header states.
+    pub fn benches(&self, handles: &[HandleState]) -> impl ExactSizeIterator<Item = BenchState> {
+        let mut front = 0;
+        let mut heads = self.dragons().iter().skip(1).map(|dragon| dragon.first_handle as usize).peekable();
+        (0..self.bench_count).map(move |_| {
+            // The handle before a head is the tail of the dragon before.
+            front += usize::from(heads.next_if_eq(&(front + 1)).is_some());
+            front += 1;
+            BenchState::between(&handles[front - 1], &handles[front])
+        })
+    }
+
     /// The header of a frame of one dragon: course and dragon follow from the values of the head, of benches and of the state.
     #[must_use]
     pub fn of_one_dragon(mut self) -> Self {
@@ -155,6 +193,14 @@ impl DragonMotion {
     pub fn handles(&self) -> Range<usize> {
         let first = self.first_handle as usize;
         first..first + self.bench_count as usize + 1
+    }
+
+    /// Its benches, head first, where `handles` are all handles of the frame.
+    ///
+    /// # Panics
+    /// If these do not have the handles of the dragon.
+    pub fn benches(&self, handles: &[HandleState]) -> impl ExactSizeIterator<Item = BenchState> {
+        BenchState::all(&handles[self.handles()])
     }
 }
 

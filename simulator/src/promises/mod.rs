@@ -9,8 +9,12 @@ use crate::guard::ReadFrame;
 use crate::scenario::Scenario;
 use crate::server::Ticked;
 
+mod queue;
+mod recording;
 mod run;
 
+pub(crate) use queue::QueueBook;
+pub(crate) use recording::{FrameHash, RecordingBook, frame_hash};
 use run::RunBook;
 
 /// Rounding of a clearance or a travel, in metres.
@@ -89,6 +93,24 @@ promises! {
     HealthyChildLives = "docs/how-it-works/processes.md", "`show` kills a child that overruns a limit";
     /// A child that has ended starts again.
     DeadChildReturns = "docs/how-it-works/processes.md", "starts it again as after any other end";
+    /// A queue answers each command once, and the answer is true.
+    CommandIsAnsweredOnce = "src/command_queue/mod.rs", "The queue calls `answer` once";
+    /// A command takes effect at most once, and a hold at most twice.
+    CommandTakesEffectOnce = "docs/how-it-works/design-questions.md", "`CommandQueue` sends commands one at a time";
+    /// Commands of a queue take effect in their order. A hold overtakes those that are not sent, and none before it undoes it.
+    CommandsKeepTheirOrder = "docs/how-it-works/design-questions.md", "so the hold is sent once more behind it.";
+    /// A queue of commands is bounded.
+    QueueIsBounded = "docs/how-it-works/processes.md", "Every channel, ring, queue and list has a bound";
+    /// A recording has the frames that its recorder read, in their order and bit for bit, without a hole.
+    RecordingIsPrefix = "docs/how-it-is-tested/reliability.md", "has every frame up to one second before the kill";
+    /// A killed recorder loses half a second, and a power loss a few seconds, unless the disk is slow.
+    KillLosesLittle = "docs/guide/after-the-show.md", "A recorder that is killed loses at most the last second.";
+    /// A repair, also one that is killed and repeated, keeps all that the disk has.
+    RepairLosesNothing = "docs/how-it-is-tested/reliability.md", "each was repeated with all frames, and no byte of the data had changed";
+    /// A recorder ends by itself only because its disk is full, and then with a finished file.
+    FullDiskIsReported = "docs/how-it-is-tested/reliability.md", "After a full disk, or a file that may not grow, a recording is whole, or reported as not whole.";
+    /// No recorded frame differs from its simulation.
+    RecordingIsVerified = "docs/reference/recordings.md", "simulates each recorded run again and compares every frame bit for bit";
 }
 
 impl Promise {

@@ -67,20 +67,16 @@ fn decode_plan(header: FrameHeader, body: &[u8]) -> Option<(FrameHeader, &[u8])>
     let (handles, rest) = body.split_at(benches + count * HANDLE_BYTES);
     let (course, rest) = rest.split_at(COURSE_BYTES);
     let dragons: Option<Vec<DragonMotion>> = rest.chunks_exact(DRAGON_BYTES).map(read).collect();
-    let dragons = dragons.filter(|dragons| are_dragons(dragons, header.bench_count))?;
     let course: [f64; 2] = read(course)?;
-    Some((header.of_plan(course, &dragons).filter(|_| are_finite(&course))?, handles))
+    let header = header.of_plan(course, &dragons?).filter(|_| are_finite(&course))?;
+    let is_sound = header.has_handles(header.handle_count()) && header.dragons().iter().all(is_sound);
+    is_sound.then_some((header, handles))
 }
 
-/// Whether dragons have benches, follow each other, and have all benches of the frame.
-fn are_dragons(dragons: &[DragonMotion], bench_count: u32) -> bool {
-    let mut benches = 0_u32;
-    let follow = dragons.iter().zip(0..).all(|(dragon, number)| {
-        let is_next = dragon.bench_count > 0 && dragon.first_handle == benches.saturating_add(number);
-        benches = benches.saturating_add(dragon.bench_count);
-        is_next && dragon.dragon_state().is_some() && are_finite(&[dragon.travel_m, dragon.speed_mps])
-    });
-    follow && benches == bench_count && dragons.iter().all(|dragon| dragon.reserved == 0)
+/// Whether a dragon has benches, a known state and finite values.
+fn is_sound(dragon: &DragonMotion) -> bool {
+    let is_known = dragon.dragon_state().is_some() && dragon.reserved == 0;
+    dragon.bench_count > 0 && is_known && are_finite(&[dragon.travel_m, dragon.speed_mps])
 }
 
 fn decode_header(bytes: &[u8; HEADER_BYTES]) -> Option<FrameHeader> {
@@ -277,7 +273,10 @@ mod tests {
         fn a_frame_of_wrong_length_is_rejected((header, handles) in any_frame(), cut in 1_usize..200, extra in 1_usize..99) {
             let bytes = frame_bytes(&header, &handles);
             let mut read = Vec::new();
-            prop_assert!(decode_frame(&bytes[..bytes.len().saturating_sub(cut)], &mut read).is_none());
+            let rest = &bytes[..bytes.len().saturating_sub(cut)];
+            // Without its course and its dragon, the frame of a plan of one dragon is that of one dragon.
+            let is_of_one_dragon = header.is_plan == 1 && cut == COURSE_BYTES + DRAGON_BYTES && header.dragon_count == 1;
+            prop_assert_eq!(decode_frame(rest, &mut read).is_some(), is_of_one_dragon);
             prop_assert!(decode_frame(&[bytes, vec![0; extra]].concat(), &mut read).is_none());
         }
 

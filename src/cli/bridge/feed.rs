@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Domain, FrameSubscriber, StatusReader};
+use bench_dragon_ipc::{BusError, Description, DescriptionReader, Domain, FrameHeader, FrameSubscriber, StatusReader};
 
 use crate::bridge::{Freshness, LatestFrame, StaleAfter, freshness};
 use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
+use crate::config::BenchNames;
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
 use crate::system::stop::StopFlag;
@@ -19,6 +20,7 @@ pub(super) struct Feed<'a> {
     stop: &'a StopFlag,
     frames: FrameSubscriber,
     status: StatusReader,
+    dragons: NamedDragons,
     /// Run id and rate of the last status.
     rate: Option<(u64, u32)>,
     /// Run id and distance of the last two frames that were read.
@@ -34,6 +36,8 @@ pub(super) struct Feed<'a> {
 pub(super) struct DueFrame<'a> {
     pub(super) now_ns: u64,
     pub(super) latest: &'a LatestFrame,
+    /// The names of its dragons.
+    pub(super) dragons: &'a BenchNames,
     /// Whether the bridge ends after it.
     pub(super) is_last: bool,
 }
@@ -53,6 +57,7 @@ impl<'a> Feed<'a> {
             stop,
             frames,
             status,
+            dragons: NamedDragons::new(domain, name),
             rate: None,
             spacing: None,
             schedule: Schedule::new(monotonic_ns(), rate_hz),
@@ -73,7 +78,9 @@ impl<'a> Feed<'a> {
                 let Some(status) = self.status.poll()? else { break };
                 self.rate = Some((status.run_id, status.rate_hz));
             }
-            if let Some(frame) = self.frames.latest()? {
+            if let Some(frame) = self.frames.latest()?
+                && self.dragons.are_of(frame.header())?
+            {
                 let (latest, next) = (self.latest.get_or_insert_default(), frame.header());
                 let apart_ns = next.scheduled_ns.saturating_sub(latest.header.scheduled_ns);
                 self.spacing =
@@ -93,7 +100,8 @@ impl<'a> Feed<'a> {
                 break now_ns;
             }
         };
-        Ok(self.latest.as_ref().map(|latest| DueFrame { now_ns, latest, is_last: false }))
+        let dragons = &self.dragons.names;
+        Ok(self.latest.as_ref().map(|latest| DueFrame { now_ns, latest, dragons, is_last: false }))
     }
 
     fn farewell(&mut self) -> Option<DueFrame<'_>> {
@@ -103,7 +111,7 @@ impl<'a> Feed<'a> {
         }
         let latest = self.latest.as_mut()?;
         latest.freshness = Freshness::Stale { age_ns: now_ns.saturating_sub(latest.header.published_ns) };
-        Some(DueFrame { now_ns, latest, is_last: true })
+        Some(DueFrame { now_ns, latest, dragons: &self.dragons.names, is_last: true })
     }
 
     /// Periods that the bridge missed because it was busy.
@@ -122,5 +130,47 @@ impl<'a> Feed<'a> {
             sleep_until(deadline_ns.min(now_ns + piece_ns));
         }
         false
+    }
+}
+
+/// The names of the dragons of the present run. The description of a run arrives a little later than its first frames.
+struct NamedDragons {
+    domain: Domain,
+    name: String,
+    /// Opened for the first frame that needs names.
+    descriptions: Option<DescriptionReader>,
+    latest: Option<Description>,
+    /// The run of the names.
+    run_id: Option<u64>,
+    names: BenchNames,
+}
+
+impl NamedDragons {
+    fn new(domain: &Domain, name: &str) -> Self {
+        let (domain, name) = (domain.clone(), format!("{name}-description"));
+        Self { domain, name, descriptions: None, latest: None, run_id: None, names: BenchNames::default() }
+    }
+
+    /// Takes the names of the dragons of a frame. Returns whether they are known: without them, its poses have no addresses.
+    fn are_of(&mut self, header: &FrameHeader) -> Result<bool, BusError> {
+        if self.run_id == Some(header.run_id) {
+            return Ok(true);
+        }
+        let mut names = BenchNames::default();
+        if header.is_plan == 1 {
+            let descriptions = match &mut self.descriptions {
+                Some(descriptions) => descriptions,
+                none => none.insert(DescriptionReader::open(&self.domain, &self.name)?),
+            };
+            while let Some(description) = descriptions.poll()? {
+                self.latest = Some(description);
+            }
+            let Some(description) = self.latest.as_ref().filter(|latest| latest.run_id == header.run_id) else {
+                return Ok(false);
+            };
+            names = BenchNames::of_toml(&description.toml);
+        }
+        (self.run_id, self.names) = (Some(header.run_id), names);
+        Ok(true)
     }
 }

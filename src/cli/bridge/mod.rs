@@ -97,7 +97,8 @@ pub(crate) struct SilenceArgs {
 /// Flags that choose benches and place them in the coordinate system of a desk.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct StageArgs {
-    /// Benches to send: numbers and ranges, such as 0,10..20. A range includes both ends; 10.. extends to the tail.
+    /// Benches to send: numbers and ranges, such as 0,10..20. A range includes both ends; 10.. extends to the tail. Of several
+    /// dragons, gold:0.. is all of one, and gold:0..5 some of it.
     #[arg(long, value_name = "LIST", default_value_t, allow_hyphen_values = true)]
     pub(crate) benches: BenchSelection,
     /// Rotate the dragon about the vertical axis through the origin by these degrees, counter-clockwise seen from above, from -360

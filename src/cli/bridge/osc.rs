@@ -22,6 +22,7 @@ use crate::system::unix_offset::UnixOffset;
   bench-dragon bridge osc --to 10.0.0.30:7000
   bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
   bench-dragon bridge osc --address /stage/{index}/pose --angle radians
+  bench-dragon bridge osc --benches gold:0..,silver:0..9 --address /stage/{dragon}/{index}
   bench-dragon bridge osc --benches 0,20..40 --rotate 90 --offset 12,-3.5,0 --axes x,z,-y
 
 A frame is one message /dragon/show and one message per chosen bench. /dragon/show has show time in s, state, time scale, tick, \
@@ -44,7 +45,8 @@ pub(crate) struct OscArgs {
     /// Frames per second, 1 to 250.
     #[arg(long, value_name = "HZ", default_value_t = 30, allow_negative_numbers = true, value_parser = within(1..=250_u32))]
     pub(crate) rate: u32,
-    /// OSC address of a bench's message; {index} is the bench's number.
+    /// OSC address of a bench's message; {index} is the bench's number. Of several dragons, {dragon} is the name, which otherwise is
+    /// the second part, and {index} the number within the dragon: /dragon/gold/bench/0.
     #[arg(long, value_name = "PATTERN", default_value = "/dragon/bench/{index}")]
     pub(crate) address: AddressPattern,
     /// OSC address of the show's message.
@@ -82,14 +84,19 @@ pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> 
 /// Sends frame after frame until a signal.
 fn hand_on(feed: &mut Feed<'_>, osc: &OscArgs, session: &mut PacketSession) -> anyhow::Result<()> {
     let settings = settings(osc);
+    let mut of_dragons = settings.clone();
     let transport = if osc.tcp { OscTransport::Tcp } else { OscTransport::Udp };
     let mut encoder = OscEncoder::new(settings.clone());
     let mut packets = Packets::default();
     let mut unix_offset = UnixOffset::measured();
     while let Some(due) = feed.next()? {
         let benches = due.latest.benches.len();
-        let line = || Ok(desk_settings::osc(&settings, osc.to, transport, benches));
-        session.note_dragon(benches, &settings.benches, line)?;
+        if session.are_other(benches, due.dragons) {
+            of_dragons = settings.of(due.dragons);
+            encoder = OscEncoder::new(of_dragons.clone());
+        }
+        let line = || Ok(desk_settings::osc(&of_dragons, osc.to, transport, benches));
+        session.note_dragons(benches, due.dragons, &settings.benches, line)?;
         unix_offset.correct(offset_bounds());
         encoder.frame(due.latest, unix_offset.ns(), &mut packets);
         session.send_frame(&packets, &due)?;

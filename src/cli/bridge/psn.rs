@@ -23,9 +23,10 @@ use crate::system::stop::StopFlag;
   bench-dragon bridge psn --to 10.0.0.20:56565 --rate 30
   bench-dragon bridge psn --rotate 90 --offset 12,-3.5,0 --axes x,y,z
   bench-dragon bridge psn --benches 0,20..40 --first-id 1 --tracker-name 'Dragon {index}'
+  bench-dragon bridge psn --benches gold:0..,silver:0..9 --tracker-name '{dragon}/{index}'
 
 A tracker is at the centre of the board of a bench; the head's is the centre of bench 0's board, not its front hinge. The id of \
-bench i is that of --first-id plus i, whichever benches are chosen. With the default axes the desk's x is our x (right), its y \
+bench i is that of --first-id plus i, whichever benches are chosen; several dragons are numbered on from one to the next. With the default axes the desk's x is our x (right), its y \
 our z (up), its z (depth) our y (away). The dragon is rotated, then moved, then expressed along the desk's axes. A tracker's \
 status is 1. It is 0, and its speed is 0, once the server has been silent for --stale-after. A tracker's time is the instant \
 for which its pose holds.
@@ -53,7 +54,8 @@ pub(crate) struct PsnArgs {
     /// Id of the head's tracker, 0 to 65535; bench i has this id plus i.
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=u16::MAX))]
     pub(crate) first_id: u16,
-    /// Name of each tracker; {index} is the bench's number, {id} the tracker's id.
+    /// Name of each tracker; {index} is the bench's number, {id} the tracker's id. Of several dragons, {dragon} is the name, which
+    /// otherwise stands before, and {index} the number within the dragon.
     #[arg(long, value_name = "PATTERN", default_value_t)]
     pub(crate) tracker_name: TrackerName,
 }
@@ -79,12 +81,18 @@ fn hand_on(
     to: SocketAddrV4,
     session: &mut PacketSession,
 ) -> anyhow::Result<()> {
+    let mut of_dragons = settings.clone();
     let mut encoder = PsnEncoder::new(settings.clone(), session.epoch_ns());
     let mut packets = Packets::default();
     let mut info = Schedule::new(monotonic_ns(), INFO_RATE_HZ);
     while let Some(due) = feed.next()? {
         let benches = due.latest.benches.len();
-        session.note_dragon(benches, &settings.benches, || Ok(desk_settings::psn(settings, to, benches)?))?;
+        if session.are_other(benches, due.dragons) {
+            of_dragons = settings.of(due.dragons);
+            encoder.set(of_dragons.clone());
+        }
+        let line = || Ok(desk_settings::psn(&of_dragons, to, benches)?);
+        session.note_dragons(benches, due.dragons, &settings.benches, line)?;
         if info.due_ns() <= due.now_ns {
             encoder.info(benches, due.now_ns, &mut packets)?;
             session.send(&packets, due.now_ns)?;

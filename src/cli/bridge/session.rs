@@ -1,6 +1,7 @@
 //! The session of a packet bridge: sends and counts packets, and reports when sending fails and works again.
 
 use std::fmt::Display;
+use std::ops::Range;
 use std::process::ExitCode;
 
 use serde::Serialize;
@@ -9,6 +10,7 @@ use super::feed::DueFrame;
 use crate::bridge::{BenchSelection, Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::flags::Format;
 use crate::cli::print::{complain, print_notice, print_report};
+use crate::config::BenchNames;
 use crate::output::Counted;
 use crate::system::clock::monotonic_ns;
 
@@ -24,7 +26,7 @@ enum BridgeLine {
         /// All that an operator enters at the receiver.
         settings: String,
     },
-    /// The dragon has another number of benches than before.
+    /// The dragons have other names or another number of benches than before.
     Changed {
         settings: String,
     },
@@ -65,8 +67,8 @@ pub(super) struct PacketSession {
     rate_hz: u32,
     epoch_ns: u64,
     outlet: Box<dyn Outlet>,
-    /// Benches of the last frame's dragon; `None` before the first frame.
-    benches: Option<usize>,
+    /// Number of benches of the last frame, and the names of its dragons; `None` before the first frame.
+    dragons: Option<(usize, BenchNames)>,
     outage: Outage,
     /// Whether the last frame that was sent was stale.
     is_stale: bool,
@@ -81,7 +83,7 @@ impl PacketSession {
             rate_hz,
             epoch_ns: monotonic_ns(),
             outlet,
-            benches: None,
+            dragons: None,
             outage: Outage::default(),
             is_stale: false,
             summary: BridgeSummary::default(),
@@ -93,23 +95,29 @@ impl PacketSession {
         self.epoch_ns
     }
 
-    /// Announces the receiver's settings at the first frame, and at the first frame of a dragon with another number of benches.
-    /// Reports chosen benches that the dragon does not have.
-    pub(super) fn note_dragon(
+    /// Whether a frame is the first one, or the first one of other dragons than before.
+    pub(super) fn are_other(&self, benches: usize, dragons: &BenchNames) -> bool {
+        self.dragons.as_ref().is_none_or(|(known, names)| *known != benches || names != dragons)
+    }
+
+    /// Announces the receiver's settings at the first frame, and at the first frame of other dragons. Reports chosen benches that
+    /// these do not have.
+    pub(super) fn note_dragons(
         &mut self,
         benches: usize,
+        dragons: &BenchNames,
         chosen: &BenchSelection,
         settings: impl FnOnce() -> anyhow::Result<String>,
     ) -> anyhow::Result<()> {
-        if self.benches == Some(benches) {
+        if !self.are_other(benches, dragons) {
             return Ok(());
         }
         let settings = settings()?;
-        match self.benches.replace(benches) {
+        match self.dragons.replace((benches, dragons.clone())) {
             None => self.announce(settings)?,
             Some(_) => print_notice(self.format, &BridgeLine::Changed { settings: settings.clone() }, &settings)?,
         }
-        match missing(chosen, benches) {
+        match missing(chosen, benches, dragons) {
             Some(message) => self.notify(&message),
             None => Ok(()),
         }
@@ -192,14 +200,19 @@ impl PacketSession {
     }
 }
 
-/// Describes the chosen benches that a dragon with `benches` benches does not have.
-fn missing(chosen: &BenchSelection, benches: usize) -> Option<String> {
-    let missing = chosen.missing(benches)?;
-    let last = benches.saturating_sub(1);
-    let message = if chosen.count(benches) == 0 {
-        format!("no bench is sent: --benches is {chosen}, the dragon's last bench is {last}")
+/// Describes the chosen benches that these dragons, of `benches` benches in all, do not have.
+fn missing(chosen: &BenchSelection, benches: usize, dragons: &BenchNames) -> Option<String> {
+    let missing = chosen.missing_of(dragons, benches)?;
+    let last = |range: &Range<usize>| range.len().saturating_sub(1);
+    let last_of = |(name, benches): (&str, Range<usize>)| format!("the last bench of {name} is {}", last(&benches));
+    let lasts = match dragons.are_named() {
+        true => dragons.dragons().map(last_of).collect::<Vec<_>>().join(", "),
+        false => format!("the dragon's last bench is {}", last(&(0..benches))),
+    };
+    let message = if chosen.of(dragons).count(benches) == 0 {
+        format!("no bench is sent: --benches is {chosen}, {lasts}")
     } else {
-        format!("benches {missing} are not sent: the dragon's last bench is {last}")
+        format!("benches {missing} are not sent: {lasts}")
     };
     Some(message)
 }

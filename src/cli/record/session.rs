@@ -3,14 +3,15 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, Frame, FrameHeader, FrameSubscriber, ReaderReport};
+use bench_dragon_geometry::formation::Layout;
+use bench_dragon_ipc::{AlertSubscriber, BusError, Domain, FrameHeader, FrameSubscriber, ReaderReport};
 
 use super::{RecordLine, RecordSummary};
 use crate::cli::bus_readers::{FrameReading, Next, RunPorts};
 use crate::cli::flags::Format;
 use crate::cli::print::print_notice;
-use crate::config::ConfigDocument;
 use crate::recording::{Recorder, SpaceWarning, walking_bytes_per_s};
+use crate::source::described_rate_hz;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
 
@@ -58,12 +59,18 @@ impl RecordSession {
         let mut reading = FrameReading::until(stop);
         loop {
             let next = reading.poll(&mut ports.run.frames)?;
+            if let Next::Frame(frame) = &next {
+                self.describe(frame.header(), ports, stop)?;
+            } else if self.newest.is_none() && matches!(next, Next::Nothing) {
+                // The channels of a file depend on the description, which comes with the first frame.
+                continue;
+            }
             while let Some(alert) = ports.alerts.receive()? {
                 self.recorder.record(&alert, monotonic_ns())?;
             }
             self.take_commands(ports)?;
             match next {
-                Next::Frame(frame) => self.take(&frame, ports, stop)?,
+                Next::Frame(frame) => self.recorder.frame(frame.header(), frame.handles())?,
                 Next::Nothing => {}
                 Next::End => return Ok(()),
             }
@@ -72,19 +79,18 @@ impl RecordSession {
         }
     }
 
-    fn take(&mut self, frame: &Frame, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
-        let FrameHeader { run_id, tick, .. } = *frame.header();
+    /// Records the description of a frame's run before the first frame.
+    fn describe(&mut self, header: &FrameHeader, ports: &mut RecordPorts, stop: &StopFlag) -> anyhow::Result<()> {
+        let FrameHeader { run_id, tick, .. } = *header;
         if self.newest.is_none_or(|(known, _)| known != run_id)
             && let Some(description) = ports.run.descriptions.of(run_id, stop)?
         {
             self.recorder.describe(run_id, &description.toml)?;
-            if let Ok(document) = ConfigDocument::from_toml(&description.toml) {
-                let rate_hz = document.tables().serve.rate_hz;
-                self.recorder.expect_growth(walking_bytes_per_s(&document.layout(), rate_hz));
-            }
+            let layout = Layout::of(header.dragons().iter().map(|dragon| dragon.bench_count as usize));
+            self.recorder.expect_growth(walking_bytes_per_s(&layout, described_rate_hz(&description.toml)));
         }
         self.newest = Some((run_id, tick));
-        Ok(self.recorder.frame(frame.header(), frame.handles())?)
+        Ok(())
     }
 
     fn take_commands(&mut self, ports: &mut RecordPorts) -> anyhow::Result<()> {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// no sign of life.
 pub const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 /// Longest silence of a recorder that is not stopped. Its disk may block for some time.
-pub(super) const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
+pub const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
 /// Longest time that counts between two looks. So a suspension of the show itself does not count as silence of the children.
 pub const LONGEST_LOOK: Duration = Duration::from_millis(200);
 /// Longest time between two frames. The lowest rate is 1 Hz.
@@ -89,6 +89,25 @@ impl Liveness {
         let wait = self.backoff.after_end(std::mem::take(&mut self.lived));
         self.phase = wait.map_or(Phase::Over, |wait| Phase::Due(now + wait));
         wait
+    }
+
+    /// The phase of the child.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Lets a child that has ended wait for a resource.
+    pub fn wait(&mut self) {
+        self.phase = Phase::Waiting;
+    }
+
+    /// Plans the restart of a waiting child for now. Returns whether it has waited.
+    pub fn end_wait(&mut self, now: Instant) -> bool {
+        let has_waited = self.phase == Phase::Waiting;
+        if has_waited {
+            self.phase = Phase::Due(now);
+        }
+        has_waited
     }
 
     /// Whether the restart of the child is due.

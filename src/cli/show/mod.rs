@@ -44,8 +44,9 @@ mod timeline;
 mod wall_time;
 
 pub use bus::LastSeen;
-pub use liveness::{LONGEST_LOOK, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
+pub use liveness::{LONGEST_DISK_SILENCE, LONGEST_LOOK, LONGEST_SILENCE, Liveness, Look, MAX_RESTARTS, Phase};
 pub use resumption::{Resumption, ResumptionSettings};
+pub use supervise::LEAST_ROOM_BYTES;
 
 use also::AlsoCommand;
 use bus::ShowPorts;

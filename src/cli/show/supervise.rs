@@ -17,7 +17,7 @@ use crate::cli::exit_status::DISK_FULL;
 use crate::recording::Size;
 
 /// Free bytes on the disk from which on the show is recorded again. They suffice for some seconds of a large dragon.
-const LEAST_ROOM_BYTES: u64 = 256 << 20;
+pub const LEAST_ROOM_BYTES: u64 = 256 << 20;
 /// Period at which a show with a full disk checks for room.
 const ROOM_PERIOD: Duration = Duration::from_secs(1);
 
@@ -191,7 +191,7 @@ impl Show<'_> {
         self.reports.has_given_up = true;
         self.report_room(0.0);
         if wait.is_some() {
-            self.children.liveness(ChildRole::Record).phase = Phase::Waiting;
+            self.children.liveness(ChildRole::Record).wait();
             let room = Size(LEAST_ROOM_BYTES);
             log(&format!("the show is not recorded from here on, until its disk has {room} free"));
         } else {
@@ -205,8 +205,9 @@ impl Show<'_> {
             return;
         }
         self.room_due = now + ROOM_PERIOD;
-        if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES) {
-            self.children.liveness(ChildRole::Record).phase = Phase::Due(now);
+        if self.folder.free_bytes().is_some_and(|free_bytes| free_bytes >= LEAST_ROOM_BYTES)
+            && self.children.liveness(ChildRole::Record).end_wait(now)
+        {
             self.report_room(ReaderReport::NO_ROOM);
             log("the disk has room again: the show is recorded from here on, in another file");
         }

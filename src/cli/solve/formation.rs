@@ -135,7 +135,7 @@ pub(crate) fn dragons_in_plan(document: &FormationDocument, time_s: f64) -> Vec<
 }
 
 /// All dragons on their routes at a plan time.
-fn formation_view(
+pub(super) fn formation_view(
     figure: &FigureArgs,
     document: &FormationDocument,
     time_s: f64,
@@ -144,7 +144,7 @@ fn formation_view(
 ) -> FormationView {
     let benches = Counted(document.formation().layout().benches() as u64, "bench");
     let caption = Caption { heading: figure.title.clone(), title, facts: vec![benches.to_string()] };
-    FormationView { caption, dragons: dragons_in_plan(document, time_s), mark }
+    FormationView { caption, dragons: dragons_in_plan(document, time_s), mark, shows_routes: false }
 }
 
 /// Answers `solve poses` for a formation.
@@ -179,7 +179,7 @@ fn pose(document: &FormationDocument, time_s: f64) -> Pose {
 }
 
 /// Fails for a flag that is for one dragon only.
-fn refuse(flag: &str, is_set: bool, document: &FormationDocument) -> Result<(), BadInput> {
+pub(super) fn refuse(flag: &str, is_set: bool, document: &FormationDocument) -> Result<(), BadInput> {
     if is_set {
         let count = document.dragons().len();
         return Err(BadInput(format!("{flag} is for one dragon, the configuration has {count}")));

@@ -12,18 +12,21 @@ use serde::Serialize;
 use self::figure::{FigureArgs, keep_drawing};
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
 use crate::cli::{in_file, load_document, reading};
-use crate::config::{Config, ConfigDocument, PlanDocument};
+use crate::config::{Config, ConfigDocument, FormationDocument, PlanDocument};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
 mod contact;
 mod figure;
 mod formation;
+mod formation_survey;
 mod list;
 mod pitch;
 mod play;
 mod poses;
 mod route;
+mod schedule;
+mod schedule_figure;
 mod sensitivity;
 mod shortest_turn;
 mod speed_limit;
@@ -43,7 +46,8 @@ pub(super) use formation::dragons_in_plan;
   bench-dragon solve pitch --turn-diameter 9
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
-  bench-dragon solve sensitivity --figure sensitivity.svg")]
+  bench-dragon solve sensitivity --figure sensitivity.svg
+  bench-dragon solve schedule --config square.toml --clearance 0.5")]
 #[command(subcommand_value_name = "QUESTION", subcommand_help_heading = "Questions")]
 pub(crate) struct SolveArgs {
     /// The question to answer.
@@ -61,6 +65,7 @@ pub(crate) enum Question {
     Turn(turn::TurnArgs),
     SpeedLimit(speed_limit::SpeedLimitArgs),
     Sensitivity(sensitivity::SensitivityArgs),
+    Schedule(schedule::ScheduleArgs),
 }
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
@@ -72,6 +77,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
         Question::Sensitivity(args) => sensitivity::run(&args)?,
+        Question::Schedule(args) => schedule::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -94,7 +100,7 @@ pub(crate) struct AnswerArgs {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkArgs {
     /// Most work for the answer, in millions of steps of about 50 ns, 1 to 1000000000; if it is not enough, the answer states
-    /// how far it reached [default: 100; 300 for sensitivity and --shortest].
+    /// how far it reached [default: 100; 300 for sensitivity and --shortest; 1000 for schedule].
     #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) work: Option<u64>,
 }
@@ -110,6 +116,11 @@ impl WorkArgs {
         self.work.map(|millions| millions * STEPS)
     }
 
+    /// A meter for an answer about every two of many dragons.
+    pub(crate) fn longest_meter(self) -> Meter {
+        Meter::of(self.work.unwrap_or(DEFAULT_LONGEST_WORK) * STEPS)
+    }
+
     /// A meter for an answer that consists of many answers.
     pub(crate) fn long_meter(self) -> Meter {
         Meter::of(self.work.unwrap_or(DEFAULT_LONG_WORK) * STEPS)
@@ -121,6 +132,9 @@ const DEFAULT_WORK: u64 = 100;
 
 /// Default work for a question about many dragons, in millions of steps.
 const DEFAULT_LONG_WORK: u64 = 300;
+
+/// Default work for a question about every two dragons of a formation, in millions of steps.
+const DEFAULT_LONGEST_WORK: u64 = 1000;
 
 /// Steps in a million.
 const STEPS: u64 = 1_000_000;
@@ -181,6 +195,14 @@ fn require_no_ground(config: &Config, question: &str) -> Result<(), BadInput> {
         return Ok(());
     }
     Err(BadInput(format!("[ground] is present, must be absent for {question}")))
+}
+
+/// The dragons of a question about several.
+fn require_several<'a>(document: &'a PlanDocument, question: &str) -> Result<&'a FormationDocument, BadInput> {
+    match document {
+        PlanDocument::Formation(formation) if formation.dragons().len() > 1 => Ok(formation),
+        _ => Err(BadInput(format!("[[dragons]] has 1 dragon or is absent, must have 2 or more for {question}"))),
+    }
 }
 
 fn xlsx(text: &str) -> Result<PathBuf, String> {

@@ -13,11 +13,11 @@ use serde::Serialize;
 
 use super::figure::{corners_of, in_plan, polyline};
 use super::stage::StageAnswer;
-use super::{AnswerArgs, list, load_plan_document, save_config};
+use super::{AnswerArgs, formation_survey, list, load_any_plan, save_config};
 use crate::cli::flags::ConfigArgs;
 use crate::cli::in_file;
 use crate::cli::print::print_report;
-use crate::config::{Config, ConfigDocument, DrawingFit, unplaced};
+use crate::config::{Config, ConfigDocument, DrawingFit, PlanDocument, unplaced};
 use crate::output::Counted;
 use crate::output::figure::{DragonInPlan, RouteView};
 
@@ -49,7 +49,7 @@ pub(crate) struct RouteArgs {
 }
 
 #[derive(Debug, Serialize)]
-struct RouteAnswer {
+pub(super) struct RouteAnswer {
     length_m: f64,
     end_m: [f64; 2],
     end_heading_deg: f64,
@@ -109,7 +109,10 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     if let Some(file) = &args.list {
         return list::run(file, args.answer.format.format);
     }
-    let document = load_plan_document(&args.config, args.answer.work)?;
+    let document = match load_any_plan(&args.config, args.answer.work)? {
+        PlanDocument::OneDragon(document) => *document,
+        PlanDocument::Formation(document) => return formation_survey::routes(args, &document),
+    };
     args.answer.keep_files_apart(&document)?;
     let route = in_file(&args.config, document.curve())?;
     let placed = place(&document, &route);
@@ -138,14 +141,14 @@ fn place(document: &ConfigDocument, route: &Route) -> Result<Config, DragonError
 }
 
 /// Length of the route on which the dragon stands at the start.
-fn standing_m(dragon: &Dragon) -> f64 {
+pub(super) fn standing_m(dragon: &Dragon) -> f64 {
     let start_m = dragon.start_travel_m();
     let chain = dragon.chain(start_m).expect("the run has a start");
     chain.last().map_or(0.0, |tail| start_m - dragon.route().travel(tail.parameter))
 }
 
 impl RouteAnswer {
-    fn of(document: &ConfigDocument, survey: &RouteSurvey, placed: Result<&Config, &DragonError>) -> Self {
+    pub(super) fn of(document: &ConfigDocument, survey: &RouteSurvey, placed: Result<&Config, &DragonError>) -> Self {
         let RouteSurvey { length_m, end, tightest, heights, crossings } = survey;
         let config = placed.ok();
         let dragon = config.map(Config::lead);
@@ -174,7 +177,12 @@ impl RouteAnswer {
         }
     }
 
-    fn text(&self, plan: &RouteSpec, drawing: Option<&DrawingFit>) -> String {
+    /// The same answer, of a run that ends at another time.
+    pub(super) fn ending_at(self, run_end_s: f64) -> Self {
+        Self { run_end_s: Some(run_end_s), ..self }
+    }
+
+    pub(super) fn text(&self, plan: &RouteSpec, drawing: Option<&DrawingFit>) -> String {
         let mut lines = Vec::new();
         let mut line = |name: &str, text: String| lines.push(format!("{name:<16} {text}"));
         line("route", kind(plan));

@@ -7,11 +7,11 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use super::figure::FigureArgs;
-use super::{WorkArgs, load_plan, require_no_ground, xlsx};
+use super::{WorkArgs, formation_survey, load_any_plan, require_no_ground, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, print_bytes, print_json, print_line};
-use crate::config::Config;
+use crate::config::{Config, PlanDocument};
 use crate::output::figure;
 use crate::output::table::{self, Cell, Column, Table};
 use crate::system::whole_file;
@@ -64,7 +64,10 @@ fn parameter(text: &str) -> Result<Parameter, String> {
 }
 
 pub(super) fn run(args: &SensitivityArgs) -> anyhow::Result<()> {
-    let config = load_plan(&args.config, args.work)?;
+    let config = match load_any_plan(&args.config, args.work)? {
+        PlanDocument::OneDragon(document) => in_file(&args.config, document.build())?,
+        PlanDocument::Formation(document) => return formation_survey::sensitivity(args, &document),
+    };
     args.figure.keep_drawing(config.document())?;
     in_file(&args.config, require_no_ground(&config, "solve sensitivity"))?;
     let sensitivity = sensitivity(&config, args)?;

@@ -12,10 +12,11 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, passage_time_s, planned_turn};
-use super::{AnswerArgs, load_plan, save_config};
+use super::{AnswerArgs, formation_survey, load_any_plan, save_config};
 use crate::cli::flags::{ConfigArgs, within};
+use crate::cli::in_file;
 use crate::cli::print::print_report;
-use crate::config::Config;
+use crate::config::{Config, PlanDocument};
 use crate::output::figure::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
 
 /// Find the greatest speed of the head at which no handle exceeds a limit.
@@ -49,7 +50,17 @@ struct SpeedLimitAnswer {
 }
 
 pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
-    let (config, passage) = passage(args)?;
+    let plan = &args.plan;
+    let config_args = ConfigArgs { config: plan.config.clone() };
+    let planned = if plan.config.is_some() && !asks_for_turn(plan) {
+        match load_any_plan(&config_args, args.answer.work)? {
+            PlanDocument::OneDragon(document) => Some(in_file(&config_args, document.build())?),
+            PlanDocument::Formation(document) => return formation_survey::speed_limits(args, &document),
+        }
+    } else {
+        None
+    };
+    let (config, passage) = passage(args, planned)?;
     args.answer.keep_files_apart(config.document())?;
     let largest = passage.as_ref().map_err(|infeasible| *infeasible).and_then(|dragon| largest_speed_ratio(dragon));
     let (answer, text) = answer(&largest, args.limit, &config);
@@ -71,10 +82,12 @@ pub(super) fn run(args: &SpeedLimitArgs) -> anyhow::Result<()> {
 }
 
 /// Returns the configuration, and its dragon on the whole passage through a turn, or on the planned run of another route or on ground.
-fn passage(args: &SpeedLimitArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
+fn passage(
+    args: &SpeedLimitArgs,
+    planned: Option<Config>,
+) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
     let plan = &args.plan;
-    if plan.config.is_some() && !asks_for_turn(plan) {
-        let config = load_plan(&ConfigArgs { config: plan.config.clone() }, args.answer.work)?;
+    if let Some(config) = planned {
         // On ground the planned run is the passage: a turn is planned for level ground.
         if config.route().as_turnaround().is_none() || config.route().ground.is_some() {
             let dragon = Arc::new(config.lead().metered(&args.answer.work.meter()));

@@ -154,7 +154,27 @@ fn scale(viewport: &Viewport, width: u16, screen: &Screen) -> Text<'static> {
 mod tests {
     use bench_dragon_ipc::ShowState;
 
-    use crate::display::watch::sample::{rows_after, snapshot};
+    use crate::display::watch::Look;
+    use crate::display::watch::sample::{drawn, formation, rows, rows_after, screen_after, snapshot};
+
+    #[test]
+    fn several_dragons_have_names_at_their_heads_and_nothing_lies_between_them() {
+        let snapshot = formation();
+        let rows = rows(&drawn(&snapshot, &screen_after(Look::default(), "", &snapshot), 120, 36));
+        let row_of = |text: &str| {
+            let found: Vec<usize> = (0..rows.len()).filter(|row| rows[*row].contains(text)).collect();
+            let [row] = found[..] else { panic!("{text} once: {found:?} in\n{}", rows.join("\n")) };
+            row
+        };
+        let (silver, gold) = (row_of("\u{25cf} silver"), row_of("\u{25cf} gold"));
+        assert!(silver + 2 < gold, "x right, y away:\n{}", rows.join("\n"));
+        for row in &rows[silver + 1..gold] {
+            let plan: String = row.chars().take(70).collect();
+            let dots = plan.chars().any(|symbol| ('\u{2801}'..='\u{28ff}').contains(&symbol));
+            assert!(!dots, "a board between the dragons:\n{}", rows.join("\n"));
+        }
+        assert!(rows.iter().any(|row| row.contains("near      gold 3-silver 0")), "{}", rows.join("\n"));
+    }
 
     #[test]
     fn a_followed_head_is_in_the_middle_of_the_plan() {

@@ -19,6 +19,8 @@ pub struct FormationView {
     pub dragons: Vec<NamedInPlan>,
     /// A point at which two boards touch or are near.
     pub mark: Option<DVec2>,
+    /// Whether the plan shows all of the routes, and not only what is near boards.
+    pub shows_routes: bool,
 }
 
 /// A dragon of several, with its name.
@@ -70,11 +72,14 @@ impl FormationView {
         drawing
     }
 
-    /// Low and high corner of the plan, which shows all boards, and the corners of the stage near them.
+    /// Low and high corner of the plan, which shows all boards, the routes if they are to be seen, and the corners of the stage near
+    /// them.
     fn bounds(&self) -> [DVec2; 2] {
         let core = self.dragons.iter().flat_map(|named| named.dragon.boards.iter().flatten().copied());
+        let routes =
+            self.dragons.iter().filter(|_| self.shows_routes).flat_map(|named| named.dragon.route.iter().copied());
         let outline = self.dragons[0].dragon.outline.iter().copied();
-        let [low, high] = visible_box(core, outline).expect("a dragon has boards");
+        let [low, high] = visible_box(core.chain(routes), outline).expect("a dragon has boards");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }
@@ -93,9 +98,7 @@ impl FormationView {
 
 impl NamedInPlan {
     fn colour(&self, number: usize) -> Colour {
-        // The last colour of lines is black, as the heads are.
-        let palette = &LINES[..LINES.len() - 1];
-        self.colour.map_or(palette[number % palette.len()], Colour)
+        dragon_colour(self.colour, number)
     }
 
     /// Draws the boards from the tail to the head, which is black.
@@ -105,4 +108,11 @@ impl NamedInPlan {
             drawing.push(board.outlined(BLACK, OUTLINE_WIDTH).labelled(format!("{} bench {bench}", self.name)));
         }
     }
+}
+
+/// The colour of a dragon: its own, or that of its number.
+pub(super) fn dragon_colour(own: Option<[u8; 3]>, number: usize) -> Colour {
+    // The last colour of lines is black, as the heads are.
+    let palette = &LINES[..LINES.len() - 1];
+    own.map_or(palette[number % palette.len()], Colour)
 }

@@ -10,13 +10,14 @@
 //!
 //! | files | contents |
 //! |---|---|
-//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `sensitivity`, `timeline` | the figures |
+//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `sensitivity`, `timeline`, `coordination`, `time_distance` | the figures |
 //! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
 //! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
 mod boards;
 mod clearance;
 mod contact;
+mod coordination;
 mod drawing;
 mod formation;
 mod notes;
@@ -30,6 +31,7 @@ mod speeds;
 mod style;
 mod svg;
 mod text;
+mod time_distance;
 mod timeline;
 
 use std::path::Path;
@@ -37,6 +39,7 @@ use std::path::Path;
 pub use boards::DragonInPlan;
 pub use clearance::{ClearanceOverTime, ContactMark, NearMissMark};
 pub use contact::ContactView;
+pub use coordination::CoordinationDiagram;
 pub use drawing::{Drawing, Paper};
 pub use formation::{FormationView, NamedInPlan};
 pub use page::{Caption, missing_letter};
@@ -44,6 +47,7 @@ pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
 pub use route::RouteView;
 pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
+pub use time_distance::{DragonLine, PassingMark, TimeDistanceChart};
 pub use timeline::{ShowTimeline, StateLook, StateSpan};
 
 /// File formats of a drawing.

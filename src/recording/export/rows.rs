@@ -2,12 +2,13 @@
 
 use std::io::Write;
 
-use bench_dragon_ipc::{Alert, BenchState, CommandEvent, HandleState};
+use bench_dragon_ipc::{Alert, BenchState, CommandEvent, DragonMotion, HandleState};
 
 use super::{ExportError, ExportSubject, Selection};
+use crate::config::BenchNames;
 use crate::output::command_words::{CommandLine, wall_time};
 use crate::output::table::{Cell, Column, CsvWriter};
-use crate::recording::{Recorded, RecordedAlert, RecordedFrame};
+use crate::recording::{Configuration, Recorded, RecordedAlert, RecordedFrame};
 
 pub(super) const DECIMALS: usize = 6;
 
@@ -21,9 +22,12 @@ pub(crate) fn write_csv(
     let subject = selection.settings.subject;
     let mut recorded = selection.next_recorded()?;
     selection.counts.rows = Some(0);
-    let mut csv = CsvWriter::begin(sink, &columns(subject)).map_err(ExportError::Write)?;
+    let mut dragons = ExportedDragons::default();
+    dragons.follow(selection.reader.configuration());
+    let mut csv = CsvWriter::begin(sink, &columns(subject, &dragons.first)).map_err(ExportError::Write)?;
     while let Some(frame) = recorded {
-        for row in rows(subject, &frame) {
+        dragons.follow(selection.reader.configuration());
+        for row in rows(subject, &frame, &dragons) {
             *selection.counts.rows.get_or_insert(0) += 1;
             csv.write(&row).map_err(ExportError::Write)?;
         }
@@ -33,25 +37,83 @@ pub(crate) fn write_csv(
     csv.finish().map_err(ExportError::Write)
 }
 
-pub(super) fn columns(subject: ExportSubject) -> Vec<Column> {
+/// The names of the dragons. The columns are those of the first run with exported rows.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ExportedDragons {
+    pub(super) first: BenchNames,
+    present: BenchNames,
+    run_id: Option<u64>,
+}
+
+impl ExportedDragons {
+    /// Takes the names of the configuration of the rows that follow.
+    pub(super) fn follow(&mut self, configuration: Option<&Configuration>) {
+        let Some(Configuration { run_id, toml }) = configuration.filter(|known| self.run_id != Some(known.run_id))
+        else {
+            return;
+        };
+        self.present = BenchNames::of_toml(toml);
+        if self.run_id.replace(*run_id).is_none() {
+            self.first = self.present.clone();
+        }
+    }
+
+    /// The dragon and the index within it, for the columns of a bench that is numbered on; of a show of one dragon, its number.
+    fn cells(&self, bench: usize) -> Vec<Cell> {
+        let (name, index) = match self.present.place(bench) {
+            Some((name, index)) if self.first.are_named() => (name.into(), index),
+            _ => (Cell::Blank, bench),
+        };
+        self.with_dragon(name, index.into())
+    }
+
+    /// A name, if there is a column for it, and an index.
+    fn with_dragon(&self, name: Cell, index: Cell) -> Vec<Cell> {
+        if self.first.are_named() { vec![name, index] } else { vec![index] }
+    }
+
+    /// The dragons of a frame, each with its cell and its handles. Without a column of names, all are one dragon.
+    fn of_frame<'a>(&self, frame: &'a RecordedFrame) -> Vec<(Cell, &'a [HandleState])> {
+        if !self.first.are_named() {
+            return vec![(Cell::Blank, &frame.handles)];
+        }
+        let named = frame.header.dragons().iter().enumerate().map(|(number, motion)| {
+            let name = self.present.name(number).map_or(Cell::Blank, Cell::from);
+            (name, &frame.handles[motion.handles()])
+        });
+        named.collect()
+    }
+}
+
+/// Columns of a subject, for a first run of dragons with these names.
+pub(super) fn columns(subject: ExportSubject, dragons: &BenchNames) -> Vec<Column> {
+    let of_dragon = |title: &'static str, index: &'static str| {
+        let name = dragons.are_named().then(|| Column::text(title));
+        name.into_iter().chain([Column::whole(index)]).collect::<Vec<_>>()
+    };
     let when = [Column::whole("run_id"), Column::whole("tick"), Column::number("time_s", 9), Column::text("wall_time")];
     let what = match subject {
         ExportSubject::Handles => {
             let numbers = numbers(&["x_m", "y_m", "z_m", "vx_mps", "vy_mps", "vz_mps", "speed_mps"]);
-            [vec![Column::whole("handle")], numbers].concat()
+            [of_dragon("dragon", "handle"), numbers].concat()
         }
         ExportSubject::Benches => {
             let place = ["x_m", "y_m", "z_m", "heading_rad"];
             let motion = ["vx_mps", "vy_mps", "vz_mps", "speed_mps", "turn_rate_radps"];
-            [vec![Column::whole("bench")], numbers(&place), numbers(&motion)].concat()
+            [of_dragon("dragon", "bench"), numbers(&place), numbers(&motion)].concat()
         }
         ExportSubject::Frames => {
             let numbers = numbers(&["head_travel_m", "head_speed_mps", "time_scale"]);
-            [vec![Column::text("state")], numbers, vec![Column::whole("benches")]].concat()
+            let motions = dragons.dragons().flat_map(|(name, _)| {
+                let numbers =
+                    ["travel_m", "speed_mps"].map(|title| Column::number(format!("{name}_{title}"), DECIMALS));
+                numbers.into_iter().chain([Column::text(format!("{name}_state"))])
+            });
+            [vec![Column::text("state")], numbers, vec![Column::whole("benches")], motions.collect()].concat()
         }
         ExportSubject::Alerts => {
-            let benches = vec![Column::text("kind"), Column::whole("bench_a"), Column::whole("bench_b")];
-            [benches, numbers(&["clearance_m", "x_m", "y_m", "forecast_s"])].concat()
+            let benches = [of_dragon("dragon_a", "bench_a"), of_dragon("dragon_b", "bench_b")].concat();
+            [vec![Column::text("kind")], benches, numbers(&["clearance_m", "x_m", "y_m", "forecast_s"])].concat()
         }
         ExportSubject::Commands => {
             let sender = vec![Column::text("sender"), Column::whole("pid")];
@@ -69,27 +131,31 @@ fn numbers(titles: &[&str]) -> Vec<Column> {
 }
 
 /// Rows of a subject, in order.
-pub(super) fn rows(subject: ExportSubject, recorded: &Recorded) -> Vec<Vec<Cell>> {
+pub(super) fn rows(subject: ExportSubject, recorded: &Recorded, dragons: &ExportedDragons) -> Vec<Vec<Cell>> {
     match (subject, recorded) {
         (ExportSubject::Handles, Recorded::Frame(frame)) => {
             let when = When::of_frame(frame);
-            let row_of = |(index, handle): (usize, &HandleState)| {
+            let rows = dragons.of_frame(frame).into_iter().flat_map(|(name, handles)| {
+                handles.iter().enumerate().map(move |(index, handle)| (name.clone(), index, handle))
+            });
+            let row_of = |(name, index, handle): (Cell, usize, &HandleState)| {
                 let numbers = [handle.position_m, handle.velocity_mps];
-                row(&when, index, numbers.as_flattened().iter().copied().chain([handle.speed_mps()]))
+                let place = dragons.with_dragon(name, index.into());
+                row(&when, place, numbers.as_flattened().iter().copied().chain([handle.speed_mps()]))
             };
-            frame.handles.iter().enumerate().map(row_of).collect()
+            rows.map(row_of).collect()
         }
         (ExportSubject::Benches, Recorded::Frame(frame)) => {
             let when = When::of_frame(frame);
             let row_of = |(index, bench): (usize, BenchState)| {
                 let BenchState { centre_m, heading_rad, velocity_mps, turn_rate_radps, .. } = bench;
                 let numbers = centre_m.into_iter().chain([heading_rad]).chain(velocity_mps);
-                row(&when, index, numbers.chain([bench.speed_mps(), turn_rate_radps]))
+                row(&when, dragons.cells(index), numbers.chain([bench.speed_mps(), turn_rate_radps]))
             };
-            BenchState::all(&frame.handles).enumerate().map(row_of).collect()
+            frame.header.benches(&frame.handles).enumerate().map(row_of).collect()
         }
-        (ExportSubject::Frames, Recorded::Frame(frame)) => vec![frame_row(frame)],
-        (ExportSubject::Alerts, Recorded::Alert(alert)) => vec![alert_row(alert)],
+        (ExportSubject::Frames, Recorded::Frame(frame)) => vec![frame_row(frame, dragons)],
+        (ExportSubject::Alerts, Recorded::Alert(alert)) => vec![alert_row(alert, dragons)],
         (ExportSubject::Commands, Recorded::Command(event)) => vec![command_row(event)],
         _ => Vec::new(),
     }
@@ -100,27 +166,39 @@ pub(super) fn seconds(time_ns: i64) -> f64 {
     time_ns as f64 / 1e9
 }
 
-fn row(when: &When, index: usize, numbers: impl Iterator<Item = f64>) -> Vec<Cell> {
-    when.cells().into_iter().chain([index.into()]).chain(numbers.map(Cell::from)).collect()
+fn row(when: &When, place: Vec<Cell>, numbers: impl Iterator<Item = f64>) -> Vec<Cell> {
+    when.cells().into_iter().chain(place).chain(numbers.map(Cell::from)).collect()
 }
 
-fn frame_row(frame: &RecordedFrame) -> Vec<Cell> {
+fn frame_row(frame: &RecordedFrame, dragons: &ExportedDragons) -> Vec<Cell> {
     let header = &frame.header;
     let state = header.show_state().map_or_else(|| format!("state {}", header.state), |state| state.to_string());
     let numbers = [header.head_travel_m, header.head_speed_mps, header.time_scale];
     let when = When::of_frame(frame).cells().into_iter();
     let benches = Cell::Whole(u64::from(header.bench_count));
-    when.chain([state.into()]).chain(numbers.map(Cell::from)).chain([benches]).collect()
+    let motions = dragons.first.dragons().flat_map(|(name, _)| {
+        let number = dragons.present.dragons().position(|(present, _)| present == name);
+        number.and_then(|number| header.dragons().get(number)).map_or([const { Cell::Blank }; 3], motion_cells)
+    });
+    when.chain([state.into()]).chain(numbers.map(Cell::from)).chain([benches]).chain(motions).collect()
 }
 
-fn alert_row(&RecordedAlert { log_time_ns, ref alert }: &RecordedAlert) -> Vec<Cell> {
+fn motion_cells(motion: &DragonMotion) -> [Cell; 3] {
+    let state = motion.dragon_state().map_or_else(|| format!("state {}", motion.state), |state| state.to_string());
+    [motion.travel_m.into(), motion.speed_mps.into(), state.into()]
+}
+
+fn alert_row(&RecordedAlert { log_time_ns, ref alert }: &RecordedAlert, dragons: &ExportedDragons) -> Vec<Cell> {
     let kind = alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string());
-    let bench = |bench: u32| if bench == Alert::NO_BENCH { Cell::Blank } else { Cell::Whole(u64::from(bench)) };
+    let bench = |bench: u32| match bench {
+        Alert::NO_BENCH => dragons.with_dragon(Cell::Blank, Cell::Blank),
+        bench => dragons.cells(bench as usize),
+    };
     let of_pair = |number: f64| Cell::from(alert.pair().map(|_| number));
     let of_bench = |number: f64| Cell::from((alert.bench_a != Alert::NO_BENCH).then_some(number));
     let [x_m, y_m] = alert.point_m;
     let forecast_s = (alert.forecast_ns != Alert::NO_FORECAST).then(|| seconds(alert.forecast_ns));
-    let benches = [bench(alert.bench_a), bench(alert.bench_b)];
+    let benches = [bench(alert.bench_a), bench(alert.bench_b)].concat();
     let what = [of_pair(alert.clearance_m), of_bench(x_m), of_bench(y_m)];
     let when = When::of(alert.run_id, alert.tick, alert.show_time_ns, wall_time(i128::from(log_time_ns)));
     let when = when.cells().into_iter();

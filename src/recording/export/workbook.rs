@@ -2,7 +2,7 @@
 
 use bench_dragon_ipc::{BenchState, HandleState};
 
-use super::rows::{DECIMALS, columns, rows, seconds};
+use super::rows::{DECIMALS, ExportedDragons, columns, rows, seconds};
 use super::{ExportCounts, ExportError, ExportFindings, ExportSubject, Selection};
 use crate::output::table::{Book, Cell, Column, MAX_COLUMNS, MAX_ROWS};
 use crate::recording::{Configuration, Recorded, RecordedFrame};
@@ -26,6 +26,7 @@ pub(crate) struct Workbook {
     /// Whether a sample has a height.
     has_heights: bool,
     configurations: Vec<Configuration>,
+    dragons: ExportedDragons,
     pub(crate) counts: ExportCounts,
     pub(crate) findings: ExportFindings,
 }
@@ -47,8 +48,9 @@ impl Workbook {
         let mut workbook = Self { subject: selection.settings.subject, ..Self::default() };
         let mut sample_count = 0;
         while let Some(recorded) = selection.next_recorded()? {
+            workbook.dragons.follow(selection.reader.configuration());
             for ((_, subject), list) in LISTS.into_iter().zip(&mut workbook.lists) {
-                list.extend(rows(subject, &recorded));
+                list.extend(rows(subject, &recorded, &workbook.dragons));
             }
             if let Recorded::Frame(frame) = recorded {
                 sample_count += workbook.take_frame(&frame, selection.counts.runs);
@@ -69,7 +71,7 @@ impl Workbook {
         let subject = self.subject;
         let add_list = |book: &mut Book, index: usize| {
             let (name, subject) = LISTS[index];
-            book.add_sheet(name, &columns(subject), self.lists[index].iter().cloned())
+            book.add_sheet(name, &columns(subject, &self.dragons.first), self.lists[index].iter().cloned())
         };
         if subject.has_frames() {
             add_list(&mut book, 0)?;
@@ -97,7 +99,7 @@ impl Workbook {
                 };
                 handles.iter().map(sample).collect()
             }
-            ExportSubject::Benches => BenchState::all(handles).map(|bench| Sample::of(&bench)).collect(),
+            ExportSubject::Benches => header.benches(handles).map(|bench| Sample::of(&bench)).collect(),
             ExportSubject::Frames | ExportSubject::Alerts | ExportSubject::Commands => return 0,
         };
         let time_s = seconds(header.show_time_ns);
@@ -144,9 +146,21 @@ impl Workbook {
         0..self.samples.iter().map(Vec::len).max().unwrap_or(0)
     }
 
+    /// A handle or a bench as people call it: `gold 3`, or its number.
+    fn label(&self, index: usize) -> String {
+        let handles = self.subject == ExportSubject::Handles;
+        // Each dragon has one handle more than benches.
+        let named = self.dragons.first.dragons().enumerate().find_map(|(number, (name, benches))| {
+            let first = benches.start + if handles { number } else { 0 };
+            let count = benches.len() + usize::from(handles);
+            (first..first + count).contains(&index).then(|| format!("{name} {}", index - first))
+        });
+        named.unwrap_or_else(|| index.to_string())
+    }
+
     fn wide_row(&self, index: usize, (title, value): &WideLine) -> Vec<Cell> {
         let values = self.samples.iter().map(|samples| Cell::from(samples.get(index).map(value)));
-        std::iter::once(Cell::from(format!("{index} {title}"))).chain(values).collect()
+        std::iter::once(Cell::from(format!("{} {title}", self.label(index)))).chain(values).collect()
     }
 }
 
@@ -201,5 +215,14 @@ fn configuration_rows(Configuration { run_id, toml }: &Configuration) -> Vec<Vec
         }
         value => vec![row(name, value.to_string())],
     };
-    document.into_iter().flat_map(of_table).collect()
+    let of_dragon = |dragon: toml::Value| {
+        let name = dragon.get("name").and_then(toml::Value::as_str).unwrap_or_default().to_owned();
+        let toml::Value::Table(keys) = dragon else { return Vec::new() };
+        keys.into_iter().flat_map(|(key, value)| of_table((format!("dragons.{name}.{key}"), value))).collect()
+    };
+    let of_entry = |entry: (String, toml::Value)| match entry {
+        (key, toml::Value::Array(dragons)) if key == "dragons" => dragons.into_iter().flat_map(of_dragon).collect(),
+        entry => of_table(entry),
+    };
+    document.into_iter().flat_map(of_entry).collect()
 }

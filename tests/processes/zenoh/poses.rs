@@ -8,6 +8,7 @@ use rustix::process::Signal;
 use test_support::eventually::eventually;
 
 use super::bridges::{ANY_PORT, Bridge};
+use crate::dragons::TWO_DRAGONS;
 use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, Shot};
 use crate::stage::Stage;
@@ -52,6 +53,27 @@ fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
     {
         assert_eq!(received[what], count, "{what}: {received}");
     }
+}
+
+#[test]
+fn the_far_bus_has_all_dragons_bit_for_bit() {
+    let (near, far) = (Stage::new(), Stage::new());
+    let server = near.serve(&["--config", TWO_DRAGONS, "--rate", "50", "--until", "3.4", "--readers", "2"]);
+    let sender = Bridge::sending(&near, &[]);
+    let mut receiver = Bridge::receiving(&far, &sender);
+    let mut reader = Reader::join(&near);
+    receiver.until("receiving");
+    let far_shots = Reader::join(&far).read_to_end();
+    let near_shots = reader.read_to_end();
+    for shot in &far_shots {
+        let original = &near_shots[shot.header.tick as usize];
+        assert_eq!(content(shot), content(original), "tick {}", shot.header.tick);
+        assert_eq!(shot.header.dragons(), original.header.dragons());
+    }
+    server.summary();
+    let received = receiver.stop();
+    assert_eq!((&received["malformed"], &received["lost"]), (&0.into(), &0.into()), "{received}");
+    sender.stop();
 }
 
 #[test]
@@ -139,7 +161,8 @@ fn a_recording_played_faster_passes_completely() {
     recorder.describe(7, "[dragon]\nbenches = 1\n[serve]\nrate_hz = 20\n").expect("the configuration");
     for tick in 0..FRAMES {
         let (scheduled_ns, show_time_ns) = (tick * 50_000_000, tick as i64);
-        let header = FrameHeader { run_id: 7, tick, scheduled_ns, show_time_ns, bench_count: 1, ..Default::default() };
+        let header = FrameHeader { run_id: 7, tick, scheduled_ns, show_time_ns, bench_count: 1, ..Default::default() }
+            .of_one_dragon();
         recorder.frame(&header, &[HandleState::default(); 2]).expect("a frame");
     }
     recorder.finish().expect("a finished recording");

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, Turnaround};
 use glam::DVec2;
 use proptest::collection::{SizeRange, vec};
@@ -104,4 +105,10 @@ pub fn wide_paths(segments: impl Into<SizeRange>) -> impl Strategy<Value = PathS
         }),
     ];
     vec(segment, segments).prop_map(|segments| PathSpec { segments, laps: None })
+}
+
+/// The formation of one dragon that walks at 1 m/s.
+pub fn plain_formation(dragon: Dragon) -> Arc<Formation> {
+    let timetable = Timetable::new(1.0, None, dragon.start_travel_m(), dragon.end_travel_m());
+    Arc::new(Formation::of_one(Planned { dragon: Arc::new(dragon), timetable }))
 }

@@ -1,8 +1,8 @@
 """The bench dragon's poses as numpy arrays on shared memory, and commands to its server.
 
 A bench dragon is a chain of N benches, hinged end to end, that walks along a route. Its N + 1 hinges are called
-handles. A server publishes the state of every handle at a fixed rate into iceoryx2 shared memory. A `Show` reads it
-in place, without a copy.
+handles. A server publishes the state of every handle of one dragon or of several at a fixed rate into iceoryx2 shared
+memory. A `Show` reads it in place, without a copy.
 
 - *Waiting:* no reader ever delays the server. A reader that falls behind by more than its buffer loses its own oldest
   frames, and counts them.
@@ -17,6 +17,7 @@ from bench_dragon.alert import Alert
 from bench_dragon.bench import Benches
 from bench_dragon.codes import (
     AlertKind,
+    DragonState,
     EventKind,
     GuardState,
     Refusal,
@@ -31,6 +32,7 @@ from bench_dragon.command_event import CommandEvent
 from bench_dragon.continuity import Continuity
 from bench_dragon.description import Description
 from bench_dragon.domain import Domain
+from bench_dragon.dragons import DragonFrame, Dragons
 from bench_dragon.errors import (
     BusError,
     DomainError,
@@ -44,7 +46,7 @@ from bench_dragon.errors import (
     TooManyFramesHeld,
     VersionMismatch,
 )
-from bench_dragon.frame import Frame, FrameHeader, HandleState
+from bench_dragon.frame import DragonMotion, Frame, FrameHeader, HandleState
 from bench_dragon.show import Show
 from bench_dragon.source import SourceState
 from bench_dragon.status import Status, TimeHistogram
@@ -59,6 +61,10 @@ __all__ = [
     "Description",
     "Domain",
     "DomainError",
+    "DragonFrame",
+    "DragonMotion",
+    "DragonState",
+    "Dragons",
     "EventKind",
     "Frame",
     "FrameHeader",

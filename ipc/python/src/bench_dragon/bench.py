@@ -5,6 +5,7 @@ board's ends. So the board's centre is the midpoint of the handles. The board is
 mean of the handles' velocities.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Benches:
-    """Positions and motion of the N benches of a frame, head first."""
+    """Positions and motion of N benches, head first."""
 
     centres: NDArray[np.float64]
     """Centres of the boards in metres: shape (N, 3)."""
@@ -27,8 +28,11 @@ class Benches:
     """Angles by which the front handles are above the rear ones, in radians, 0 on level ground: shape (N,)."""
 
     @classmethod
-    def between(cls, positions: NDArray[np.float64], velocities: NDArray[np.float64]) -> "Benches":
-        """Returns the N benches between N + 1 handles.
+    def between(
+        cls, positions: NDArray[np.float64], velocities: NDArray[np.float64], heads: Sequence[int] = ()
+    ) -> "Benches":
+        """Returns the N benches between N + 1 handles. `heads` are the first handles of further dragons: no bench lies
+        between such a handle and the one before it.
 
         `positions` are in metres and `velocities` in metres per show second, both of shape (N + 1, 3), head first.
 
@@ -38,16 +42,19 @@ class Benches:
         >>> Benches.between(np.array([[2.0, 0, 1.0], [1.0, 0, 0]]), np.zeros((2, 3))).pitches.tolist() == [np.pi / 4]
         True
         """
-        along = positions[:-1, :2] - positions[1:, :2]
-        against = velocities[:-1, :2] - velocities[1:, :2]
+        fronts = np.delete(np.arange(len(positions) - 1), [head - 1 for head in heads]) if heads else slice(None, -1)
+        rears = fronts + 1 if heads else slice(1, None)
+        front, rear, velocity, rear_velocity = positions[fronts], positions[rears], velocities[fronts], velocities[rears]
+        along = (front - rear)[:, :2]
+        against = (velocity - rear_velocity)[:, :2]
         squared = along[:, 0] * along[:, 0] + along[:, 1] * along[:, 1]
         turn = along[:, 0] * against[:, 1] - along[:, 1] * against[:, 0]
         return cls(
-            centres=(positions[:-1] + positions[1:]) / 2,
+            centres=(front + rear) / 2,
             headings=np.arctan2(along[:, 1], along[:, 0]),
-            velocities=(velocities[:-1] + velocities[1:]) / 2,
+            velocities=(velocity + rear_velocity) / 2,
             turn_rates=np.divide(turn, squared, out=np.zeros_like(turn), where=squared > 0),
-            pitches=np.arctan2(positions[:-1, 2] - positions[1:, 2], np.sqrt(squared)),
+            pitches=np.arctan2(front[:, 2] - rear[:, 2], np.sqrt(squared)),
         )
 
     @property

@@ -43,6 +43,17 @@ class CommandKind(WireCode):
     """End the server. The head comes to rest first, and the last frame of the run has the state `ended`."""
 
 
+class DragonState(WireCode):
+    """What one dragon does."""
+
+    STANDING = 0
+    """It stands: it has not left yet, or the whole show stands."""
+    WALKING = 1
+    """It walks."""
+    ENDED = 2
+    """It has reached its end."""
+
+
 class EventKind(WireCode):
     """Kind of an event."""
 

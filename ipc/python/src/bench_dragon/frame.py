@@ -1,29 +1,68 @@
-"""A frame: the state of the dragon at one tick, in its shared-memory layout.
+"""A frame: the state of all dragons at one tick, in its shared-memory layout.
 
-A dragon of N benches has N + 1 handles. Handle i is the front hinge of bench i, and handle N the rear hinge of the last
-bench.
+A dragon of N benches has N + 1 handles. Its handle i is the front hinge of its bench i, and its handle N the rear hinge
+of its last bench. A frame has the handles of all dragons, dragon after dragon.
 """
 
 import copy
 import ctypes
+from collections.abc import Callable
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench_dragon import _bus
 from bench_dragon.bench import Benches
-from bench_dragon.codes import ShowState
+from bench_dragon.codes import DragonState, ShowState
 from bench_dragon.continuity import Continuity
+from bench_dragon.dragons import Dragons
 from bench_dragon.wire import WireType, decoded
 
 
+class DragonMotion(WireType):
+    """A dragon of a frame."""
+
+    TYPE_NAME = "bench_dragon.DragonMotion.v1"
+
+    travel_m: float
+    """Signed arc length that its head has walked since t = 0, in metres."""
+    speed_mps: float
+    """Speed of its head in metres per show second; 0 while it stands."""
+    first_handle: int
+    """Index of its first handle in the frame."""
+    bench_count: int
+    """Number of its benches; it has one handle more."""
+    state: int
+    """A `DragonState` as its number. Read it with `dragon_state`."""
+    reserved: int
+    """0."""
+
+    _fields_ = [
+        ("travel_m", ctypes.c_double),
+        ("speed_mps", ctypes.c_double),
+        ("first_handle", ctypes.c_uint32),
+        ("bench_count", ctypes.c_uint32),
+        ("state", ctypes.c_uint32),
+        ("reserved", ctypes.c_uint32),
+    ]
+
+    @property
+    def dragon_state(self) -> DragonState | None:
+        """What the dragon does; `None` for a number that this version does not support."""
+        return decoded(DragonState, self.state)
+
+    @property
+    def handles(self) -> slice:
+        """Its handles among those of the frame."""
+        return slice(self.first_handle, self.first_handle + self.bench_count + 1)
+
 
 class FrameHeader(WireType):
-    """Values of a frame that concern the whole dragon."""
+    """Values of a frame that concern the whole show, and one entry for each dragon."""
 
-    TYPE_NAME = "bench_dragon.FrameHeader.v1"
+    TYPE_NAME = "bench_dragon.FrameHeader.v2"
 
     run_id: int
     """Random number of the run, under 2^53. It changes when the server is restarted."""
@@ -36,15 +75,26 @@ class FrameHeader(WireType):
     published_ns: int
     """`CLOCK_MONOTONIC` instant at which the frame was sent, in nanoseconds."""
     head_travel_m: float
-    """Signed arc length that the head has walked since t = 0, in metres."""
+    """Signed arc length that the head of the leading dragon has walked since t = 0, in metres."""
     head_speed_mps: float
-    """Speed of the head in metres per show second; 0 while the head stands."""
+    """Speed of that head in metres per show second; 0 while it stands."""
     time_scale: float
     """Show seconds per wall-clock second."""
     bench_count: int
-    """Number of benches; the frame has one handle more."""
+    """Number of benches of all dragons; the frame has one handle more for each dragon."""
     state: int
     """A `ShowState` as its number. Read it with `show_state`."""
+    course_m: float
+    """Place of the show on its course, in metres: the one number on which the poses of all dragons depend. Of several
+    dragons it is plan time × the planned speed of the leading dragon. Of one dragon it is the travel of its head."""
+    course_mps: float
+    """Speed along the course, in metres per show second; 0 while the show stands."""
+    dragon_count: int
+    """Number of dragons."""
+    is_plan: int
+    """1 where the course is a plan, 0 where it is the travel of the only head."""
+    dragons: ctypes.Array[DragonMotion]
+    """The dragons, the leading one first; entries beyond their number are 0. Read them with `motions`."""
 
     _fields_ = [
         ("run_id", ctypes.c_uint64),
@@ -57,7 +107,21 @@ class FrameHeader(WireType):
         ("time_scale", ctypes.c_double),
         ("bench_count", ctypes.c_uint32),
         ("state", ctypes.c_uint32),
+        ("course_m", ctypes.c_double),
+        ("course_mps", ctypes.c_double),
+        ("dragon_count", ctypes.c_uint32),
+        ("is_plan", ctypes.c_uint32),
+        ("dragons", DragonMotion * 32),
     ]
+
+    @property
+    def motions(self) -> list[DragonMotion]:
+        """The dragons, the leading one first."""
+        return self.dragons[: self.dragon_count]
+
+    def fields(self) -> dict[str, Any]:
+        """Returns the values by name; of `dragons` only those that the show has."""
+        return super().fields() | {"dragons": self.motions}
 
     @property
     def show_state(self) -> ShowState | None:
@@ -95,14 +159,15 @@ class Frame:
     needs two of them: the current frame and the next one. To keep more, keep copies: `frame.copy()`.
     """
 
-    def __init__(self, lent: _bus.Frame) -> None:
+    def __init__(self, lent: _bus.Frame, names: Callable[[int], tuple[str, ...]]) -> None:
         # Everything else is read when it is asked for: a loop that reads positions pays for nothing more.
         self._handles: NDArray[np.float64] = np.asarray(lent)
         self._lent = lent
+        self._names = names
 
     @cached_property
     def header(self) -> FrameHeader:
-        """Values of the frame that concern the whole dragon."""
+        """Values of the frame that concern the whole show, and one entry for each dragon."""
         return FrameHeader.from_buffer_copy(self._lent.header())
 
     @property
@@ -121,21 +186,32 @@ class Frame:
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Positions of the handles in metres, head first: shape (N + 1, 3), read-only, on shared memory. Row 0 is the
-        front hinge of the head."""
+        """Positions of the handles in metres, dragon after dragon, head first: shape (N + 1, 3) for one dragon, read-only,
+        on shared memory. Row 0 is the front hinge of the head."""
         return self._handles[:, 0]
 
     @property
     def velocities(self) -> NDArray[np.float64]:
-        """Velocities of the handles in metres per show second, head first: shape (N + 1, 3), read-only, on shared
-        memory. They are 0 while the head stands."""
+        """Velocities of the handles in metres per show second, in the order of `positions`, read-only, on shared memory.
+        They are 0 while the head stands."""
         return self._handles[:, 1]
 
     @cached_property
     def benches(self) -> Benches:
-        """Centres, headings, velocities and turn rates of the N benches, head first. The arrays are new ones and do not
-        hold the frame."""
-        return Benches.between(self.positions, self.velocities)
+        """Centres, headings, velocities and turn rates of the benches, dragon after dragon, head first. The arrays are new
+        ones and do not hold the frame."""
+        heads = [motion.first_handle for motion in self.header.motions[1:]]
+        return Benches.between(self.positions, self.velocities, heads)
+
+    @cached_property
+    def dragons(self) -> Dragons:
+        """The dragons, the leading one first: `frame.dragons["gold"].benches`, or by number, `frame.dragons[0]`.
+
+        A name waits for the description of the frame's run, at most 5 s, and raises `NoServer` without one. Names are
+        those of `[[dragons]]`; the dragon of a show of one has none.
+        """
+        run_id, names = self.header.run_id, self._names
+        return Dragons(self.positions, self.velocities, self.header.motions, lambda: names(run_id))
 
     def copy(self) -> Self:
         """Returns the same frame with arrays of its own. Any number of copies may be kept."""
@@ -143,6 +219,7 @@ class Frame:
         _ = self.header, self._relation
         copied = copy.copy(self)
         copied._handles = self._handles.copy()
+        copied.__dict__.pop("dragons", None)
         del copied._lent
         return copied
 

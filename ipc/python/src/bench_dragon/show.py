@@ -16,6 +16,7 @@ from bench_dragon.alert import Alert
 from bench_dragon.codes import CommandKind, Refusal
 from bench_dragon.command_event import CommandEvent
 from bench_dragon.description import Description
+from bench_dragon.dragons import Dragons
 from bench_dragon.errors import NoServer, Refused
 from bench_dragon.frame import Frame
 from bench_dragon.source import SourceState
@@ -62,6 +63,8 @@ class Show:
         self.instance = instance
         """The instance's name."""
         self._bus = _opened(instance, name, _ns(timeout_s))
+        self._newest: Frame | None = None
+        self._run_names: tuple[int, tuple[str, ...]] = (0, ())
         _OPEN.add(self)
 
     def __iter__(self) -> Iterator[Frame]:
@@ -97,12 +100,12 @@ class Show:
         Raises `TooManyFramesHeld` if four frames are held, and `VersionMismatch` if the number of handles of a frame
         contradicts its header.
         """
-        return _frame(self._bus.receive())
+        return self._frame(self._bus.receive())
 
     def latest(self) -> Frame | None:
         """Returns the newest unread frame, or `None` if all are read. Never waits. Older frames are dropped unread and
         do not count as lost. Raises as `receive`."""
-        return _frame(self._bus.latest())
+        return self._frame(self._bus.latest())
 
     def wait(self, timeout_s: float | None = None) -> Frame | None:
         """Returns the oldest unread frame. Waits for one at most `timeout_s` seconds; `None` for no limit.
@@ -112,7 +115,22 @@ class Show:
 
         One system call of the server wakes all readers that wait. A reader that only polls costs the server nothing.
         """
-        return _frame(self._bus.wait(_ns(timeout_s)))
+        return self._frame(self._bus.wait(_ns(timeout_s)))
+
+    @property
+    def dragons(self) -> Dragons:
+        """The dragons of the newest frame, by name or number: `show.dragons["gold"].benches`.
+
+        Takes the newest frame as `latest` does; where all frames are read, the dragons are those of the last call. Waits
+        only for the first frame, and for the names of a run, each at most 5 s; raises `NoServer` without one. The arrays
+        are copies, and hold no frame. In a loop over frames, use `frame.dragons`.
+        """
+        newest = self.latest()
+        if newest is not None:
+            self._newest = newest.copy()
+        elif self._newest is None:
+            self._newest = self._next_frame(_TIMEOUT_S).copy()
+        return self._newest.dragons
 
     def fileno(self) -> int:
         """Returns a file descriptor that is readable when a frame may be unread, or when the client is closed: for
@@ -261,6 +279,20 @@ class Show:
                 raise NoServer(self._silence(timeout_s))
         return frame
 
+    def _frame(self, lent: _bus.Frame | None) -> Frame | None:
+        return None if lent is None else Frame(lent, self._names)
+
+    def _names(self, run_id: int) -> tuple[str, ...]:
+        """Returns the names of the dragons of a run, whose description may follow its first frames."""
+        if self._run_names[0] != run_id:
+            deadline_s = time.monotonic() + _TIMEOUT_S
+            while (description := self.description()).run_id != run_id:
+                if time.monotonic() > deadline_s:
+                    raise NoServer(f'instance "{self.instance}" has published no description of the run {run_id}')
+                time.sleep(_PROOF_PERIOD_S)
+            self._run_names = (run_id, description.dragon_names)
+        return self._run_names[1]
+
     def _silence(self, timeout_s: float) -> str:
         """Returns the text for a wait without a frame."""
         match self.source(timeout_s):
@@ -293,10 +325,6 @@ def _opened(instance: str, name: str, timeout_ns: int | None) -> _bus.Show:
             raise
         _LOG.warning("waiting: %s", error)
     return _bus.Show(instance, name, timeout_ns)
-
-
-def _frame(lent: _bus.Frame | None) -> Frame | None:
-    return None if lent is None else Frame(lent)
 
 
 def _ns(timeout_s: float | None) -> int | None:

@@ -35,7 +35,7 @@ class WireType(ctypes.Structure):
 
 def _shown(value: Any) -> str:
     """Returns a value as text; for a long array, such as a histogram, only its length."""
-    is_long = isinstance(value, list) and len(value) > _MOST_SHOWN
+    is_long = isinstance(value, list) and len(value) > _MOST_SHOWN and not isinstance(value[0], ctypes.Structure)
     return f"[{len(value)} numbers]" if is_long else repr(value)
 
 

@@ -32,21 +32,21 @@ impl LentFrame {
         Self { header, handles, continuity: frame.continuity(), slot, shared }
     }
 
-    /// Values of the frame that concern the whole dragon.
+    /// Values of the frame that concern the whole show, and its dragons.
     pub fn header(&self) -> &FrameHeader {
         // SAFETY: the pointer is into the sample, which the client keeps until `self` is dropped.
         unsafe { self.header.as_ref() }
     }
 
-    /// The handles, head first; one more than there are benches.
+    /// The handles, dragon after dragon, each head first; for each dragon one more than its benches.
     pub fn handles(&self) -> &[HandleState] {
         // SAFETY: as in `header`.
         unsafe { self.handles.as_ref() }
     }
 
-    /// The benches, head first, calculated from the handles.
+    /// The benches, dragon after dragon, each head first, calculated from the handles.
     pub fn benches(&self) -> impl ExactSizeIterator<Item = BenchState> + '_ {
-        BenchState::all(self.handles())
+        self.header().benches(self.handles())
     }
 
     /// Relation of the frame to the previously received one.

@@ -1,23 +1,23 @@
 //! Commands to the server of an instance. [`call()`] sends one and waits for its reply. A [`CommandQueue`] is for
 //! callers that must not wait, or that send many commands.
 //!
-//! A queue sends commands one at a time, in the order of their submission. A hold overtakes them: a separate thread
-//! sends it at once. It cancels all unsent commands, and a seek that waits for its proof. A command in flight may reach
-//! the server after the hold and undo it. So the hold is sent again after that command's reply, and the second reply is
-//! the hold's outcome.
+//! A queue sends commands one at a time, in the order of their submission. A hold overtakes them. [`CommandOrder`] decides
+//! which command is sent next; each of its two lanes has a thread, which sends and waits for the reply.
 
 use std::io;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::{BusError, CommandClient, CommandReply, Domain, Refusal, Request, Sender};
 
+mod order;
+
+pub use order::{CommandOrder, LaneKind, NextStep, Outcome};
+
 /// Greatest number of waiting commands in each lane.
-const MAX_WAITING: usize = 8;
+pub const MAX_WAITING: usize = 8;
 
 /// Reason why a command has no reply.
 #[derive(Debug, thiserror::Error)]
@@ -36,55 +36,33 @@ pub enum CommandQueueError {
     Crowded,
 }
 
-type Callback = Box<dyn FnOnce(Result<CommandReply, CommandQueueError>) + Send>;
+type Callback = Box<dyn FnOnce(Outcome) + Send>;
 
-/// Sends a command. The closure returns whether the command has been cancelled.
-type SendCommand = dyn Fn(Request, &dyn Fn() -> bool) -> Result<CommandReply, BusError> + Send + Sync;
+/// Sends a command. The first closure returns whether the command has been cancelled, the second whether no one waits for its
+/// reply.
+type SendCommand =
+    dyn Fn(Request, &dyn Fn() -> bool, &dyn Fn() -> bool) -> Result<CommandReply, BusError> + Send + Sync;
 
 /// Sends commands in their order; holds overtake all others.
 #[derive(Debug)]
 pub struct CommandQueue {
-    lanes: Arc<LaneState>,
-    others: Lane,
-    holds: Lane,
+    shared: Arc<SharedOrder>,
+    lanes: Vec<JoinHandle<()>>,
 }
 
-/// Waiting commands and the thread that sends them. Dropping the lane ends the thread.
-#[derive(Debug)]
-struct Lane {
-    commands: Option<SyncSender<QueuedCommand>>,
-    thread: Option<JoinHandle<()>>,
+/// The order that both lanes share.
+#[derive(Default)]
+struct SharedOrder {
+    state: Mutex<QueueState>,
+    /// A command has been submitted, replied to or answered, or the queue has been dropped.
+    changed: Condvar,
 }
 
-type QueuedCommand = (Unanswered, Callback);
-
-/// A command without a reply.
-#[derive(Clone, Copy, Debug)]
-struct Unanswered {
-    request: Request,
-    number: u64,
-    /// Number of holds submitted before the command.
-    holds_before: u64,
-    /// Whether no other command waited when this one was submitted. Then closing the queue does not cancel it.
-    is_first: bool,
-    is_sent: bool,
-}
-
-/// State that both lanes share.
-#[derive(Debug, Default)]
-struct LaneState {
-    /// Number of holds submitted so far.
-    holds: AtomicU64,
-    /// Whether the queue has closed. Then it sends only holds and commands with `is_first`.
-    is_closed: AtomicBool,
+#[derive(Default)]
+struct QueueState {
+    order: CommandOrder<Callback>,
     /// Whether the queue has been dropped. Then no caller waits for a reply.
-    is_over: AtomicBool,
-    /// Locked while a command is in flight.
-    in_flight: Mutex<()>,
-    /// Number of commands submitted so far.
-    given: AtomicU64,
-    unanswered: Mutex<Vec<Unanswered>>,
-    answered: Condvar,
+    is_over: bool,
 }
 
 impl CommandQueue {
@@ -94,154 +72,111 @@ impl CommandQueue {
     /// # Errors
     /// The operating system cannot start a thread.
     pub fn open(domain: Domain, name: &'static str, sender: Sender) -> io::Result<Self> {
-        let lanes = Arc::new(LaneState::default());
-        let state = Arc::clone(&lanes);
-        let is_over = move || state.is_over.load(Ordering::SeqCst);
-        let send =
-            move |request, is_given_up: &dyn Fn() -> bool| call(&domain, name, sender, request, is_given_up, &is_over);
-        Self::sending(lanes, Arc::new(send))
+        let send = move |request, is_given_up: &dyn Fn() -> bool, is_over: &dyn Fn() -> bool| {
+            call(&domain, name, sender, request, is_given_up, is_over)
+        };
+        Self::sending(&(Arc::new(send) as Arc<SendCommand>))
     }
 
-    fn sending(lanes: Arc<LaneState>, send: Arc<SendCommand>) -> io::Result<Self> {
-        Ok(Self {
-            others: Lane::start("commands", Arc::clone(&send), Arc::clone(&lanes), send_others)?,
-            holds: Lane::start("holds", send, Arc::clone(&lanes), send_holds)?,
-            lanes,
-        })
+    fn sending(send: &Arc<SendCommand>) -> io::Result<Self> {
+        let mut queue = Self { shared: Arc::default(), lanes: Vec::new() };
+        for (name, lane) in [("commands", LaneKind::Others), ("holds", LaneKind::Holds)] {
+            let (send, shared) = (Arc::clone(send), Arc::clone(&queue.shared));
+            let thread = thread::Builder::new().name(name.to_owned());
+            queue.lanes.push(thread.spawn(move || shared.work(lane, &*send))?);
+        }
+        Ok(queue)
     }
 
     /// Submits a command. The queue calls `answer` once, on one of its threads. If the queue is full, it calls `answer`
     /// at once on the caller's thread.
-    pub fn submit(
-        &self,
-        request: Request,
-        answer: impl FnOnce(Result<CommandReply, CommandQueueError>) + Send + 'static,
-    ) {
-        let is_hold = request == Request::Hold;
-        let holds_before = self.lanes.holds.fetch_add(u64::from(is_hold), Ordering::SeqCst);
-        let command = self.lanes.begin(request, holds_before);
-        let lane = if is_hold { &self.holds } else { &self.others };
-        let commands = lane.commands.as_ref().expect("a lane is open until the queue is dropped");
-        let sent = commands.try_send((command, Box::new(answer)));
-        if let Err(TrySendError::Full((_, answer)) | TrySendError::Disconnected((_, answer))) = sent {
-            answer(Err(CommandQueueError::Crowded));
-            self.lanes.end(command);
+    pub fn submit(&self, request: Request, answer: impl FnOnce(Outcome) + Send + 'static) {
+        let (number, refused) = self.shared.lock().order.submit(request, Box::new(answer));
+        self.shared.changed.notify_all();
+        if let Some(answer) = refused {
+            self.shared.answer(number, answer, Err(CommandQueueError::Crowded));
         }
     }
 
     /// Cancels all unsent commands except holds. Then waits for the replies of the commands that `is_waited_for`
     /// selects, for `timeout` at most. Returns those of them that have been sent and have no reply.
     pub fn close(&self, timeout: Duration, is_waited_for: impl Fn(Request) -> bool) -> Vec<Request> {
-        self.lanes.is_closed.store(true, Ordering::SeqCst);
-        let is_waiting = |unanswered: &mut Vec<Unanswered>| unanswered.iter().any(|one| is_waited_for(one.request));
-        let waited = self.lanes.answered.wait_timeout_while(lock(&self.lanes.unanswered), timeout, is_waiting);
-        let (left, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        left.iter().filter(|one| one.is_sent && is_waited_for(one.request)).map(|one| one.request).collect()
+        let mut state = self.shared.lock();
+        state.order.close();
+        self.shared.changed.notify_all();
+        let is_waiting = |state: &mut QueueState| state.order.unanswered().iter().any(|one| is_waited_for(one.request));
+        let waited = self.shared.changed.wait_timeout_while(state, timeout, is_waiting);
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        let left = state.order.unanswered().iter();
+        left.filter(|one| one.is_sent && is_waited_for(one.request)).map(|one| one.request).collect()
     }
 }
 
 impl Drop for CommandQueue {
     fn drop(&mut self) {
-        self.lanes.is_closed.store(true, Ordering::SeqCst);
-        self.lanes.is_over.store(true, Ordering::SeqCst);
+        let mut state = self.shared.lock();
+        state.order.close();
+        state.is_over = true;
+        drop(state);
+        self.shared.changed.notify_all();
+        for lane in self.lanes.drain(..) {
+            // The panic of the thread has already been reported.
+            let _ = lane.join();
+        }
     }
 }
 
-impl Lane {
-    fn start(
-        name: &str,
-        send: Arc<SendCommand>,
-        lanes: Arc<LaneState>,
-        send_all: fn(&Receiver<QueuedCommand>, &SendCommand, &LaneState),
-    ) -> io::Result<Self> {
-        let (sender, commands) = mpsc::sync_channel(MAX_WAITING);
-        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || send_all(&commands, &*send, &lanes))?;
-        Ok(Self { commands: Some(sender), thread: Some(thread) })
+impl std::fmt::Debug for SharedOrder {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("SharedOrder").finish_non_exhaustive()
     }
 }
 
-impl Drop for Lane {
-    fn drop(&mut self) {
-        self.commands = None;
-        // The panic of the thread has already been reported.
-        let _ = self.thread.take().map(JoinHandle::join);
-    }
-}
-
-impl LaneState {
-    /// Returns why a command must not be sent: a later hold has cancelled it, or the queue has closed.
-    fn cancels(&self, command: Unanswered) -> Option<CommandQueueError> {
-        let is_overtaken = self.holds.load(Ordering::SeqCst) > command.holds_before;
-        let is_closed = self.is_closed.load(Ordering::SeqCst) && !command.is_first;
-        is_overtaken.then_some(CommandQueueError::Overtaken).or(is_closed.then_some(CommandQueueError::Closed))
+impl SharedOrder {
+    fn lock(&self) -> MutexGuard<'_, QueueState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Registers a command without a reply. It counts as sent if all other commands without a reply are holds.
-    fn begin(&self, request: Request, holds_before: u64) -> Unanswered {
-        let number = self.given.fetch_add(1, Ordering::Relaxed);
-        let mut unanswered = lock(&self.unanswered);
-        let is_first = unanswered.iter().all(|one| one.request == Request::Hold);
-        let command = Unanswered { request, number, holds_before, is_first, is_sent: is_first };
-        unanswered.push(command);
-        command
-    }
-
-    fn note_sent(&self, command: Unanswered) {
-        let mut unanswered = lock(&self.unanswered);
-        unanswered.iter_mut().filter(|one| one.number == command.number).for_each(|one| one.is_sent = true);
-    }
-
-    fn end(&self, command: Unanswered) {
-        lock(&self.unanswered).retain(|one| one.number != command.number);
-        self.answered.notify_all();
-    }
-}
-
-fn send_others(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
-    for (command, answer) in commands {
-        let in_flight = lock(&lanes.in_flight);
-        let outcome = if let Some(error) = lanes.cancels(command) {
-            Err(error)
-        } else {
-            lanes.note_sent(command);
-            let is_cancelled = || lanes.cancels(Unanswered { is_first: false, ..command }).is_some();
-            send(command.request, &is_cancelled).map_err(CommandQueueError::Bus)
-        };
-        drop(in_flight);
-        answer(outcome);
-        lanes.end(command);
-    }
-}
-
-fn send_holds(commands: &Receiver<QueuedCommand>, send: &SendCommand, lanes: &LaneState) {
-    for (command, answer) in commands {
-        lanes.note_sent(command);
-        let send = || send(command.request, &|| false);
-        let outcome = match lanes.in_flight.try_lock() {
-            Ok(_) | Err(TryLockError::Poisoned(_)) => send(),
-            Err(TryLockError::WouldBlock) => {
-                // The hold is sent at once, and again when the command in flight can no longer follow it.
-                let first = send();
-                let _alone = lock(&lanes.in_flight);
-                // A server that has ended since then has stopped too, so the first reply counts.
-                send().or(first)
+    /// Carries out the steps of a lane until the queue has been dropped and the lane is empty.
+    fn work(&self, lane: LaneKind, send: &SendCommand) {
+        let mut state = self.lock();
+        loop {
+            match state.order.next(lane) {
+                NextStep::Send(request) => {
+                    drop(state);
+                    let is_given_up = || lane == LaneKind::Others && self.lock().order.is_given_up();
+                    let reply = send(request, &is_given_up, &|| self.lock().is_over).map_err(CommandQueueError::Bus);
+                    let answered = self.lock().order.take_reply(lane, reply);
+                    self.changed.notify_all();
+                    if let Some((number, answer, outcome)) = answered {
+                        self.answer(number, answer, outcome);
+                    }
+                    state = self.lock();
+                }
+                NextStep::Answer(number, answer, error) => {
+                    drop(state);
+                    self.answer(number, answer, Err(error));
+                    state = self.lock();
+                }
+                NextStep::Wait if state.is_over && state.order.is_idle(lane) => return,
+                NextStep::Wait => state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner),
             }
-        };
-        answer(outcome.map_err(CommandQueueError::Bus));
-        lanes.end(command);
+        }
     }
-}
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+    fn answer(&self, number: u64, answer: Callback, outcome: Outcome) {
+        answer(outcome);
+        self.lock().order.forget(number);
+        self.changed.notify_all();
+    }
 }
 
 /// Time that a server may take for its reply: far more than a tick at the lowest rate.
-const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
+pub const REPLY_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time that a hold may take in a queue, where it is sent twice: slightly more than two replies.
 pub const HOLD_PATIENCE: Duration = Duration::from_secs(12);
 /// Period at which a seek without a proof is sent again.
-const PROOF_PERIOD: Duration = Duration::from_millis(20);
+pub const PROOF_PERIOD: Duration = Duration::from_millis(20);
 
 /// Sends a command under the node name `name`, as this kind of sender, and waits for its reply.
 ///
@@ -264,19 +199,29 @@ pub fn call(
     let began = Instant::now();
     loop {
         let reply = client.ask_unless(request, REPLY_TIMEOUT, is_over)?;
-        let may_be_proved = reply.outcome() == Err(Refusal::NotProved) && GuardLock::holder(domain).is_some();
-        if !may_be_proved || began.elapsed() >= REPLY_TIMEOUT || is_given_up() {
+        let has_guard = || GuardLock::holder(domain).is_some();
+        if !is_sent_again(&reply, began.elapsed(), has_guard) || is_given_up() {
             return Ok(reply);
         }
         thread::sleep(PROOF_PERIOD);
     }
 }
 
+/// Whether a command with this reply is sent again after [`PROOF_PERIOD`]: a guard may still prove its target. `elapsed` is the
+/// time since it was sent first.
+pub fn is_sent_again(reply: &CommandReply, elapsed: Duration, has_guard: impl FnOnce() -> bool) -> bool {
+    reply.outcome() == Err(Refusal::NotProved) && has_guard() && elapsed < REPLY_TIMEOUT
+}
+
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc::{Sender, channel};
+    use std::sync::mpsc::{Receiver, Sender, channel};
 
     use super::*;
+
+    fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+        mutex.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 
     /// A server that accepts each command when the test allows it.
     struct FakeServer {
@@ -291,14 +236,18 @@ mod tests {
         let (sending, sent) = channel();
         let (go_on, gate) = channel::<()>();
         let (sending, gate) = (Mutex::new(sending), Mutex::new(gate));
-        let send = move |request: Request, is_given_up: &dyn Fn() -> bool| {
+        let send = move |request: Request, is_given_up: &dyn Fn() -> bool, _: &dyn Fn() -> bool| {
             lock(&sending).send(request).expect("the test listens");
             if request != Request::Hold {
                 lock(&gate).recv().expect("the test answers");
             }
             Ok(CommandReply::accepted(u64::from(is_given_up()), 0))
         };
-        FakeServer { queue: CommandQueue::sending(Arc::default(), Arc::new(send)).expect("two threads"), sent, go_on }
+        FakeServer {
+            queue: CommandQueue::sending(&(Arc::new(send) as Arc<SendCommand>)).expect("two threads"),
+            sent,
+            go_on,
+        }
     }
 
     /// Submits a command. Returns a channel for its outcome.

@@ -1,0 +1,385 @@
+//! Finds the delays at which two dragons meet in one zone: by how much the second one leaves after the first one.
+//!
+//! *Terms.* A point is a pair of own times of both dragons (see `own_time`). At a point of the zone some pair of boards is within
+//! the clearance. A plan with a delay d passes the points whose times differ by d, so it meets exactly if one of these is in the
+//! zone. The search encloses the set of such delays:
+//!
+//! 1. *Climb.* From a point of the zone, the clearance of its nearest pair stays within the limit while a board moves by less
+//!    than the depth, which is the limit minus the clearance. So the delay changes in proved steps. After each step, the point
+//!    slides along its plan to where the boards are nearest. Where the moving dragon stands, every further delay meets.
+//! 2. *Cells.* A cell is a rectangle of own times. It needs no look if all of its delays are known to meet. It is free if the mean
+//!    of the clearances at two opposite corners, minus half of the boards' displacements in between, exceeds the limit. Else it is
+//!    halved, down to a quarter of a link.
+//! 3. *Tubes.* Such a cell is divided into intervals of delays. Let a pair stay apart by the limit plus V·w on the plan with the
+//!    middle delay, where w is half of the interval, and V bounds the speeds of both boards. Then it stays apart by the limit at
+//!    all delays of the interval, because each of its points is reached from that plan if one of the dragons, or both, move for
+//!    w in all. [`PairTracker`] proves the first part. Else the interval is halved, down to [`RESOLUTION_S`]; what is left then
+//!    counts as meeting.
+//!
+//! So outside the result no plan meets. At each of its delays two boards come within the limit, plus at most what they move in
+//! twice [`RESOLUTION_S`]: about 2 mm.
+
+use std::ops::ControlFlow;
+use std::rc::Rc;
+
+use super::meeting_zone::Tip;
+use super::own_time::{Nearest, Posed, Walker, nearest, nearest_at};
+use super::pair::{Members, Pair};
+use super::pair_motion::GRAZE_M;
+use super::pair_tracker::PairTracker;
+use super::plan_motion::point_speed_mps;
+use super::pose::Pose;
+use crate::formation::DelaySet;
+
+/// Delays that differ by less are not told apart, in seconds.
+pub(super) const RESOLUTION_S: f64 = 1.0 / 4096.0;
+/// Shortest proved step of a climb, in seconds. A climb that would take shorter steps ends.
+const LEAST_STEP_S: f64 = RESOLUTION_S / 32.0;
+/// Points that are tried to find the nearest boards along a plan.
+const SLIDES: u32 = 10;
+
+/// An interval of own times of one dragon.
+#[derive(Clone, Debug)]
+pub(super) struct Side {
+    /// Own times. An end is infinite if the dragon stands.
+    pub(super) span_s: [f64; 2],
+    pub(super) ends: [Rc<Posed>; 2],
+}
+
+impl Side {
+    pub(super) fn stands(&self) -> bool {
+        self.span_s[0].is_infinite() || self.span_s[1].is_infinite()
+    }
+
+    pub(super) fn halves(&self, walker: &Walker) -> [Self; 2] {
+        let middle_s = 0.5 * (self.span_s[0] + self.span_s[1]);
+        let middle = walker.at(middle_s);
+        let [first, last] = self.ends.clone();
+        [
+            Self { span_s: [self.span_s[0], middle_s], ends: [first, Rc::clone(&middle)] },
+            Self { span_s: [middle_s, self.span_s[1]], ends: [middle, last] },
+        ]
+    }
+
+    fn length_s(&self) -> f64 {
+        self.span_s[1] - self.span_s[0]
+    }
+}
+
+/// A rectangle of own times.
+pub(super) type Cell = [Side; 2];
+
+/// What is known about the clearance of two dragons in a cell.
+pub(super) struct Look {
+    /// A lower bound on the clearance.
+    pub(super) bound_m: f64,
+    /// The corner with the smaller clearance of two.
+    pub(super) corner: usize,
+    /// The clearance there.
+    pub(super) corner_m: f64,
+    /// The clearance at the other one.
+    pub(super) other_corner_m: f64,
+    /// Displacement of the boards of each dragon.
+    drifts_m: [f64; 2],
+}
+
+pub(super) fn look(walkers: &[Walker; 2], cell: &Cell) -> Look {
+    let clearances_m = [0, 1].map(|corner| nearest(&cell[0].ends[corner], &cell[1].ends[corner]).1);
+    let drifts_m = [0, 1].map(|i| walkers[i].drift_m(&cell[i].ends[0], &cell[i].ends[1]));
+    let corner = usize::from(clearances_m[1] < clearances_m[0]);
+    let bound_m = 0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]);
+    Look { bound_m, corner, corner_m: clearances_m[corner], other_corner_m: clearances_m[1 - corner], drifts_m }
+}
+
+/// The delays of a cell.
+fn delays_of(cell: &Cell) -> [f64; 2] {
+    [cell[0].span_s[0] - cell[1].span_s[1], cell[0].span_s[1] - cell[1].span_s[0]]
+}
+
+/// The work of a search has reached its limit.
+pub(super) struct OutOfWork;
+
+/// The search in one zone.
+pub(super) struct DelaySearch<'a> {
+    walkers: &'a [Walker; 2],
+    clearance_m: f64,
+    /// Delays that meet, or that are not told apart from such.
+    delays: DelaySet,
+    /// Points of the least and of the greatest delay that climbs have reached.
+    tips: [Option<Tip>; 2],
+}
+
+/// A pair of benches, and a bound on the speeds of its boards in a cell.
+#[derive(Clone, Copy)]
+struct Tube {
+    benches: [usize; 2],
+    speed_mps: f64,
+}
+
+impl<'a> DelaySearch<'a> {
+    pub(super) fn new(walkers: &'a [Walker; 2], clearance_m: f64) -> Self {
+        Self { walkers, clearance_m, delays: DelaySet::default(), tips: [None, None] }
+    }
+
+    /// The delays found, and the points of the least and of the greatest one.
+    pub(super) fn finish(mut self) -> (DelaySet, [Option<Tip>; 2]) {
+        self.delays.close_gaps(RESOLUTION_S);
+        (self.delays, self.tips)
+    }
+
+    fn is_within(&self, clearance_m: f64) -> bool {
+        clearance_m <= self.clearance_m + GRAZE_M
+    }
+
+    fn check(&self) -> Result<(), OutOfWork> {
+        let is_spent = self.walkers.iter().any(|walker| walker.planned.dragon.meter().is_spent());
+        if is_spent { Err(OutOfWork) } else { Ok(()) }
+    }
+
+    /// Evaluates a cell of the zone.
+    pub(super) fn add(&mut self, cell: &Cell) -> Result<(), OutOfWork> {
+        self.check()?;
+        if self.delays.covers(delays_of(cell)) {
+            return Ok(());
+        }
+        let look = look(self.walkers, cell);
+        if !self.is_within(look.bound_m) {
+            return Ok(());
+        }
+        if self.is_within(look.corner_m) {
+            self.climb([0, 1].map(|i| self.time_s(i, cell[i].span_s[look.corner])))?;
+            if self.delays.covers(delays_of(cell)) {
+                return Ok(());
+            }
+        }
+        let is_long = |i: usize| cell[i].length_s() > self.walkers[i].stride_s();
+        match self.longer_side(cell, look.drifts_m, is_long) {
+            Some(side) => self.add_halves(cell, side),
+            None => self.add_short(cell, look.drifts_m),
+        }
+    }
+
+    /// The side that is to be halved next, of those that are long and on which the dragon walks.
+    fn longer_side(&self, cell: &Cell, drifts_m: [f64; 2], is_long: impl Fn(usize) -> bool) -> Option<usize> {
+        match [0, 1].map(|i| !cell[i].stands() && is_long(i)) {
+            [true, true] => Some(usize::from(drifts_m[1] > drifts_m[0])),
+            [false, false] => None,
+            [is_first, _] => Some(usize::from(!is_first)),
+        }
+    }
+
+    fn add_halves(&mut self, cell: &Cell, side: usize) -> Result<(), OutOfWork> {
+        for half in cell[side].halves(&self.walkers[side]) {
+            let mut part = cell.clone();
+            part[side] = half;
+            self.add(&part)?;
+        }
+        Ok(())
+    }
+
+    /// A finite own time of the same pose.
+    fn time_s(&self, i: usize, time_s: f64) -> f64 {
+        time_s.clamp(0.0, self.walkers[i].end_s)
+    }
+
+    /// Evaluates a cell of at most a stride.
+    fn add_short(&mut self, cell: &Cell, drifts_m: [f64; 2]) -> Result<(), OutOfWork> {
+        let reach_m = self.clearance_m + drifts_m[0] + drifts_m[1] + GRAZE_M;
+        let pairs = cell[0].ends[0].tree.within(&cell[1].ends[0].tree, reach_m);
+        let speed_mps = |i: usize, bench: usize| {
+            if cell[i].stands() { 0.0 } else { point_speed_mps(&self.walkers[i].planned, bench, cell[i].span_s) }
+        };
+        let tube =
+            |benches: [usize; 2]| Tube { benches, speed_mps: speed_mps(0, benches[0]).max(speed_mps(1, benches[1])) };
+        let tubes: Vec<Tube> = pairs.into_iter().map(tube).collect();
+        if tubes.iter().any(|tube| !tube.speed_mps.is_finite())
+            && let Some(side) = self.longer_side(cell, drifts_m, |i| cell[i].length_s() > RESOLUTION_S)
+        {
+            // A tight bend, for which only shorter intervals have a bound.
+            return self.add_halves(cell, side);
+        }
+        match [cell[0].stands(), cell[1].stands()] {
+            [false, false] => self.add_tubes(cell, delays_of(cell), &tubes),
+            // Two poses, which the corners have shown to be apart.
+            [true, true] => Ok(()),
+            [is_first, _] => self.add_passage(cell, usize::from(is_first), &tubes),
+        }
+    }
+
+    /// Evaluates a cell of which the dragon `moving` passes the other one, which stands.
+    fn add_passage(&mut self, cell: &Cell, moving: usize, tubes: &[Tube]) -> Result<(), OutOfWork> {
+        let [from_s, to_s] = cell[moving].span_s;
+        let standing = &cell[1 - moving];
+        // A delay at which the other dragon stands throughout: until it leaves, or from its end on.
+        let is_before = standing.span_s[0].is_infinite();
+        let stands_s = self.walkers[1 - moving].end_s;
+        let (delay_s, line_s) = match (moving, is_before) {
+            (0, true) => (to_s, [from_s, to_s]),
+            (0, false) => (from_s - stands_s, [from_s, to_s]),
+            (_, true) => (-to_s, [from_s - to_s, 0.0]),
+            (_, false) => (stands_s - from_s, [stands_s, stands_s + to_s - from_s]),
+        };
+        let mut touches = tubes.iter().filter_map(|tube| self.touch_s(tube, 0.0, delay_s, line_s));
+        let Some(touch_s) = touches.next() else { return Ok(()) };
+        drop(touches);
+        if to_s - from_s <= RESOLUTION_S {
+            self.give_up(delays_of(cell), [touch_s, touch_s - delay_s]);
+            return Ok(());
+        }
+        self.climb([touch_s, touch_s - delay_s])?;
+        self.add_halves(cell, moving)
+    }
+
+    /// Evaluates an interval of delays of a cell, for these pairs.
+    fn add_tubes(&mut self, cell: &Cell, [low_s, high_s]: [f64; 2], tubes: &[Tube]) -> Result<(), OutOfWork> {
+        self.check()?;
+        if tubes.is_empty() || self.delays.covers([low_s, high_s]) {
+            return Ok(());
+        }
+        let delay_s = 0.5 * (low_s + high_s);
+        let [ours, theirs] = [cell[0].span_s, cell[1].span_s];
+        let from_s = ours[0].max(theirs[0] + delay_s);
+        let line_s = [from_s, ours[1].min(theirs[1] + delay_s).max(from_s)];
+        let wide = |tube: &&Tube| self.touch_s(tube, 0.5 * (high_s - low_s), delay_s, line_s).is_some();
+        let unproved: Vec<Tube> = tubes.iter().filter(wide).copied().collect();
+        if unproved.is_empty() {
+            return Ok(());
+        }
+        let touch_s = unproved.iter().find_map(|tube| self.touch_s(tube, 0.0, delay_s, line_s));
+        if let Some(touch_s) = touch_s {
+            self.climb([touch_s, touch_s - delay_s])?;
+        }
+        if high_s - low_s <= RESOLUTION_S {
+            self.give_up([low_s, high_s], [from_s, from_s - delay_s]);
+            return Ok(());
+        }
+        self.add_tubes(cell, [low_s, delay_s], &unproved)?;
+        self.add_tubes(cell, [delay_s, high_s], &unproved)
+    }
+
+    /// The first own time of the first dragon at which a pair may be within the clearance, of plans whose delays differ by at
+    /// most `half_s` from this one.
+    fn touch_s(&self, tube: &Tube, half_s: f64, delay_s: f64, [from_s, to_s]: [f64; 2]) -> Option<f64> {
+        // Without a bound on the speeds, the product has no value either.
+        let allowance_m = if half_s > 0.0 { tube.speed_mps * half_s } else { 0.0 };
+        if !allowance_m.is_finite() {
+            return Some(from_s);
+        }
+        let limit_m = self.clearance_m + allowance_m;
+        let later = self.walkers[1].planned.leaving_at(delay_s);
+        let members = Members::TwoDragons([(&self.walkers[0].planned, tube.benches[0]), (&later, tube.benches[1])]);
+        let pair = Pair { members, benches: tube.benches };
+        let ends = [pair.solve(from_s), pair.solve(to_s)];
+        let [ours, theirs] = &ends[0].benches;
+        if ours.board.clearance(&theirs.board) <= limit_m + GRAZE_M {
+            return Some(from_s);
+        }
+        let touch = PairTracker::track_between(pair, limit_m, ends, &mut ControlFlow::Break).break_value();
+        touch.map(|event| event.contact().travel_m)
+    }
+
+    /// Counts delays as meeting, which is not proved.
+    fn give_up(&mut self, delays_s: [f64; 2], times_s: [f64; 2]) {
+        self.delays.insert(delays_s);
+        let tip = Tip::of(&nearest_at(self.walkers, times_s));
+        let finite_s = delays_s.map(f64::is_finite);
+        if finite_s[0] && self.tips[0].is_none() {
+            self.tips[0] = Some(tip);
+        }
+        if finite_s[1] && self.tips[1].is_none() {
+            self.tips[1] = Some(tip);
+        }
+    }
+
+    /// Climbs from a point of the zone to greater and to smaller delays, if its own delay is new.
+    fn climb(&mut self, times_s: [f64; 2]) -> Result<(), OutOfWork> {
+        let delay_s = times_s[0] - times_s[1];
+        if self.delays.covers([delay_s - LEAST_STEP_S, delay_s + LEAST_STEP_S]) {
+            return Ok(());
+        }
+        let nearest = self.slide(nearest_at(self.walkers, times_s));
+        self.climb_from(nearest, 1.0)?;
+        self.climb_from(nearest, -1.0)
+    }
+
+    /// Climbs to greater delays, or to smaller ones if `sign` is −1.
+    fn climb_from(&mut self, mut here: Nearest, sign: f64) -> Result<(), OutOfWork> {
+        let end = usize::from(sign > 0.0);
+        loop {
+            self.check()?;
+            let delay_s = here.times_s[0] - here.times_s[1];
+            let depth_m = self.clearance_m - here.approach.clearance_m;
+            if self.stands_at(0, here.times_s[0], sign) || self.stands_at(1, here.times_s[1], -sign) {
+                self.delays.insert(if end == 1 { [delay_s, f64::INFINITY] } else { [f64::NEG_INFINITY, delay_s] });
+                return Ok(());
+            }
+            let steps_s = [self.step_s(&here, 0, sign, depth_m), self.step_s(&here, 1, -sign, depth_m)];
+            let moved = usize::from(steps_s[1].abs() > steps_s[0].abs());
+            if steps_s[moved].abs() < LEAST_STEP_S {
+                self.note_tip(end, &here);
+                return Ok(());
+            }
+            let mut times_s = here.times_s;
+            times_s[moved] += steps_s[moved];
+            let next_s = times_s[0] - times_s[1];
+            self.delays.insert([delay_s.min(next_s), delay_s.max(next_s)]);
+            here = self.slide(nearest_at(self.walkers, times_s));
+        }
+    }
+
+    /// Whether a dragon stands at this time and at all later ones, or at all earlier ones if `sign` is −1.
+    fn stands_at(&self, i: usize, time_s: f64, sign: f64) -> bool {
+        if sign > 0.0 { time_s >= self.walkers[i].end_s } else { time_s <= 0.0 }
+    }
+
+    fn note_tip(&mut self, end: usize, nearest: &Nearest) {
+        let tip = Tip::of(nearest);
+        let is_further =
+            |known: Tip| if end == 1 { tip.delay_s() > known.delay_s() } else { tip.delay_s() < known.delay_s() };
+        if self.tips[end].is_none_or(is_further) {
+            self.tips[end] = Some(tip);
+        }
+    }
+
+    /// A step of a dragon's own time on which the board of the nearest pair moves by at most `depth_m`.
+    fn step_s(&self, here: &Nearest, i: usize, sign: f64, depth_m: f64) -> f64 {
+        let walker = &self.walkers[i];
+        let (dragon, bench, time_s) = (&walker.planned.dragon, here.benches[i], here.times_s[i]);
+        if depth_m <= 0.0 {
+            return 0.0;
+        }
+        let pose = |time_s: f64| Pose::of(dragon, walker.planned.travel_m(time_s), bench + 1);
+        let stands = pose(time_s);
+        let mut step_s = depth_m / walker.planned.timetable.most_speed_mps();
+        for _ in 0..SLIDES {
+            let moved_s = (time_s + sign * step_s).clamp(time_s.min(0.0), time_s.max(walker.end_s));
+            let moved = pose(moved_s);
+            let drift_m =
+                if sign > 0.0 { stands.drift_m(&moved, dragon, bench) } else { moved.drift_m(&stands, dragon, bench) };
+            if drift_m <= depth_m {
+                return moved_s - time_s;
+            }
+            step_s *= 0.9 * depth_m / drift_m;
+        }
+        0.0
+    }
+
+    /// Moves a point along its plan towards the least clearance near it.
+    fn slide(&self, mut here: Nearest) -> Nearest {
+        // Steps are short, so that the point stays in its zone.
+        let longest_s = self.walkers[0].stride_s().min(self.walkers[1].stride_s());
+        let mut step_s = 0.5 * longest_s;
+        let mut sign = 1.0;
+        for _ in 0..SLIDES {
+            let trial = nearest_at(self.walkers, here.times_s.map(|time_s| time_s + sign * step_s));
+            if trial.approach.clearance_m < here.approach.clearance_m {
+                here = trial;
+                step_s = longest_s.min(1.5 * step_s);
+            } else {
+                sign = -sign;
+                step_s *= 0.6;
+            }
+        }
+        here
+    }
+}

@@ -1,0 +1,171 @@
+//! Two dragons, each at a time of its own: the time since it leaves.
+//!
+//! Before its own time 0 a dragon stands at its start, and after its end it stands there. The boards of two dragons depend on
+//! their own times alone, whenever the dragons leave. In a plan in which the second dragon leaves `delay` after the first one,
+//! the own times differ by that delay: time of the first − time of the second = delay.
+
+use std::rc::Rc;
+
+use super::board_tree::BoardTree;
+use super::pose::Pose;
+use crate::dragon::Dragon;
+use crate::dragon::board::Approach;
+use crate::formation::Planned;
+use crate::numerics::peak;
+
+/// The nearest boards of two dragons.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Own times of both dragons, in seconds.
+    pub times_s: [f64; 2],
+    /// Index of a bench of each dragon.
+    pub benches: [usize; 2],
+    /// Distance of their boards, and its point.
+    pub approach: Approach,
+}
+
+/// A dragon over its own time.
+#[derive(Clone, Debug)]
+pub(super) struct Walker {
+    /// It leaves at 0.
+    pub(super) planned: Planned,
+    /// Own time at which it reaches its end.
+    pub(super) end_s: f64,
+}
+
+/// A dragon at one own time.
+#[derive(Debug)]
+pub(super) struct Posed {
+    pub(super) pose: Pose,
+    pub(super) tree: BoardTree,
+}
+
+/// Boards that one step of work places into their tree.
+const BOARDS_PER_STEP: usize = 4;
+
+impl Walker {
+    pub(super) fn new(planned: &Planned) -> Self {
+        let planned = planned.leaving_at(0.0);
+        let end_s = planned.timetable.end_s();
+        Self { planned, end_s }
+    }
+
+    /// The dragon at an own time, which may be infinite.
+    pub(super) fn at(&self, time_s: f64) -> Rc<Posed> {
+        Posed::of(&self.planned.dragon, self.planned.travel_m(time_s.clamp(0.0, self.end_s)))
+    }
+
+    /// The drift of the boards between two own times: see [`drift_m`].
+    pub(super) fn drift_m(&self, earlier: &Posed, later: &Posed) -> f64 {
+        drift_m(&self.planned.dragon, earlier, later)
+    }
+
+    /// Longest interval of own time that is evaluated as a whole: the head walks at most a quarter of its shorter link.
+    pub(super) fn stride_s(&self) -> f64 {
+        let dimensions = self.planned.dragon.dimensions();
+        0.25 * dimensions.link_m(0).min(dimensions.link_m(1)) / self.planned.timetable.most_speed_mps()
+    }
+}
+
+impl Posed {
+    /// The whole dragon at a travel of its run.
+    pub(super) fn of(dragon: &Dragon, travel_m: f64) -> Rc<Self> {
+        let pose = Pose::of(dragon, travel_m, usize::MAX);
+        dragon.meter().add((pose.boards.len() / BOARDS_PER_STEP) as u64);
+        Rc::new(Self { tree: BoardTree::new(&pose.boards), pose })
+    }
+}
+
+/// Bound on the sum of the displacements of any board from its positions at two travels, at any travel in between.
+pub(super) fn drift_m(dragon: &Dragon, earlier: &Posed, later: &Posed) -> f64 {
+    if earlier.pose.travel_m == later.pose.travel_m {
+        return 0.0;
+    }
+    let drifts_m = (0..earlier.pose.boards.len()).map(|bench| earlier.pose.drift_m(&later.pose, dragon, bench));
+    drifts_m.fold(0.0, f64::max)
+}
+
+/// Least clearance of two poses, with its benches.
+pub(super) fn nearest(ours: &Posed, theirs: &Posed) -> ([usize; 2], f64) {
+    ours.tree.nearest(&theirs.tree)
+}
+
+/// The nearest boards of two walkers at their own times.
+pub(super) fn nearest_at(walkers: &[Walker; 2], times_s: [f64; 2]) -> Nearest {
+    let posed = [walkers[0].at(times_s[0]), walkers[1].at(times_s[1])];
+    let (benches, _) = nearest(&posed[0], &posed[1]);
+    let approach = posed[0].tree.boards()[benches[0]].approach(&posed[1].tree.boards()[benches[1]]);
+    Nearest { times_s, benches, approach }
+}
+
+/// Part of the least clearance to which a search for it is exact.
+const SHARE: f64 = 0.01;
+/// Least clearance that such a search tells from another one, in metres.
+const LEAST_M: f64 = 0.002;
+
+/// The least clearance of two dragons over times of a plan.
+pub(super) struct LeastClearance<'a> {
+    walkers: &'a [Walker; 2],
+    /// By how much the second dragon leaves after the first one.
+    delay_s: f64,
+    best: Option<Nearest>,
+}
+
+impl<'a> LeastClearance<'a> {
+    pub(super) fn new(walkers: &'a [Walker; 2], delay_s: f64) -> Self {
+        Self { walkers, delay_s, best: None }
+    }
+
+    /// Searches own times of the first dragon from `from_s` to `to_s`. The result is exact to [`LEAST_M`], or to [`SHARE`] of it.
+    /// The least clearance near it is then found exactly.
+    pub(super) fn over(mut self, [from_s, to_s]: [f64; 2]) -> Nearest {
+        let ends = [self.posed(from_s), self.posed(to_s)];
+        self.note(from_s, &ends[0]);
+        self.note(to_s, &ends[1]);
+        self.halve([from_s, to_s], &ends);
+        let best = self.best.expect("an end is noted");
+        let time_s = best.times_s[0];
+        let reach_s = 0.5 * self.walkers[0].stride_s().min(self.walkers[1].stride_s());
+        let [low_s, high_s] = [(time_s - reach_s).max(from_s), (time_s + reach_s).min(to_s)];
+        let peak = peak(low_s, high_s, 1e-9, |time_s| -self.at(time_s).approach.clearance_m);
+        if -peak.value < best.approach.clearance_m { self.at(peak.at) } else { best }
+    }
+
+    fn at(&self, time_s: f64) -> Nearest {
+        nearest_at(self.walkers, [time_s, time_s - self.delay_s])
+    }
+
+    fn posed(&self, time_s: f64) -> [Rc<Posed>; 2] {
+        [self.walkers[0].at(time_s), self.walkers[1].at(time_s - self.delay_s)]
+    }
+
+    /// Keeps the nearest boards. Returns their clearance at this time.
+    fn note(&mut self, time_s: f64, posed: &[Rc<Posed>; 2]) -> f64 {
+        let (benches, clearance_m) = nearest(&posed[0], &posed[1]);
+        if self.best.is_none_or(|best| clearance_m < best.approach.clearance_m) {
+            let approach = posed[0].tree.boards()[benches[0]].approach(&posed[1].tree.boards()[benches[1]]);
+            self.best = Some(Nearest { times_s: [time_s, time_s - self.delay_s], benches, approach });
+        }
+        clearance_m
+    }
+
+    fn halve(&mut self, [from_s, to_s]: [f64; 2], ends: &[[Rc<Posed>; 2]; 2]) {
+        let drifts_m = [0, 1].map(|i| self.walkers[i].drift_m(&ends[0][i], &ends[1][i]));
+        let drift_m = drifts_m[0] + drifts_m[1];
+        let clearances_m = [0, 1].map(|end| nearest(&ends[end][0], &ends[end][1]).1);
+        let best_m = self.best.expect("an end is noted").approach.clearance_m;
+        let least_m = 0.5 * (clearances_m[0] + clearances_m[1] - drift_m);
+        let middle_s = 0.5 * (from_s + to_s);
+        let is_spent = self.walkers[0].planned.dragon.meter().is_spent();
+        let is_short = middle_s <= from_s || middle_s >= to_s || is_spent;
+        if is_short || least_m >= best_m - (SHARE * best_m.abs()).max(LEAST_M) {
+            return;
+        }
+        let middle = self.posed(middle_s);
+        self.note(middle_s, &middle);
+        let [earlier, later] = ends;
+        let halves = [[earlier.clone(), middle.clone()], [middle, later.clone()]];
+        self.halve([from_s, middle_s], &halves[0]);
+        self.halve([middle_s, to_s], &halves[1]);
+    }
+}
