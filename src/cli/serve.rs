@@ -249,15 +249,22 @@ fn start(args: &ServeArgs, config: &Config) -> anyhow::Result<RunStart> {
 
 /// Warns if the dragon cannot walk up to the planned end. On a spiral without an end, no dragon reaches the centre.
 fn warn_of_early_end(config: &Config) {
+    let Some(named) = config.named() else { return warn_of_early_end_of("the run", config, config.end_s()) };
+    for (dragon, planned) in named.dragons().iter().zip(config.formation().dragons()) {
+        warn_of_early_end_of(&dragon.name, &dragon.config, planned.timetable.end_s());
+    }
+}
+
+fn warn_of_early_end_of(name: &str, config: &Config, end_s: f64) {
     let Some(spot) = config.lead().tight_spot() else { return };
-    let (end_s, end) = (config.end_s(), config.lead().feasible_end());
+    let end = config.lead().feasible_end();
     match (config.route().end_s, &config.route().shape) {
         (None, RouteShape::Spiral(_)) => {}
         (Some(planned_s), _) => {
-            tracing::warn!("the run ends at {} s, not at end_s {planned_s}: there {end}: {spot}", Fixed::<6>(end_s));
+            tracing::warn!("{name} ends at {} s, not at end_s {planned_s}: there {end}: {spot}", Fixed::<6>(end_s));
         }
         (None, _) => {
-            tracing::warn!("the run ends at {} s, before the route ends: there {end}: {spot}", Fixed::<6>(end_s));
+            tracing::warn!("{name} ends at {} s, before the route ends: there {end}: {spot}", Fixed::<6>(end_s));
         }
     }
 }

@@ -6,12 +6,13 @@ use std::sync::atomic::Ordering;
 
 use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::source::ShowLock;
-use bench_dragon_ipc::{Domain, FrameHeader, ShowState};
+use bench_dragon_ipc::{Domain, DragonMotion, DragonState, FrameHeader, ShowState};
 use jiff::Zoned;
 use serde::Serialize;
 
 use crate::cli::flags::Format;
 use crate::cli::print::{print_json, print_line};
+use crate::config::{NamedBenches, NamedDragon};
 use crate::display::observe::{
     Arrival, Controls, GuardSituation, Lamp, LampLevel, Level, Members, Observer, ShowForecast, Snapshot,
     SourcePresence, Standing, lamps,
@@ -84,21 +85,62 @@ struct StatusReport {
     /// Speed of the head in metres per show second.
     speed_mps: Option<f64>,
     travel_m: Option<f64>,
+    /// The dragons, if there are several; the two values before are then those of the leading head.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dragons: Option<Vec<DragonReport>>,
     nearest: Option<NearestReport>,
-    ahead: ShowForecast,
+    ahead: AheadReport,
     guard: GuardSituation,
     lamps: Vec<Lamp>,
     /// The reason for which each command would be refused; null if it would be accepted.
     refusals: Controls,
     last_command: Option<CommandWords>,
+    #[serde(skip)]
+    ahead_words: Option<String>,
 }
 
 /// Two benches and their clearance.
-#[derive(Clone, Copy, Serialize)]
+#[derive(Serialize)]
 struct NearestReport {
     /// Clearance in metres, negative if the benches overlap.
     clearance_m: f64,
     benches: [usize; 2],
+    /// The dragons of the benches, if there are several.
+    #[serde(flatten)]
+    named: Option<NamedBenches>,
+}
+
+/// The next event, with the dragons of its benches if there are several.
+#[derive(Serialize)]
+struct AheadReport {
+    #[serde(flatten)]
+    event: ShowForecast,
+    #[serde(flatten)]
+    named: Option<NamedBenches>,
+}
+
+/// A dragon of several.
+#[derive(Serialize)]
+struct DragonReport {
+    name: String,
+    /// `standing`, `walking` or `ended`.
+    state: Option<&'static str>,
+    travel_m: f64,
+    speed_mps: f64,
+}
+
+impl DragonReport {
+    /// The dragons of a snapshot; `None` without names.
+    fn all(snapshot: &Snapshot) -> Option<Vec<Self>> {
+        let named = snapshot.config()?.named()?.dragons();
+        let report = |(named, motion): (&NamedDragon, &DragonMotion)| Self {
+            name: named.name.clone(),
+            state: motion.dragon_state().map(DragonState::name),
+            travel_m: motion.travel_m,
+            speed_mps: motion.speed_mps,
+        };
+        Some(named.iter().zip(snapshot.header()?.dragons()).map(report).collect())
+    }
 }
 
 impl StatusReport {
@@ -119,8 +161,14 @@ impl StatusReport {
             time_scale: header.map(|header| header.time_scale),
             speed_mps: header.map(|header| header.head_speed_mps),
             travel_m: header.map(|header| header.head_travel_m),
-            nearest: nearest.map(|pair| NearestReport { clearance_m: pair.clearance_m, benches: pair.benches }),
-            ahead: snapshot.forecast,
+            dragons: DragonReport::all(snapshot),
+            nearest: nearest.map(|pair| NearestReport {
+                clearance_m: pair.clearance_m,
+                benches: pair.benches,
+                named: snapshot.named_benches(Some(pair.benches)),
+            }),
+            ahead: AheadReport { event: snapshot.forecast, named: snapshot.named_benches(snapshot.forecast.benches()) },
+            ahead_words: ahead_words(snapshot),
             guard: snapshot.guard,
             lamps,
             refusals: Controls::of(snapshot),
@@ -132,11 +180,12 @@ impl StatusReport {
     fn lines(&self) -> Vec<String> {
         let mut lines = vec![self.show_line()];
         lines.extend(self.standing_line());
-        if let Some(NearestReport { clearance_m, benches: [one, another] }) = self.nearest {
-            let clearance_mm = clearance_m * 1e3;
-            lines.push(format!("clearance {} mm, benches {one} and {another}", Fixed::<3>(clearance_mm)));
+        if let Some(NearestReport { clearance_m, benches, named }) = &self.nearest {
+            let pair = NamedBenches::pair_words(named.as_ref(), *benches);
+            lines.push(format!("clearance {} mm, {pair}", Fixed::<3>(clearance_m * 1e3)));
         }
-        lines.extend(self.ahead_words().map(|ahead| format!("ahead: {ahead}")));
+        lines.extend(self.dragons.iter().flatten().map(DragonReport::line));
+        lines.extend(self.ahead_words.iter().map(|ahead| format!("ahead: {ahead}")));
         lines.extend(self.last_command.as_ref().map(|words| format!("last command: {} {}", words.clock, words.text)));
         let lamp = |lamp: &Lamp| format!("  {:<8} {:<9} {}", lamp.level.name(), lamp.name, lamp.text);
         lines.extend(self.lamps.iter().map(lamp));
@@ -150,10 +199,11 @@ impl StatusReport {
         };
         let state = self.state.unwrap_or("in an unknown state");
         let link = if self.link == SourcePresence::Live.name() { "" } else { self.link };
+        let head = self.dragons.iter().flatten().next().map_or("head", |dragon| &dragon.name);
         let scale = if time_scale == 1.0 { String::new() } else { format!(" at {time_scale} times real time") };
         let link = if link.is_empty() { String::new() } else { format!(" ({link})") };
         format!(
-            "{state}{link}, show time {} s{scale}, head at {speed_mps:.3} m/s, wall clock {clock}",
+            "{state}{link}, show time {} s{scale}, {head} at {speed_mps:.3} m/s, wall clock {clock}",
             Fixed::<3>(time_s)
         )
     }
@@ -164,48 +214,55 @@ impl StatusReport {
         let remedy = remedy.as_deref().map_or(String::new(), |remedy| format!(" {remedy}"));
         (*level != Level::Good).then(|| format!("{}: {cause}{remedy}", level.name()))
     }
+}
 
-    fn ahead_words(&self) -> Option<String> {
-        match self.guard {
-            GuardSituation::AtEnd { for_good: true } => {
-                return Some("the guard has stopped the head permanently: only a seek moves it".to_owned());
-            }
-            GuardSituation::AtEnd { for_good: false } => return Some("the guard has stopped the head".to_owned()),
-            _ => {}
+impl DragonReport {
+    fn line(&self) -> String {
+        let Self { name, state, travel_m, speed_mps } = self;
+        let state = state.unwrap_or("in an unknown state");
+        format!("  {name}: {state}, {speed_mps:.3} m/s, {} m of travel", Fixed::<3>(*travel_m))
+    }
+}
+
+/// What lies ahead in words; `None` if it is not known.
+fn ahead_words(snapshot: &Snapshot) -> Option<String> {
+    match snapshot.guard {
+        GuardSituation::AtEnd { for_good: true } => {
+            return Some(snapshot.spoken("the guard has stopped the head permanently: only a seek moves it"));
         }
-        let when = |at: Arrival| self.when(at);
-        Some(match self.ahead {
-            ShowForecast::Unknown => return None,
-            ShowForecast::Free { to, is_end: true } => {
-                format!("no contact up to the end, show time {} s", Fixed::<3>(to.time_s))
-            }
-            ShowForecast::Free { to, is_end: false } => {
-                format!("no contact up to show time {} s; the search goes on", Fixed::<3>(to.time_s))
-            }
-            ShowForecast::Contact { at, benches: [one, another] } => {
-                format!("benches {one} and {another} touch {}", when(at))
-            }
-            ShowForecast::GuardStop { at, benches: Some([one, another]) } => {
-                format!("the guard stops the head {}, before benches {one} and {another}", when(at))
-            }
-            ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
-                "no guard runs: the head stands still until one starts".to_owned()
-            }
-            ShowForecast::GuardStop { at, benches: None } => {
-                format!("no guard runs: the head stops at {} m of travel {}", Fixed::<3>(at.travel_m), when(at))
-            }
-            ShowForecast::Rest { at } => {
-                format!("the head stops at {} m of travel {}", Fixed::<3>(at.travel_m), when(at))
-            }
-        })
+        GuardSituation::AtEnd { for_good: false } => return Some(snapshot.spoken("the guard has stopped the head")),
+        _ => {}
     }
+    let when = |at: Arrival| when(snapshot, at);
+    let place = |at: Arrival| snapshot.place_words::<3>(at.travel_m);
+    let words = match snapshot.forecast {
+        ShowForecast::Unknown => return None,
+        ShowForecast::Free { to, is_end: true } => {
+            format!("no contact up to the end, show time {} s", Fixed::<3>(to.time_s))
+        }
+        ShowForecast::Free { to, is_end: false } => {
+            format!("no contact up to show time {} s; the search goes on", Fixed::<3>(to.time_s))
+        }
+        ShowForecast::Contact { at, benches } => format!("{} touch {}", snapshot.pair_words(benches), when(at)),
+        ShowForecast::GuardStop { at, benches: Some(benches) } => {
+            format!("the guard stops the head {}, before {}", when(at), snapshot.pair_words(benches))
+        }
+        ShowForecast::GuardStop { at, benches: None } if at.wall_s == 0.0 => {
+            "no guard runs: the head stands still until one starts".to_owned()
+        }
+        ShowForecast::GuardStop { at, benches: None } => {
+            format!("no guard runs: the head stops at {} {}", place(at), when(at))
+        }
+        ShowForecast::Rest { at } => format!("the head stops at {} {}", place(at), when(at)),
+    };
+    Some(snapshot.spoken(&words))
+}
 
-    /// The time until an arrival by the wall clock, and its show time.
-    fn when(&self, at: Arrival) -> String {
-        let walks = [ShowState::Running.name(), ShowState::Stopping.name()];
-        let of_walk = if self.state.is_some_and(|state| walks.contains(&state)) { "" } else { " of walking" };
-        format!("in {:.1} s{of_walk} (show time {} s)", at.wall_s, Fixed::<3>(at.time_s))
-    }
+/// The time until an arrival by the wall clock, and its show time.
+fn when(snapshot: &Snapshot, at: Arrival) -> String {
+    let walks = snapshot.state().is_some_and(ShowState::walks);
+    let of_walk = if walks { "" } else { " of walking" };
+    format!("in {:.1} s{of_walk} (show time {} s)", at.wall_s, Fixed::<3>(at.time_s))
 }
 
 #[cfg(test)]

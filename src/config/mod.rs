@@ -10,6 +10,7 @@ mod dragon_entry;
 mod drawn_route;
 mod formation_document;
 mod ground_table;
+mod named_benches;
 mod origin_table;
 mod plan_document;
 mod priority;
@@ -32,6 +33,7 @@ pub use config_document::{ConfigDocument, unplaced};
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
 pub use formation_document::{FormationDocument, NamedDragon};
+pub use named_benches::NamedBenches;
 pub use plan_document::PlanDocument;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 

@@ -5,6 +5,7 @@
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
 //! | [`report`] | reports for people, as one printable HTML file |
+//! | `dragon_colours()` | the colours of several dragons |
 //! | `visible_box()` | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
 //! | `json` | JSON on one line or indented |
@@ -15,6 +16,7 @@
 //! | `queue`, `writer`, `live_line` | the bounded queue of a file, its writer thread, the line that is redrawn in place |
 
 pub mod command_words;
+mod dragon_colours;
 pub mod figure;
 pub mod histogram;
 pub(crate) mod json;
@@ -31,6 +33,7 @@ mod writer;
 
 use std::fmt;
 
+pub use dragon_colours::dragon_colours;
 pub(crate) use live_line::bar;
 pub(crate) use printing::{
     Screen, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal, set_live_line, start,

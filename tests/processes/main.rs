@@ -21,6 +21,7 @@ mod directory;
 mod doctor;
 mod documented_keys;
 mod dragons;
+mod dragons_display;
 mod drawing;
 mod drawn_files;
 mod echo;

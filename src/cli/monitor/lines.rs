@@ -4,6 +4,7 @@ use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, TimeHistogram};
 use serde::{Deserialize, Serialize};
 
+use crate::config::{Config, NamedBenches};
 use crate::output::command_words::CommandLine;
 use crate::output::histogram::Percentiles;
 
@@ -33,6 +34,9 @@ pub(crate) struct AlertLine {
     pub(crate) benches: Option<[u32; 2]>,
     /// The bench of an alert about one bench, or null.
     pub(crate) bench: Option<u32>,
+    /// The dragons of these benches, if there are several.
+    #[serde(flatten)]
+    pub(crate) named: Option<NamedBenches>,
     pub(crate) clearance_m: Option<f64>,
     /// Point midway between the two boards, point of the one board, or null.
     pub(crate) point_m: Option<[f64; 2]>,
@@ -40,8 +44,9 @@ pub(crate) struct AlertLine {
     pub(crate) forecast_s: Option<f64>,
 }
 
-impl From<&Alert> for AlertLine {
-    fn from(alert: &Alert) -> Self {
+impl AlertLine {
+    /// The line of an alert of a run with this configuration, if it is known.
+    pub(crate) fn of(alert: &Alert, config: Option<&Config>) -> Self {
         let (pair, bench) = (alert.pair(), alert.bench());
         Self {
             kind: alert.alert_kind().map_or_else(|| format!("kind {}", alert.kind), |kind| kind.to_string()),
@@ -50,22 +55,23 @@ impl From<&Alert> for AlertLine {
             run_id: alert.run_id,
             benches: pair,
             bench,
+            named: config.and_then(|config| config.named_benches_of(alert)),
             clearance_m: pair.map(|_| alert.clearance_m),
             point_m: (pair.is_some() || bench.is_some()).then_some(alert.point_m),
             forecast_s: alert.forecast(),
         }
     }
-}
 
-impl AlertLine {
+    /// The benches of the alert in words; `None` if it is not about benches.
+    pub(crate) fn who(&self) -> Option<String> {
+        let pair = self.benches.map(|benches| NamedBenches::pair_words(self.named.as_ref(), benches));
+        pair.or_else(|| self.bench.map(|bench| NamedBenches::bench_words(self.named.as_ref(), bench)))
+    }
+
     /// The alert in words, for printing above the live line.
     pub(crate) fn words(&self) -> String {
-        let benches = match (self.benches, self.bench) {
-            (Some([a, b]), _) => format!(", benches {a} and {b}"),
-            (None, Some(bench)) => format!(", bench {bench}"),
-            (None, None) => String::new(),
-        };
-        format!("{} s: {}{benches}", Fixed::<6>(self.time_s), self.kind)
+        let who = self.who().map(|who| format!(", {who}")).unwrap_or_default();
+        format!("{} s: {}{who}", Fixed::<6>(self.time_s), self.kind)
     }
 }
 
@@ -163,28 +169,41 @@ impl GuardReport {
 }
 
 /// A contact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ContactReport {
     pub(crate) time_s: f64,
     pub(crate) benches: [u32; 2],
+    /// The dragons of the benches, if there are several.
+    #[serde(flatten)]
+    pub(crate) named: Option<NamedBenches>,
+}
+
+impl ContactReport {
+    /// The two benches in words.
+    pub(crate) fn who(&self) -> String {
+        NamedBenches::pair_words(self.named.as_ref(), self.benches)
+    }
 }
 
 /// The clearance of a pair of benches.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ClearanceReport {
     pub(crate) time_s: f64,
     pub(crate) benches: [u32; 2],
+    /// The dragons of the benches, if there are several.
+    #[serde(flatten)]
+    pub(crate) named: Option<NamedBenches>,
     pub(crate) clearance_m: f64,
     /// Point midway between the two boards.
     pub(crate) point_m: [f64; 2],
-    /// Travel of the head, from which the pose of every bench follows.
+    /// Place on the course, from which the pose of every bench follows: the travel of the only head.
     pub(crate) travel_m: f64,
 }
 
 impl ClearanceReport {
-    /// The lesser one of two clearances; the first of equal ones.
-    pub(crate) fn lesser(first: Option<Self>, second: Self) -> Option<Self> {
-        first.filter(|first| first.clearance_m <= second.clearance_m).or(Some(second))
+    /// The two benches in words.
+    pub(crate) fn who(&self) -> String {
+        NamedBenches::pair_words(self.named.as_ref(), self.benches)
     }
 }
 

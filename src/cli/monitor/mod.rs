@@ -82,6 +82,7 @@ impl MonitorPorts {
 
 struct WatchedRun {
     run_id: u64,
+    config: Config,
     monitor: Monitor,
     forecaster: Forecaster,
     state: Option<ShowState>,
@@ -147,7 +148,9 @@ impl MonitorSession<'_> {
         self.report.summary.faults += u64::from(fault.is_some());
         let alerts = [fault.as_slice(), watched.state_alert(header).as_slice(), watched.monitor.alerts()].concat();
         alerts.iter().try_for_each(|alert| self.send_alert(alert, ports))?;
-        self.report.note(header, nearest, &forecast);
+        if let Some(watched) = &self.watched {
+            self.report.note(header, nearest, &forecast, &watched.config);
+        }
         Ok(())
     }
 
@@ -172,9 +175,9 @@ impl MonitorSession<'_> {
             tracing::warn!("the server is not guarded: the head walks without grants; start the server with --guarded");
         }
         let is_guarded = self.args.guard && config.tables().monitor.guard;
-        let guard = is_guarded.then(|| GuardThread::start(self.domain, config, run_id)).transpose();
+        let guard = is_guarded.then(|| GuardThread::start(self.domain, config.clone(), run_id)).transpose();
         let guard = guard.context("cannot start the guard's thread")?;
-        Ok(Some(WatchedRun { run_id, monitor, forecaster, state: None, guard }))
+        Ok(Some(WatchedRun { run_id, config, monitor, forecaster, state: None, guard }))
     }
 
     /// Ends the watch of a run, and adds its suppressed alerts and unswept frames to the summary.
@@ -223,7 +226,7 @@ impl MonitorSession<'_> {
 
     fn send_alert(&mut self, alert: &Alert, ports: &MonitorPorts) -> anyhow::Result<()> {
         ports.alerts.publish(alert)?;
-        self.report.print_alert(alert)
+        self.report.print_alert(alert, self.watched.as_ref().map(|watched| &watched.config))
     }
 }
 

@@ -14,7 +14,7 @@ use super::lines::{
 };
 use crate::cli::flags::Format;
 use crate::cli::print::{print_json, print_line, print_report};
-use crate::config::FORECAST_SPEED_MPS;
+use crate::config::{Config, FORECAST_SPEED_MPS};
 use crate::output::Counted;
 use crate::output::command_words::{CommandLine, local_time};
 use crate::safety::alerts::ALERTS_PER_S;
@@ -55,7 +55,13 @@ impl MonitorReport {
     }
 
     /// Stores the measurements of a frame.
-    pub(super) fn note(&mut self, header: &FrameHeader, nearest: Option<PairClearance>, forecast: &Forecast) {
+    pub(super) fn note(
+        &mut self,
+        header: &FrameHeader,
+        nearest: Option<PairClearance>,
+        forecast: &Forecast,
+        config: &Config,
+    ) {
         let time_s = header.show_time_s();
         self.nearest = nearest;
         let is_valid = forecast.covers(header.course_m) && header.course_mps >= FORECAST_SPEED_MPS;
@@ -65,17 +71,27 @@ impl MonitorReport {
             self.summary.earliest_s = Some(arrival_s(possible.travel_m));
         }
         let Some(PairClearance { clearance_m, benches, point }) = nearest else { return };
-        let (benches, point_m) = (benches.map(|bench| bench as u32), point.to_array());
-        let report = ClearanceReport { time_s, benches, clearance_m, point_m, travel_m: header.course_m };
-        self.least = ClearanceReport::lesser(self.least, report);
-        self.summary.least_clearance = ClearanceReport::lesser(self.summary.least_clearance, report);
+        let report = || ClearanceReport {
+            time_s,
+            benches: benches.map(|bench| bench as u32),
+            named: config.named_benches(benches),
+            clearance_m,
+            point_m: point.to_array(),
+            travel_m: header.course_m,
+        };
+        for least in [&mut self.least, &mut self.summary.least_clearance] {
+            if least.as_ref().is_none_or(|least| clearance_m < least.clearance_m) {
+                *least = Some(report());
+            }
+        }
     }
 
-    pub(super) fn print_alert(&mut self, alert: &Alert) -> anyhow::Result<()> {
-        let line = AlertLine::from(alert);
+    pub(super) fn print_alert(&mut self, alert: &Alert, config: Option<&Config>) -> anyhow::Result<()> {
+        let line = AlertLine::of(alert, config);
         if alert.alert_kind() == Some(AlertKind::Contact) && self.summary.contact.is_none() {
             let benches = alert.pair().expect("a contact has two benches");
-            self.summary.contact = Some(ContactReport { time_s: line.time_s, benches });
+            let named = line.named.clone();
+            self.summary.contact = Some(ContactReport { time_s: line.time_s, benches, named });
         }
         let text = alert_text(&line);
         print_report(self.format, &MonitorLine::Alert(line), text)
@@ -137,16 +153,13 @@ impl MonitorReport {
         let CommandCounts { accepted, refused, grants, lost } = commands;
         let grants = Counted(*grants, "grant");
         print_line(format_args!("commands: {accepted} accepted, {refused} refused, {grants}, {lost} lost"))?;
-        if let Some(ClearanceReport { time_s, benches: [a, b], clearance_m, .. }) = least_clearance {
-            print_line(format_args!(
-                "least clearance {} m at {} s, benches {a} and {b}",
-                Fixed::<6>(*clearance_m),
-                Fixed::<6>(*time_s)
-            ))?;
+        if let Some(least) = least_clearance {
+            let (clearance_m, time_s) = (Fixed::<6>(least.clearance_m), Fixed::<6>(least.time_s));
+            print_line(format_args!("least clearance {clearance_m} m at {time_s} s, {}", least.who()))?;
         }
         match contact {
-            Some(ContactReport { time_s, benches: [a, b] }) => {
-                print_line(format_args!("first contact at {} s, benches {a} and {b}", Fixed::<6>(*time_s)))?;
+            Some(contact) => {
+                print_line(format_args!("first contact at {} s, {}", Fixed::<6>(contact.time_s), contact.who()))?;
             }
             None => print_line("no contact")?,
         }
@@ -171,18 +184,14 @@ impl MonitorReport {
 
 fn alert_text(line: &AlertLine) -> String {
     let mut text = format!("{:>12} s  {:<9}", Fixed::<6>(line.time_s), line.kind);
-    if let (Some([a, b]), Some(clearance_m), Some([x, y])) = (line.benches, line.clearance_m, line.point_m) {
+    let who = line.who().unwrap_or_default();
+    if let (Some(clearance_m), Some([x, y])) = (line.clearance_m, line.point_m) {
         // Writing into a String cannot fail, here and below.
-        let _ = write!(
-            text,
-            "  benches {a} and {b}, clearance {} m at ({}, {})",
-            Fixed::<6>(clearance_m),
-            Fixed::<3>(x),
-            Fixed::<3>(y)
-        );
+        let _ =
+            write!(text, "  {who}, clearance {} m at ({}, {})", Fixed::<6>(clearance_m), Fixed::<3>(x), Fixed::<3>(y));
     }
-    if let (Some(bench), Some([x, y])) = (line.bench, line.point_m) {
-        let _ = write!(text, "  bench {bench} leaves the stage at ({}, {})", Fixed::<3>(x), Fixed::<3>(y));
+    if let (Some(_), Some([x, y])) = (line.bench, line.point_m) {
+        let _ = write!(text, "  {who} leaves the stage at ({}, {})", Fixed::<3>(x), Fixed::<3>(y));
     }
     if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
         let _ = write!(text, ", contact forecast at {} s", Fixed::<6>(forecast_s));

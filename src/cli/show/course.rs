@@ -59,7 +59,7 @@ pub(super) struct CourseReport {
 }
 
 /// The least clearance.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct LeastReport {
     /// Wall time at which the show learned of it, at most a fifth of a second later.
     pub(super) at: WallTime,
@@ -100,10 +100,10 @@ impl Course {
 
     /// Notes a progress of the monitor.
     pub(super) fn see_progress(&mut self, progress: &MonitorProgress, at: WallTime) {
-        let Some(pair) = progress.least else { return };
+        let Some(pair) = &progress.least else { return };
         self.timeline.see_clearance(at.seconds_since(self.begin), pair.clearance_m);
-        if self.least.is_none_or(|least| pair.clearance_m < least.pair.clearance_m) {
-            self.least = Some(LeastReport { at, pair });
+        if self.least.as_ref().is_none_or(|least| pair.clearance_m < least.pair.clearance_m) {
+            self.least = Some(LeastReport { at, pair: pair.clone() });
         }
     }
 
@@ -151,7 +151,7 @@ impl Course {
         CourseReport {
             begin: self.begin,
             end,
-            least_clearance: self.least,
+            least_clearance: self.least.clone(),
             holds: self.holds.reports(),
             holds_left_out: self.holds.left_out,
             alerts: self.alerts.latest().map(|alert| alert.event.clone()).collect(),
@@ -173,7 +173,7 @@ mod tests {
     use crate::safety::monitor::run_alert;
 
     fn alert(kind: AlertKind) -> AlertLine {
-        AlertLine::from(&run_alert(&FrameHeader::default(), kind))
+        AlertLine::of(&run_alert(&FrameHeader::default(), kind), None)
     }
 
     fn at(second: i64) -> WallTime {
@@ -234,7 +234,14 @@ mod tests {
     fn the_least_clearance_is_that_of_the_whole_show() {
         let mut course = Course::begin(at(0));
         for (second, clearance_m) in [(1, 0.3), (2, 0.04), (3, 0.2)] {
-            let pair = ClearanceReport { time_s: 0.0, benches: [1, 9], clearance_m, point_m: [0.0; 2], travel_m: 0.0 };
+            let pair = ClearanceReport {
+                time_s: 0.0,
+                benches: [1, 9],
+                named: None,
+                clearance_m,
+                point_m: [0.0; 2],
+                travel_m: 0.0,
+            };
             course.see_progress(&MonitorProgress { least: Some(pair), ..MonitorProgress::default() }, at(second));
         }
         course.see_progress(&MonitorProgress::default(), at(4));

@@ -104,7 +104,7 @@ pub(super) struct NearAlerts {
     count: u64,
     /// Show times of the first and the last counted alert, in seconds.
     times_s: [f64; 2],
-    nearest: Option<(f64, [u32; 2])>,
+    nearest: Option<(f64, String)>,
 }
 
 impl NearAlerts {
@@ -119,10 +119,10 @@ impl NearAlerts {
         }
         self.times_s[1] = alert.time_s;
         self.count += 1;
-        if let (Some(clearance_m), Some(benches)) = (alert.clearance_m, alert.benches)
-            && self.nearest.is_none_or(|(least_m, _)| clearance_m < least_m)
+        if let (Some(clearance_m), Some(who)) = (alert.clearance_m, alert.who())
+            && self.nearest.as_ref().is_none_or(|(least_m, _)| clearance_m < *least_m)
         {
-            self.nearest = Some((clearance_m, benches));
+            self.nearest = Some((clearance_m, who));
         }
         None
     }
@@ -140,8 +140,8 @@ impl NearAlerts {
         }
         let Self { count, times_s: [from_s, to_s], nearest, .. } = std::mem::take(self);
         self.last_line = Some(now);
-        let nearest = nearest.map_or(String::new(), |(clearance_m, [a, b])| {
-            format!(", raised at {} mm or more, the nearest of benches {a} and {b}", Fixed::<1>(1000.0 * clearance_m))
+        let nearest = nearest.map_or(String::new(), |(clearance_m, who)| {
+            format!(", raised at {} mm or more, the nearest of {who}", Fixed::<1>(1000.0 * clearance_m))
         });
         Some(format!(
             "{} to {} s: {}{nearest}",
@@ -160,7 +160,7 @@ mod tests {
     use crate::safety::monitor::run_alert;
 
     fn alert(time_s: f64, benches: [u32; 2], clearance_m: f64) -> AlertLine {
-        let near = AlertLine::from(&run_alert(&FrameHeader::default(), AlertKind::Near));
+        let near = AlertLine::of(&run_alert(&FrameHeader::default(), AlertKind::Near), None);
         AlertLine { time_s, benches: Some(benches), clearance_m: Some(clearance_m), ..near }
     }
 

@@ -192,7 +192,8 @@ impl<'a> Show<'a> {
         let end = ShowEnd {
             planned_s: args.run.pace.until.unwrap_or_else(|| end_s(config, start_s)),
             travel_m: args.run.pace.until.is_none().then(|| config.formation().end_m()),
-            accel_mps2: config.tables().head.accel_mps2,
+            // A plan has its own ramps.
+            accel_mps2: config.tables().head.accel_mps2.filter(|_| !config.formation().has_plan_course()),
         };
         let is_performance = args.stay || config.stays();
         let mut children = Children::new(is_performance);
@@ -273,7 +274,7 @@ const LONGEST_BRAKING: Duration = Duration::from_hours(1);
 
 /// Wall time in which the head brakes from the greatest allowed speed to rest.
 fn longest_braking(config: &Config) -> Duration {
-    let braking_s = config.tables().head.accel_mps2.map_or(0.0, |accel_mps2| Request::MAX_SPEED_MPS / accel_mps2);
+    let braking_s = config.accel_mps2().map_or(0.0, |accel_mps2| Request::MAX_SPEED_MPS / accel_mps2);
     Duration::try_from_secs_f64(braking_s / config.tables().serve.time_scale)
         .unwrap_or(LONGEST_BRAKING)
         .min(LONGEST_BRAKING)

@@ -6,6 +6,8 @@ use serde::Serialize;
 
 use super::Show;
 use super::children::ChildRole;
+use crate::cli::monitor::lines::ContactReport;
+use crate::display::observe::of_formation;
 use crate::source::server::StoppedBy;
 
 /// Why a show ended. `summary.json` and the page have it, with its sentence.
@@ -22,7 +24,7 @@ pub(super) struct Outcome {
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub(super) enum Ending {
     /// Benches touched, which ends a rehearsal.
-    Contact { time_s: f64, benches: [u32; 2] },
+    Contact(ContactReport),
     /// The guard held the dragon permanently, which ends a rehearsal.
     Guard { held_at_s: f64, is_margin_kept: bool },
     /// The dragon reached the end of its run, which ends a rehearsal.
@@ -49,9 +51,7 @@ impl Ending {
 impl From<Ending> for Outcome {
     fn from(ending: Ending) -> Self {
         let text = match &ending {
-            Ending::Contact { time_s, benches: [a, b] } => {
-                format!("Benches {a} and {b} touched at {} s.", Fixed::<6>(*time_s))
-            }
+            Ending::Contact(contact) => touched(contact),
             Ending::Guard { held_at_s, is_margin_kept: true } => {
                 format!(
                     "The guard held the dragon permanently at {} s: beyond, margin_m is not proved to be kept.",
@@ -92,6 +92,15 @@ impl From<Ending> for Outcome {
     }
 }
 
+/// A contact in one sentence.
+pub(super) fn touched(contact: &ContactReport) -> String {
+    let who = contact.who();
+    let (first, rest) = who.split_at(1);
+    // A name begins as it is written.
+    let first = if contact.named.is_some() { first.to_owned() } else { first.to_uppercase() };
+    format!("{first}{rest} touched at {} s.", Fixed::<6>(contact.time_s))
+}
+
 /// The first sign that a show is over. The server may report more of it at its own end.
 pub(super) enum Over {
     /// The server has ended, or is ending by itself.
@@ -127,8 +136,7 @@ impl Show<'_> {
 
     /// The contact, if the monitor has found one.
     fn contact(&self) -> Option<Ending> {
-        let contact = self.reports.totals.summary.contact.as_ref();
-        contact.map(|at| Ending::Contact { time_s: at.time_s, benches: at.benches })
+        self.reports.totals.summary.contact.clone().map(Ending::Contact)
     }
 
     /// The outcome of a show whose server and monitor have ended. A contact comes before the end of a rehearsal, even if the
@@ -145,10 +153,9 @@ impl Show<'_> {
             (Ok(()), None) => self.stop.signal().map_or(Ending::ServerEnded, |signal| Ending::Signal { signal }),
         };
         let contact = self.contact().filter(|_| self.ends_by_itself());
-        match contact {
-            Some(contact) => ending.or_earlier(contact).into(),
-            None => ending.into(),
-        }
+        let outcome = Outcome::from(contact.map_or(ending.clone(), |contact| ending.or_earlier(contact)));
+        let is_formation = self.config.named().is_some();
+        if is_formation { Outcome { text: of_formation(&outcome.text), ..outcome } } else { outcome }
     }
 
     /// Whether a server that has ended in order may not end the show: a performance ends by a command or a signal to the show.
@@ -191,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_contact_that_the_monitor_found_late_comes_before_a_planned_end_alone() {
-        let contact = Ending::Contact { time_s: 412.473_838, benches: [0, 8] };
+        let contact = Ending::Contact(ContactReport { time_s: 412.473_838, benches: [0, 8], named: None });
         for (ending, is_contact) in [
             (Ending::EndOfRun { time_s: 430.0 }, true),
             (Ending::Until { time_s: 430.0 }, true),
@@ -208,7 +215,7 @@ mod tests {
         let process = || "serve".to_owned();
         for (ending, kind, text) in [
             (
-                Ending::Contact { time_s: 412.473_838, benches: [0, 8] },
+                Ending::Contact(ContactReport { time_s: 412.473_838, benches: [0, 8], named: None }),
                 "contact",
                 "Benches 0 and 8 touched at 412.473838 s.",
             ),

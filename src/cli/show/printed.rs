@@ -3,7 +3,6 @@
 use super::files::Folder;
 use super::summary::{RestartReport, Restarts, ShowSummary};
 use crate::cli::flags::Format;
-use crate::cli::monitor::lines::ContactReport;
 use crate::cli::print::{behind, print_json, print_line};
 use crate::output::histogram::Percentiles;
 use crate::output::terminal_text::Printable;
@@ -14,9 +13,9 @@ pub(super) fn print_summary(format: Format, summary: &ShowSummary, folder: &Fold
         return print_json(summary);
     }
     let frames = &summary.frames;
-    match summary.contact {
-        Some(ContactReport { time_s, benches: [a, b] }) => {
-            print_line(format_args!("first contact   {} s, benches {a} and {b}", Fixed::<6>(time_s)))?;
+    match &summary.contact {
+        Some(contact) => {
+            print_line(format_args!("first contact   {} s, {}", Fixed::<6>(contact.time_s), contact.who()))?;
         }
         None => print_line("first contact   none")?,
     }

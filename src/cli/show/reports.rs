@@ -127,7 +127,8 @@ impl ChildReports {
             self.near.rest(Instant::now()).iter().for_each(|line| log(line));
             log(&alert.words());
             if let (true, Some(benches)) = (alert.kind == AlertKind::Contact.name(), alert.benches) {
-                self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches });
+                let named = alert.named.clone();
+                self.totals.summary.contact.get_or_insert(ContactReport { time_s: alert.time_s, benches, named });
             }
         }
     }

@@ -69,8 +69,10 @@ impl Show<'_> {
         let resumption = self.seen.resumption(settings)?;
         if resumption.is_held {
             let instance = self.domain.instance();
+            let is_formation = self.config.named().is_some();
+            let (what, on) = if is_formation { ("show", "go on") } else { ("dragon", "walk on") };
             log(&format!(
-                "the dragon is held at its last position: `bench-dragon ctl release --instance {instance}` lets it walk on"
+                "the {what} is held at its last position: `bench-dragon ctl release --instance {instance}` lets it {on}"
             ));
         }
         Some(resumption)

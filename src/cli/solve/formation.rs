@@ -15,8 +15,8 @@ use super::poses::{Handle, MAX_POSITIONS, Pose, PosesAnswer, PosesArgs, one_time
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_json, print_line};
 use crate::config::{FormationDocument, NamedDragon};
-use crate::output::Counted;
 use crate::output::figure::{Caption, FormationView, NamedInPlan};
+use crate::output::{Counted, dragon_colours};
 
 /// The first contact of several dragons.
 #[derive(Serialize)]
@@ -121,6 +121,19 @@ fn save(figure: &FigureArgs, view: Option<FormationView>, format: Format) -> any
     }
 }
 
+/// The dragons of a formation on their routes at a plan time, in their colours.
+pub(crate) fn dragons_in_plan(document: &FormationDocument, time_s: f64) -> Vec<NamedInPlan> {
+    let planned = document.formation().dragons();
+    let dragons = document.dragons().iter().zip(planned).zip(dragon_colours(document));
+    dragons
+        .map(|((named, planned), colour)| NamedInPlan {
+            name: named.name.clone(),
+            colour: Some(colour),
+            dragon: in_plan(&named.config, &planned.dragon, planned.travel_m(time_s)),
+        })
+        .collect()
+}
+
 /// All dragons on their routes at a plan time.
 pub(super) fn formation_view(
     figure: &FigureArgs,
@@ -129,14 +142,9 @@ pub(super) fn formation_view(
     title: String,
     mark: Option<DVec2>,
 ) -> FormationView {
-    let named = document.dragons().iter().zip(document.formation().dragons()).map(|(named, planned)| NamedInPlan {
-        name: named.name.clone(),
-        colour: named.colour,
-        dragon: in_plan(&named.config, &planned.dragon, planned.travel_m(time_s)),
-    });
     let benches = Counted(document.formation().layout().benches() as u64, "bench");
     let caption = Caption { heading: figure.title.clone(), title, facts: vec![benches.to_string()] };
-    FormationView { caption, dragons: named.collect(), mark, shows_routes: false }
+    FormationView { caption, dragons: dragons_in_plan(document, time_s), mark, shows_routes: false }
 }
 
 /// Answers `solve poses` for a formation.

@@ -35,6 +35,7 @@ mod turn;
 mod turn_play;
 
 pub(super) use figure::{in_plan, pair};
+pub(super) use formation::dragons_in_plan;
 
 /// Answer a question about planning a show. Needs no server.
 #[derive(Clone, Debug, Args)]

@@ -1,8 +1,9 @@
 //! The metrics of the bus, the show, the server and the readers.
 
-use bench_dragon_ipc::{FrameHeader, ShowState};
+use bench_dragon_ipc::{DragonMotion, FrameHeader, ShowState};
 
 use super::samples::{Label, counter, counters, gauge, gauges, histogram, one_of};
+use crate::config::{Config, FormationDocument};
 use crate::display::observe::{GuardSituation, ReaderCount, ShowForecast, Snapshot, SourcePresence, Standing, lamps};
 
 /// Builds the text of several metrics. Each has its help as a doc comment, then its type, its name and its samples.
@@ -15,7 +16,7 @@ macro_rules! families {
 /// Returns all metrics of a snapshot at an instant, in nanoseconds of `CLOCK_MONOTONIC`, as text.
 pub(super) fn exposition(snapshot: &Snapshot, now_ns: u64) -> String {
     let header = snapshot.header();
-    let of_show = [motion(header), clearance(snapshot), forecast(snapshot, header), guard(snapshot)].concat();
+    let of_show = [motion(snapshot, header), clearance(snapshot), forecast(snapshot, header), guard(snapshot)].concat();
     [bus(snapshot, header, now_ns), of_show, server(snapshot, header), readers(snapshot, header)].concat()
 }
 
@@ -53,7 +54,18 @@ fn bus(snapshot: &Snapshot, header: Option<&FrameHeader>, now_ns: u64) -> String
 }
 
 /// Metrics of the show's state and motion.
-fn motion(header: Option<&FrameHeader>) -> String {
+fn motion(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
+    let names = snapshot.config().and_then(Config::named).map(FormationDocument::dragons);
+    let heads = |one: fn(&FrameHeader) -> f64, each: fn(&DragonMotion) -> f64| match (header, names) {
+        (None, _) => Vec::new(),
+        (Some(header), Some(named)) => {
+            let motions = named.iter().zip(header.dragons());
+            motions.map(|(named, motion)| (vec![("dragon", &*named.name)], each(motion))).collect()
+        }
+        // The dragons of a formation have no names until its description has arrived.
+        (Some(header), None) if header.is_plan != 0 => Vec::new(),
+        (Some(header), None) => vec![(vec![], one(header))],
+    };
     let of = |value: fn(&FrameHeader) -> f64| header.map(value);
     let states = header.into_iter().flat_map(|_| ShowState::ALL.map(ShowState::name));
     let state = header.and_then(FrameHeader::show_state).map_or("", ShowState::name);
@@ -64,11 +76,11 @@ fn motion(header: Option<&FrameHeader>) -> String {
         gauge show_time_seconds = of(FrameHeader::show_time_s);
         /// Show seconds per second of wall time.
         gauge time_scale_ratio = of(|header| header.time_scale);
-        /// Speed of the head in metres per show second; 0 while it stands.
-        gauge head_speed_meters_per_second = of(|header| header.head_speed_mps);
-        /// Arc length that the head has walked since show time 0.
-        gauge head_travel_meters = of(|header| header.head_travel_m);
-        /// Benches of the dragon.
+        /// Speed of the head in metres per show second; 0 while it stands. With several dragons, of each one's head.
+        gauges head_speed_meters_per_second = heads(|header| header.head_speed_mps, |dragon| dragon.speed_mps);
+        /// Arc length that the head has walked since show time 0. With several dragons, of each one's head.
+        gauges head_travel_meters = heads(|header| header.head_travel_m, |dragon| dragon.travel_m);
+        /// Benches of all dragons.
         gauge benches = of(|header| header.bench_count.into());
     }
 }
@@ -136,7 +148,8 @@ fn server(snapshot: &Snapshot, header: Option<&FrameHeader>) -> String {
         /// Time from the start of a tick until the loop was ready for the next one, for all ticks of this run. The sum uses the
         /// middles of narrow buckets.
         histogram tick_duration_seconds = status.map(|status| &status.tick_time);
-        /// Travel up to which the guard has granted the head to walk. No sample if the server is not guarded.
+        /// Travel up to which the guard has granted the head to walk; of several dragons, plan time times the planned speed of
+        /// the leading one. No sample if the server is not guarded.
         gauge guard_granted_travel_meters = granted_to_m;
     }
 }

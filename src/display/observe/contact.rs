@@ -46,15 +46,16 @@ impl Contact {
         recent.map(Self::Recent)
     }
 
-    /// The contact in a few words.
-    pub fn words(&self) -> String {
+    /// The contact of a snapshot in a few words.
+    pub fn words(&self, snapshot: &Snapshot) -> String {
         match *self {
-            Self::Now { benches: [one, another], depth_m: 0.0 } => format!("benches {one} and {another} touch"),
-            Self::Now { benches: [one, another], depth_m } => {
-                format!("benches {one} and {another} overlap by {} mm", Fixed::<1>(depth_m * 1e3))
+            Self::Now { benches, depth_m: 0.0 } => format!("{} touch", snapshot.pair_words(benches)),
+            Self::Now { benches, depth_m } => {
+                format!("{} overlap by {} mm", snapshot.pair_words(benches), Fixed::<1>(depth_m * 1e3))
             }
-            Self::Recent(PastContact { benches: [one, another], time_s, .. }) => {
-                format!("benches {one} and {another} touched at {} s", Fixed::<3>(time_s))
+            Self::Recent(PastContact { benches, time_s, .. }) => {
+                let pair = snapshot.pair_words(benches.map(|bench| bench as usize));
+                format!("{pair} touched at {} s", Fixed::<3>(time_s))
             }
         }
     }
@@ -70,7 +71,7 @@ mod tests {
     #[test]
     fn a_contact_is_shown_while_it_lasts_and_for_a_minute() {
         let mut snapshot = Snapshot::live(FrameHeader::default());
-        let words = |snapshot: &Snapshot, now_ns| Contact::of(snapshot, now_ns).map(|contact| contact.words());
+        let words = |snapshot: &Snapshot, now_ns| Contact::of(snapshot, now_ns).map(|contact| contact.words(snapshot));
         assert_eq!(words(&snapshot, 0), None);
         for (clearance_m, expected) in
             [(1e-9, None), (0.0, Some("benches 3 and 11 touch")), (-0.084, Some("benches 3 and 11 overlap by 84.0 mm"))]

@@ -84,7 +84,7 @@ fn is_held(status: Option<&Status>, state: Option<ShowState>) -> bool {
 /// walk on.
 fn in_words(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
     let is_ready = snapshot.state() == Some(ShowState::Ready);
-    Some(match (refusal?, snapshot.guard) {
+    let words = match (refusal?, snapshot.guard) {
         (Refusal::Held, _) if is_ready => "the show waits at its start: release it first".to_owned(),
         (Refusal::Held, _) => "the show is held: release it first".to_owned(),
         (Refusal::HeldByGuard, GuardSituation::AtEnd { for_good: true }) => {
@@ -97,7 +97,8 @@ fn in_words(snapshot: &Snapshot, refusal: Option<Refusal>) -> Option<String> {
             "no guard runs: the dragon walks on once `bench-dragon monitor --guard` runs".to_owned()
         }
         (refusal, _) => refusal.to_string(),
-    })
+    };
+    Some(snapshot.spoken(&words))
 }
 
 fn resume(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {

@@ -146,13 +146,13 @@ fn unknown(presence: &SourcePresence) -> Option<&'static str> {
 fn clearance(snapshot: &Snapshot, now_ns: u64, is_live: bool) -> Lamp {
     let lamp = |level, text: String| Lamp::new("clearance", level, text);
     if let Some(contact) = Contact::of(snapshot, now_ns) {
-        return lamp(LampLevel::Danger, contact.words());
+        return lamp(LampLevel::Danger, contact.words(snapshot));
     }
     let near_m = snapshot.run.as_ref().map_or(0.0, |run| run.config.tables().monitor.near_m);
     match snapshot.nearest.filter(|_| is_live) {
         None => lamp(LampLevel::Off, "unknown".to_owned()),
-        Some(PairClearance { clearance_m, benches: [one, another], .. }) if clearance_m <= near_m => {
-            lamp(LampLevel::Warning, format!("benches {one} and {another} are near"))
+        Some(PairClearance { clearance_m, benches, .. }) if clearance_m <= near_m => {
+            lamp(LampLevel::Warning, format!("{} are near", snapshot.pair_words(benches)))
         }
         Some(_) => lamp(LampLevel::Good, "no near pair".to_owned()),
     }
@@ -189,7 +189,7 @@ fn guard(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Lamp {
     };
     let margin =
         snapshot.run.as_ref().map(|run| format!("margin {} mm", millimetres(run.config.tables().monitor.margin_m)));
-    Lamp::new("guard", level, text.to_owned() + margin.as_deref().unwrap_or("margin unknown"))
+    Lamp::new("guard", level, snapshot.spoken(text) + margin.as_deref().unwrap_or("margin unknown"))
 }
 
 fn timecode(snapshot: &Snapshot, presence: &SourcePresence) -> Lamp {

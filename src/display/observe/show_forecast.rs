@@ -115,6 +115,15 @@ impl ShowForecast {
         if let Self::Contact { at, .. } = self { Some(at.time_s) } else { None }
     }
 
+    /// The two benches that touch, or before which the guard stops the head.
+    pub fn benches(&self) -> Option<[usize; 2]> {
+        match *self {
+            Self::Contact { benches, .. } => Some(benches),
+            Self::GuardStop { benches, .. } => benches,
+            Self::Unknown | Self::Free { .. } | Self::Rest { .. } => None,
+        }
+    }
+
     /// The arrival at the event, or for `Free`, the arrival up to which the search is complete.
     pub fn arrival(&self) -> Option<Arrival> {
         match *self {

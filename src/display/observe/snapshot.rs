@@ -1,10 +1,12 @@
 //! The snapshot: all that an observer shows at one instant.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon_geometry::clearance::PairClearance;
-use bench_dragon_ipc::{FrameHeader, HandleState, ReplayStatus, ShowState, Status};
+use bench_dragon_geometry::number::Fixed;
+use bench_dragon_ipc::{DragonMotion, FrameHeader, HandleState, ReplayStatus, ShowState, Status};
 use serde::{Deserialize, Serialize};
 
 use super::contact::PastContact;
@@ -17,7 +19,9 @@ use super::members::Members;
 use super::planned_clearance::PlannedClearance;
 use super::reader_log::ReaderLog;
 use super::recent_overruns::RecentOverruns;
+use super::several::of_formation;
 use super::show_forecast::ShowForecast;
+use crate::config::{Config, NamedBenches};
 
 /// A copy of a frame. A display can keep it without holding a sample of the server's shared memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +30,18 @@ pub struct FrameCopy {
     pub header: FrameHeader,
     /// The handles, head first; one more than the number of benches.
     pub handles: Vec<HandleState>,
+}
+
+impl FrameCopy {
+    /// The indices of each dragon's handles, the leading dragon first, as far as the frame has them.
+    pub fn dragons(&self) -> Vec<Range<usize>> {
+        let count = self.handles.len();
+        if self.header.is_plan == 0 {
+            return vec![0..count];
+        }
+        let handles = self.header.dragons().iter().map(DragonMotion::handles);
+        handles.map(|Range { start, end }| start.min(count)..end.min(count)).collect()
+    }
 }
 
 /// A least clearance and its show time.
@@ -107,6 +123,39 @@ impl Snapshot {
     pub(crate) fn live(header: FrameHeader) -> Self {
         let frame = Some(Arc::new(FrameCopy { header, handles: Vec::new() }));
         Self { presence: SourcePresence::Live, frame, ..Self::default() }
+    }
+
+    /// The configuration of the frame's run, if it is known.
+    pub fn config(&self) -> Option<&Config> {
+        self.run.as_ref().map(|run| &run.config)
+    }
+
+    /// Whether the frame is one of a formation, whose place is plan time.
+    pub fn is_formation(&self) -> bool {
+        self.header().is_some_and(|header| header.is_plan != 0)
+    }
+
+    /// The dragons of two benches, and the indices within them, if there are several.
+    pub fn named_benches(&self, benches: Option<[usize; 2]>) -> Option<NamedBenches> {
+        self.config()?.named_benches(benches?)
+    }
+
+    /// A sentence about one dragon, in the words for the snapshot's number of dragons.
+    pub fn spoken(&self, sentence: &str) -> String {
+        if self.is_formation() { of_formation(sentence) } else { sentence.to_owned() }
+    }
+
+    /// A place on the course in words, with this number of digits.
+    pub fn place_words<const DIGITS: usize>(&self, course_m: f64) -> String {
+        match self.config() {
+            Some(config) => config.place_words::<DIGITS>(course_m),
+            None => format!("{} m of travel", Fixed::<DIGITS>(course_m)),
+        }
+    }
+
+    /// Two benches in words.
+    pub fn pair_words(&self, benches: [usize; 2]) -> String {
+        NamedBenches::pair_words(self.named_benches(Some(benches)).as_ref(), benches)
     }
 
     /// The header of the frame.

@@ -1,6 +1,5 @@
 //! How the show stands: one word, how urgent it is, its cause, and what to do. Every display and `ctl status` show the same.
 
-use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{CommandEvent, EventKind, GuardState, ShowState, SourceKind, Status, Stop, TimecodeState};
 use serde::Serialize;
 
@@ -56,10 +55,16 @@ impl Standing {
     /// The standing of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds.
     pub fn of(snapshot: &Snapshot, now_ns: u64) -> Self {
         let standing = match Self::of_link(snapshot, &snapshot.presence_at(now_ns), now_ns) {
-            Some(standing) => return standing,
+            Some(standing) => return standing.spoken(snapshot),
             None => Self::of_state(snapshot),
         };
-        standing.with_dangers(snapshot, now_ns).with_red_lamps(snapshot, now_ns)
+        standing.with_dangers(snapshot, now_ns).with_red_lamps(snapshot, now_ns).spoken(snapshot)
+    }
+
+    /// The same in the words for the snapshot's number of dragons.
+    fn spoken(self, snapshot: &Snapshot) -> Self {
+        let remedy = self.remedy.map(|remedy| snapshot.spoken(&remedy));
+        Self { cause: snapshot.spoken(&self.cause), remedy, ..self }
     }
 
     fn new(level: Level, word: &'static str, cause: impl Into<String>) -> Self {
@@ -151,7 +156,7 @@ impl Standing {
         let contact = Contact::of(snapshot, now_ns).map(|contact| {
             let part = "Look at the benches, and part them before the dragon walks on.";
             let remedy = if walks { format!("Hold the show. {part}") } else { part.to_owned() };
-            (format!("CONTACT: {}.", contact.words()), remedy)
+            (format!("CONTACT: {}.", contact.words(snapshot)), remedy)
         });
         let full_disk = has_full_disk(snapshot)
             .then(|| ("The disk is full: the show is not recorded.".to_owned(), FREE_SPACE.to_owned()));
@@ -211,7 +216,7 @@ fn stopping(snapshot: &Snapshot) -> String {
     };
     match snapshot.forecast {
         ShowForecast::Rest { at } => {
-            format!("{why}The head stops in {:.1} s, at {} m of travel.", at.wall_s, Fixed::<2>(at.travel_m))
+            format!("{why}The head stops in {:.1} s, at {}.", at.wall_s, snapshot.place_words::<2>(at.travel_m))
         }
         _ => format!("{why}The head brakes."),
     }

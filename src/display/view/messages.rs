@@ -8,12 +8,14 @@ use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stop}
 use glam::DVec2;
 use jiff::Zoned;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
+use crate::config::{Config, FormationDocument, NamedBenches, NamedDragon};
 use crate::display::observe::{
     Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
 };
 use crate::output::command_words::CommandWords;
+use crate::output::dragon_colours;
 use crate::output::histogram::Percentiles;
 
 /// Name of a kind or a state that this version does not support.
@@ -23,10 +25,10 @@ pub(super) const UNKNOWN: &str = "unknown";
 pub(super) fn run_message(run: &DescribedRun) -> Value {
     let config = &run.config;
     let dimensions = config.lead().dimensions();
-    json!({
+    let message = json!({
         "type": "run",
         "run_id": run.run_id,
-        "benches": dimensions.benches(),
+        "benches": config.formation().layout().benches(),
         "head_length_m": dimensions.head_length_m(),
         "body_length_m": dimensions.body_length_m(),
         "width_m": dimensions.width_m(),
@@ -44,7 +46,49 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         "view": in_a_row(&run.view),
         // Corners of the stage's outline; empty without one.
         "outline": in_a_row(config.outline().map(Outline::corners).unwrap_or_default()),
-    })
+    });
+    match config.named() {
+        // The values of the message are then those of the leading dragon, except `benches`.
+        Some(named) => with(message, "dragons", dragons(named, &run.routes)),
+        None => message,
+    }
+}
+
+/// Encodes the dragons of a formation, the leading one first.
+fn dragons(named: &FormationDocument, routes: &[Vec<DVec2>]) -> Value {
+    let layout = named.formation().layout();
+    let colours = dragon_colours(named);
+    let dragon = |(number, dragon): (usize, &NamedDragon)| {
+        let dimensions = dragon.config.lead().dimensions();
+        let [red, green, blue] = colours[number];
+        json!({
+            "name": dragon.name,
+            "colour": format!("#{red:02x}{green:02x}{blue:02x}"),
+            "benches": dimensions.benches(),
+            "first_bench": layout.benches_of(number).start,
+            "first_handle": layout.handles_of(number).start,
+            "head_length_m": dimensions.head_length_m(),
+            "body_length_m": dimensions.body_length_m(),
+            "width_m": dimensions.width_m(),
+            "hole_offset_m": dimensions.hole_offset_m(),
+            "route": in_a_row(&routes[number]),
+        })
+    };
+    named.dragons().iter().enumerate().map(dragon).collect()
+}
+
+fn with(mut message: Value, key: &str, value: Value) -> Value {
+    message[key] = value;
+    message
+}
+
+/// Adds the dragons of benches and their indices within them, if there are several dragons.
+pub(super) fn with_names(mut message: Value, named: Option<NamedBenches>) -> Value {
+    if let (Value::Object(message), Some(NamedBenches { dragons, indices })) = (&mut message, named) {
+        message
+            .extend(Map::from_iter([("dragons".to_owned(), json!(dragons)), ("indices".to_owned(), json!(indices))]));
+    }
+    message
 }
 
 /// The coordinates of points as x, y, x, y, …, in metres, rounded to a millimetre.
@@ -70,9 +114,9 @@ pub(super) fn plan_message(run_id: u64, plan: &PlannedClearance) -> Value {
 }
 
 /// Encodes an alert and its number. Units are metres and seconds of show time.
-pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>) -> Value {
+pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>, config: Option<&Config>) -> Value {
     let (benches, bench) = (alert.pair(), alert.bench());
-    json!({
+    let message = json!({
         "type": "alert",
         "number": number,
         "run_id": alert.run_id,
@@ -83,7 +127,8 @@ pub(super) fn alert_message(Numbered { number, event: alert }: &Numbered<Alert>)
         "clearance_m": benches.map(|_| alert.clearance_m),
         "point_m": (benches.is_some() || bench.is_some()).then_some(alert.point_m),
         "forecast_s": alert.forecast(),
-    })
+    });
+    with_names(message, config.and_then(|config| config.named_benches_of(alert)))
 }
 
 /// Encodes a command with its sender, time and outcome. `host`: the machine of the page that sent it, if it was one of this view.
@@ -145,7 +190,7 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Op
         },
         "server": snapshot.status.as_deref().map(server_status),
         "replay": snapshot.replay.as_ref().map(replay_status),
-        "outlook": snapshot.forecast,
+        "outlook": with_names(json!(snapshot.forecast), snapshot.named_benches(snapshot.forecast.benches())),
         "possible_contact": snapshot.possible_contact,
         // How the show stands: level, word, cause and remedy.
         "standing": Standing::of(snapshot, now_ns),

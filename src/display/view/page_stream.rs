@@ -233,7 +233,7 @@ impl PageStream {
     async fn send_alerts(&mut self, newest: &NumberedSnapshot) -> Result<(), StreamEnd> {
         let alerts = &newest.snapshot.alerts.log;
         for alert in alerts.since(std::mem::replace(&mut self.sent.next_alert, alerts.total)) {
-            self.send_json(&alert_message(alert)).await?;
+            self.send_json(&alert_message(alert, newest.snapshot.config())).await?;
         }
         Ok(())
     }
@@ -301,7 +301,8 @@ impl NumberedSnapshot {
     /// Returns the snapshot's frame as JSON, if any.
     pub(super) fn frame_text(&self) -> Option<Utf8Bytes> {
         let frame = self.snapshot.frame.as_ref()?;
-        let encode = || frame_json(self.sequence, frame, self.snapshot.nearest).to_string().into();
+        let encode =
+            || frame_json(self.sequence, frame, self.snapshot.nearest, self.snapshot.config()).to_string().into();
         Some(self.json.get_or_init(encode).clone())
     }
 }

@@ -53,8 +53,8 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
         Severity::Calm => Tone::Calm,
     };
     let benches = match (alert.pair(), alert.bench()) {
-        (Some([one, another]), _) => format!(" {one}-{another}"),
-        (None, Some(bench)) => format!(" {bench}"),
+        (Some(pair), _) => format!(" {}", pair_in_short(snapshot, pair)),
+        (None, Some(bench)) => format!(" {}", bench_in_short(snapshot, bench)),
         (None, None) => String::new(),
     };
     let is_past = is_of_another_run(alert, snapshot);
@@ -66,6 +66,15 @@ fn line(alert: &Alert, snapshot: &Snapshot, look: Look) -> Line<'static> {
         Span::raw(benches),
     ]);
     if is_past { line.style(look.theme.faint()) } else { line }
+}
+
+/// Two benches in few letters: `0-8`, or `gold 3-silver 0`.
+pub(super) fn pair_in_short(snapshot: &Snapshot, pair: [u32; 2]) -> String {
+    pair.map(|bench| bench_in_short(snapshot, bench)).join("-")
+}
+
+fn bench_in_short(snapshot: &Snapshot, bench: u32) -> String {
+    snapshot.config().map_or_else(|| bench.to_string(), |config| config.bench_name(bench as usize))
 }
 
 /// The filter: all alerts, all but near pairs, or one kind.

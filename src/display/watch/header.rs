@@ -21,7 +21,9 @@ pub(super) fn draw_status(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot
     let style = if is_live { strong() } else { look.theme.faint() };
     if let Some(header) = snapshot.header() {
         spans.push(Span::styled(format!("  t {} s", Fixed::<3>(header.show_time_s())), style));
-        spans.push(Span::styled(format!("   {:.3} m/s", header.head_speed_mps), Style::new()));
+        let lead = snapshot.config().and_then(|config| config.named()).map(|named| &named.dragons()[0].name);
+        let lead = lead.map_or(String::new(), |name| format!("{name} "));
+        spans.push(Span::styled(format!("   {lead}{:.3} m/s", header.head_speed_mps), Style::new()));
         let head = snapshot.frame.as_ref().and_then(|frame| frame.handles.first());
         let height_m = head.map_or(0.0, |head| head.position_m[2]);
         if height_m != 0.0 {

@@ -46,9 +46,8 @@ pub(super) fn near_m(snapshot: &Snapshot) -> f64 {
 }
 
 fn nearest(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
-    let known = snapshot.nearest.map(|PairClearance { clearance_m, benches: [one, another], .. }| {
-        (clearance_m, format!("benches {one} and {another}"))
-    });
+    let known =
+        snapshot.nearest.map(|PairClearance { clearance_m, benches, .. }| (clearance_m, snapshot.pair_words(benches)));
     clearance("clearance", known, snapshot, look)
 }
 
@@ -66,14 +65,21 @@ fn clearance(name: &str, known: Option<(f64, String)>, snapshot: &Snapshot, look
 /// The forecast. If the guard has stopped the head, this takes precedence.
 fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
     let counted = |at: Arrival| countdown(snapshot, at);
-    let touching = |at: Arrival, [one, another]: [usize; 2]| format!("{one}-{another} at {} s", Fixed::<3>(at.time_s));
-    let standing = |at: Arrival| format!("at {} m, {} s", Fixed::<2>(at.travel_m), Fixed::<1>(at.time_s));
+    // The names of dragons leave no room for the time.
+    let touching = |at: Arrival, [one, another]: [usize; 2]| match snapshot.named_benches(Some([one, another])) {
+        Some(_) => snapshot.pair_words([one, another]),
+        None => format!("{one}-{another} at {} s", Fixed::<3>(at.time_s)),
+    };
+    let standing = |at: Arrival| match snapshot.is_formation() {
+        true => format!("at {} s", Fixed::<1>(at.time_s)),
+        false => format!("at {} m, {} s", Fixed::<2>(at.travel_m), Fixed::<1>(at.time_s)),
+    };
     let (good, caution, danger) = (Some(Tone::Good), Some(Tone::Caution), Some(Tone::Danger));
     let has_ended = matches!(snapshot.state(), Some(ShowState::Finished | ShowState::Ended));
     let (name, value, tone, detail) = match (snapshot.guard, snapshot.forecast) {
         (GuardSituation::AtEnd { for_good }, _) => {
             let detail = if for_good { "only a seek moves it" } else { "until timecode moves" };
-            ("guard", "has stopped the head".to_owned(), caution, detail.to_owned())
+            ("guard", snapshot.spoken("has stopped the head"), caution, detail.to_owned())
         }
         (_, ShowForecast::Unknown) => {
             let value = if has_ended { "the run has ended" } else { "unknown" };

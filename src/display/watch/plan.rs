@@ -1,6 +1,9 @@
 //! The plan: the dragon on its route from above, drawn in dots.
 
+use std::ops::Range;
+
 use bench_dragon_geometry::dragon::Board;
+use bench_dragon_ipc::HandleState;
 use glam::DVec2;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -8,10 +11,11 @@ use ratatui::style::Color;
 use ratatui::text::{Line as Text, Span};
 use ratatui::widgets::canvas::{Canvas, Context, Line};
 
-use super::camera::{Viewport, head};
+use super::camera::Viewport;
 use super::look::{Theme, Tone, strong};
 use super::panel::{near_m, short, tone};
 use super::screen::Screen;
+use crate::config::{Config, FormationDocument};
 use crate::display::observe::{DescribedRun, FrameCopy, Snapshot};
 
 /// Width in dots from which on a board is drawn as an outline. A narrower board is drawn as a line.
@@ -55,10 +59,30 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
         let cross = Span::styled(look.glyphs.signs().cross, look.theme.text(tone).patch(strong()));
         context.print(nearest.point.x, nearest.point.y, cross);
     }
-    if let Some(at) = head(copy) {
-        let style = strong().fg(look.theme.colour(Color::Red));
-        context.print(at.x, at.y, Span::styled(look.glyphs.signs().head, style));
+    let style = strong().fg(look.theme.colour(Color::Red));
+    let names = snapshot.config().and_then(Config::named).map(FormationDocument::dragons).unwrap_or_default();
+    for (number, handles) in copy.dragons().into_iter().enumerate() {
+        let Some(at) = copy.handles.get(handles.start).map(HandleState::plan_view_m) else { continue };
+        // With several dragons, the name stands behind the sign.
+        let name = names.get(number).map_or(String::new(), |named| format!(" {}", named.name));
+        let name = Span::styled(name, strong().fg(look.theme.colour(dragon_colour(number))));
+        context.print(at[0], at[1], Text::from(vec![Span::styled(look.glyphs.signs().head, style), name]));
     }
+}
+
+/// The colour of a dragon's boards, of the terminal's sixteen. Red is that of heads, magenta that of the nearest pair.
+fn dragon_colour(number: usize) -> Color {
+    const COLOURS: [Color; 8] = [
+        Color::Cyan,
+        Color::Yellow,
+        Color::Green,
+        Color::Blue,
+        Color::LightCyan,
+        Color::LightYellow,
+        Color::LightGreen,
+        Color::LightBlue,
+    ];
+    COLOURS[number % COLOURS.len()]
 }
 
 /// Draws the boards from the tail to the head, so that the head is on top, and then the nearest pair.
@@ -67,20 +91,25 @@ fn paint_boards(context: &mut Context<'_>, viewport: &Viewport, copy: &FrameCopy
     if let Some(run) = snapshot.run.as_ref().filter(|run| run.config.formation().layout().handles() == handles.len()) {
         run.config.formation().place_boards(handles, |handle| handle.position_m.into(), &mut boards);
     }
-    let mut draw = |bench: usize, colour: Color| {
+    let mut draw = |bench: usize, front: usize, colour: Color| {
         let colour = theme.colour(colour);
         if let Some(board) = boards.get(bench) {
             draw_board(context, viewport, board, colour);
-        } else if let [front, rear] = handles.get(bench..bench + 2).unwrap_or_default() {
+        } else if let [front, rear] = handles.get(front..front + 2).unwrap_or_default() {
             // Without a description, only the links are known.
             line(context, [front, rear].map(|handle| handle.plan_view_m().into()), colour);
         }
     };
-    for bench in (0..handles.len().saturating_sub(1)).rev() {
-        draw(bench, if bench == 0 { Color::Red } else { Color::Cyan });
+    // Each dragon before a handle has one bench less than handles.
+    for (number, Range { start, end }) in copy.dragons().into_iter().enumerate() {
+        for front in (start..end.saturating_sub(1)).rev() {
+            draw(front.saturating_sub(number), front, if front == start { Color::Red } else { dragon_colour(number) });
+        }
     }
-    let nearest = snapshot.nearest.map(|nearest| nearest.benches);
-    nearest.into_iter().flatten().for_each(|bench| draw(bench, Color::Magenta));
+    // A nearest pair is known only with a description.
+    for board in snapshot.nearest.iter().flat_map(|nearest| nearest.benches).filter_map(|bench| boards.get(bench)) {
+        draw_board(context, viewport, board, theme.colour(Color::Magenta));
+    }
 }
 
 fn draw_board(context: &mut Context<'_>, viewport: &Viewport, board: &Board, colour: Color) {
@@ -103,7 +132,8 @@ fn line(context: &mut Context<'_>, [from, to]: [DVec2; 2], colour: Color) {
 }
 
 fn turns_are_apart(run: &DescribedRun, viewport: &Viewport) -> bool {
-    run.config.lead().route().pitch_m() >= ROUTE_DOTS * viewport.dot_m
+    let pitches_m = run.config.formation().dragons().iter().map(|planned| planned.dragon.route().pitch_m());
+    pitches_m.fold(f64::INFINITY, f64::min) >= ROUTE_DOTS * viewport.dot_m
 }
 
 /// A scale of a round length, and whether the camera follows the head.
@@ -124,7 +154,27 @@ fn scale(viewport: &Viewport, width: u16, screen: &Screen) -> Text<'static> {
 mod tests {
     use bench_dragon_ipc::ShowState;
 
-    use crate::display::watch::sample::{rows_after, snapshot};
+    use crate::display::watch::Look;
+    use crate::display::watch::sample::{drawn, formation, rows, rows_after, screen_after, snapshot};
+
+    #[test]
+    fn several_dragons_have_names_at_their_heads_and_nothing_lies_between_them() {
+        let snapshot = formation();
+        let rows = rows(&drawn(&snapshot, &screen_after(Look::default(), "", &snapshot), 120, 36));
+        let row_of = |text: &str| {
+            let found: Vec<usize> = (0..rows.len()).filter(|row| rows[*row].contains(text)).collect();
+            let [row] = found[..] else { panic!("{text} once: {found:?} in\n{}", rows.join("\n")) };
+            row
+        };
+        let (silver, gold) = (row_of("\u{25cf} silver"), row_of("\u{25cf} gold"));
+        assert!(silver + 2 < gold, "x right, y away:\n{}", rows.join("\n"));
+        for row in &rows[silver + 1..gold] {
+            let plan: String = row.chars().take(70).collect();
+            let dots = plan.chars().any(|symbol| ('\u{2801}'..='\u{28ff}').contains(&symbol));
+            assert!(!dots, "a board between the dragons:\n{}", rows.join("\n"));
+        }
+        assert!(rows.iter().any(|row| row.contains("near      gold 3-silver 0")), "{}", rows.join("\n"));
+    }
 
     #[test]
     fn a_followed_head_is_in_the_middle_of_the_plan() {

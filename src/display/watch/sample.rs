@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::ClearanceSearch;
-use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, ShowState};
+use bench_dragon_ipc::{Alert, AlertKind, DragonMotion, FrameHeader, HandleState, ShowState};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::{Buffer, Cell};
@@ -40,6 +40,35 @@ pub(super) fn snapshot(state: ShowState, time_s: f64) -> Snapshot {
         least: Some(LeastClearance { clearance_m: nearest.clearance_m, time_s }),
         forecast: ShowForecast::Contact { at: arrival, benches: [0, 8] },
         chart: Some(Arc::new(chart)),
+        run: Some(Arc::new(run)),
+        alerts: Arc::new(alerts),
+        ..Snapshot::live(header)
+    }
+}
+
+/// Two straight dragons at their starts, live: `gold` of 4 benches, and `silver` of 3 benches 20 m above. An alert about both is the
+/// newest one.
+pub(super) fn formation() -> Snapshot {
+    let straight = "route = { kind = \"path\", segments = [{ kind = \"line\", length_m = 40 }]";
+    let text = format!(
+        "[[dragons]]\nname = \"gold\"\nbenches = 4\n{straight} }}\n\
+         [[dragons]]\nname = \"silver\"\nbenches = 3\n{straight}, start_y_m = 20 }}\n"
+    );
+    let run = DescribedRun::new(7, Config::from_toml(&text).expect("valid"));
+    let (mut motions, mut handles) = (Vec::new(), Vec::new());
+    for planned in run.config.formation().dragons() {
+        let first_handle = handles.len() as u32;
+        let chain = planned.dragon.chain(planned.dragon.start_travel_m()).expect("within the run");
+        handles.extend(chain.map(|at| HandleState { position_m: at.in_space().into(), ..HandleState::default() }));
+        let bench_count = planned.dragon.dimensions().benches() as u32;
+        motions.push(DragonMotion { first_handle, bench_count, ..DragonMotion::default() });
+    }
+    let header = FrameHeader { run_id: 7, time_scale: 1.0, bench_count: 7, ..FrameHeader::default() };
+    let header = header.of_plan([0.0; 2], &motions).expect("two dragons");
+    let mut alerts = AlertLog::default();
+    alerts.push(Alert { bench_a: 3, bench_b: 4, ..run_alert(&header, AlertKind::Near) });
+    Snapshot {
+        frame: Some(Arc::new(FrameCopy { header, handles })),
         run: Some(Arc::new(run)),
         alerts: Arc::new(alerts),
         ..Snapshot::live(header)

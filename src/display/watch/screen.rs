@@ -3,7 +3,7 @@
 use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{AlertKind, CommandEvent, FrameHeader, Sender, Status};
 
-use super::alerts::AlertFilter;
+use super::alerts::{AlertFilter, pair_in_short};
 use super::camera::Camera;
 use super::charts::LatenessHistory;
 use super::footer::CommandOutcome;
@@ -76,13 +76,13 @@ impl Screen {
     fn see_contacts(&mut self, snapshot: &Snapshot) {
         let touching = snapshot.nearest.filter(|pair| pair.clearance_m <= 0.0);
         if let (Some(pair), false, Some(header)) = (touching, self.touches, snapshot.header()) {
-            self.past_contact = Some(contact(pair.benches, header.show_time_s()));
+            self.past_contact = Some(contact(snapshot, pair.benches.map(|bench| bench as u32), header.show_time_s()));
         }
         self.touches = touching.is_some();
         let found =
             snapshot.alerts.log.since(self.seen_alerts).filter(|it| it.event.alert_kind() == Some(AlertKind::Contact));
         if let Some(alert) = found.last().map(|numbered| numbered.event) {
-            self.past_contact = alert.pair().map(|pair| contact(pair, alert.show_time_ns as f64 / 1e9));
+            self.past_contact = alert.pair().map(|pair| contact(snapshot, pair, alert.show_time_ns as f64 / 1e9));
         }
         self.seen_alerts = snapshot.alerts.log.total;
     }
@@ -108,9 +108,8 @@ impl Screen {
     }
 }
 
-fn contact(benches: [impl std::fmt::Display; 2], time_s: f64) -> String {
-    let [one, another] = benches;
-    format!("CONTACT {one}-{another} at {} s", Fixed::<3>(time_s))
+fn contact(snapshot: &Snapshot, pair: [u32; 2], time_s: f64) -> String {
+    format!("CONTACT {} at {} s", pair_in_short(snapshot, pair), Fixed::<3>(time_s))
 }
 
 /// The changing values of a snapshot that a screen shows, with the displayed precision. Equal appearances look alike.

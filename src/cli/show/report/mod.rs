@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use bench_dragon_geometry::number::Fixed;
 
 use super::course::CourseReport;
-use super::outcome::{Ending, Outcome};
+use super::outcome::{Ending, Outcome, touched};
 use super::summary::ShowSummary;
+use crate::cli::monitor::lines::{ClearanceReport, ContactReport};
 use crate::config::Config;
 use crate::output::report::{Block, Fact, Report, Section, Verdict, Weight};
 use crate::system::machine::Machine;
@@ -17,7 +18,7 @@ mod tables;
 mod words;
 
 use facts::versions;
-use words::{benches, clock, counts_words, duration, holders, millimetres};
+use words::{clock, counts_words, duration, holders, millimetres};
 
 /// All that a report is made of.
 #[derive(Clone, Copy, Debug)]
@@ -72,9 +73,8 @@ impl ReportSource<'_> {
         let ShowSummary { outcome, contact, restart_log, .. } = self.summary;
         let ending = outcome.as_ref().map(|outcome| &outcome.ending);
         let mut words = outcome.as_ref().map_or_else(String::new, |Outcome { text, .. }| text.clone());
-        if let (Some(contact), false) = (contact, matches!(ending, Some(Ending::Contact { .. }))) {
-            let [a, b] = contact.benches;
-            words = format!("{words} Benches {a} and {b} touched at {} s.", Fixed::<6>(contact.time_s));
+        if let (Some(contact), false) = (contact, matches!(ending, Some(Ending::Contact(_)))) {
+            words = format!("{words} {}", touched(contact));
         }
         let has_failed = matches!(ending, Some(Ending::Failed { .. }));
         let mut missing: Vec<&str> = restart_log.iter().filter(|end| !end.restarted).map(|end| &*end.role).collect();
@@ -104,13 +104,13 @@ impl ReportSource<'_> {
             Fact::new("Began", clock(&begin.local())).more(begin.local().strftime("%-d %B %Y").to_string()),
             Fact::new("Ended", clock(&end.local())).more(format!("after {}", duration(end.seconds_since(*begin)))),
             Fact::new("Least clearance", least.map_or("not measured".to_owned(), |pair| millimetres(pair.clearance_m)))
-                .more(least.map_or_else(String::new, |pair| benches(pair.benches)))
+                .more(least.map_or_else(String::new, ClearanceReport::who))
                 .weighs(Weight::Danger, least.is_some_and(|pair| pair.clearance_m <= 0.0)),
             Fact::new(
                 "First contact",
-                contact.map_or("none".to_owned(), |contact| format!("{} s", Fixed::<3>(contact.time_s))),
+                contact.as_ref().map_or("none".to_owned(), |contact| format!("{} s", Fixed::<3>(contact.time_s))),
             )
-            .more(contact.map_or_else(String::new, |contact| benches(contact.benches)))
+            .more(contact.as_ref().map_or_else(String::new, ContactReport::who))
             .weighs(Weight::Danger, contact.is_some()),
             Fact::new("Holds", (holds.len() as u64 + holds_left_out).to_string())
                 .more(holders(course))
@@ -132,7 +132,6 @@ fn section(heading: &str, blocks: Vec<Block>) -> Section {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::monitor::lines::ContactReport;
     use crate::cli::show::summary::RestartReport;
 
     fn report(summary: &ShowSummary) -> Report {
@@ -183,11 +182,12 @@ mod tests {
         assert_eq!(verdict(&stopped).weight, Weight::Good);
         assert_eq!(verdict(&ended(Ending::Guard { held_at_s: 1.0, is_margin_kept: true })).weight, Weight::Attention);
 
-        let contact = Some(ContactReport { time_s: 7.25, benches: [0, 8] });
-        let touched = verdict(&ShowSummary { contact, ..stopped.clone() });
+        let contact = Some(ContactReport { time_s: 7.25, benches: [0, 8], named: None });
+        let touched = verdict(&ShowSummary { contact: contact.clone(), ..stopped.clone() });
         assert_eq!(touched.weight, Weight::Danger);
         assert!(touched.words.ends_with(" Benches 0 and 8 touched at 7.250000 s."), "{}", touched.words);
-        let touched = verdict(&ShowSummary { contact, ..ended(Ending::Contact { time_s: 7.25, benches: [0, 8] }) });
+        let ending = Ending::Contact(contact.clone().expect("a contact"));
+        let touched = verdict(&ShowSummary { contact, ..ended(ending) });
         assert_eq!(touched.words.matches("touched").count(), 1, "{}", touched.words);
 
         let end = |restarted: bool| RestartReport {

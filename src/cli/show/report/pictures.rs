@@ -1,13 +1,13 @@
 //! The pictures of a report: the dragon at its nearest approach, and the timeline.
 
 use super::ReportSource;
-use super::words::{benches, clock, millimetres, seconds_of_day};
+use super::words::{clock, millimetres, seconds_of_day};
 use crate::cli::monitor::lines::ClearanceReport;
 use crate::cli::show::course::{CourseReport, LeastReport};
 use crate::cli::show::wall_time::WallTime;
-use crate::cli::solve::{in_plan, pair};
-use crate::config::Config;
-use crate::output::figure::{Caption, ContactView, Drawing, ShowTimeline};
+use crate::cli::solve::{dragons_in_plan, in_plan, pair};
+use crate::config::{Config, FormationDocument};
+use crate::output::figure::{Caption, ContactView, Drawing, FormationView, ShowTimeline};
 use crate::output::report::Block;
 use bench_dragon_geometry::number::Fixed;
 
@@ -20,8 +20,8 @@ impl ReportSource<'_> {
         let Some(LeastReport { at, pair: report }) = &self.summary.course.least_clearance else {
             return vec![Block::Words("No monitor has measured a frame.".to_owned())];
         };
-        let ClearanceReport { time_s, benches: pair, clearance_m, point_m: [x, y], .. } = *report;
-        let (clearance, benches, time) = (millimetres(clearance_m), benches(pair), clock(&at.local()));
+        let ClearanceReport { time_s, clearance_m, point_m: [x, y], .. } = *report;
+        let (clearance, benches, time) = (millimetres(clearance_m), report.who(), clock(&at.local()));
         let words = format!(
             "{clearance} between {benches}, at show time {} s ({time}), near ({}, {}) m.",
             Fixed::<3>(time_s),
@@ -31,7 +31,11 @@ impl ReportSource<'_> {
         let picture = picture(self.config, report).map(|drawing| {
             Block::Figure(
                 drawing,
-                format!("Plan of the dragon at {} s, with the surroundings of {benches}", Fixed::<3>(time_s)),
+                if self.config.named().is_some() {
+                    format!("Plan of all dragons at {} s, with {benches} marked", Fixed::<3>(time_s))
+                } else {
+                    format!("Plan of the dragon at {} s, with the surroundings of {benches}", Fixed::<3>(time_s))
+                },
             )
         });
         std::iter::once(Block::Words(words)).chain(picture).collect()
@@ -66,8 +70,8 @@ impl ReportSource<'_> {
 
 /// The dragon at its nearest approach; `None` for a dragon that is too long for a picture, or values out of its range.
 fn picture(config: &Config, report: &ClearanceReport) -> Option<Drawing> {
-    if config.formation().has_plan_course() {
-        return None;
+    if let Some(named) = config.named() {
+        return formation_picture(config, named, report);
     }
     let dragon = config.lead();
     let benches = report.benches.map(|bench| bench as usize);
@@ -80,4 +84,17 @@ fn picture(config: &Config, report: &ClearanceReport) -> Option<Drawing> {
     let [a, b] = benches;
     let title = format!("Benches {a} and {b} at show time {} s", Fixed::<3>(report.time_s));
     Some(ContactView { caption: Caption::new(title), dragon: in_plan(config, dragon, travel_m), pair }.draw())
+}
+
+/// All dragons at the nearest approach; `None` for dragons that are too long for a picture.
+fn formation_picture(config: &Config, named: &FormationDocument, report: &ClearanceReport) -> Option<Drawing> {
+    if named.formation().layout().benches() > MOST_DRAWN || !report.travel_m.is_finite() {
+        return None;
+    }
+    let title = format!("{} at show time {} s", report.who(), Fixed::<3>(report.time_s));
+    let dragons = dragons_in_plan(named, config.plan_s(report.travel_m));
+    Some(
+        FormationView { caption: Caption::new(title), dragons, mark: Some(report.point_m.into()), shows_routes: true }
+            .draw(),
+    )
 }

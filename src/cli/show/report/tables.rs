@@ -4,7 +4,7 @@ use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::AlertKind;
 
 use super::ReportSource;
-use super::words::{benches, clock, counts_words, duration, left_out, sender};
+use super::words::{clock, counts_words, duration, left_out, sender};
 use crate::cli::show::course::{AlertReport, CourseReport};
 use crate::cli::show::wall_time::WallTime;
 use crate::output::Counted;
@@ -35,7 +35,8 @@ impl ReportSource<'_> {
             columns: vec!["from", "show time (s)", "held by", "until", "lasted"],
             numbers: vec!["show time (s)", "lasted"],
             rows: rows.collect(),
-            empty: "The dragon was not held.".to_owned(),
+            empty: (if self.config.named().is_some() { "The show was not held." } else { "The dragon was not held." })
+                .to_owned(),
             left_out: left_out(*holds_left_out, "earlier hold", ""),
         }
     }
@@ -79,18 +80,13 @@ impl ReportSource<'_> {
         let shown = most_important(alerts);
         let missing = alerts_left_out + (alerts.len() - shown.len()) as u64;
         let rows = shown.into_iter().map(|AlertReport { at, alert }| {
-            let who = match (alert.benches, alert.bench) {
-                (Some(pair), _) => benches(pair),
-                (None, Some(bench)) => format!("bench {bench}"),
-                (None, None) => String::new(),
-            };
             let place =
                 alert.point_m.map_or_else(String::new, |[x, y]| format!("({}, {})", Fixed::<3>(x), Fixed::<3>(y)));
             vec![
                 clock(&at.local()),
                 Fixed::<3>(alert.time_s).to_string(),
                 alert.kind.clone(),
-                who,
+                alert.who().unwrap_or_default(),
                 alert.clearance_m.map_or_else(String::new, |clearance_m| Fixed::<1>(1000.0 * clearance_m).to_string()),
                 place,
             ]
@@ -154,7 +150,7 @@ mod tests {
     use crate::safety::monitor::run_alert;
 
     fn alert(kind: AlertKind) -> AlertReport {
-        AlertReport { at: WallTime::default(), alert: AlertLine::from(&run_alert(&FrameHeader::default(), kind)) }
+        AlertReport { at: WallTime::default(), alert: AlertLine::of(&run_alert(&FrameHeader::default(), kind), None) }
     }
 
     #[test]

@@ -31,10 +31,6 @@ pub(super) fn sender(name: &str, pid: Option<u32>) -> String {
     pid.map_or_else(|| name.to_owned(), |pid| format!("{name} (process {pid})"))
 }
 
-pub(super) fn benches([a, b]: [u32; 2]) -> String {
-    format!("benches {a} and {b}")
-}
-
 pub(super) fn millimetres(clearance_m: f64) -> String {
     format!("{} mm", Fixed::<1>(1000.0 * clearance_m))
 }

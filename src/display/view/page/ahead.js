@@ -25,7 +25,7 @@ export function eventsAhead({ frame, status }, times, end_s) {
   if (times.contact !== null) events.push({ what: 'contact', time_s: times.contact.time_s });
   const outlook = status?.outlook;
   if (outlook?.kind === 'guard_stop') events.push({ what: 'guard stop', time_s: outlook.time_s });
-  if (outlook?.kind === 'rest') events.push({ what: 'head stops', time_s: outlook.time_s });
+  if (outlook?.kind === 'rest') events.push({ what: frame.isFormation ? 'show stops' : 'head stops', time_s: outlook.time_s });
   if (outlook?.kind === 'contact' && times.contact === null) events.push({ what: 'contact', time_s: outlook.time_s });
   if (end_s !== null) events.push({ what: 'end', time_s: end_s });
   // The head does not get past the guard's stop.
@@ -41,7 +41,7 @@ export function eventsAhead({ frame, status }, times, end_s) {
  */
 export function endOf(run, times) {
   if (run === null || run.end_s - run.start_s > ENDLESS_S) return null;
-  return (times.isComplete ? times.curve.at(-1)?.time_s : undefined) ?? run.end_s;
+  return times.end_s ?? (times.isComplete ? times.curve.at(-1)?.time_s : undefined) ?? run.end_s;
 }
 
 /**

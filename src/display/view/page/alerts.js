@@ -72,15 +72,16 @@ export function alertKey({ number, run_id, kind, time_s }) {
 
 /** @param {Alert} alert */
 function row(alert) {
-  const { kind, time_s, benches, bench, clearance_m, forecast_s } = alert;
+  const { kind, time_s, benches, bench, dragons, indices, clearance_m, forecast_s } = alert;
   const item = document.createElement('li');
   item.className = 'alert';
   item.dataset.kind = kind;
   item.dataset.severity = severityOf(kind);
   item.dataset.key = alertKey(alert);
   const what = [];
-  if (benches !== null) what.push(`${benches[0]} · ${benches[1]}`);
-  if (bench !== null) what.push(`bench ${bench}`);
+  const names = dragons?.map((name, at) => `${name} ${indices?.[at]}`);
+  if (benches !== null) what.push((names ?? benches).join(' · '));
+  if (bench !== null) what.push(names === undefined ? `bench ${bench}` : names[0]);
   if (clearance_m !== null) what.push(`${format.millimetres(clearance_m)} mm`);
   if (kind === 'held' && forecast_s !== null) what.push(`contact at ${format.showTime(forecast_s)} s`);
   item.append(text('b', capital(kind)), text('span', what.join(', ')), text('time', `${format.showTime(time_s)} s`));

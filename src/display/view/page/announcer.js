@@ -38,8 +38,9 @@ export class Announcer {
 }
 
 /** @param {Alert} alert */
-function sentence({ kind, time_s, benches, bench, clearance_m }) {
-  const who = benches !== null ? `, ${format.pair(benches)}` : bench !== null ? `, bench ${bench}` : '';
+function sentence({ kind, time_s, benches, bench, dragons, indices, clearance_m }) {
+  const one = dragons === undefined ? `bench ${bench}` : `${dragons[0]} ${indices?.[0]}`;
+  const who = benches !== null ? `, ${format.pair({ benches, dragons, indices })}` : bench !== null ? `, ${one}` : '';
   const what = clearance_m === null ? '' : `, ${format.millimetres(clearance_m)} millimetres`;
   return `Alert: ${kind}${who}${what}, at ${format.showTime(time_s)} seconds.`;
 }

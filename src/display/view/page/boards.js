@@ -1,5 +1,8 @@
 // @ts-check
-// The boards of a frame, seen from above: bench i lies between handles i and i + 1, and extends beyond both.
+// The boards of a frame, seen from above: bench i of a dragon lies between its handles i and i + 1, and extends beyond both.
+// Benches and handles are numbered on from dragon to dragon.
+
+import { dragonOf } from './frame.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./show.js').Run} Run */
@@ -24,14 +27,16 @@ const UNKNOWN = { hole_offset_m: 0, width_m: 0.1 };
  * @returns {Board}
  */
 export function board(frame, run, bench) {
-  const at = bench * 3;
+  const number = dragonOf(frame, bench);
+  const front = bench + number;
+  const at = front * 3;
   const { handles, heights } = frame;
   const [frontX, frontY, rearX, rearY] = [handles[at], handles[at + 1], handles[at + 3], handles[at + 4]];
   const [dx, dy] = [frontX - rearX, frontY - rearY];
   const link_m = Math.hypot(dx, dy) || 1;
-  const { hole_offset_m, width_m } = run ?? UNKNOWN;
+  const { hole_offset_m, width_m } = run?.dragons?.[number] ?? run ?? UNKNOWN;
   // A pitched board is seen shorter.
-  const rise_m = heights === null ? 0 : heights[bench] - heights[bench + 1];
+  const rise_m = heights === null ? 0 : heights[front] - heights[front + 1];
   const seen = link_m / Math.hypot(link_m, rise_m);
   return {
     x: (frontX + rearX) / 2,
@@ -40,7 +45,7 @@ export function board(frame, run, bench) {
     uy: dy / link_m,
     halfLength_m: link_m / 2 + hole_offset_m * seen,
     halfWidth_m: width_m / 2,
-    z: heights === null ? null : (heights[bench] + heights[bench + 1]) / 2,
+    z: heights === null ? null : (heights[front] + heights[front + 1]) / 2,
   };
 }
 
@@ -81,6 +86,7 @@ export function benchAt(frame, run, [px, py], reach_m) {
 
 /** @param {Frame} frame @param {Run | null} run */
 export function longestBoard(frame, run) {
-  const first = board(frame, run, 0).halfLength_m;
-  return 2 * (frame.benches > 1 ? Math.max(first, board(frame, run, 1).halfLength_m) : first);
+  // All benches of a dragon but the first are equally long.
+  const kinds = frame.dragons.flatMap(({ first_bench, benches }) => (benches > 1 ? [first_bench, first_bench + 1] : [first_bench]));
+  return 2 * Math.max(...kinds.map((bench) => board(frame, run, bench).halfLength_m));
 }

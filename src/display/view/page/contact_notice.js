@@ -34,7 +34,8 @@ function writeNotice() {
   notice.hidden = waiting.length === 0;
   if (waiting.length === 0) return;
   const [first] = waiting;
-  const who = first.benches === null ? 'boards' : format.pair(first.benches);
+  const { benches, dragons, indices } = first;
+  const who = benches === null ? 'boards' : format.pair({ benches, dragons, indices });
   const more = waiting.length + left_out - 1;
   write(
     text,

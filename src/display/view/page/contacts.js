@@ -1,7 +1,10 @@
 // @ts-check
 // Contacts that an operator must acknowledge. Each stays until then, also after the show has continued.
 
-/** @typedef {{run_id: number, time_s: number, benches: [number, number] | null, clearance_m: number | null}} Contact */
+/**
+ * @typedef {{run_id: number, time_s: number, benches: [number, number] | null, clearance_m: number | null}
+ *   & import('./show.js').Named} Contact
+ */
 
 /** Greatest number of stored acknowledgements. */
 const MOST_KEPT = 200;

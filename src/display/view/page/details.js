@@ -4,6 +4,7 @@
 import { board } from './boards.js';
 import { element, write } from './element.js';
 import * as format from './format.js';
+import { dragonOf } from './frame.js';
 
 /** @typedef {import('./show.js').Show} Show */
 
@@ -74,13 +75,18 @@ export class Details {
       );
       return;
     }
-    write(role, bench === 0 ? 'the head' : bench === frame.benches - 1 ? 'the tail' : 'of the body');
+    const number = dragonOf(frame, bench);
+    const { first_bench, benches } = frame.dragons[number];
+    const index = bench - first_bench;
+    const name = show.runOfFrame()?.dragons?.[number]?.name;
+    const part = index === 0 ? 'the head' : index === benches - 1 ? 'the tail' : 'of the body';
+    write(role, name === undefined ? part : `${name} ${index}, ${part}`);
     const { x, y, z, ux, uy } = board(frame, show.runOfFrame(), bench);
     const height = z === null ? '' : `, ${format.fixed(z, 3)}`;
     const speed = (/** @type {number} */ handle) => `${format.fixed(frame.handles[handle * 3 + 2], 3)} m/s`;
     write(element('bench-centre', HTMLElement), `${format.fixed(x, 3)}, ${format.fixed(y, 3)}${height} m`);
     write(element('bench-heading', HTMLElement), `${format.fixed((Math.atan2(uy, ux) * 180) / Math.PI, 1)}°`);
-    write(element('bench-front', HTMLElement), speed(bench));
-    write(element('bench-rear', HTMLElement), speed(bench + 1));
+    write(element('bench-front', HTMLElement), speed(bench + number));
+    write(element('bench-rear', HTMLElement), speed(bench + number + 1));
   }
 }

@@ -1,10 +1,11 @@
 // @ts-check
-// The dragon as paths, in metres. Parts out of view are left out.
+// A dragon as paths, in metres. Parts out of view are left out.
 
 import { addOutline, board } from './boards.js';
 
 /** @typedef {import('./show.js').Run} Run */
 /** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./frame.js').DragonMotion} DragonMotion */
 /** @typedef {import('./camera.js').Camera} Camera */
 
 /** Boards per path: the cost of filling a path grows faster than its length. */
@@ -47,11 +48,13 @@ function polyline(handles, step) {
 }
 
 /**
- * The dragon as lines, one for each part in view, with a point every few pixels.
+ * A dragon as lines, one for each part in view, with a point every few pixels.
  * @param {Frame} frame
+ * @param {DragonMotion} dragon
  * @param {Camera} camera
  */
-export function* lines({ handles, benches }, camera) {
+export function* lines(frame, { first_handle, benches }, camera) {
+  const handles = frame.handles.subarray(first_handle * 3, (first_handle + benches + 1) * 3);
   // All links but the first have the length of the last one.
   const end = handles.subarray(-6);
   const link_px = Math.hypot(end[0] - end[3], end[1] - end[4]) * camera.scale;
@@ -64,24 +67,26 @@ export function* lines({ handles, benches }, camera) {
 }
 
 /**
- * The boards in view, and their hinges.
+ * The boards of a dragon in view, and their hinges.
  * @param {Frame} frame
+ * @param {DragonMotion} dragon
  * @param {Run | null} run
  * @param {Camera} camera
  * @param {boolean} withHinges
  */
-export function outlines(frame, run, camera, withHinges) {
+export function outlines(frame, { first_bench, first_handle, benches }, run, camera, withHinges) {
   /** @type {Path2D[]} */ const body = [];
   const hinges = new Path2D();
-  for (let first = 0; first < frame.benches; first += BOARDS_A_PATH) {
-    const last = Math.min(first + BOARDS_A_PATH, frame.benches);
-    const part = frame.handles.subarray(first * 3, (last + 1) * 3);
+  for (let first = 0; first < benches; first += BOARDS_A_PATH) {
+    const last = Math.min(first + BOARDS_A_PATH, benches);
+    const part = frame.handles.subarray((first_handle + first) * 3, (first_handle + last + 1) * 3);
     if (!isSeen(part, camera, 2)) continue;
     const path = new Path2D();
-    for (let bench = first; bench < last; bench += 1) {
-      addOutline(path, board(frame, run, bench));
+    for (let index = first; index < last; index += 1) {
+      addOutline(path, board(frame, run, first_bench + index));
       if (withHinges) {
-        const [x, y] = [frame.handles[bench * 3], frame.handles[bench * 3 + 1]];
+        const at = (first_handle + index) * 3;
+        const [x, y] = [frame.handles[at], frame.handles[at + 1]];
         hinges.moveTo(x + HINGE_RADIUS_M, y);
         hinges.arc(x, y, HINGE_RADIUS_M, 0, 2 * Math.PI);
       }

@@ -25,9 +25,9 @@ export function writeFigures(show) {
 function writeClearance(show) {
   const { frame, status } = show;
   const run = show.runOfFrame();
-  const nearest = frame?.nearest ?? null;
+  const nearest = show.nearestPair();
   write(html('clearance'), format.millimetres(nearest?.clearance_m));
-  write(html('pair'), nearest === null ? 'no pair yet' : format.pair(nearest.benches));
+  write(html('pair'), nearest === null ? 'no pair yet' : format.pair(nearest));
   const least = lowest(status?.least ?? null, nearest, frame?.time_s ?? 0);
   write(
     html('least'),
@@ -53,7 +53,7 @@ function lowest(reported, nearest, time_s) {
 /** @param {Show} show */
 function writeOutlook({ frame, status }) {
   const outlook = status?.outlook ?? /** @type {const} */ ({ kind: 'unknown' });
-  const { large, small, level } = outlookInWords(outlook, frame?.state ?? null, status?.possible_contact ?? null);
+  const { large, small, level } = outlookInWords(outlook, frame?.state ?? null, status?.possible_contact ?? null, frame?.isFormation);
   outlookFigure.dataset.kind = outlook.kind;
   outlookFigure.dataset.level = level;
   write(html('outlook'), large);
@@ -72,7 +72,8 @@ function writeClock(show) {
   write(html('time-more'), frame === null ? '' : `${format.minutes(frame.time_s)}${of} min`);
   write(html('speed'), format.fixed(frame?.speed_mps, 2));
   const height = frame?.heights ? `, at height ${format.fixed(frame.heights[0], 2)} m` : '';
-  write(html('speed-more'), frame === null ? '' : `walked ${format.fixed(frame.travel_m, 2)} m${height}`);
+  const lead = run?.dragons === undefined ? '' : `${run.dragons[0].name} `;
+  write(html('speed-more'), frame === null ? '' : `${lead}walked ${format.fixed(frame.travel_m, 2)} m${height}`);
 }
 
 /** @param {Status} status */

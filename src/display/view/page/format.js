@@ -22,8 +22,18 @@ export const showTime = (seconds) => fixed(seconds, 2);
 /** @param {Maybe} metres length in metres, written in millimetres */
 export const millimetres = (metres) => fixed(metres === null || metres === undefined ? metres : metres * 1e3, 1);
 
-/** @param {readonly number[]} benches */
-export const pair = ([a, b]) => `benches ${a} and ${b}`;
+/**
+ * @typedef {object} Pair two benches. With several dragons: also their names, and the indices of the benches within them.
+ * @property {readonly number[]} benches
+ * @property {readonly string[]} [dragons]
+ * @property {readonly number[]} [indices]
+ */
+
+/** @param {Pair} pair */
+export const pair = ({ benches: [a, b], dragons, indices }) =>
+  dragons === undefined || indices === undefined
+    ? `benches ${a} and ${b}`
+    : `${dragons[0]} ${indices[0]} and ${dragons[1]} ${indices[1]}`;
 
 /** @param {Maybe} microseconds */
 export function shortTime(microseconds) {

@@ -125,6 +125,7 @@ function drawSoon() {
     if (show.frame !== null) {
       canvas.dataset.tick = String(show.frame.tick);
       canvas.dataset.benches = String(show.frame.benches);
+      canvas.dataset.dragons = String(show.frame.dragons.length);
     }
   });
 }
@@ -207,14 +208,17 @@ function noticeOverlap() {
 function describe() {
   const { frame } = show;
   if (frame === null) return;
-  const [x, y] = frame.handles;
-  const sentences = [
-    `${frame.benches} benches, ${frame.state}, at ${format.showTime(frame.time_s)} seconds.`,
-    `The head is at ${format.fixed(x, 2)}, ${format.fixed(y, 2)} metres.`,
-  ];
-  if (frame.nearest !== null) {
-    const { benches, clearance_m } = frame.nearest;
-    sentences.push(`Nearest are ${format.pair(benches)}, ${format.millimetres(clearance_m)} millimetres apart.`);
+  const names = show.runOfFrame()?.dragons;
+  const count = names === undefined ? '' : `${frame.dragons.length} dragons of `;
+  const sentences = [`${count}${frame.benches} benches, ${frame.state}, at ${format.showTime(frame.time_s)} seconds.`];
+  frame.dragons.forEach(({ first_handle }, number) => {
+    const [x, y] = frame.handles.subarray(first_handle * 3);
+    const head = names === undefined ? 'The head' : `The head of ${names[number]?.name}`;
+    sentences.push(`${head} is at ${format.fixed(x, 2)}, ${format.fixed(y, 2)} metres.`);
+  });
+  const nearest = show.nearestPair();
+  if (nearest !== null) {
+    sentences.push(`Nearest are ${format.pair(nearest)}, ${format.millimetres(nearest.clearance_m)} millimetres apart.`);
   }
   write(element('plan-text', HTMLElement), sentences.join(' '));
 }

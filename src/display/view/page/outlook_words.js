@@ -21,25 +21,28 @@ const AT_ONCE_S = 0.05;
  * @param {Outlook} outlook
  * @param {import('./frame.js').ShowState | null} state
  * @param {import('./show.js').Arrival | null} [possible] where the play of the hinges allows a contact first
+ * @param {boolean} [isFormation] whether the place of the show is plan time, not the travel of the only head
  * @returns {OutlookWords}
  */
-export function outlookInWords(outlook, state, possible = null) {
+export function outlookInWords(outlook, state, possible = null, isFormation = false) {
   if (state === 'finished' || state === 'ended') return far('–', 'the show is over');
   const walks = state === 'running' || state === 'stopping';
   switch (outlook.kind) {
     case 'contact':
       return {
         large: walks ? `Contact in ${wall(outlook)}` : `Contact after ${wall(outlook)} of walking`,
-        small: `${format.pair(outlook.benches)}, at show time ${format.fixed(outlook.time_s, 3)} s${from(possible)}`,
+        small: `${format.pair(outlook)}, at show time ${format.fixed(outlook.time_s, 3)} s${from(possible)}`,
         level: urgency(outlook.wall_s),
       };
     case 'guard_stop':
-      return guardStop(outlook, walks);
+      return guardStop(outlook, walks, isFormation ? 'show' : 'head');
     case 'rest':
-      return far(
-        `Head stops in ${wall(outlook)}`,
-        `at ${format.fixed(outlook.travel_m, 2)} m of travel, show time ${format.showTime(outlook.time_s)} s`,
-      );
+      return isFormation
+        ? far(`Show stops in ${wall(outlook)}`, `at show time ${format.showTime(outlook.time_s)} s`)
+        : far(
+            `Head stops in ${wall(outlook)}`,
+            `at ${format.fixed(outlook.travel_m, 2)} m of travel, show time ${format.showTime(outlook.time_s)} s`,
+          );
     case 'free':
       return outlook.is_end
         ? far('No contact to the end', `searched up to show time ${format.showTime(outlook.time_s)} s${from(possible)}`)
@@ -49,14 +52,14 @@ export function outlookInWords(outlook, state, possible = null) {
   }
 }
 
-/** @param {Outlook & {kind: 'guard_stop'}} stop @param {boolean} walks @returns {OutlookWords} */
-function guardStop(stop, walks) {
-  const { benches, time_s } = stop;
-  if (!walks && stop.wall_s < AT_ONCE_S)
-    return far('The guard stops the head here', benches === null ? 'no guard runs' : format.pair(benches));
-  const why = benches === null ? 'no guard runs' : `before ${format.pair(benches)} come too near`;
+/** @param {Outlook & {kind: 'guard_stop'}} stop @param {boolean} walks @param {'show' | 'head'} what @returns {OutlookWords} */
+function guardStop(stop, walks, what) {
+  const { time_s } = stop;
+  const pair = stop.benches === null ? null : format.pair({ ...stop, benches: stop.benches });
+  if (!walks && stop.wall_s < AT_ONCE_S) return far(`The guard stops the ${what} here`, pair ?? 'no guard runs');
+  const why = pair === null ? 'no guard runs' : `before ${pair} come too near`;
   return {
-    large: walks ? `Guard stops the head in ${wall(stop)}` : `Guard stops the head after ${wall(stop)} of walking`,
+    large: walks ? `Guard stops the ${what} in ${wall(stop)}` : `Guard stops the ${what} after ${wall(stop)} of walking`,
     small: `${why}, at show time ${format.fixed(time_s, 3)} s`,
     level: urgency(stop.wall_s) === 'far' ? 'far' : 'soon',
   };

@@ -2,6 +2,7 @@
 // The boards that overlap. They are searched for only if the frame's nearest pair overlaps, since other pairs may overlap too.
 
 import { board, longestBoard } from './boards.js';
+import { dragonOf } from './frame.js';
 
 /** @typedef {import('./boards.js').Board} Board */
 
@@ -23,7 +24,9 @@ export function overlapping(frame, run) {
     for (let dx = -1; dx <= 1; dx += 1) {
       for (let dy = -1; dy <= 1; dy += 1) {
         for (const other of cells.get(`${column + dx} ${row + dy}`) ?? []) {
-          if (bench - other > 1 && overlap(one, boards[other])) found.add(bench).add(other);
+          // Benches of two dragons are no neighbours, whatever their numbers.
+          const isPair = bench - other > 1 || dragonOf(frame, bench) !== dragonOf(frame, other);
+          if (isPair && overlap(one, boards[other])) found.add(bench).add(other);
         }
       }
     }

@@ -1,10 +1,12 @@
 // @ts-check
-// The plan: the dragon on its route, from above.
+// The plan: all dragons on their routes, from above.
 
 import { addOutline, board } from './boards.js';
 import { fineCanvas } from './canvas.js';
 import { extent, lines, outlines } from './dragon_paths.js';
 import { millimetres } from './format.js';
+import { drawNames } from './dragon_names.js';
+import { dragonOf } from './frame.js';
 import { drawNearestMark } from './nearest_mark.js';
 import { overlapping } from './overlap.js';
 import { RouteLayer } from './route_layer.js';
@@ -13,6 +15,7 @@ import { drawScaleBar } from './scale_bar.js';
 /** @typedef {import('./show.js').Show} Show */
 /** @typedef {import('./show.js').Run} Run */
 /** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./frame.js').DragonMotion} DragonMotion */
 /** @typedef {import('./frame.js').Nearest} Nearest */
 /** @typedef {import('./palette.js').Palette} Palette */
 /** @typedef {import('./camera.js').Camera} Camera */
@@ -25,6 +28,8 @@ const WIDE_LINE_PX = 1.5;
 const HAIRLINE = 0.99;
 /** Width of a board, in pixels, from which on its hinges are drawn. */
 const HINGES_FROM_PX = 11;
+/** Least width of the lines of several dragons, in pixels. */
+const FORMATION_LINE_PX = 2;
 /** Half the size of the head's mark. */
 const HEAD_PX = 13;
 
@@ -83,13 +88,16 @@ export class Plan {
     if (frame !== null) {
       this.#inPlane(() => this.#drawDragon(frame, run, bench));
       const { nearest } = frame;
-      const taken = [this.#drawHeadMark(frame, run), drawScaleBar(this.#screen.context, this.#camera, this.#palette.quiet)];
+      const taken = frame.dragons.map((_, number) => this.#drawHeadMark(frame, run, number));
+      taken.push(drawScaleBar(this.#screen.context, this.#camera, this.#palette.quiet));
       if (nearest !== null) {
         const { panel, halo } = this.#palette;
         const look = { text: this.#label, ink: this.#levelColour(nearest, run), ground: panel, halo };
         const label = drawNearestMark(this.#screen.context, this.#camera, frame, run, nearest, look, taken);
         if (label !== null) taken.push(label);
       }
+      const { ink, panel } = this.#palette;
+      taken.push(...drawNames(this.#screen.context, this.#camera, frame, run, { ink, ground: panel }, taken));
       this.#canvas.dataset.labels = JSON.stringify(taken);
     }
     const { x, y, scale } = this.#camera;
@@ -115,30 +123,52 @@ export class Plan {
 
   /** @param {Frame} frame @param {Run | null} run @param {number | null} bench */
   #drawDragon(frame, run, bench) {
-    const { context } = this.#screen;
     const { scale } = this.#camera;
     const colours = this.#palette;
     const width_px = board(frame, run, 0).halfWidth_m * 2 * scale;
-    if (width_px < LINE_BELOW_PX) {
-      context.strokeStyle = colours.wood;
-      // At least one canvas pixel: lines of one pixel are drawn several times as fast as wider ones.
-      const ratio = this.#screen.ratio();
-      context.lineWidth = (width_px * ratio < WIDE_LINE_PX ? HAIRLINE / ratio : width_px) / scale;
-      for (const path of lines(frame, this.#camera)) context.stroke(path);
-    } else {
-      context.lineWidth = Math.min(Math.max(width_px / 9, 0.6), 2) / scale;
-      context.fillStyle = colours.wood;
-      context.strokeStyle = colours['wood-edge'];
-      const { body, hinges } = outlines(frame, run, this.#camera, width_px >= HINGES_FROM_PX);
-      for (const path of body) {
-        context.fill(path);
-        context.stroke(path);
-      }
-      context.fillStyle = colours['wood-edge'];
-      context.fill(hinges);
-    }
-    this.#drawBench(frame, run, 0, colours.head, colours['head-edge']);
+    frame.dragons.forEach((dragon, number) => {
+      const own = run?.dragons?.[number]?.colour;
+      if (width_px < LINE_BELOW_PX) this.#drawLines(frame, dragon, width_px, own ?? colours.wood);
+      else this.#drawBoards(frame, dragon, run, width_px, own);
+      const edge = own === undefined ? colours['head-edge'] : colours.ink;
+      this.#drawBench(frame, run, dragon.first_bench, own ?? colours.head, edge, own === undefined ? 1 : 2);
+    });
     this.#drawSpecial(frame, run, bench);
+  }
+
+  /** @param {Frame} frame @param {DragonMotion} dragon @param {number} width_px @param {string} colour */
+  #drawLines(frame, dragon, width_px, colour) {
+    const { context } = this.#screen;
+    context.strokeStyle = colour;
+    // At least one canvas pixel: lines of one pixel are drawn several times as fast as wider ones.
+    const ratio = this.#screen.ratio();
+    // Colours of several dragons need wider lines.
+    const least = frame.isFormation ? Math.max(width_px, FORMATION_LINE_PX) : width_px;
+    context.lineWidth = (least * ratio < WIDE_LINE_PX ? HAIRLINE / ratio : least) / this.#camera.scale;
+    for (const path of lines(frame, dragon, this.#camera)) context.stroke(path);
+  }
+
+  /**
+   * @param {Frame} frame
+   * @param {DragonMotion} dragon
+   * @param {Run | null} run
+   * @param {number} width_px of a board
+   * @param {string | undefined} own the dragon's colour, of several
+   */
+  #drawBoards(frame, dragon, run, width_px, own) {
+    const { context } = this.#screen;
+    const colours = this.#palette;
+    const edge = own === undefined ? colours['wood-edge'] : colours.ink;
+    context.lineWidth = Math.min(Math.max(width_px / 9, 0.6), 2) / this.#camera.scale;
+    context.fillStyle = own ?? colours.wood;
+    context.strokeStyle = edge;
+    const { body, hinges } = outlines(frame, dragon, run, this.#camera, width_px >= HINGES_FROM_PX);
+    for (const path of body) {
+      context.fill(path);
+      context.stroke(path);
+    }
+    context.fillStyle = edge;
+    context.fill(hinges);
   }
 
   /**
@@ -156,6 +186,13 @@ export class Plan {
         if (one >= frame.benches) continue;
         const isHead = one === 0 && !touch.has(one);
         const colour = touch.has(one) ? colours['contact-fill'] : this.#levelFill(nearest, run);
+        const own = run?.dragons?.[dragonOf(frame, one)]?.colour;
+        if (own !== undefined) {
+          // The boards of a near pair keep the colours of their dragons.
+          const fill = touch.has(one) ? colour : own;
+          this.#drawBench(frame, run, one, fill, touch.has(one) ? colours.halo : this.#levelColour(nearest, run), 3);
+          continue;
+        }
         this.#drawBench(
           frame,
           run,
@@ -200,11 +237,13 @@ export class Plan {
     return this.#palette[/** @type {const} */ ({ contact: 'contact-fill', near: 'near-fill', free: 'pair' })[levelOf(nearest, run)]];
   }
 
-  /** Draws the head's position and heading. Returns its place. @param {Frame} frame @param {Run | null} run */
-  #drawHeadMark(frame, run) {
-    const { ux, uy } = board(frame, run, 0);
+  /** Draws the position and heading of a dragon's head. Returns its place. @param {Frame} frame @param {Run | null} run @param {number} number */
+  #drawHeadMark(frame, run, number) {
+    const { first_bench, first_handle } = frame.dragons[number];
+    const own = run?.dragons?.[number]?.colour;
+    const { ux, uy } = board(frame, run, first_bench);
     const { context } = this.#screen;
-    const [x, y] = this.#camera.toScreen(frame.handles[0], frame.handles[1]);
+    const [x, y] = this.#camera.toScreen(frame.handles[first_handle * 3], frame.handles[first_handle * 3 + 1]);
     const tip = (/** @type {number} */ along, /** @type {number} */ across) =>
       /** @type {const} */ ([x + along * ux + across * uy, y - along * uy + across * ux]);
     context.beginPath();
@@ -213,9 +252,9 @@ export class Plan {
     context.lineTo(...tip(-6, -7));
     context.closePath();
     context.lineWidth = 3;
-    context.strokeStyle = this.#palette.halo;
+    context.strokeStyle = own === undefined ? this.#palette.halo : this.#palette.ink;
     context.stroke();
-    context.fillStyle = this.#palette.head;
+    context.fillStyle = own ?? this.#palette.head;
     context.fill();
     return { left: x - HEAD_PX, top: y - HEAD_PX, wide: 2 * HEAD_PX, high: 2 * HEAD_PX };
   }

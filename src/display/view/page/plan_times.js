@@ -12,6 +12,7 @@
  * @property {Point[]} curve in order of time
  * @property {NearMiss[]} nearMisses in order of time
  * @property {{time_s: number, benches: [number, number]} | null} contact
+ * @property {number} [end_s] show time of the run's end, of several dragons
  */
 
 /**
@@ -23,6 +24,16 @@ const SAME_START = 0.01;
 /** Show time at which the head is at a travel. @param {Clock} clock @param {number} travel_m */
 export function timeAt(clock, travel_m) {
   return clock.time_s + (travel_m - clock.travel_m) / clock.speed_mps;
+}
+
+/**
+ * The times of several dragons: only the end is known. The place of their show is plan time × the leading dragon's planned speed.
+ * @param {Clock} clock
+ * @param {{end_s: number, planned_speed_mps: number}} run
+ * @returns {PlanTimes}
+ */
+export function timesOfFormation(clock, { end_s, planned_speed_mps }) {
+  return { isComplete: false, curve: [], nearMisses: [], contact: null, end_s: timeAt(clock, end_s * planned_speed_mps) };
 }
 
 /**

@@ -7,6 +7,8 @@
 
 /** Points per path: the cost of stroking a path grows faster than its length. */
 const POINTS_A_PATH = 64;
+/** Opacity of routes in the colours of several dragons, which are fainter than the boards. */
+const ROUTE_ALPHA = 0.4;
 /** Width of the line around the stage, in pixels. */
 const STAGE_PX = 2;
 
@@ -15,7 +17,7 @@ export class RouteLayer {
   #context = /** @type {CanvasRenderingContext2D} */ (this.#canvas.getContext('2d', { alpha: false }));
   #drawn = '';
   /** @type {Run | null} */ #run = null;
-  /** @type {{path: Path2D, box: Box}[]} */ #parts = [];
+  /** @type {{path: Path2D, box: Box, colour: string | null}[]} its colour with several dragons */ #parts = [];
   #stage = new Path2D();
 
   /**
@@ -40,7 +42,10 @@ export class RouteLayer {
 
   /** @param {Run | null} run */
   #read(run) {
-    [this.#run, this.#parts, this.#stage] = [run, run === null ? [] : parts(run.route), new Path2D()];
+    const lone = run === null ? [] : [{ route: run.route, colour: null }];
+    const routes = run?.dragons ?? lone;
+    this.#parts = routes.flatMap(({ route, colour }) => parts(route).map((part) => ({ ...part, colour })));
+    [this.#run, this.#stage] = [run, new Path2D()];
     const corners = run?.outline ?? [];
     for (let at = 0; at + 1 < corners.length; at += 2) this.#stage.lineTo(corners[at], corners[at + 1]);
     if (corners.length > 0) this.#stage.closePath();
@@ -60,9 +65,12 @@ export class RouteLayer {
     this.#context.lineWidth = 1 / camera.scale;
     this.#context.strokeStyle = ink;
     const seen = camera.seen(0);
-    for (const { path, box } of this.#parts) {
+    for (const { path, box, colour } of this.#parts) {
+      this.#context.strokeStyle = colour ?? ink;
+      this.#context.globalAlpha = colour === null ? 1 : ROUTE_ALPHA;
       if (box.x0 < seen.x1 && box.x1 > seen.x0 && box.y0 < seen.y1 && box.y1 > seen.y0) this.#context.stroke(path);
     }
+    this.#context.globalAlpha = 1;
   }
 }
 

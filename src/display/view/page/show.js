@@ -4,6 +4,18 @@
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./commands.js').CommandEvent} CommandEvent */
 /**
+ * @typedef {object} NamedDragon a dragon of several
+ * @property {string} name
+ * @property {string} colour #rrggbb
+ * @property {number} benches
+ * @property {number} first_bench
+ * @property {number} first_handle
+ * @property {number} width_m
+ * @property {number} hole_offset_m
+ * @property {number[]} route x, y, x, y, …
+ */
+/** @typedef {{dragons?: string[], indices?: number[]}} Named of benches: with several dragons, their names and the indices within them */
+/**
  * @typedef {object} Run the constant properties of a run
  * @property {number} run_id
  * @property {number} benches
@@ -21,13 +33,14 @@
  * @property {number[]} route x, y, x, y, …
  * @property {[number, number, number, number]} view low and high corner of the part of the plane to show at first
  * @property {number[]} outline x, y, x, y, … of the stage's corners; empty without an outline
+ * @property {NamedDragon[]} [dragons] of several dragons, the leading one first. The lengths and the route before are then its own.
  */
 /** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */
 /** @typedef {{travel_m: number, time_s: number, wall_s: number}} Arrival travel, its show time, and wall time until then */
 /**
  * @typedef {{kind: 'unknown'} | ({kind: 'free', is_end: boolean} & Arrival)
- *   | ({kind: 'contact', benches: [number, number]} & Arrival)
- *   | ({kind: 'guard_stop', benches: [number, number] | null} & Arrival) | ({kind: 'rest'} & Arrival)} Outlook
+ *   | ({kind: 'contact', benches: [number, number]} & Arrival & Named)
+ *   | ({kind: 'guard_stop', benches: [number, number] | null} & Arrival & Named) | ({kind: 'rest'} & Arrival)} Outlook
  */
 /**
  * @typedef {object} Server the server's status
@@ -97,6 +110,8 @@
  * @property {string} kind
  * @property {number} time_s
  * @property {[number, number] | null} benches
+ * @property {string[]} [dragons] of these benches, with several dragons
+ * @property {number[]} [indices] of these benches within their dragons
  * @property {number | null} bench of an alert about one bench
  * @property {number | null} clearance_m
  * @property {[number, number] | null} point_m
@@ -183,8 +198,22 @@ export class Show {
     this.commands = [];
   }
 
+  /** The nearest pair of the frame with its names; `null` without one. */
+  nearestPair() {
+    const nearest = this.frame?.nearest ?? null;
+    return nearest === null ? null : { ...nearest, ...namesOf(nearest.benches, this.runOfFrame()) };
+  }
+
   /** The frame's run, if it is known. */
   runOfFrame() {
     return this.frame !== null && this.run?.run_id === this.frame.run_id ? this.run : null;
   }
+}
+
+/** The dragons of benches; nothing with one dragon. @param {readonly number[]} benches @param {Run | null} run @returns {Named} */
+export function namesOf(benches, run) {
+  const dragons = run?.dragons;
+  if (dragons === undefined) return {};
+  const members = benches.map((bench) => dragons.findLast(({ first_bench }) => first_bench <= bench) ?? dragons[0]);
+  return { dragons: members.map(({ name }) => name), indices: members.map(({ first_bench }, at) => benches[at] - first_bench) };
 }

@@ -8,7 +8,7 @@ import { element, write } from './element.js';
 import { placeFlags } from './flags.js';
 import * as format from './format.js';
 import { Levels } from './levels.js';
-import { planInWords, planOverTime, plannedAt } from './plan_times.js';
+import { planInWords, planOverTime, plannedAt, timesOfFormation } from './plan_times.js';
 import { Axis, line } from './timeline_axis.js';
 import { drawMeasured, drawPlan } from './timeline_curves.js';
 
@@ -92,9 +92,9 @@ export class Timeline {
     if (run === null) return;
     const { plan, chart, status } = show;
     const clock = status?.clock ?? null;
-    this.times = plan === null || clock === null ? NO_PLAN : planOverTime(plan, clock, run);
+    this.times = timesOf(plan, clock, run);
     // A head that walks slower than planned still walks after the planned end.
-    const end_s = Math.max(run.end_s, this.times.curve.at(-1)?.time_s ?? run.end_s);
+    const end_s = Math.max(run.end_s, this.times.end_s ?? this.times.curve.at(-1)?.time_s ?? run.end_s);
     this.#axis = new Axis(run.start_s, end_s, this.#width, this.#height);
     const { context } = this.#screen;
     const levels = new Levels(chart, this.times.curve, this.#axis.top, this.#axis.bottom);
@@ -258,11 +258,10 @@ export class Timeline {
     const at = (/** @type {number} */ mark_s, /** @type {number} */ digits) =>
       `at ${format.fixed(mark_s, digits)} s (${format.minutes(mark_s)})`;
     if (contact !== null && isAt(contact))
-      return `${at(contact.time_s, 3)}: planned contact, ${format.pair(contact.benches)}`;
+      return `${at(contact.time_s, 3)}: planned contact, ${format.pair(contact)}`;
     const nearest = nearMisses.filter(isAt).sort((a, b) => a.clearance_m - b.clearance_m)[0];
     if (nearest !== undefined) {
-      const { clearance_m, benches } = nearest;
-      return `${at(nearest.time_s, 3)}: near miss ${format.millimetres(clearance_m)} mm, ${format.pair(benches)}`;
+      return `${at(nearest.time_s, 3)}: near miss ${format.millimetres(nearest.clearance_m)} mm, ${format.pair(nearest)}`;
     }
     const bin = chart === null ? -1 : Math.floor((time_s - chart.start_s) / chart.step_s);
     const measured_m = chart?.least_m[Math.min(bin, chart.least_m.length - 1)] ?? NaN;
@@ -272,4 +271,11 @@ export class Timeline {
     if (Number.isFinite(planned_m)) words.push(`planned ${format.millimetres(planned_m)} mm`);
     return `${at(time_s, 1)}: ${words.join(', ') || 'unknown'}`;
   }
+}
+
+/** The plan over show time. @param {Show['plan']} plan @param {import('./plan_times.js').Clock | null} clock @param {Run} run */
+function timesOf(plan, clock, run) {
+  if (clock === null) return NO_PLAN;
+  if (run.dragons !== undefined) return timesOfFormation(clock, run);
+  return plan === null ? NO_PLAN : planOverTime(plan, clock, run);
 }
