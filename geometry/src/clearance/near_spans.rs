@@ -7,7 +7,8 @@
 //!    between both times, and all points that are no further from it than a point of a board from a handle.
 //! 2. Two dragons do not meet between two times if the mean of their clearances at both exceeds the limit by more than half of the
 //!    displacements of their boards (see `coverage`). Else the span is halved, down to a few strides.
-//! 3. In what is left, [`BetweenSearch`] searches the dragons that may meet.
+//! 3. In what is left, [`BetweenSearch`] searches the dragons that may meet. Spans that follow each other are searched as one, if no
+//!    other dragons may meet.
 
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -22,7 +23,10 @@ use crate::dragon::board::Board;
 use crate::formation::{Formation, Planned};
 
 /// Walk of a head in the shortest spans, in lengths of the shorter link.
-const SPAN_LINKS: f64 = 1.0;
+const SPAN_LINKS: f64 = 2.0;
+
+/// Longest span that is searched as one, in shortest spans.
+const MOST_JOINED: f64 = 32.0;
 
 /// Most squares that cover a way.
 const MOST_SQUARES: f64 = 2000.0;
@@ -49,9 +53,12 @@ pub(super) fn first_near(
         SPAN_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1)) / timetable.most_speed_mps()
     };
     let shortest_s = formation.dragons().iter().map(span_s).fold(f64::INFINITY, f64::min);
-    let mut search = NearSpans { formation, clearance_m, shortest_s, found: Ok(None) };
+    let open = Span { times_s: [from_s; 2], members: Vec::new() };
+    let mut search = NearSpans { formation, clearance_m, shortest_s, open, found: Ok(None) };
     let ends = [from_s, to_s].map(|time_s| search.poses(&pairs, time_s));
-    let _ = search.walk([from_s, to_s], &ends, &pairs);
+    if search.walk([from_s, to_s], &ends, &pairs).is_continue() {
+        let _ = search.close();
+    }
     search.found
 }
 
@@ -80,7 +87,16 @@ struct NearSpans<'a> {
     clearance_m: f64,
     /// Longest span that is not halved.
     shortest_s: f64,
+    /// The last span, which is not searched yet.
+    open: Span,
     found: Result<Option<Meeting>, Unfinished>,
+}
+
+/// A span of plan time.
+struct Span {
+    times_s: [f64; 2],
+    /// The dragons that may meet in it, in order.
+    members: Vec<usize>,
 }
 
 impl NearSpans<'_> {
@@ -106,7 +122,7 @@ impl NearSpans<'_> {
             || middle_s <= from_s
             || middle_s >= to_s
         {
-            return self.search([from_s, to_s], &near);
+            return self.add([from_s, to_s], &near);
         }
         let middle = self.poses(&near, middle_s);
         let halves = [[ends[0].clone(), middle.clone()], [middle, ends[1].clone()]];
@@ -121,18 +137,35 @@ impl NearSpans<'_> {
         0.5 * (clearances_m[0] + clearances_m[1] - drifts_m[0] - drifts_m[1]) <= self.clearance_m + GRAZE_M
     }
 
-    /// Searches the dragons of these pairs with all their boards.
-    fn search(&mut self, [from_s, to_s]: [f64; 2], pairs: &[[usize; 2]]) -> ControlFlow<()> {
+    /// Adds a span to the open one, or searches that one and opens another.
+    fn add(&mut self, [from_s, to_s]: [f64; 2], pairs: &[[usize; 2]]) -> ControlFlow<()> {
         let mut members: Vec<usize> = pairs.concat();
         members.sort_unstable();
         members.dedup();
+        let [open_s, end_s] = self.open.times_s;
+        let is_same = self.open.members == members && end_s == from_s;
+        if is_same && to_s - open_s <= MOST_JOINED * self.shortest_s {
+            self.open.times_s[1] = to_s;
+            return ControlFlow::Continue(());
+        }
+        self.close()?;
+        self.open = Span { times_s: [from_s, to_s], members };
+        ControlFlow::Continue(())
+    }
+
+    /// Searches the open span with all boards of its dragons. Breaks as soon as the search has ended.
+    fn close(&mut self) -> ControlFlow<()> {
+        let Span { times_s: [from_s, to_s], members } = &self.open;
+        if members.is_empty() {
+            return ControlFlow::Continue(());
+        }
         let part = Formation::new(members.iter().map(|&dragon| self.formation.dragons()[dragon].clone()).collect());
         let layout = self.formation.layout();
         let bench = |bench: usize| {
             let (member, index) = part.layout().place(bench);
             layout.benches_of(members[member]).start + index
         };
-        let found = BetweenSearch::new(&part, self.clearance_m).first(from_s, to_s);
+        let found = BetweenSearch::new(&part, self.clearance_m).first(*from_s, *to_s);
         self.found = found.map(|met| met.map(|met| Meeting { benches: met.benches.map(bench), ..met }));
         if matches!(self.found, Ok(None)) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
