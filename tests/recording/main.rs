@@ -1,6 +1,7 @@
 //! Recordings: recorded frames are read back bit for bit, whatever happens to the recorder, the file or the disk.
 
 mod dance;
+mod dragons;
 mod full_disk;
 mod in_place;
 mod kill;

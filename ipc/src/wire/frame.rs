@@ -94,6 +94,19 @@ impl FrameHeader {
 
     /// Whether the dragons follow each other and have all benches of the frame, and this number of handles. Frames of the bus and of
     /// recordings have been checked by it.
+    ///
+    /// ```
+    /// use bench_dragon_ipc::{DragonMotion, FrameHeader};
+    ///
+    /// let motion = |first_handle, bench_count| DragonMotion { first_handle, bench_count, ..DragonMotion::default() };
+    /// let of = |dragons: &[DragonMotion]| FrameHeader { bench_count: 3, ..FrameHeader::default() }.of_plan([0.0; 2], dragons);
+    /// let header = of(&[motion(0, 2), motion(3, 1)]).expect("not too many dragons");
+    /// assert!(header.has_handles(5) && !header.has_handles(4));
+    /// assert_eq!((header.place(1), header.place(2)), ((0, 1), (1, 0)));
+    /// for wrong in [&[motion(0, 2), motion(2, 1)][..], &[motion(0, 2)], &[]] {
+    ///     assert!(!of(wrong).expect("not too many dragons").has_handles(5), "{wrong:?}");
+    /// }
+    /// ```
     pub fn has_handles(&self, count: usize) -> bool {
         let (mut handles, mut benches) = (0, 0);
         let follow = self.dragons().iter().all(|dragon| {
