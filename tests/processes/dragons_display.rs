@@ -32,8 +32,8 @@ start_y_m = -20
 start_heading_deg = 90
 segments = [{ kind = "line", length_m = 60 }]
 "##;
-/// The palette's first colour, which silver gets.
-const SILVER: &str = "#0072b2";
+/// The palette's first colour, which silver gets, as a picture in a report has it.
+const SILVER: &str = "%230072b2";
 
 fn stage_with_crossing() -> Stage {
     let stage = Stage::new();
@@ -41,8 +41,8 @@ fn stage_with_crossing() -> Stage {
     stage
 }
 
-/// Serves the crossing two seconds before the contact, paused.
-const PAUSED: [&str; 5] = ["--config", "crossing.toml", "--start-at", "17", "--paused"];
+/// Serves the crossing half a second before the contact, paused.
+const PAUSED: [&str; 5] = ["--config", "crossing.toml", "--start-at", "19", "--paused"];
 
 #[test]
 fn status_frames_and_metrics_name_each_dragon() {
@@ -58,11 +58,11 @@ fn status_frames_and_metrics_name_each_dragon() {
     let silver = &status["dragons"][1];
     assert_eq!(
         (&silver["name"], &silver["state"], &silver["travel_m"]),
-        (&json!("silver"), &json!("standing"), &json!(17.0))
+        (&json!("silver"), &json!("standing"), &json!(19.0))
     );
     let text = stage.run(&["ctl", "status"]).stdout;
     for part in
-        ["gold at 0.000 m/s", " mm, gold 0 and silver 0\n", "  silver: standing, 0.000 m/s, 17.000 m of travel\n"]
+        ["gold at 0.000 m/s", " mm, gold 0 and silver 0\n", "  silver: standing, 0.000 m/s, 19.000 m of travel\n"]
     {
         assert!(text.contains(part), "{part:?} is missing in\n{text}");
     }
@@ -73,10 +73,10 @@ fn status_frames_and_metrics_name_each_dragon() {
         if text.contains("head_travel_meters") { Ok(text) } else { Err(text) }
     });
     for name in ["gold", "silver"] {
-        let line = format!("bench_dragon_head_travel_meters{{dragon=\"{name}\"}} 17\n");
+        let line = format!("bench_dragon_head_travel_meters{{dragon=\"{name}\"}} 19\n");
         assert!(metrics.contains(&line), "{line} is missing in\n{metrics}");
     }
-    assert!(!metrics.contains("head_travel_meters 17"), "no sample without a dragon:\n{metrics}");
+    assert!(!metrics.contains("head_travel_meters 19"), "no sample without a dragon:\n{metrics}");
     exporter.stop();
 
     let view = View::of(&stage);
@@ -139,7 +139,7 @@ fn the_report_of_a_show_names_and_draws_both_dragons_at_their_nearest() {
     assert_eq!(summary["outcome"]["dragons"], json!(["gold", "silver"]), "{summary}");
     assert_eq!(summary["least_clearance"]["dragons"], json!(["gold", "silver"]), "{summary}");
     let report = fs::read_to_string(stage.path("night/report.html")).expect("a report");
-    for part in ["mm between gold 0 and silver 0", "gold bench 4", "silver bench 4", "#c8a04a", SILVER] {
+    for part in ["mm between gold 0 and silver 0", "gold%20bench%204", "silver%20bench%204", "%23c8a04a", SILVER] {
         assert!(report.contains(part), "{part} is missing in the report");
     }
 }
@@ -161,11 +161,12 @@ fn the_guard_stops_the_show_before_two_dragons_that_it_names() {
 fn the_page_draws_each_dragon_in_its_colour_and_no_board_between_them() {
     let Some(browser) = Browser::find() else { return };
     let stage = stage_with_crossing();
-    let server = stage.serve(&PAUSED);
+    // Ten metres before the crossing, so that there is room between the two.
+    let server = stage.serve(&["--config", "crossing.toml", "--start-at", "10", "--paused"]);
     let view = View::of(&stage);
     let mut page = browser.play("page_dragons.mjs", &[&view.url]);
     let picture = page.json();
-    assert_eq!((&picture["dragons"], &picture["pair"]), (&json!("2"), &json!("gold 0 and silver 0")), "{picture}");
+    assert_eq!((&picture["dragons"], &picture["pair"]), (&json!("2"), &json!("gold 0 and gold 2")), "{picture}");
     assert_eq!(
         (&picture["gold"], &picture["silver"], &picture["between"]),
         (&json!(true), &json!(true), &json!(false)),
