@@ -17,7 +17,9 @@ const NEAR_M: f64 = 0.002;
 
 fn delays_of(pair: &DragonPair) -> DelaySet {
     let mut delays = DelaySet::default();
-    pair.zones().expect("no limit of work").iter().for_each(|zone| delays.extend(&zone.delays));
+    for zone in pair.zones().expect("no limit of work") {
+        delays.extend(&zone.delays);
+    }
     delays
 }
 

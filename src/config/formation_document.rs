@@ -210,7 +210,7 @@ fn named(
     let colour = colour_of(colour)?;
     require("head", "start_s", leaves_s, &LEAVES_S)?;
     let ground = ground.filter(|ground| !ground.is_empty()).unwrap_or_else(|| shared.ground.clone());
-    let mut tables = Document { dragon, route, head, ground, ..shared.clone() };
+    let mut tables = Document { dragon, route, ground, head, ..shared.clone() };
     // Another dragon may be drawn.
     if !tables.route.is_drawing() && !tables.ground.is_file() {
         tables.origin = OriginTable::default();

@@ -115,7 +115,7 @@ fn a_dragon_that_ends_on_the_way_of_another_one_needs_another_order() {
 fn dragons_that_wait_for_each_other_in_a_circle_get_one_line() {
     // Each head is just before the body of the next dragon, around a triangle with sides of 4 m.
     let corner = |k: u32| (f64::from(k) * 120.0).to_radians().sin_cos();
-    let dragons: String = (0..3)
+    let dragons: Vec<String> = (0..3)
         .map(|k| {
             let [(y0, x0), (y1, x1)] = [corner(k), corner(k + 1)];
             let radius_m = 4.0 / 3.0_f64.sqrt();
@@ -129,7 +129,7 @@ fn dragons_that_wait_for_each_other_in_a_circle_get_one_line() {
             )
         })
         .collect();
-    let stage = stage_with(&dragons);
+    let stage = stage_with(&dragons.concat());
     for order in [&[][..], &["--order"]] {
         let text = run(&stage, &[&["--clearance", "0"], order].concat()).expect_clean().stdout;
         assert!(

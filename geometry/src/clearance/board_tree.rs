@@ -86,22 +86,24 @@ impl BoardTree {
 
     /// The two nearest boards, one of each tree, and their clearance.
     pub(super) fn nearest(&self, other: &Self) -> ([usize; 2], f64) {
+        self.nearest_over(other, f64::NEG_INFINITY)
+    }
+
+    /// The same; or, if some boards have a clearance of at most `enough_m`, any two such boards.
+    pub(super) fn nearest_over(&self, other: &Self, enough_m: f64) -> ([usize; 2], f64) {
         let mut nearest = ([0, 0], f64::INFINITY);
-        self.visit(
-            other,
-            [self.root(), other.root()],
-            &mut |benches, nearest_m| {
-                let [ours, theirs] = [&self.boards[benches[0]], &other.boards[benches[1]]];
-                if ours.gap_m(theirs) < nearest_m {
-                    let clearance_m = ours.clearance(theirs);
-                    if clearance_m < nearest.1 {
-                        nearest = (benches, clearance_m);
-                    }
+        let mut look = |benches: [usize; 2], nearest_m: f64| {
+            let [ours, theirs] = [&self.boards[benches[0]], &other.boards[benches[1]]];
+            if ours.gap_m(theirs) < nearest_m {
+                let clearance_m = ours.clearance(theirs);
+                if clearance_m < nearest.1 {
+                    nearest = (benches, clearance_m);
                 }
-                nearest.1
-            },
-            &mut f64::INFINITY.clone(),
-        );
+            }
+            // Nothing is nearer than −∞, which ends the search.
+            if nearest.1 <= enough_m { f64::NEG_INFINITY } else { nearest.1 }
+        };
+        self.visit(other, [self.root(), other.root()], &mut look, &mut f64::INFINITY.clone());
         nearest
     }
 
@@ -146,6 +148,8 @@ impl BoardTree {
             theirs.halves().map(|half| (other.circles[half.index].gap_m(&circles[0]), [ours, half]))
         };
         parts.sort_by(|one, other| one.0.total_cmp(&other.0));
-        parts.into_iter().for_each(|(_, nodes)| self.visit(other, nodes, look, reach_m));
+        for (_, nodes) in parts {
+            self.visit(other, nodes, look, reach_m);
+        }
     }
 }

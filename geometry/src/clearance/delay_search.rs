@@ -96,6 +96,15 @@ fn delays_of(cell: &Cell) -> [f64; 2] {
     [cell[0].span_s[0] - cell[1].span_s[1], cell[0].span_s[1] - cell[1].span_s[0]]
 }
 
+/// The side that is to be halved next, of those that are long and on which the dragon walks.
+fn longer_side(cell: &Cell, drifts_m: [f64; 2], is_long: impl Fn(usize) -> bool) -> Option<usize> {
+    match [0, 1].map(|i| !cell[i].stands() && is_long(i)) {
+        [true, true] => Some(usize::from(drifts_m[1] > drifts_m[0])),
+        [false, false] => None,
+        [is_first, _] => Some(usize::from(!is_first)),
+    }
+}
+
 /// The work of a search has reached its limit.
 pub(super) struct OutOfWork;
 
@@ -153,18 +162,9 @@ impl<'a> DelaySearch<'a> {
             }
         }
         let is_long = |i: usize| cell[i].length_s() > self.walkers[i].stride_s();
-        match self.longer_side(cell, look.drifts_m, is_long) {
+        match longer_side(cell, look.drifts_m, is_long) {
             Some(side) => self.add_halves(cell, side),
             None => self.add_short(cell, look.drifts_m),
-        }
-    }
-
-    /// The side that is to be halved next, of those that are long and on which the dragon walks.
-    fn longer_side(&self, cell: &Cell, drifts_m: [f64; 2], is_long: impl Fn(usize) -> bool) -> Option<usize> {
-        match [0, 1].map(|i| !cell[i].stands() && is_long(i)) {
-            [true, true] => Some(usize::from(drifts_m[1] > drifts_m[0])),
-            [false, false] => None,
-            [is_first, _] => Some(usize::from(!is_first)),
         }
     }
 
@@ -193,7 +193,7 @@ impl<'a> DelaySearch<'a> {
             |benches: [usize; 2]| Tube { benches, speed_mps: speed_mps(0, benches[0]).max(speed_mps(1, benches[1])) };
         let tubes: Vec<Tube> = pairs.into_iter().map(tube).collect();
         if tubes.iter().any(|tube| !tube.speed_mps.is_finite())
-            && let Some(side) = self.longer_side(cell, drifts_m, |i| cell[i].length_s() > RESOLUTION_S)
+            && let Some(side) = longer_side(cell, drifts_m, |i| cell[i].length_s() > RESOLUTION_S)
         {
             // A tight bend, for which only shorter intervals have a bound.
             return self.add_halves(cell, side);

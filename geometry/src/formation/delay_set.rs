@@ -44,7 +44,9 @@ impl DelaySet {
 
     /// Adds all intervals of another set.
     pub fn extend(&mut self, other: &Self) {
-        other.0.iter().for_each(|interval| self.insert(*interval));
+        for interval in &other.0 {
+            self.insert(*interval);
+        }
     }
 
     /// Adds the gaps that are shorter than `least_s`.

@@ -97,7 +97,9 @@ impl Schedule {
             let mut zones = pair.zones().ok_or(*indices)?;
             zones.sort_by(|one, other| one.times_s[0][0].total_cmp(&other.times_s[0][0]));
             let mut delays = DelaySet::default();
-            zones.iter().for_each(|zone| delays.extend(&zone.delays));
+            for zone in &zones {
+                delays.extend(&zone.delays);
+            }
             Ok(Conflict { dragons: *indices, pair, zones, delays })
         };
         let conflicts: Vec<Result<Conflict, [usize; 2]>> = pairs.par_iter().map(conflict).collect();

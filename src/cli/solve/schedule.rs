@@ -123,7 +123,7 @@ pub(super) fn run(args: &ScheduleArgs) -> anyhow::Result<()> {
     };
     let (order, starts_s) = match scheduled {
         Ok(found) => found,
-        Err(blocked) => return impossible(args, reason(&blocked, &names, clearance_m, args.order)),
+        Err(blocked) => return impossible(args, &reason(&blocked, &names, clearance_m, args.order)),
     };
     let passings = schedule.passings(&starts_s);
     let answer = ScheduleAnswer {
@@ -166,8 +166,8 @@ fn undecided(args: &ScheduleArgs, [one, other]: [&str; 2]) -> anyhow::Result<()>
     no_plan(args, &text, ScheduleAnswer { undecided: Some(text.clone()), ..ScheduleAnswer::default() })
 }
 
-fn impossible(args: &ScheduleArgs, text: String) -> anyhow::Result<()> {
-    no_plan(args, &text, ScheduleAnswer { impossible: Some(text.clone()), ..ScheduleAnswer::default() })
+fn impossible(args: &ScheduleArgs, text: &str) -> anyhow::Result<()> {
+    no_plan(args, text, ScheduleAnswer { impossible: Some(text.to_owned()), ..ScheduleAnswer::default() })
 }
 
 /// Prints an answer without a plan.
