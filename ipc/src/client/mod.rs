@@ -15,6 +15,7 @@ pub use reader_reports::ReaderReports;
 pub use readers::{
     AlertSubscriber, CommandEventReader, Description, DescriptionReader, ReplayStatusReader, StatusReader,
 };
+pub use report_publisher::ReportCount;
 pub use show::{LentFrame, Show};
 pub use source_state::SourceState;
 pub use subscriber::{Frame, FrameSubscriber};
