@@ -60,7 +60,7 @@ mod wire;
 
 pub use client::{
     AlertSubscriber, CommandClient, CommandEventReader, Continuity, ContinuityTracker, Description, DescriptionReader,
-    Frame, FrameSubscriber, LentFrame, ReaderReports, ReplayStatusReader, Show, SourceState, StatusReader,
+    Frame, FrameSubscriber, LentFrame, ReaderReports, ReplayStatusReader, ReportCount, Show, SourceState, StatusReader,
 };
 pub use domain::{
     BusError, Census, Cleared, Domain, DomainError, ForeignFile, Instance, MAX_ROOT_PATH_LEN, NodeEntry, SegmentWatch,

@@ -82,12 +82,34 @@ pub enum FaultKind {
     SlowDisk(u64, u64),
     /// The machine loses its power. What was not synced is lost. A new show begins.
     PowerLoss,
+    /// Another observer begins to look, as `ctl status` does.
+    FreshObserver,
     /// An operator sends a command.
     Command(Operator, Request),
     /// An operator submits so many commands of a seed at a desk, at once.
     Flurry(usize, u64, u64),
     /// The timecode's sender fails.
     Timecode(TimecodeFault),
+}
+
+impl FaultKind {
+    /// Time for which the fault may disturb a process; `None` for what is no fault of one.
+    pub(crate) fn disturbs_ns(self) -> Option<u64> {
+        match self {
+            Self::Command(..) | Self::Flurry(..) | Self::Timecode(_) | Self::FreshObserver => None,
+            Self::Kill(_) | Self::KillInWrite(_) | Self::PowerLoss => Some(0),
+            Self::Stop(_, ns)
+            | Self::Overrun(ns)
+            | Self::ClockStands(ns)
+            | Self::LoseRequests(ns)
+            | Self::LoseReplies(ns)
+            | Self::LoseFrames(ns)
+            | Self::SecondGuard(ns)
+            | Self::FullDisk(_, ns)
+            | Self::SlowDisk(_, ns) => Some(ns),
+            Self::DelayRequests(ns, later_ns) | Self::SlowProofs(ns, later_ns) => Some(ns + later_ns),
+        }
+    }
 }
 
 impl fmt::Display for Fault {
@@ -104,6 +126,9 @@ pub(crate) fn draw(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: boo
     let mut faults = draw_usual(seed, until_ns, seek_s, has_timecode);
     faults.extend(draw_flurries(seed, until_ns));
     faults.extend(draw_recorder(seed, until_ns));
+    let mut dice = Dice::new(seed, 14);
+    let mean_s = dice.scaled(5.0, 600.0);
+    faults.extend(instants(&mut dice, mean_s, until_ns, |_| FaultKind::FreshObserver));
     faults.sort_by_key(|fault| fault.at_ns);
     faults
 }

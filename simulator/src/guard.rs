@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use bench_dragon::safety::guard::{ClearanceCheck, Guard};
 use bench_dragon::safety::monitor::Monitor;
-use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Refusal, Request, ShowState, Status};
+use bench_dragon_ipc::{
+    Alert, AlertKind, ContinuityTracker, FrameHeader, HandleState, ReaderReport, Refusal, ReportCount, Request,
+    ShowState, Status,
+};
 
 use crate::scenario::Scenario;
 
@@ -35,6 +38,9 @@ pub(crate) struct GuardProcess<'a> {
     /// Whether an operator started it, and not the supervisor.
     pub(crate) is_foreign: bool,
     pub(crate) frames: VecDeque<BufferedFrame>,
+    /// Its report to those who watch the show.
+    pub(crate) report: ReportCount,
+    tracker: ContinuityTracker,
     watched: Option<Watched<'a>>,
 }
 
@@ -80,6 +86,7 @@ pub(crate) struct Findings {
     pub(crate) faults: u64,
     /// The frames of an unguarded show.
     pub(crate) read: Vec<ReadFrame>,
+    pub(crate) report: Option<ReaderReport>,
 }
 
 /// A frame that the monitor of an unguarded show has read.
@@ -97,7 +104,9 @@ pub(crate) struct ReadFrame {
 impl<'a> GuardProcess<'a> {
     pub(crate) fn new(life: u64, is_foreign: bool) -> Self {
         let (frames, stopped_until_ns) = (VecDeque::new(), 0);
-        Self { life, stopped_until_ns, has_joined: false, is_foreign, frames, watched: None }
+        let report = ReportCount::new("monitor", life.into(), life as u32);
+        let tracker = ContinuityTracker::default();
+        Self { life, stopped_until_ns, has_joined: false, is_foreign, frames, report, tracker, watched: None }
     }
 
     /// Puts a frame into the buffer, which drops its oldest frame if it is full.
@@ -113,11 +122,17 @@ impl<'a> GuardProcess<'a> {
         let mut findings = Findings::default();
         while let Some(frame) = self.frames.pop_front() {
             let run_id = frame.header.run_id;
+            self.tracker.track(&frame.header);
+            self.report.count(&frame.header, self.tracker.lost());
             if self.watched.as_ref().is_none_or(|watched| watched.run_id != run_id) {
                 self.watched = Some(Watched::new(scenario, run_id));
             }
             let watched = self.watched.as_mut().expect("begun where it was missing");
             watched.take(frame, &mut findings);
+        }
+        // No frame is unread, so the report is due after a second.
+        if self.report.is_due(1) {
+            findings.report = self.report.take();
         }
         findings
     }

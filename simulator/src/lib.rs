@@ -15,6 +15,7 @@ mod dice;
 mod disk;
 mod fault;
 mod guard;
+mod observer;
 mod promises;
 mod recorder;
 mod scenario;

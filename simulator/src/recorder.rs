@@ -8,7 +8,7 @@ use std::time::Duration;
 use bench_dragon::recording::on_disk::{FrameBuffer, RecordingWriter, WriterFault, WriterJob, frames_in_flight};
 use bench_dragon::recording::{Configuration, RecordError, RecorderSettings};
 use bench_dragon_ipc::service::frame_buffer;
-use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState};
+use bench_dragon_ipc::{Alert, CommandEvent, ContinuityTracker, FrameHeader, HandleState, ReportCount};
 
 use crate::disk::{ProcessLife, SimulatedDisk, WaitingSyncs};
 use crate::promises::{RecordingBook, frame_hash};
@@ -34,6 +34,9 @@ pub(crate) struct RecorderProcess {
     frames_in_flight: usize,
     most_in_flight: usize,
     run_id: Option<u64>,
+    /// Its report to those who watch the show.
+    pub(crate) report: ReportCount,
+    tracker: ContinuityTracker,
     writer: RecordingWriter,
     started_ns: u64,
     /// Instant at which the disk has taken the last write.
@@ -75,6 +78,8 @@ impl RecorderProcess {
             frames_in_flight: 0,
             most_in_flight: frames_in_flight(show.handles * size_of::<HandleState>()),
             run_id: None,
+            report: ReportCount::new("record", life.into(), life as u32),
+            tracker: ContinuityTracker::default(),
             writer,
             started_ns: now_ns,
             busy_until_ns: now_ns,
@@ -92,11 +97,13 @@ impl RecorderProcess {
 
     /// Reads all frames for which there is a buffer, and the alerts and events before each. `now_ns` is the arrival.
     pub(crate) fn read(&mut self, show: &RecordedShow<'_>, now_ns: u64) {
-        while self.frames_in_flight < self.most_in_flight {
+        while self.has_buffer() {
             let frame = self.frames.pop_front();
             self.take_messages(now_ns);
             let Some((header, handles)) = frame else { return };
             self.is_heard = true;
+            self.tracker.track(&header);
+            self.report.count(&header, self.tracker.lost());
             if self.run_id.replace(header.run_id) != Some(header.run_id) {
                 let configuration = Configuration { run_id: header.run_id, toml: show.toml.to_owned() };
                 self.jobs.push_back(WriterJob::Describe(configuration));
@@ -107,6 +114,11 @@ impl RecorderProcess {
             self.jobs.push_back(WriterJob::Frame(buffer));
             self.frames_in_flight += 1;
         }
+    }
+
+    /// Whether it has a buffer for another frame.
+    pub(crate) fn has_buffer(&self) -> bool {
+        self.frames_in_flight < self.most_in_flight
     }
 
     fn take_messages(&mut self, now_ns: u64) {

@@ -10,7 +10,7 @@ use bench_dragon::source::{CommandLog, Moment, answer_command};
 use bench_dragon_ipc::service::MAX_ACTIVE_REQUESTS;
 use bench_dragon_ipc::{
     CommandEvent, CommandReply, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart, Sender, ShowState,
-    Status, Stops, TimecodeKind,
+    Status, Stops, TimecodeKind, TimecodeState,
 };
 use rtrb::{Consumer, Producer};
 
@@ -219,6 +219,8 @@ impl Server {
         let motion = self.simulation.motion();
         let (head, limits) = (motion.head(), motion.limits());
         let travel = |travel_m: Option<f64>| travel_m.unwrap_or(Status::NONE);
+        let followed = self.following.as_ref().map(|(following, _)| following.timecode());
+        let (timecode_kind, timecode) = followed.unwrap_or((TimecodeKind::None, TimecodeState::None));
         Status {
             run_id: self.run_id,
             tick: self.tick.saturating_sub(1),
@@ -232,6 +234,8 @@ impl Server {
             rate_hz: self.schedule.rate_hz(),
             state: head.state.to_wire(),
             stops: motion.stops().to_wire(),
+            timecode: timecode.to_wire(),
+            timecode_kind: timecode_kind.to_wire(),
             ..Status::default()
         }
     }

@@ -25,11 +25,13 @@ mod osc_address;
 mod outlet;
 mod psn_names;
 mod slip_sender;
+mod source_pace;
 mod udp_sender;
 
 pub use axis_order::{AxisOrder, AxisOrderError};
 pub use bench_selection::{BenchSelection, BenchSelectionError};
 pub use latest_frame::{Freshness, LatestFrame, StaleAfter, StaleAfterError, freshness};
 pub use outlet::{Delivery, MAX_PACKET_LEN, Outage, OutageChange, Outlet, Packets};
+pub use source_pace::SourcePace;
 pub use stage_transform::StageTransform;
 pub use udp_sender::{UdpSender, UdpTarget};

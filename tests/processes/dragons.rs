@@ -33,7 +33,9 @@ fn record(stage: &Stage, file: &str) -> Vec<Shot> {
     let shots = reader.read_to_end();
     await_frames(&stage.path(file));
     server.summary();
-    let summary = recorder.terminate().expect_clean().last_json();
+    let ended = recorder.terminate();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+    let summary = ended.last_json();
     assert_eq!((&summary["lost"], &summary["files"]), (&json!(0), &json!([file])), "{summary}");
     shots
 }

@@ -81,7 +81,7 @@ fn a_limit_that_the_program_may_raise_is_raised() {
 fn too_little_shared_memory_is_reported_before_anything_is_created() {
     for (options, what) in [
         ("size=64k", "/dev/shm has less than the 6.3 MB free"),
-        ("size=8m", "/dev/shm has less than the 57.7 MB free"),
+        ("size=8m", "/dev/shm has less than the 57.5 MB free"),
         ("ro", "/dev/shm cannot be written (Read-only file system"),
     ] {
         let launcher = with_shared_memory(options);

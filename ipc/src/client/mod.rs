@@ -14,6 +14,7 @@ pub use readers::{
     AlertSubscriber, CommandEventReader, Description, DescriptionReader, ReaderReports, ReplayStatusReader,
     StatusReader,
 };
+pub use report_publisher::ReportCount;
 pub use show::{LentFrame, Show};
 pub use source_state::SourceState;
 pub use subscriber::{Frame, FrameSubscriber};

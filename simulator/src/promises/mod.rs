@@ -109,6 +109,12 @@ promises! {
     RepairLosesNothing = "docs/how-it-is-tested/reliability.md", "each was repeated with all frames, and no byte of the data had changed";
     /// A recorder ends by itself only because its disk is full, and then with a finished file.
     FullDiskIsReported = "docs/how-it-is-tested/reliability.md", "After a full disk, or a file that may not grow, a recording is whole, or reported as not whole.";
+    /// A lamp of a part that is dead, stopped or silent is not good.
+    LampsAreTrue = "docs/how-it-is-tested/reliability.md", "Each cause of a lamp, and each cause for which a show stands, is shown with its level and remedy";
+    /// A lamp of a part that works is not red.
+    LampsAreCalm = "docs/how-it-is-tested/reliability.md", "each lamp as documented, with the exit status of `ctl status`";
+    /// A bridge sends a frame as stale once its server is silent, and only then.
+    StaleIsTrue = "docs/how-it-is-tested/reliability.md", "A silent server is reported, also to the desk";
     /// No recorded frame differs from its simulation.
     RecordingIsVerified = "docs/reference/recordings.md", "simulates each recorded run again and compares every frame bit for bit";
 }

@@ -95,11 +95,18 @@ impl World<'_> {
                 Some(ShowState::Finished) => true,
                 Some(ShowState::Paused) => {
                     status.stops().has(Stop::Timecode)
-                        && status.timecode != TimecodeState::Locked.to_wire()
+                        && (status.timecode != TimecodeState::Locked.to_wire() || !self.is_timecode_within())
                         && !status.stops().has(Stop::Paused)
                 }
                 _ => false,
             }
+    }
+
+    /// Whether the timecode is within the show. Before its begin and behind its end the show stands.
+    fn is_timecode_within(&self) -> bool {
+        let config = &self.scenario.config;
+        let last_s = self.scenario.flags.until_s.unwrap_or(f64::INFINITY).min(config.last_seek_s());
+        (config.start_s()..last_s - 1.0).contains(&self.sender.position_s)
     }
 
     /// Sends the command that lets the show walk on.

@@ -11,6 +11,8 @@ use crate::scenario::SECOND_NS;
 
 /// Longest wait of a guard for a reply.
 const GUARD_PATIENCE_NS: u64 = 2 * SECOND_NS;
+/// Longest time in which a desk's client joins the bus.
+const JOIN_NS: u64 = 100 * MS_NS;
 const OPERATOR_PATIENCE_NS: u64 = REPLY_TIMEOUT.as_nanos() as u64;
 const PROOF_PERIOD_NS: u64 = PROOF_PERIOD.as_nanos() as u64;
 
@@ -125,6 +127,14 @@ impl World<'_> {
         self.begin(Call { caller, request, begun_ns: self.now_ns, is_captains }, 0);
     }
 
+    /// Time until a client has sent its request: each call joins the bus anew.
+    fn join_ns(&self, caller: Caller) -> u64 {
+        match caller {
+            Caller::Desk(DeskCall { call, .. }) => self.scenario.latency_ns(self.now_ns, 1000 + call, JOIN_NS),
+            _ => self.message_ns(60),
+        }
+    }
+
     /// Sends the request of a call after a delay.
     pub(super) fn begin(&mut self, call: Call, delay_ns: u64) {
         let Call { caller, request, .. } = call;
@@ -134,7 +144,7 @@ impl World<'_> {
             Some(life) => {
                 let (late_until, later_ns) = self.windows.requests_late;
                 let later_ns = if late_until > self.now_ns { later_ns } else { 0 };
-                let delay_ns = delay_ns + later_ns + self.message_ns(60);
+                let delay_ns = delay_ns + later_ns + self.join_ns(caller);
                 self.after(delay_ns, Event::Arrives(caller, request, life));
                 self.after(delay_ns + OPERATOR_PATIENCE_NS, Event::GivesUp(caller));
             }

@@ -23,6 +23,9 @@ impl World<'_> {
     pub(super) fn fail(&mut self, kind: FaultKind) {
         self.steady_ns = self.now_ns;
         self.counts.faults += 1;
+        if let Some(duration_ns) = kind.disturbs_ns() {
+            self.watch.disturb(self.now_ns + duration_ns);
+        }
         let until = |duration_ns: u64| self.now_ns + duration_ns;
         match kind {
             FaultKind::Kill(part) => self.kill(part),
@@ -48,6 +51,7 @@ impl World<'_> {
             }
             FaultKind::SlowDisk(factor, ns) => self.windows.disk_slow = (until(ns), factor),
             FaultKind::PowerLoss => self.lose_power(),
+            FaultKind::FreshObserver => self.begin_observer(),
             FaultKind::Overrun(ns) => self.server.iter_mut().for_each(|server| server.busy_ns = ns),
             FaultKind::ClockStands(ns) => {
                 (self.windows.clock_stood_at, self.windows.clock_stands_until) = (self.now_ns, until(ns));

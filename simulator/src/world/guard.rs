@@ -32,7 +32,9 @@ impl<'a> World<'a> {
             return self.end_guard(life);
         }
         guard.has_joined = has_server;
-        if !has_server {
+        if has_server {
+            self.watch.monitored_ns = self.now_ns;
+        } else {
             self.after(20 * MS_NS, Event::GuardJoins(life));
         }
     }
@@ -40,7 +42,13 @@ impl<'a> World<'a> {
     pub(super) fn read_frames(&mut self, life: u64) {
         let scenario = self.scenario;
         let Some(guard) = self.guard_at(life, Event::Frames(life)) else { return };
-        let Findings { faults, alerts, read } = guard.read(scenario);
+        let Findings { faults, alerts, read, report } = guard.read(scenario);
+        self.watch.monitored_ns = self.now_ns;
+        self.watch.take_report(report);
+        self.watch.alerts.extend_from_slice(&alerts);
+        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.has_joined) {
+            recorder.alerts.extend(&alerts);
+        }
         alerts.len().hash(&mut self.trace);
         for read in &read {
             self.promises.take_read(read, self.now_ns);
@@ -78,6 +86,10 @@ impl<'a> World<'a> {
     pub(super) fn end_guard(&mut self, life: u64) {
         let Some(place) = self.guards.iter().position(|guard| guard.life == life) else { return };
         let guard = self.guards.remove(place);
+        // A foreign monitor ends in order, and the show's by a kill.
+        if guard.is_foreign {
+            self.watch.take_report(guard.report.clone().take_last());
+        }
         ("guard ends", life).hash(&mut self.trace);
         if !guard.is_foreign {
             self.plan_restart(Part::Guard);

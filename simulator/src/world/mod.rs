@@ -23,6 +23,7 @@ mod clients;
 mod desks;
 mod faults;
 mod guard;
+mod observer;
 mod recorder;
 mod server;
 mod supervision;
@@ -35,6 +36,7 @@ use captain::Captain;
 use clients::Call;
 use desks::{DESKS, Desk};
 use faults::Windows;
+use observer::{BRIDGE_NS, OBSERVE_NS, Watch};
 use recorder::Recordings;
 use supervision::LOOK_NS;
 use timecode::{Sender, TIMECODE_NS};
@@ -72,6 +74,8 @@ enum Event {
     /// A lane of a desk wakes.
     Lane(usize, LaneKind),
     Timecode,
+    Observe,
+    Bridge,
     Captain,
 }
 
@@ -134,6 +138,7 @@ struct World<'a> {
     desks: [Desk; DESKS],
     recorder: Option<RecorderProcess>,
     recordings: Recordings,
+    watch: Watch,
     sender: Sender,
     /// Instant of the last fault, or at which a show with timecode last did not run.
     steady_ns: u64,
@@ -182,6 +187,7 @@ impl<'a> World<'a> {
             desks: Default::default(),
             recorder: None,
             recordings: Recordings::default(),
+            watch: Watch::default(),
             sender,
             steady_ns: 0,
             captain: Captain::Waits,
@@ -203,6 +209,8 @@ impl<'a> World<'a> {
         }
         self.begin_show();
         self.agenda.add(LOOK_NS, Event::Look);
+        self.agenda.add(OBSERVE_NS, Event::Observe);
+        self.agenda.add(BRIDGE_NS, Event::Bridge);
         while self.captain != Captain::Done && self.promises.broken.is_none() {
             let Some((at_ns, event)) = self.agenda.next() else { return };
             self.now_ns = at_ns;
@@ -230,6 +238,8 @@ impl<'a> World<'a> {
             Event::GivesUp(caller) => self.give_up(caller),
             Event::ForeignEnds(life) => self.end_guard(life),
             Event::Timecode => self.send_timecode(),
+            Event::Observe => self.observe(),
+            Event::Bridge => self.send_by_bridge(),
             Event::RecorderJoins(life) => self.join_recorder(life),
             Event::RecorderReads(life) => self.read_for_recorder(life),
             Event::RecorderWrites(life) => self.write(life),

@@ -84,6 +84,7 @@ impl<'a> World<'a> {
         recorder.has_joined = has_server;
         if has_server {
             recorder.events.extend(past);
+            self.watch.recorded_ns = self.now_ns;
         } else {
             self.after(20 * MS_NS, Event::RecorderJoins(life));
         }
@@ -94,14 +95,12 @@ impl<'a> World<'a> {
         let Some(server) = &mut self.server else { return };
         for _ in 0..most {
             let Ok(event) = server.events.pop() else { return };
-            if !self.scenario.has_recorder {
-                continue;
-            }
             let past = &mut self.recordings.past_events;
             past.push(event);
             if past.len() > COMMAND_EVENT_BUFFER {
                 past.remove(0);
             }
+            self.watch.observer.take_event(event);
             if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.has_joined) {
                 if recorder.events.len() == COMMAND_EVENT_BUFFER {
                     recorder.events.pop_front();
@@ -115,7 +114,10 @@ impl<'a> World<'a> {
         let (now_ns, show) = (self.now_ns, self.recorded_show());
         let Some(recorder) = self.recorder_at(life, Event::RecorderReads(life)) else { return };
         recorder.read(&show, now_ns);
+        let report = if recorder.has_buffer() && recorder.report.is_due(1) { recorder.report.take() } else { None };
         let at_ns = recorder.busy_until_ns.max(now_ns);
+        self.watch.recorded_ns = now_ns;
+        self.watch.take_report(report);
         self.agenda.add(at_ns, Event::RecorderWrites(life));
     }
 
@@ -174,13 +176,19 @@ impl<'a> World<'a> {
             && (is_full || is_slow || recorder.stopped_until_ns > now_ns || recorder.busy_until_ns > now_ns)
         {
             recorder.book.trouble_ns = now_ns;
+            self.watch.disturb(now_ns);
         }
     }
 
     fn fail_recorder(&mut self, fault: bench_dragon::recording::on_disk::WriterFault) {
         let Some(recorder) = self.recorder.take() else { return };
+        let mut report = recorder.report.clone();
         let (book, ended) = recorder.fail_or_end(Err(fault));
         let is_full = ended.as_ref().is_err_and(RecordError::is_disk_full);
+        if is_full {
+            report.set_disk_full();
+        }
+        self.watch.take_report(report.take_last());
         self.promises
             .require(Promise::FullDiskIsReported, self.now_ns, is_full, || format!("a recorder ends: {ended:?}"));
         self.bury_recorder(book);
@@ -248,11 +256,15 @@ impl<'a> World<'a> {
                 self.recorder = Some(recorder);
                 self.kill_recorder();
             } else {
+                self.watch.take_report(recorder.report.clone().take_last());
                 let process = Arc::clone(&recorder.process);
                 let (book, ended) = recorder.end(&self.recorded_show(), self.now_ns);
                 let is_full = ended.as_ref().is_err_and(RecordError::is_disk_full);
-                let is_right = ended.is_ok() || is_full || process.is_over();
-                self.promises.require(Promise::FullDiskIsReported, self.now_ns, is_right, || format!("{ended:?}"));
+                let handed = book.frames().len() as u64;
+                let is_right = ended.as_ref().is_ok_and(|&frames| frames == handed) || is_full || process.is_over();
+                self.promises.require(Promise::FullDiskIsReported, self.now_ns, is_right, || {
+                    format!("of {handed} frames: {ended:?}")
+                });
                 self.bury_recorder(book);
             }
         }

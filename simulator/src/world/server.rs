@@ -4,7 +4,7 @@ use std::hash::Hash as _;
 use std::rc::Rc;
 
 use bench_dragon_ipc::service::COMMAND_EVENT_BUFFER;
-use bench_dragon_ipc::{FrameHeader, Request, ShowState};
+use bench_dragon_ipc::{FrameHeader, GuardState, Request, ShowState, Status};
 use zerocopy::IntoBytes as _;
 
 use super::captain::Captain;
@@ -23,6 +23,7 @@ impl World<'_> {
         self.supervisor = Supervisor::new(self.scenario, self.now_ns, self.epoch);
         self.promises.begin_show();
         (self.status, self.newest, self.is_over) = (None, None, false);
+        self.begin_observer();
         self.counts.shows += 1;
         self.start(Part::Server);
         self.start(Part::Guard);
@@ -34,6 +35,7 @@ impl World<'_> {
     pub(super) fn start(&mut self, part: Part) {
         let life = self.life();
         self.supervisor.note_start(part);
+        self.watch.disturb(self.now_ns);
         ("start", part == Part::Server, life, self.now_ns).hash(&mut self.trace);
         match part {
             Part::Server => {
@@ -83,6 +85,7 @@ impl World<'_> {
             let wake_ns = self.scenario.latency_ns(now_ns, 10 + guard.life, MESSAGE_NS);
             self.agenda.add(now_ns + wake_ns, Event::Frames(guard.life));
         }
+        self.watch.deliver(&header, ticked.handles, now_ns);
         if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.has_joined) {
             recorder.deliver(&header, ticked.handles);
             let wake_ns = self.scenario.latency_ns(now_ns, 80, MESSAGE_NS);
@@ -155,7 +158,12 @@ impl World<'_> {
             let at_ns = server.stopped_until_ns;
             return self.agenda.add(at_ns, Event::Report(life));
         }
-        self.status = Some(Rc::new(server.status()));
+        let guard = match (self.scenario.is_guarded(), self.guards.iter().any(|guard| guard.has_joined)) {
+            (false, _) => GuardState::None,
+            (true, false) => GuardState::Missing,
+            (true, true) => GuardState::Running,
+        };
+        self.status = Some(Rc::new(Status { guard: guard.to_wire(), ..server.status() }));
         self.publish_events(COMMAND_EVENT_BUFFER / 2);
         self.after(REPORT_NS, Event::Report(life));
         for number in 0..self.guards.len() {

@@ -79,5 +79,6 @@ impl World<'_> {
             return;
         };
         server.hear(position, self.now_ns);
+        self.watch.heard_timecode_ns = self.now_ns;
     }
 }

@@ -1,10 +1,8 @@
 //! The feed of a bridge: the newest frame of the bus at each due instant of the bridge's own rate.
 
-use std::time::Duration;
-
 use bench_dragon_ipc::{BusError, Description, DescriptionReader, Domain, FrameHeader, FrameSubscriber, StatusReader};
 
-use crate::bridge::{Freshness, LatestFrame, StaleAfter, freshness};
+use crate::bridge::{Freshness, LatestFrame, SourcePace, StaleAfter};
 use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
 use crate::config::BenchNames;
 use crate::source::server::schedule::Schedule;
@@ -21,10 +19,7 @@ pub(super) struct Feed<'a> {
     frames: FrameSubscriber,
     status: StatusReader,
     dragons: NamedDragons,
-    /// Run id and rate of the last status.
-    rate: Option<(u64, u32)>,
-    /// Run id and distance of the last two frames that were read.
-    spacing: Option<(u64, Duration)>,
+    pace: SourcePace,
     schedule: Schedule,
     stale_after: StaleAfter,
     latest: Option<LatestFrame>,
@@ -58,8 +53,7 @@ impl<'a> Feed<'a> {
             frames,
             status,
             dragons: NamedDragons::new(domain, name),
-            rate: None,
-            spacing: None,
+            pace: SourcePace::default(),
             schedule: Schedule::new(monotonic_ns(), rate_hz),
             stale_after,
             latest: None,
@@ -76,27 +70,19 @@ impl<'a> Feed<'a> {
             }
             for _ in 0..MAX_STATUSES {
                 let Some(status) = self.status.poll()? else { break };
-                self.rate = Some((status.run_id, status.rate_hz));
+                self.pace.note_rate(status.run_id, status.rate_hz);
             }
             if let Some(frame) = self.frames.latest()?
                 && self.dragons.are_of(frame.header())?
             {
-                let (latest, next) = (self.latest.get_or_insert_default(), frame.header());
-                let apart_ns = next.scheduled_ns.saturating_sub(latest.header.scheduled_ns);
-                self.spacing =
-                    (latest.header.run_id == next.run_id).then(|| (next.run_id, Duration::from_nanos(apart_ns)));
+                let latest = self.latest.get_or_insert_default();
+                self.pace.note_frame(&latest.header, frame.header());
                 latest.replace(&frame);
             }
             let now_ns = monotonic_ns();
             self.schedule.advance(now_ns);
             if let Some(latest) = &mut self.latest {
-                let header = &latest.header;
-                let described = self.rate.filter(|(run_id, _)| *run_id == header.run_id);
-                let period = described.and_then(|(_, rate_hz)| Duration::from_secs(1).checked_div(rate_hz));
-                // A status reaches a new reader a little later than the first frames.
-                let period =
-                    period.or(self.spacing.filter(|(run_id, _)| *run_id == header.run_id).map(|(_, apart)| apart));
-                latest.freshness = freshness(header.published_ns, now_ns, self.stale_after.limit(period));
+                latest.freshness = self.pace.freshness(&latest.header, now_ns, self.stale_after);
                 break now_ns;
             }
         };

@@ -103,6 +103,8 @@ pub struct RecordSummary {
 const MEGABYTE: u64 = 1_000_000;
 /// Longest wait for running repairs at the end of a recording. The next recorder repeats an interrupted repair.
 const REPAIR_TIMEOUT: Duration = Duration::from_secs(2);
+/// Longest wait for them where the recorder has nothing else to do, because it could not begin. They have the lowest priority.
+const LONE_REPAIR_TIMEOUT: Duration = Duration::from_secs(30);
 
 pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     if args.repair && args.file.is_dir() {
@@ -122,9 +124,10 @@ pub(crate) fn run(args: &RecordArgs) -> anyhow::Result<ExitCode> {
     // The repair begins after the recorder has opened its file. If that failed because the file exists, the repair may finish
     // that file.
     let leftovers = if args.no_repair { None } else { begin_repairs(folder_of(&args.file)) };
+    let repair_timeout = if recorder.is_ok() { REPAIR_TIMEOUT } else { LONE_REPAIR_TIMEOUT };
     let recorded = recorder.map_err(anyhow::Error::from).and_then(|recorder| record(args, recorder, &domain, &stop));
     if let Some(leftovers) = leftovers {
-        leftovers.finish(REPAIR_TIMEOUT);
+        leftovers.finish(repair_timeout);
     }
     recorded.map(|()| ExitCode::SUCCESS)
 }

@@ -32,7 +32,8 @@ pub(super) struct CurrentRun {
     time_s: f64,
     clearances: ClearanceSearch,
     boards: Vec<Board>,
-    forecaster: Forecaster,
+    /// `None` for an observer without forecasts.
+    forecaster: Option<Forecaster>,
     /// Clearance that the forecast searches for: 0, or the guard's margin.
     looked_for_m: f64,
     pub(super) planner: Option<ClearancePlanner>,
@@ -43,7 +44,7 @@ impl CurrentRun {
     ///
     /// A run that continues an earlier one of the same configuration, for example after a restart of the server, keeps that
     /// run's chart, least clearance and speed. Any other run starts without them, or with what `memory` has of it. `plans`: whether to compute the planned
-    /// clearance. A plan of the same configuration is kept.
+    /// clearance; `forecasts`: whether to look ahead. A plan of the same configuration is kept.
     ///
     /// # Errors
     /// The operating system's reason if the forecast's or the planner's thread cannot start.
@@ -51,7 +52,7 @@ impl CurrentRun {
         config: Config,
         header: &FrameHeader,
         mut earlier: Option<Self>,
-        plans: bool,
+        [plans, forecasts]: [bool; 2],
         memory: Option<&ClearanceMemory>,
     ) -> io::Result<Self> {
         earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
@@ -62,7 +63,7 @@ impl CurrentRun {
             }
             planner => planner,
         };
-        let forecaster = Forecaster::start(config.formation(), 0.0, header.course_m)?;
+        let forecaster = forecasts.then(|| Forecaster::start(config.formation(), 0.0, header.course_m)).transpose()?;
         let goes_on = |earlier: &Self| {
             let longest_break_s = LONGEST_BREAK_S * header.time_scale.max(1.0);
             (header.show_time_s() - earlier.time_s).abs() <= longest_break_s
@@ -123,8 +124,9 @@ impl CurrentRun {
         let travel_m = header.course_m;
         self.look_for(if guarded.is_some() { self.run.config.tables().monitor.margin_m } else { 0.0 }, travel_m);
         let is_found = nearest.is_some_and(|pair| pair.clearance_m <= self.looked_for_m);
-        let forecast = self.forecaster.latest();
-        self.forecaster.advance(&forecast, travel_m, is_found);
+        let Some(forecaster) = &mut self.forecaster else { return (ShowForecast::Unknown, None) };
+        let forecast = forecaster.latest();
+        forecaster.advance(&forecast, travel_m, is_found);
         let motion = HeadMotion::new(header, self.clock(header), self.run.config.accel_mps2());
         let end_m = self.run.config.formation().end_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
@@ -133,18 +135,18 @@ impl CurrentRun {
 
     /// Where the proof about loose hinges ends, if the search has got there.
     pub(super) fn play_end(&self) -> Option<PlayEnd> {
-        self.forecaster.latest().play_end()
+        self.forecaster.as_ref()?.latest().play_end()
     }
 
     /// Searches for the first travel from `from_m` on at which some pair's clearance falls to `clearance_m`. The first status
     /// decides which clearance to search for, since it reports whether the head is guarded.
     fn look_for(&mut self, clearance_m: f64, from_m: f64) {
-        if clearance_m == self.looked_for_m {
+        if clearance_m == self.looked_for_m || self.forecaster.is_none() {
             return;
         }
         match Forecaster::start(self.run.config.formation(), clearance_m, from_m) {
             Ok(forecaster) => {
-                self.forecaster = forecaster;
+                self.forecaster = Some(forecaster);
                 self.looked_for_m = clearance_m;
             }
             Err(error) => tracing::warn!("the guard's stop is not forecast: cannot start a thread: {error}"),
@@ -204,7 +206,7 @@ mod tests {
 
     /// A run with a contact, measured up to this show time.
     fn touched(time_s: f64) -> CurrentRun {
-        let mut run = CurrentRun::begin(paper(), &frame(1, time_s), None, false, None).expect("a thread");
+        let mut run = CurrentRun::begin(paper(), &frame(1, time_s), None, [false, true], None).expect("a thread");
         run.measure(&frame(1, 412.5), &handles(412.5)).expect("a nearest pair");
         run.measure(&frame(1, time_s), &handles(time_s)).expect("a nearest pair");
         assert!(run.least.is_some_and(|least| least.clearance_m < 0.0), "{:?}", run.least);
@@ -215,7 +217,7 @@ mod tests {
     fn only_a_run_that_continues_an_earlier_one_keeps_its_chart() {
         let keeps = |from_s: f64, time_scale: f64, config: Config| {
             let header = FrameHeader { time_scale, ..frame(2, from_s) };
-            let run = CurrentRun::begin(config, &header, Some(touched(300.0)), false, None).expect("a thread");
+            let run = CurrentRun::begin(config, &header, Some(touched(300.0)), [false, true], None).expect("a thread");
             assert_eq!(run.least.is_some(), run.chart.revisions > 0);
             run.least.is_some()
         };
@@ -229,7 +231,7 @@ mod tests {
     #[test]
     fn a_pause_does_not_change_the_forecast() {
         let slow = |time_s| FrameHeader { course_mps: 0.5, ..frame(1, time_s) };
-        let mut run = CurrentRun::begin(paper(), &slow(411.0), None, false, None).expect("a thread");
+        let mut run = CurrentRun::begin(paper(), &slow(411.0), None, [false, true], None).expect("a thread");
         for time_s in [411.0, 411.1] {
             // The head walks half a metre per show second.
             run.measure(&slow(time_s), &handles(411.0));

@@ -37,6 +37,7 @@ pub use head_motion::{Arrival, TravelClock};
 pub use lamps::{Lamp, LampLevel, lamps};
 pub use members::Members;
 pub use observer::Observer;
+pub use observer_state::{ObserverState, SourceFacts};
 pub use planned_clearance::PlannedClearance;
 pub use reader_log::{ReaderCount, ReaderLog};
 pub use recent_overruns::RecentOverruns;

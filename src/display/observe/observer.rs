@@ -72,7 +72,7 @@ impl Observer {
                     ports = None;
                     state.fail(&error);
                 }
-                state.judge(&self.domain, now_ns);
+                state.look_at_source(&self.domain, now_ns);
                 show(state.snapshot(now_ns));
             }
         }

@@ -6,8 +6,8 @@ use std::time::Duration;
 use bench_dragon_ipc::guard::GuardLock;
 use bench_dragon_ipc::source::{ShowLock, SourceLock};
 use bench_dragon_ipc::{
-    Alert, AlertKind, BusError, CommandEvent, Description, Domain, Frame, FrameHeader, FrameSubscriber, ReplayStatus,
-    Request, ShowState, Status,
+    Alert, AlertKind, BusError, CommandEvent, Continuity, Description, Domain, Frame, FrameHeader, FrameSubscriber,
+    ReaderReport, ReplayStatus, Request, ShowState, Status,
 };
 
 use super::clearance_memory::ClearanceMemory;
@@ -30,7 +30,7 @@ const MOST_FRAMES: usize = 1_000;
 
 /// The last snapshot, and the data that the next snapshots need.
 #[derive(Debug, Default)]
-pub(super) struct ObserverState {
+pub struct ObserverState {
     /// The snapshot without its parts that depend on the run and the status. [`ObserverState::snapshot`] adds these.
     seen: Snapshot,
     /// The newest frame in shared memory, until it is copied.
@@ -50,14 +50,54 @@ pub(super) struct ObserverState {
     source_asked_ns: u64,
     /// Whether to compute the planned clearance of each run.
     plans: bool,
+    /// Whether to forecast contacts, on a thread of each run.
+    forecasts: bool,
     /// Keeps the measured clearance beyond the end of this observer.
     memory: Option<ClearanceMemory>,
+}
+
+/// What the locks of an instance show of its source.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SourceFacts {
+    /// Whether the process of a source exists.
+    pub has_source: bool,
+    /// Process id of the guard; `None` without one, or in another PID namespace.
+    pub guard_pid: Option<u32>,
+    /// Whether the `show` was killed, its server has ended, and no source has started since.
+    pub has_lost_show: bool,
+    /// Whether a `show` supervises the server.
+    pub is_supervised: bool,
+}
+
+impl SourceFacts {
+    fn of(domain: &Domain) -> Self {
+        let has_source = SourceLock::holder(domain).is_some();
+        Self {
+            has_source,
+            guard_pid: GuardLock::holder(domain),
+            has_lost_show: !has_source && ShowLock::is_abandoned(domain),
+            is_supervised: ShowLock::holder(domain).is_some(),
+        }
+    }
 }
 
 impl ObserverState {
     pub(super) fn new(instance: &str, now_ns: u64, plans: bool, memory: Option<ClearanceMemory>) -> Self {
         let seen = Snapshot { instance: instance.to_owned(), ..Snapshot::default() };
-        Self { seen, counter: FrameCounter::new(now_ns), plans, memory, ..Self::default() }
+        Self { seen, counter: FrameCounter::new(now_ns), plans, forecasts: true, memory, ..Self::default() }
+    }
+
+    /// The state of an observer that starts no threads, on a bus that it reads since an instant with these members.
+    pub fn without_threads(instance: &str, now_ns: u64, members: Members) -> Self {
+        let mut state = Self { forecasts: false, ..Self::new(instance, now_ns, false, None) };
+        state.can_read(Some(now_ns));
+        state.meet(members);
+        state
+    }
+
+    /// Counts a frame.
+    pub fn count_frame(&mut self, header: &FrameHeader, continuity: Continuity, now_ns: u64) {
+        self.counter.count(header, continuity, now_ns);
     }
 
     /// Waits for a frame, then reads and counts all available frames.
@@ -65,7 +105,7 @@ impl ObserverState {
         let mut next = frames.wait(wait)?;
         for _ in 0..MOST_FRAMES {
             let Some(frame) = next else { break };
-            self.counter.count(frame.header(), frame.continuity(), monotonic_ns());
+            self.count_frame(frame.header(), frame.continuity(), monotonic_ns());
             self.newest = Some(frame);
             next = frames.receive()?;
         }
@@ -76,18 +116,16 @@ impl ObserverState {
     pub(super) fn renew(&mut self, ports: &Ports) -> Result<(), BusError> {
         if let Some(reports) = &ports.reports {
             while let Some(report) = reports.receive()? {
-                Arc::make_mut(&mut self.seen.readers).push(report);
+                self.take_report(report);
             }
         }
         if let Some(commands) = &ports.commands {
             while let Some(event) = commands.receive()? {
-                self.ordered = ordered_mps(&event).map(|speed_mps| (event.run_id, speed_mps)).or(self.ordered);
-                Arc::make_mut(&mut self.seen.commands).push(event);
+                self.take_event(event);
             }
         }
         if let Some(status) = ports.statuses.poll()? {
-            self.overruns.note(&status, monotonic_ns());
-            self.status = Some(Arc::new(status));
+            self.take_status(status, monotonic_ns());
         }
         if let Some(replay) = &ports.replay
             && let Some(status) = replay.poll()?
@@ -95,17 +133,16 @@ impl ObserverState {
             self.replay = Some(status);
         }
         if let Some(description) = ports.descriptions.poll()? {
-            self.description = Some(description);
+            self.take_description(description);
         }
         if let Some(frame) = self.newest.take() {
             let copy = FrameCopy { header: *frame.header(), handles: frame.handles().to_vec() };
             drop(frame);
-            self.see(copy);
+            self.take_frame(copy, monotonic_ns());
         }
         // After frame and status, from which the age of a past alert follows.
         while let Some(alert) = ports.alerts.receive()? {
-            self.note_contact(&alert);
-            Arc::make_mut(&mut self.seen.alerts).push(alert);
+            self.take_alert(alert, monotonic_ns());
         }
         self.look_ahead();
         if let (Some(memory), Some(run)) = (&mut self.memory, &self.run) {
@@ -114,21 +151,50 @@ impl ObserverState {
         Ok(())
     }
 
-    fn see(&mut self, frame: FrameCopy) {
+    /// Takes the next report of a reader.
+    pub fn take_report(&mut self, report: ReaderReport) {
+        Arc::make_mut(&mut self.seen.readers).push(report);
+    }
+
+    /// Takes the next event of the record of commands.
+    pub fn take_event(&mut self, event: CommandEvent) {
+        self.ordered = ordered_mps(&event).map(|speed_mps| (event.run_id, speed_mps)).or(self.ordered);
+        Arc::make_mut(&mut self.seen.commands).push(event);
+    }
+
+    /// Takes the newest status.
+    pub fn take_status(&mut self, status: Status, now_ns: u64) {
+        self.overruns.note(&status, now_ns);
+        self.status = Some(Arc::new(status));
+    }
+
+    /// Takes the newest description.
+    pub fn take_description(&mut self, description: Description) {
+        self.description = Some(description);
+    }
+
+    /// Takes the next alert, after the frame and the status from which its age follows.
+    pub fn take_alert(&mut self, alert: Alert, now_ns: u64) {
+        self.note_contact(&alert, now_ns);
+        Arc::make_mut(&mut self.seen.alerts).push(alert);
+    }
+
+    /// Takes the newest frame.
+    pub fn take_frame(&mut self, frame: FrameCopy, now_ns: u64) {
         self.seen.frame = Some(Arc::new(frame));
         self.begin_run();
         self.seen.nearest = self.current_run().and_then(|(run, frame)| run.measure(&frame.header, &frame.handles));
         let touching = self.seen.nearest.filter(|pair| pair.clearance_m <= 0.0);
         if let (Some(pair), Some(header)) = (touching, self.seen.header()) {
             let (benches, time_s) = (pair.benches.map(|bench| bench as u64), header.show_time_s());
-            self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: monotonic_ns() });
+            self.seen.past_contact = Some(PastContact { benches, time_s, seen_ns: now_ns });
         }
     }
 
     /// Keeps a contact that a monitor reports. It finds contacts between two snapshots, and those before this observer joined.
-    fn note_contact(&mut self, alert: &Alert) {
+    fn note_contact(&mut self, alert: &Alert, now_ns: u64) {
         if let (Some(AlertKind::Contact), Some(pair)) = (alert.alert_kind(), alert.pair()) {
-            let Some(seen_ns) = self.instant_of(alert, monotonic_ns()) else { return };
+            let Some(seen_ns) = self.instant_of(alert, now_ns) else { return };
             let (benches, time_s) = (pair.map(u64::from), alert.show_time_ns as f64 / 1e9);
             let is_newer = self.seen.past_contact.is_none_or(|past| past.seen_ns <= seen_ns);
             self.seen.past_contact =
@@ -156,14 +222,24 @@ impl ObserverState {
         (self.seen.forecast, self.seen.possible_contact) = forecast.unwrap_or_default();
     }
 
-    pub(super) fn judge(&mut self, domain: &Domain, now_ns: u64) {
+    /// Looks at the locks of the instance, if that is due, and judges the presence of its source.
+    pub(super) fn look_at_source(&mut self, domain: &Domain, now_ns: u64) {
         if now_ns.saturating_sub(self.source_asked_ns) >= SOURCE_PERIOD_NS {
             self.source_asked_ns = now_ns;
-            self.seen.has_source = SourceLock::holder(domain).is_some();
-            self.seen.guard_pid = GuardLock::holder(domain);
-            self.seen.has_lost_show = !self.seen.has_source && ShowLock::is_abandoned(domain);
-            self.seen.is_supervised = ShowLock::holder(domain).is_some();
+            self.note_source(SourceFacts::of(domain));
         }
+        self.judge(now_ns);
+    }
+
+    /// Notes what the locks show of the source.
+    pub fn note_source(&mut self, facts: SourceFacts) {
+        let SourceFacts { has_source, guard_pid, has_lost_show, is_supervised } = facts;
+        (self.seen.has_source, self.seen.guard_pid) = (has_source, guard_pid);
+        (self.seen.has_lost_show, self.seen.is_supervised) = (has_lost_show, is_supervised);
+    }
+
+    /// Judges the presence of the source at an instant.
+    pub fn judge(&mut self, now_ns: u64) {
         let Some(header) = self.seen.header() else { return };
         let age_ns = now_ns.saturating_sub(header.published_ns);
         if !matches!(self.seen.presence, SourcePresence::Failed { .. }) {
@@ -208,7 +284,8 @@ impl ObserverState {
         self.seen.members = Arc::new(members);
     }
 
-    pub(super) fn snapshot(&mut self, now_ns: u64) -> Snapshot {
+    /// All that the observer shows at an instant.
+    pub fn snapshot(&mut self, now_ns: u64) -> Snapshot {
         let (status, replay) = (self.current_status(), self.replay);
         let statistics = self.counter.statistics(now_ns).clone();
         let recent_overruns = status.as_deref().map(|status| self.overruns.recent(status)).unwrap_or_default();
@@ -241,7 +318,13 @@ impl ObserverState {
         let description = self.description.as_ref().filter(|description| description.run_id == header.run_id);
         match description.map(|description| Config::from_toml(&description.toml)) {
             Some(Ok(config)) => {
-                match CurrentRun::begin(config, &header, self.run.take(), self.plans, self.memory.as_ref()) {
+                match CurrentRun::begin(
+                    config,
+                    &header,
+                    self.run.take(),
+                    [self.plans, self.forecasts],
+                    self.memory.as_ref(),
+                ) {
                     Ok(run) => self.run = Some(run),
                     Err(error) => {
                         tracing::warn!("the run is shown without a forecast: cannot start a thread: {error}");
@@ -278,7 +361,8 @@ mod tests {
 
     fn see(state: &mut ObserverState, run_id: u64, toml: &str) -> Snapshot {
         state.description = Some(Description { run_id, toml: toml.to_owned() });
-        state.see(FrameCopy { header: FrameHeader { run_id, ..FrameHeader::default() }, handles: Vec::new() });
+        let header = FrameHeader { run_id, ..FrameHeader::default() };
+        state.take_frame(FrameCopy { header, handles: Vec::new() }, 7);
         state.look_ahead();
         state.snapshot(7)
     }
