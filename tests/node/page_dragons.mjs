@@ -36,10 +36,12 @@ await withBrowser(async (browser) => {
 function coloursAt([[x, y, scale], places]) {
   const plan = document.querySelector('#plan');
   const ratio = plan.width / plan.clientWidth;
+  const { width, height } = plan;
+  const { data } = plan.getContext('2d').getImageData(0, 0, width, height);
+  const colour = (left, top) => [...data.subarray(4 * (top * width + left), 4 * (top * width + left) + 3)];
   return places.map(([px, py]) => {
-    const left = ((px - x) * scale + plan.clientWidth / 2) * ratio;
-    const top = ((y - py) * scale + plan.clientHeight / 2) * ratio;
-    const { data } = plan.getContext('2d').getImageData(Math.round(left) - 2, Math.round(top) - 2, 5, 5);
-    return Array.from({ length: 25 }, (_, at) => [...data.subarray(4 * at, 4 * at + 3)]);
+    const left = Math.round(((px - x) * scale + plan.clientWidth / 2) * ratio);
+    const top = Math.round(((y - py) * scale + plan.clientHeight / 2) * ratio);
+    return Array.from({ length: 25 }, (_, at) => colour(left - 2 + (at % 5), top - 2 + Math.floor(at / 5)));
   });
 }
