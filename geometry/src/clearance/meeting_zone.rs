@@ -10,12 +10,16 @@ use std::collections::HashMap;
 use glam::DVec2;
 
 use super::delay_search::{Cell, DelaySearch, OutOfWork, Side, look};
+use super::near_spans::way;
 use super::own_time::{LeastClearance, Nearest, Walker};
 use super::pair_motion::GRAZE_M;
 use crate::formation::{DelaySet, Planned};
 
 /// Number of rectangles along the longer run of a scan: 2 to this power.
 const LEVELS: u32 = 7;
+
+/// Halvings of a rectangle that are left out inside a zone: where boards are within the clearance at two opposite corners.
+const JOINED_LEVELS: u32 = 3;
 
 /// Halvings of both sides of a rectangle at the border of a zone, for a picture.
 const DRAWN_LEVELS: u32 = 3;
@@ -92,6 +96,9 @@ impl DragonPair {
 
     /// All zones in which the dragons could meet; `None` if the work of a dragon's meter does not suffice.
     pub fn zones(&self) -> Option<Vec<MeetingZone>> {
+        if self.ways_gap_m(self.clearance_m + GRAZE_M) > self.clearance_m + GRAZE_M {
+            return Some(Vec::new());
+        }
         let levels = self.levels();
         let mut leaves = Vec::new();
         for ours in self.intervals(0, levels[0]) {
@@ -101,6 +108,12 @@ impl DragonPair {
         }
         let zones: Option<Vec<MeetingZone>> = parts(&leaves).iter().map(|part| self.zone(part, levels).ok()).collect();
         Some(zones?.into_iter().filter(|zone| !zone.delays.is_empty()).collect())
+    }
+
+    /// A lower bound on the clearance of the dragons on any plan: that of all that they pass. It is exact only above `enough_m`.
+    pub(crate) fn ways_gap_m(&self, enough_m: f64) -> f64 {
+        let [ours, theirs] = self.walkers.each_ref().map(|walker| way(&walker.planned, [0.0, walker.end_s]));
+        ours.nearest_over(&theirs, enough_m).1
     }
 
     /// The nearest boards on a plan in which the second dragon leaves `delay_s` after the first one, at own times of the first one
@@ -157,10 +170,19 @@ impl DragonPair {
         if look.bound_m > self.clearance_m + GRAZE_M {
             return Ok(());
         }
+        let levels = intervals.each_ref().map(|interval| interval.levels);
+        let is_met = |clearance_m: f64| clearance_m <= self.clearance_m + GRAZE_M;
+        if is_met(look.corner_m) && is_met(look.other_corner_m) && levels[0].max(levels[1]) <= JOINED_LEVELS {
+            let within = |i: usize| (0..1_i64 << levels[i]).map(move |part| (intervals[i].index << levels[i]) + part);
+            leaves.extend(
+                within(0).flat_map(|one| within(1).map(move |other| Leaf { index: [one, other], is_met: true })),
+            );
+            return Ok(());
+        }
         let splits = usize::from(intervals[1].levels > intervals[0].levels);
         let interval = &intervals[splits];
         if interval.levels == 0 {
-            let is_met = look.corner_m <= self.clearance_m + GRAZE_M;
+            let is_met = is_met(look.corner_m);
             leaves.push(Leaf { index: [intervals[0].index, intervals[1].index], is_met });
             return Ok(());
         }

@@ -66,7 +66,7 @@ pub(super) fn first_near(
 }
 
 /// Squares that cover the way of a dragon between two plan times.
-fn way(planned: &Planned, times_s: [f64; 2]) -> BoardTree {
+pub(super) fn way(planned: &Planned, times_s: [f64; 2]) -> BoardTree {
     let (dragon, route) = (&planned.dragon, planned.dragon.route());
     let end_m = planned.travel_m(times_s[1]);
     let tail = planned.chain_at(times_s[0]).last().expect("a dragon has handles");

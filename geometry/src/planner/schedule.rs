@@ -316,8 +316,24 @@ impl Schedule {
             let least = conflict.pair.least_clearance(delay_s, [delay_s.min(0.0), ends_s[0].max(delay_s + ends_s[1])]);
             (conflict.dragons, least, one_s + least.times_s[0])
         };
-        let all: Vec<_> = self.conflicts.par_iter().map(nearest).collect();
-        all.into_iter().min_by(|one, other| one.1.approach.clearance_m.total_cmp(&other.1.approach.clearance_m))
+        // Dragons whose ways come near come first: most others need no search.
+        let gaps = self.conflicts.iter().map(|conflict| (conflict, conflict.ways_gap_m()));
+        let mut conflicts: Vec<(&Conflict, f64)> = gaps.collect();
+        conflicts.sort_by(|one, other| one.1.total_cmp(&other.1));
+        conflicts.into_iter().fold(None, |least: Option<([usize; 2], Nearest, f64)>, (conflict, gap_m)| {
+            if least.is_some_and(|(_, least, _)| least.approach.clearance_m <= gap_m) {
+                return least;
+            }
+            let found = nearest(conflict);
+            least.filter(|(_, least, _)| least.approach.clearance_m <= found.1.approach.clearance_m).or(Some(found))
+        })
+    }
+}
+
+impl Conflict {
+    /// A lower bound on the clearance of both dragons in any plan, if it is above 0.
+    fn ways_gap_m(&self) -> f64 {
+        self.pair.ways_gap_m(0.0)
     }
 }
 
