@@ -14,6 +14,8 @@ pub(super) const OBSERVE_NS: u64 = 250 * MS_NS;
 pub(super) const BRIDGE_NS: u64 = 90 * MS_NS;
 /// Longest silence of a reader whose lamp is good: the limit of the lamps, a period of the reports, and looks.
 const LONGEST_READER_SILENCE_NS: u64 = 4800 * MS_NS;
+/// The same of the guard, whose first report may be missing. The supervisor kills a stopped one after five seconds.
+const LONGEST_GUARD_SILENCE_NS: u64 = 6500 * MS_NS;
 /// Longest silence of a server whose lamp is good, beside its periods.
 const LONGEST_SERVER_SILENCE_NS: u64 = 1100 * MS_NS;
 /// Longest silence of a timecode whose lamp is good.
@@ -127,13 +129,14 @@ impl World<'_> {
         let is_server_silent =
             self.frame_age_ns().is_some_and(|age_ns| age_ns > LONGEST_SERVER_SILENCE_NS + 2 * periods_ns);
         let is_monitor_silent = is_reader_silent(self.watch.monitored_ns);
+        let is_guard_silent = self.is_live() && is_silent(self.watch.monitored_ns, LONGEST_GUARD_SILENCE_NS);
         let is_timecode_silent = self.is_live()
             && self.scenario.flags.timecode
             && is_silent(self.watch.heard_timecode_ns, LONGEST_TIMECODE_SILENCE_NS);
         let checks = [
             ("server", is_server_silent),
             ("monitor", is_monitor_silent),
-            ("guard", is_monitor_silent),
+            ("guard", is_guard_silent),
             ("recorder", is_reader_silent(self.watch.recorded_ns)),
             ("timecode", is_timecode_silent),
         ];
