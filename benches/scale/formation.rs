@@ -32,9 +32,9 @@ struct Show {
 /// The nanoseconds of each part of a tick, in all turns.
 #[derive(Default)]
 struct Costs {
-    step_ns: Vec<f64>,
-    clearance_ns: Vec<f64>,
-    monitor_ns: Vec<f64>,
+    step: Vec<f64>,
+    clearance: Vec<f64>,
+    monitor: Vec<f64>,
 }
 
 impl Show {
@@ -62,7 +62,7 @@ impl Show {
 
     /// Measures the parts of some ticks.
     fn turn(&mut self, costs: &mut Costs) {
-        costs.step_ns.push(nanoseconds_a_call(TICKS, || self.step()));
+        costs.step.push(nanoseconds_a_call(TICKS, || self.step()));
         self.monitor.observe(&self.header, &self.handles, None);
         let with_monitor = nanoseconds_a_call(TICKS, || {
             self.step();
@@ -74,9 +74,9 @@ impl Show {
             self.config.formation().place_boards(&self.handles, place, &mut self.boards);
             self.search.nearest(&self.boards).expect("many pairs");
         });
-        let step_ns = costs.step_ns[costs.step_ns.len() - 1];
-        costs.monitor_ns.push(with_monitor - step_ns);
-        costs.clearance_ns.push(with_clearance - step_ns);
+        let step_ns = costs.step[costs.step.len() - 1];
+        costs.monitor.push(with_monitor - step_ns);
+        costs.clearance.push(with_clearance - step_ns);
     }
 }
 
@@ -107,7 +107,7 @@ pub(crate) fn many_dragons(figures: &mut Figures) {
         figures.set(&format!("{name}_ns_20_of_223"), many);
         figures.set(&format!("{name}_ratio_20_dragons_to_one"), many / one);
     };
-    part("step", |costs| &mut costs.step_ns, &mut costs, figures);
-    part("clearance", |costs| &mut costs.clearance_ns, &mut costs, figures);
-    part("monitor", |costs| &mut costs.monitor_ns, &mut costs, figures);
+    part("step", |costs| &mut costs.step, &mut costs, figures);
+    part("clearance", |costs| &mut costs.clearance, &mut costs, figures);
+    part("monitor", |costs| &mut costs.monitor, &mut costs, figures);
 }

@@ -205,9 +205,10 @@ fn missing(chosen: &BenchSelection, benches: usize, dragons: &BenchNames) -> Opt
     let missing = chosen.missing_of(dragons, benches)?;
     let last = |range: &Range<usize>| range.len().saturating_sub(1);
     let last_of = |(name, benches): (&str, Range<usize>)| format!("the last bench of {name} is {}", last(&benches));
-    let lasts = match dragons.are_named() {
-        true => dragons.dragons().map(last_of).collect::<Vec<_>>().join(", "),
-        false => format!("the dragon's last bench is {}", last(&(0..benches))),
+    let lasts = if dragons.are_named() {
+        dragons.dragons().map(last_of).collect::<Vec<_>>().join(", ")
+    } else {
+        format!("the dragon's last bench is {}", last(&(0..benches)))
     };
     let message = if chosen.of(dragons).count(benches) == 0 {
         format!("no bench is sent: --benches is {chosen}, {lasts}")

@@ -37,7 +37,7 @@ impl FrameCopy {
     pub fn dragons(&self) -> Vec<Range<usize>> {
         let count = self.handles.len();
         if self.header.is_plan == 0 {
-            return vec![0..count];
+            return std::iter::once(0..count).collect();
         }
         let handles = self.header.dragons().iter().map(DragonMotion::handles);
         handles.map(|Range { start, end }| start.min(count)..end.min(count)).collect()

@@ -70,9 +70,12 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
         Some(_) => snapshot.pair_words([one, another]),
         None => format!("{one}-{another} at {} s", Fixed::<3>(at.time_s)),
     };
-    let standing = |at: Arrival| match snapshot.is_formation() {
-        true => format!("at {} s", Fixed::<1>(at.time_s)),
-        false => format!("at {} m, {} s", Fixed::<2>(at.travel_m), Fixed::<1>(at.time_s)),
+    let standing = |at: Arrival| {
+        if snapshot.is_formation() {
+            format!("at {} s", Fixed::<1>(at.time_s))
+        } else {
+            format!("at {} m, {} s", Fixed::<2>(at.travel_m), Fixed::<1>(at.time_s))
+        }
     };
     let (good, caution, danger) = (Some(Tone::Good), Some(Tone::Caution), Some(Tone::Danger));
     let has_ended = matches!(snapshot.state(), Some(ShowState::Finished | ShowState::Ended));
