@@ -265,7 +265,7 @@ fn impossible_bridges_are_refused_in_one_line() {
             &["psn", "--tracker-name", "Bench {number}"],
             2,
             "invalid value 'Bench {number}' for '--tracker-name <PATTERN>': must be 1 to 60 printable ASCII characters, where \
-             {index} and {id} count as five, without any other { or }",
+             {index} and {id} count as five and {dragon} as six, without any other { or }",
         ),
         (&["osc", "--first-id", "1"], 2, "unexpected argument '--first-id' found"),
         (&["osc", "--address", "/dragon"], 2, "must contain {index} for the bench's number"),
