@@ -242,9 +242,13 @@ proptest! {
             };
             let _ = rehearsal.simulation.request(request);
         }
-        for request in [Request::Release, Request::Resume, Request::Speed { speed_mps: 3.0 }] {
-            let _ = rehearsal.simulation.request(request);
+        let _ = rehearsal.simulation.request(Request::Release);
+        // Before its first grant a guarded show refuses to resume.
+        for _ in 0..10 {
+            rehearsal.play();
         }
+        let _ = rehearsal.simulation.request(Request::Resume);
+        rehearsal.simulation.request(Request::Speed { speed_mps: 3.0 }).expect("the value is in range");
         let rest = rehearsal.play_to_rest();
         // Between the ticks too, by the search for the clearance a little under the margin.
         let below_m = margin_m - ROUNDING_M;
