@@ -34,7 +34,7 @@ fn verified(stage: &Stage, files: &[&str]) -> Vec<Value> {
     lines
 }
 
-/// Ends a recorder and checks that it has lost nothing. The bus keeps 184 frames for it, so a show of more frames has a low rate.
+/// Ends a recorder and checks that it has lost nothing. The bus keeps 167 frames for it, so a show of more frames has a low rate.
 fn end(recorder: Process) -> Value {
     let summary = recorder.terminate().expect_clean().last_json();
     assert_eq!((&summary["lost"], &summary["commands_lost"]), (&json!(0), &json!(0)), "{summary}");
