@@ -36,6 +36,9 @@ pub(super) struct Watch {
     pub(super) monitored_ns: u64,
     pub(super) recorded_ns: u64,
     pub(super) heard_timecode_ns: u64,
+    /// Instant at which the newest frame was published, and that since which frames have followed each other without a break.
+    published_ns: u64,
+    unbroken_since_ns: u64,
     /// Instant up to which a fault may have disturbed a process.
     disturbed_ns: u64,
 }
@@ -49,6 +52,8 @@ impl Default for Watch {
             monitored_ns: 0,
             recorded_ns: 0,
             heard_timecode_ns: 0,
+            published_ns: 0,
+            unbroken_since_ns: 0,
             disturbed_ns: 0,
         }
     }
@@ -60,6 +65,10 @@ impl Watch {
     }
 
     pub(super) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState], now_ns: u64) {
+        if header.published_ns.saturating_sub(self.published_ns) > LONGEST_TIMECODE_SILENCE_NS {
+            self.unbroken_since_ns = now_ns;
+        }
+        self.published_ns = header.published_ns;
         self.observer.deliver(header, handles, now_ns);
         self.bridge.deliver(header);
     }
@@ -130,7 +139,9 @@ impl World<'_> {
             self.frame_age_ns().is_some_and(|age_ns| age_ns > LONGEST_SERVER_SILENCE_NS + 2 * periods_ns);
         let is_monitor_silent = is_reader_silent(self.watch.monitored_ns);
         let is_guard_silent = self.is_live() && is_silent(self.watch.monitored_ns, LONGEST_GUARD_SILENCE_NS);
+        // A server that stood still could not notice, and publishes its status again only after its first frame.
         let is_timecode_silent = self.is_live()
+            && is_silent(self.watch.unbroken_since_ns, LONGEST_TIMECODE_SILENCE_NS)
             && self.scenario.flags.timecode
             && is_silent(self.watch.heard_timecode_ns, LONGEST_TIMECODE_SILENCE_NS);
         let checks = [
