@@ -17,6 +17,7 @@ import pytest
 import zenoh
 from bench_dragon import FrameHeader, HandleState
 from bench_dragon.command import Command, CommandReply
+from bus import SHOW_BYTES
 
 PROGRAM = os.environ["BENCH_DRAGON"]
 INSTANCE = os.environ["BENCH_DRAGON_INSTANCE"]
