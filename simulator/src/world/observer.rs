@@ -20,6 +20,8 @@ const LONGEST_GUARD_SILENCE_NS: u64 = 6500 * MS_NS;
 const LONGEST_SERVER_SILENCE_NS: u64 = 1100 * MS_NS;
 /// Longest silence of a timecode whose lamp is good.
 const LONGEST_TIMECODE_SILENCE_NS: u64 = 2000 * MS_NS;
+/// Distance of two frames after which the server stood still.
+const BREAK_NS: u64 = 700 * MS_NS;
 /// Time without a fault after which no lamp is red.
 const CALM_NS: u64 = 10 * SECOND_NS;
 /// Least age of a stale frame, and greatest age of a fresh one beside its periods.
@@ -65,7 +67,7 @@ impl Watch {
     }
 
     pub(super) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState], now_ns: u64) {
-        if header.published_ns.saturating_sub(self.published_ns) > LONGEST_TIMECODE_SILENCE_NS {
+        if header.published_ns.saturating_sub(self.published_ns) > BREAK_NS {
             self.unbroken_since_ns = now_ns;
         }
         self.published_ns = header.published_ns;
