@@ -37,6 +37,11 @@ fn seeds_that_found_faults_keep_all_promises() {
     for seed in [9, 10, 24, 48, 99, 143, 748, 2078, 2540] {
         keep_promises(seed, 0.1);
     }
+    // A slow sync that outlasts its slow disk; a timecode where no guard can prove the margin, or that falls silent while the server
+    // stands; a guard that has just ended.
+    for seed in [201_755, 202_035, 300_282, 300_960, 302_722] {
+        keep_promises(seed, HOURS);
+    }
 }
 
 #[test]

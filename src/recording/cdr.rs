@@ -191,7 +191,7 @@ mod tests {
         encode_frame(&mut message, &header, &[handle; 3]);
         assert_eq!(message.len(), 4 + 80 + 3 * 48, "72 bytes of header, 4 of length, 4 of padding, 48 per handle");
         let (read_header, read_handles) = decode_frame(&message).expect("a frame");
-        assert_eq!(read_header, header);
+        assert_eq!((read_header, decode_header(&message)), (header, Some(header)));
         let bits = |states: &[HandleState]| -> Vec<u64> {
             states.iter().flat_map(|s| [s.position_m, s.velocity_mps]).flatten().map(f64::to_bits).collect()
         };

@@ -1,6 +1,6 @@
 //! The captain, who leads the show to its end after the faults.
 
-use bench_dragon_ipc::{Request, ShowState, Stop, TimecodeState};
+use bench_dragon_ipc::{Request, ShowState, Status, Stop, TimecodeState};
 
 use super::faults::Windows;
 use super::timecode::Sender;
@@ -44,8 +44,9 @@ impl World<'_> {
                     let until_ns = self.now_ns + SETTLE_NS;
                     self.captain = if seeks { Captain::Seeks(until_ns) } else { Captain::Stops(until_ns) };
                 }
+                let (stops, at_s) = (self.status.as_deref().map(Status::stops), self.sender.position_s);
                 self.promises.require(Promise::WalksOn, self.now_ns, self.now_ns < until_ns, || {
-                    format!("the show stands as {state:?}")
+                    format!("the show stands as {state:?} with {stops:?}, a timecode would be at {at_s} s")
                 });
                 self.urge();
             }
@@ -81,7 +82,8 @@ impl World<'_> {
     }
 
     /// Whether the show walks, or stands at an end that no command but a seek leaves.
-    pub(super) fn has_arrived(&self) -> bool {
+    pub(super) fn has_arrived(&mut self) -> bool {
+        let can_follow = self.can_follow_timecode();
         let (Some(header), Some(status), Some(server)) = (self.newest, &self.status, &self.server) else {
             return false;
         };
@@ -95,18 +97,21 @@ impl World<'_> {
                 Some(ShowState::Finished) => true,
                 Some(ShowState::Paused) => {
                     status.stops().has(Stop::Timecode)
-                        && (status.timecode != TimecodeState::Locked.to_wire() || !self.is_timecode_within())
+                        && (status.timecode != TimecodeState::Locked.to_wire() || !can_follow)
                         && !status.stops().has(Stop::Paused)
                 }
                 _ => false,
             }
     }
 
-    /// Whether the timecode is within the show. Before its begin and behind its end the show stands.
-    fn is_timecode_within(&self) -> bool {
+    /// Whether the show can be where the timecode is. Before its begin, behind its end, and where no guard can prove the margin, it
+    /// stands.
+    fn can_follow_timecode(&mut self) -> bool {
         let config = &self.scenario.config;
+        let at_s = self.sender.position_s;
         let last_s = self.scenario.flags.until_s.unwrap_or(f64::INFINITY).min(config.last_seek_s());
-        (config.start_s()..last_s - 1.0).contains(&self.sender.position_s)
+        let is_within = (config.start_s()..last_s - 1.0).contains(&at_s);
+        is_within && (!self.scenario.is_guarded() || self.promises.is_clear_at(config.tables().head.speed_mps * at_s))
     }
 
     /// Sends the command that lets the show walk on.

@@ -22,6 +22,8 @@ const LONGEST_SERVER_SILENCE_NS: u64 = 1100 * MS_NS;
 const LONGEST_TIMECODE_SILENCE_NS: u64 = 2000 * MS_NS;
 /// Distance of two frames after which the server stood still.
 const BREAK_NS: u64 = 700 * MS_NS;
+/// Longest time until the status has what a server knows, beside its periods.
+const STATUS_NS: u64 = 200 * MS_NS;
 /// Time without a fault after which no lamp is red.
 const CALM_NS: u64 = 10 * SECOND_NS;
 /// Least age of a stale frame, and greatest age of a fresh one beside its periods.
@@ -37,6 +39,8 @@ pub(super) struct Watch {
     /// Instants at which a monitor and a recorder last read frames.
     pub(super) monitored_ns: u64,
     pub(super) recorded_ns: u64,
+    /// Instant at which a guard was last there.
+    guarded_ns: u64,
     pub(super) heard_timecode_ns: u64,
     /// Instant at which the newest frame was published, and that since which frames have followed each other without a break.
     published_ns: u64,
@@ -53,6 +57,7 @@ impl Default for Watch {
             alerts: Vec::new(),
             monitored_ns: 0,
             recorded_ns: 0,
+            guarded_ns: 0,
             heard_timecode_ns: 0,
             published_ns: 0,
             unbroken_since_ns: 0,
@@ -105,6 +110,9 @@ impl World<'_> {
         if recorder.is_some_and(|one| reads(one.stopped_until_ns, one.has_joined) && one.has_buffer()) {
             self.watch.recorded_ns = now_ns;
         }
+        if self.guards.iter().any(|guard| guard.has_joined) {
+            self.watch.guarded_ns = now_ns;
+        }
         let guard_pid = self.guards.iter().find(|guard| guard.has_joined).map(|guard| guard.life as u32);
         let facts = SourceFacts {
             has_source: self.server.is_some(),
@@ -140,7 +148,10 @@ impl World<'_> {
         let is_server_silent =
             self.frame_age_ns().is_some_and(|age_ns| age_ns > LONGEST_SERVER_SILENCE_NS + 2 * periods_ns);
         let is_monitor_silent = is_reader_silent(self.watch.monitored_ns);
-        let is_guard_silent = self.is_live() && is_silent(self.watch.monitored_ns, LONGEST_GUARD_SILENCE_NS);
+        // That a guard has ended is in the server's next status.
+        let has_just_ended = self.watch.guarded_ns < now_ns && !is_silent(self.watch.guarded_ns, STATUS_NS);
+        let is_guard_silent =
+            self.is_live() && !has_just_ended && is_silent(self.watch.monitored_ns, LONGEST_GUARD_SILENCE_NS);
         // A server that stood still could not notice, and publishes its status again only after its first frame.
         let is_timecode_silent = self.is_live()
             && is_silent(self.watch.unbroken_since_ns, LONGEST_TIMECODE_SILENCE_NS)

@@ -152,6 +152,12 @@ impl<'a> World<'a> {
         let (slow_until, slow) = self.windows.disk_slow;
         let slow = if slow_until > self.now_ns { slow } else { 1 };
         let sync_ns = self.scenario.latency_ns(self.now_ns, 81, SYNC_NS).saturating_mul(slow).min(60 * SECOND_NS);
+        // A sync that began on a slow disk may end long after the disk is fast again.
+        if slow > 1
+            && let Some(recorder) = &mut self.recorder
+        {
+            recorder.book.trouble_ns = recorder.book.trouble_ns.max(self.now_ns + sync_ns);
+        }
         self.after(sync_ns, Event::RecorderSyncs(life));
     }
 
@@ -175,7 +181,7 @@ impl<'a> World<'a> {
         if let Some(recorder) = &mut self.recorder
             && (is_full || is_slow || recorder.stopped_until_ns > now_ns || recorder.busy_until_ns > now_ns)
         {
-            recorder.book.trouble_ns = now_ns;
+            recorder.book.trouble_ns = recorder.book.trouble_ns.max(now_ns);
             self.watch.disturb(now_ns);
         }
     }
@@ -200,7 +206,7 @@ impl<'a> World<'a> {
         self.look_at_disk();
         let Some(recorder) = self.recorder.take() else { return };
         let (unwritten_ns, unsynced_ns) = self.ages(&recorder.book);
-        let is_excused = self.now_ns - recorder.book.trouble_ns < TROUBLE_NS;
+        let is_excused = self.now_ns.saturating_sub(recorder.book.trouble_ns) < TROUBLE_NS;
         self.promises.require(
             Promise::KillLosesLittle,
             self.now_ns,

@@ -19,7 +19,7 @@ use zenoh::{Session, Wait as _};
 
 use super::command_relay::CommandAnswer;
 use super::key_prefix::KeyPrefix;
-use super::wire::{ALERT_BYTES, DESCRIBED_BYTES, Described, MAX_FRAME_BYTES, decode_description};
+use super::wire::{ALERT_BYTES, DESCRIBED_BYTES, Described, FrameForm, MAX_FRAME_BYTES, decode_description};
 use crate::system::clock::monotonic_ns;
 
 /// Most frames that wait: as many as the bus buffers for a reader.
@@ -32,6 +32,7 @@ const MAX_DESCRIPTIONS: usize = 4;
 /// A frame as it arrived.
 #[derive(Debug)]
 pub(super) struct Arrival {
+    pub(super) form: FrameForm,
     pub(super) payload: ZBytes,
     pub(super) arrived_ns: u64,
 }
@@ -70,7 +71,8 @@ impl Inbox {
     pub(super) fn put_frame(&self, sample: &Sample) {
         let arrived_ns = monotonic_ns();
         let payload = payload(sample).filter(|payload| payload.len() <= MAX_FRAME_BYTES).cloned();
-        self.put(&self.frames, payload.map(|payload| (payload.len(), Arrival { payload, arrived_ns })));
+        let form = FrameForm::of_encoding(&sample.encoding().to_string());
+        self.put(&self.frames, payload.map(|payload| (payload.len(), Arrival { form, payload, arrived_ns })));
     }
 
     pub(super) fn put_alert(&self, sample: &Sample) {

@@ -134,7 +134,7 @@ impl ReceivingBridge {
     }
 
     fn take_frame(&mut self, arrival: &Arrival) -> Result<(), BridgeError> {
-        let Some(header) = decode_frame(&arrival.payload.to_bytes(), &mut self.handles) else {
+        let Some(header) = decode_frame(arrival.form, &arrival.payload.to_bytes(), &mut self.handles) else {
             self.summary.malformed += 1;
             return Ok(());
         };

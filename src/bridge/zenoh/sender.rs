@@ -19,7 +19,7 @@ use super::query_server::{QueryServer, QueryState};
 use super::report::{SenderSummary, Silence, ZenohReport};
 use super::sent_runs::{FrameDisposition, SentRuns, Share, Thinning};
 use super::session::{BridgeError, BridgeSession, Change, PeerPresence};
-use super::wire::{ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, encode_described};
+use super::wire::{ALERT_ENCODING, DESCRIPTION_ENCODING, Described, FRAME_ENCODING, FrameForm, encode_described};
 use crate::source::described_rate_hz;
 use crate::source::replay::FASTEST_HZ;
 use crate::system::clock::monotonic_ns;
@@ -190,7 +190,12 @@ impl SendingBridge {
         match self.runs.disposition(header) {
             FrameDisposition::Sent => {
                 let bytes = frame_bytes(header, frame.handles());
-                self.publishers.frames.put(bytes).wait().map_err(BridgeError::session)?;
+                self.publishers
+                    .frames
+                    .put(bytes)
+                    .encoding(FrameForm::of(header).encoding())
+                    .wait()
+                    .map_err(BridgeError::session)?;
                 let count = if self.presence.is_there() { &mut self.summary.frames } else { &mut self.summary.unheard };
                 *count += 1;
             }
