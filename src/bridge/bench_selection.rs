@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 
 /// End of a range that extends to the tail of any dragon.
 const OPEN: usize = usize::MAX;
@@ -45,7 +45,7 @@ pub struct BenchSelectionError;
 impl BenchSelection {
     /// The same choice of these dragons, by numbers alone. Each range is of one dragon.
     #[must_use]
-    pub fn of(&self, dragons: &BenchNames) -> Self {
+    pub fn of(&self, dragons: &NamedLayout) -> Self {
         let of_dragon = |(name, range): &(String, RangeInclusive<usize>)| {
             let benches = dragons.of_dragon(name)?;
             let last = range.end().saturating_add(benches.start).min(benches.end - 1);
@@ -66,7 +66,7 @@ impl BenchSelection {
 
     /// The chosen benches that these dragons, of `benches` benches in all, do not have, or `None`. A range without an end misses
     /// nothing where its dragon has its beginning.
-    pub fn missing_of(&self, dragons: &BenchNames, benches: usize) -> Option<Self> {
+    pub fn missing_of(&self, dragons: &NamedLayout, benches: usize) -> Option<Self> {
         let missing = |(name, range): &(String, RangeInclusive<usize>)| {
             let benches = dragons.of_dragon(name).map_or(0, |benches| benches.len());
             let missing = missing_in(range, benches)?;
@@ -96,7 +96,7 @@ impl BenchSelection {
     /// The chosen benches that a dragon with `benches` benches does not have, or `None`. A range without an end misses nothing
     /// where the dragon has its beginning.
     pub fn missing(&self, benches: usize) -> Option<Self> {
-        self.missing_of(&BenchNames::default(), benches)
+        self.missing_of(&NamedLayout::default(), benches)
     }
 }
 

@@ -24,7 +24,7 @@ use super::bench_selection::BenchSelection;
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
 use super::stage_transform::StageTransform;
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 
 pub use super::osc_address::{AddressError, AddressPattern, ShowAddress};
 pub use super::slip_sender::SlipSender;
@@ -59,7 +59,7 @@ pub struct OscSettings {
 impl OscSettings {
     /// The same settings for these dragons.
     #[must_use]
-    pub fn of(&self, dragons: &BenchNames) -> Self {
+    pub fn of(&self, dragons: &NamedLayout) -> Self {
         Self { bench_address: self.bench_address.of(dragons), benches: self.benches.of(dragons), ..self.clone() }
     }
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use rosc::address::verify_address;
 
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 
 /// Placeholder for a bench's number.
 const INDEX: &str = "{index}";
@@ -23,7 +23,7 @@ const MAX_LEN: usize = 200;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AddressPattern {
     pattern: String,
-    dragons: BenchNames,
+    dragons: NamedLayout,
 }
 
 /// The address of the show's message.
@@ -44,7 +44,7 @@ pub enum AddressError {
 impl AddressPattern {
     /// The same pattern for these dragons.
     #[must_use]
-    pub fn of(&self, dragons: &BenchNames) -> Self {
+    pub fn of(&self, dragons: &NamedLayout) -> Self {
         let mut pattern = self.pattern.clone();
         if dragons.are_named() && !pattern.contains(DRAGON) {
             let second = pattern[1..].find('/').map_or(pattern.len(), |length| length + 1);
@@ -60,7 +60,7 @@ impl AddressPattern {
     ///
     /// let pattern: AddressPattern = "/stage/{index}/pose".parse()?;
     /// assert_eq!(pattern.of_bench(7), "/stage/7/pose");
-    /// let dragons = bench_dragon::config::BenchNames::of_toml("[[dragons]]\nname = \"gold\"\nbenches = 40\n");
+    /// let dragons = bench_dragon::config::NamedLayout::of_toml("[[dragons]]\nname = \"gold\"\nbenches = 40\n");
     /// assert_eq!(pattern.of(&dragons).of_bench(7), "/stage/gold/7/pose");
     /// # Ok::<(), bench_dragon::bridge::osc::AddressError>(())
     /// ```
@@ -85,7 +85,7 @@ impl FromStr for AddressPattern {
             return Err(AddressError::NoIndex);
         }
         check(&text.replace(INDEX, &usize::MAX.to_string()).replace(DRAGON, NAMELESS))?;
-        Ok(Self { pattern: text.to_owned(), dragons: BenchNames::default() })
+        Ok(Self { pattern: text.to_owned(), dragons: NamedLayout::default() })
     }
 }
 

@@ -30,7 +30,7 @@ use super::bench_selection::BenchSelection;
 use super::latest_frame::LatestFrame;
 use super::outlet::{MAX_PACKET_LEN, Packets};
 use super::stage_transform::StageTransform;
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 
 pub use super::psn_names::{SystemName, SystemNameError, TrackerName, TrackerNameError};
 
@@ -116,7 +116,7 @@ pub struct PsnSettings {
 impl PsnSettings {
     /// The same settings for these dragons.
     #[must_use]
-    pub fn of(&self, dragons: &BenchNames) -> Self {
+    pub fn of(&self, dragons: &NamedLayout) -> Self {
         Self { tracker_name: self.tracker_name.of(dragons), benches: self.benches.of(dragons), ..self.clone() }
     }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 
 /// The name of a sender: 1 to 64 printable ASCII characters, including spaces.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ const LONGEST_NUMBER: &str = "65535";
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrackerName {
     pattern: String,
-    dragons: BenchNames,
+    dragons: NamedLayout,
 }
 
 /// Error for a text that is not a pattern of names.
@@ -81,7 +81,7 @@ impl TrackerName {
 
     /// The same pattern for these dragons.
     #[must_use]
-    pub fn of(&self, dragons: &BenchNames) -> Self {
+    pub fn of(&self, dragons: &NamedLayout) -> Self {
         Self { pattern: self.pattern.clone(), dragons: dragons.clone() }
     }
 
@@ -107,7 +107,7 @@ impl TrackerName {
 impl Default for TrackerName {
     /// "Bench 0" and so on.
     fn default() -> Self {
-        Self { pattern: format!("Bench {INDEX}"), dragons: BenchNames::default() }
+        Self { pattern: format!("Bench {INDEX}"), dragons: NamedLayout::default() }
     }
 }
 
@@ -117,7 +117,7 @@ impl FromStr for TrackerName {
     fn from_str(pattern: &str) -> Result<Self, TrackerNameError> {
         let longest = longest(pattern);
         let is_allowed = is_printable(&longest, Self::MAX_LEN) && !longest.contains(['{', '}']);
-        let name = Self { pattern: pattern.to_owned(), dragons: BenchNames::default() };
+        let name = Self { pattern: pattern.to_owned(), dragons: NamedLayout::default() };
         if is_allowed { Ok(name) } else { Err(TrackerNameError) }
     }
 }

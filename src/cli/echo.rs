@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::cli::bus_readers::{Descriptions, WAIT_PERIOD, open_frames};
 use crate::cli::flags::{BusArgs, Format, FormatArgs, count};
 use crate::cli::print::{print_json, print_line};
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 use crate::system::stop::StopFlag;
 
 /// Print each frame as it arrives, one line per frame.
@@ -100,21 +100,21 @@ struct RunNames {
     /// Opened for the first frame of a plan.
     descriptions: Option<Descriptions>,
     run_id: Option<u64>,
-    names: BenchNames,
+    names: NamedLayout,
 }
 
 impl RunNames {
     /// Returns the names of a frame's dragons, none for the short form for one dragon. `None` if a signal arrives first.
-    fn of(&mut self, header: &FrameHeader, args: &EchoArgs, stop: &StopFlag) -> anyhow::Result<Option<&BenchNames>> {
+    fn of(&mut self, header: &FrameHeader, args: &EchoArgs, stop: &StopFlag) -> anyhow::Result<Option<&NamedLayout>> {
         if self.run_id != Some(header.run_id) {
-            self.names = BenchNames::default();
+            self.names = NamedLayout::default();
             if header.is_plan == 1 {
                 let descriptions = match &mut self.descriptions {
                     Some(descriptions) => descriptions,
                     none => none.insert(Descriptions::open(&args.bus.domain()?, "echo-description", stop)?),
                 };
                 let Some(description) = descriptions.of(header.run_id, stop)? else { return Ok(None) };
-                self.names = BenchNames::of_toml(&description.toml);
+                self.names = NamedLayout::of_toml(&description.toml);
             }
             self.run_id = Some(header.run_id);
         }
@@ -122,7 +122,7 @@ impl RunNames {
     }
 }
 
-fn json_line<'a>(frame: &Frame, names: &'a BenchNames) -> FrameLine<'a> {
+fn json_line<'a>(frame: &Frame, names: &'a NamedLayout) -> FrameLine<'a> {
     let header = *frame.header();
     let lines = |handles: &[HandleState]| {
         let line = |&HandleState { position_m, velocity_mps }: &HandleState| HandleLine { position_m, velocity_mps };
@@ -142,7 +142,7 @@ fn json_line<'a>(frame: &Frame, names: &'a BenchNames) -> FrameLine<'a> {
     FrameLine { header, dragons }
 }
 
-fn text_line(frame: &Frame, names: &BenchNames) -> String {
+fn text_line(frame: &Frame, names: &NamedLayout) -> String {
     let header = frame.header();
     let state = header.show_state().map_or("unknown", bench_dragon_ipc::ShowState::name);
     let mut line = format!("tick {:>8}  {:>12} s  {state:<8}", header.tick, Fixed::<6>(header.show_time_s()));

@@ -3,7 +3,6 @@
 //! Missing keys have the values of the paper's dragon or of the paper's turnaround. Unknown keys, values out of range
 //! and impossible geometry are errors. They name the key, the value and the allowed values.
 
-mod bench_names;
 mod config_document;
 mod document;
 mod dragon_entry;
@@ -11,6 +10,7 @@ mod drawn_route;
 mod formation_document;
 mod ground_table;
 mod named_benches;
+mod named_layout;
 mod origin_table;
 mod plan_document;
 mod priority;
@@ -28,12 +28,12 @@ use bench_dragon_geometry::number::Number;
 use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{RouteShape, RouteSpec};
 
-pub use bench_names::BenchNames;
 pub use config_document::{ConfigDocument, unplaced};
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
 pub use formation_document::{FormationDocument, NamedDragon};
 pub use named_benches::NamedBenches;
+pub use named_layout::NamedLayout;
 pub use plan_document::PlanDocument;
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 
@@ -111,17 +111,6 @@ impl Config {
     /// The dragons with their names; `None` for the short form for one dragon.
     pub fn named(&self) -> Option<&FormationDocument> {
         self.named.as_deref()
-    }
-
-    /// A bench that is numbered on from dragon to dragon, as people call it: with several dragons, the name and the index within it.
-    pub fn bench_name(&self, bench: usize) -> String {
-        match self.named() {
-            Some(named) if bench < self.formation.layout().benches() => {
-                let (name, index) = named.named_bench(bench);
-                format!("{name} {index}")
-            }
-            _ => bench.to_string(),
-        }
     }
 
     /// The checked document.

@@ -61,20 +61,26 @@ impl Config {
         }
     }
 
+    /// A bench in few letters: `3`, or `gold 3`.
+    pub fn bench_name(&self, bench: usize) -> String {
+        match self.named() {
+            Some(named) if bench < self.formation.layout().benches() => {
+                let (name, index) = named.named_bench(bench);
+                format!("{name} {index}")
+            }
+            _ => bench.to_string(),
+        }
+    }
+
     /// Two benches in words.
     pub fn pair_words(&self, benches: [usize; 2]) -> String {
         NamedBenches::pair_words(self.named_benches(benches).as_ref(), benches)
     }
 
-    /// Plan time in seconds at a place on the course of several dragons.
-    pub fn plan_s(&self, course_m: f64) -> f64 {
-        course_m / self.tables().head.speed_mps
-    }
-
     /// A place on the course in words, with this number of digits: `412.47 m of travel`, or the plan time of several dragons.
     pub fn place_words<const DIGITS: usize>(&self, course_m: f64) -> String {
         if self.formation().has_plan_course() {
-            format!("plan time {} s", Fixed::<DIGITS>(self.plan_s(course_m)))
+            format!("plan time {} s", Fixed::<DIGITS>(self.formation().plan_s(course_m)))
         } else {
             format!("{} m of travel", Fixed::<DIGITS>(course_m))
         }

@@ -226,7 +226,7 @@ pub(crate) fn described_rate_hz(toml: &str) -> u32 {
 #[cfg(feature = "zenoh")]
 pub(crate) fn described_bench_count(toml: &str) -> Option<u32> {
     let of_dragons = || {
-        crate::config::BenchNames::of_toml(toml).dragons().last().and_then(|(_, benches)| benches.end.try_into().ok())
+        crate::config::NamedLayout::of_toml(toml).dragons().last().and_then(|(_, benches)| benches.end.try_into().ok())
     };
     described(toml, "dragon", "benches").or_else(of_dragons)
 }

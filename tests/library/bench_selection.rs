@@ -1,7 +1,7 @@
 //! Choices of benches.
 
 use bench_dragon::bridge::{BenchSelection, BenchSelectionError};
-use bench_dragon::config::BenchNames;
+use bench_dragon::config::NamedLayout;
 use proptest::prelude::*;
 use test_support::property::random_cases;
 
@@ -85,7 +85,7 @@ fn only_numbers_and_ascending_ranges_are_accepted() {
 
 #[test]
 fn benches_of_a_named_dragon_are_numbered_on() {
-    let dragons = BenchNames::of_toml(
+    let dragons = NamedLayout::of_toml(
         "[[dragons]]\nname = \"gold\"\nbenches = 40\n[[dragons]]\nname = \"silver-2\"\nbenches = 30\n",
     );
     let chosen = |text: &str| selection(text).of(&dragons).indices(70).collect::<Vec<_>>();
@@ -99,7 +99,7 @@ fn benches_of_a_named_dragon_are_numbered_on() {
     assert_eq!(missing("gold:30..40,bronze:0..,70..71").as_deref(), Some("70..71,gold:40,bronze:0.."));
     assert_eq!(missing("silver-2:30..").as_deref(), Some("silver-2:30.."));
     assert_eq!(selection("gold:0..5,3").to_string(), "3,gold:0..5");
-    let one = BenchNames::default();
+    let one = NamedLayout::default();
     assert_eq!((chosen("bronze:1"), selection("gold:1").of(&one).count(9)), (vec![], 0));
 }
 

@@ -194,7 +194,7 @@ impl Formation {
     }
 
     /// Plan time of a place of a plan's course, in seconds.
-    pub(crate) fn plan_s(&self, course_m: f64) -> f64 {
+    pub fn plan_s(&self, course_m: f64) -> f64 {
         course_m / self.timetable().most_speed_mps()
     }
 

@@ -4,7 +4,7 @@ use bench_dragon_ipc::{BusError, Description, DescriptionReader, Domain, FrameHe
 
 use crate::bridge::{Freshness, LatestFrame, SourcePace, StaleAfter};
 use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
 use crate::system::stop::StopFlag;
@@ -32,7 +32,7 @@ pub(super) struct DueFrame<'a> {
     pub(super) now_ns: u64,
     pub(super) latest: &'a LatestFrame,
     /// The names of its dragons.
-    pub(super) dragons: &'a BenchNames,
+    pub(super) dragons: &'a NamedLayout,
     /// Whether the bridge ends after it.
     pub(super) is_last: bool,
 }
@@ -128,13 +128,13 @@ struct NamedDragons {
     latest: Option<Description>,
     /// The run of the names.
     run_id: Option<u64>,
-    names: BenchNames,
+    names: NamedLayout,
 }
 
 impl NamedDragons {
     fn new(domain: &Domain, name: &str) -> Self {
         let (domain, name) = (domain.clone(), format!("{name}-description"));
-        Self { domain, name, descriptions: None, latest: None, run_id: None, names: BenchNames::default() }
+        Self { domain, name, descriptions: None, latest: None, run_id: None, names: NamedLayout::default() }
     }
 
     /// Takes the names of the dragons of a frame. Returns whether they are known: without them, its poses have no addresses.
@@ -142,7 +142,7 @@ impl NamedDragons {
         if self.run_id == Some(header.run_id) {
             return Ok(true);
         }
-        let mut names = BenchNames::default();
+        let mut names = NamedLayout::default();
         if header.is_plan == 1 {
             let descriptions = match &mut self.descriptions {
                 Some(descriptions) => descriptions,
@@ -154,7 +154,7 @@ impl NamedDragons {
             let Some(description) = self.latest.as_ref().filter(|latest| latest.run_id == header.run_id) else {
                 return Ok(false);
             };
-            names = BenchNames::of_toml(&description.toml);
+            names = NamedLayout::of_toml(&description.toml);
         }
         (self.run_id, self.names) = (Some(header.run_id), names);
         Ok(true)

@@ -10,7 +10,7 @@ use super::feed::DueFrame;
 use crate::bridge::{BenchSelection, Freshness, Outage, OutageChange, Outlet, Packets};
 use crate::cli::flags::Format;
 use crate::cli::print::{complain, print_notice, print_report};
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 use crate::output::Counted;
 use crate::system::clock::monotonic_ns;
 
@@ -68,7 +68,7 @@ pub(super) struct PacketSession {
     epoch_ns: u64,
     outlet: Box<dyn Outlet>,
     /// Number of benches of the last frame, and the names of its dragons; `None` before the first frame.
-    dragons: Option<(usize, BenchNames)>,
+    dragons: Option<(usize, NamedLayout)>,
     outage: Outage,
     /// Whether the last frame that was sent was stale.
     is_stale: bool,
@@ -96,7 +96,7 @@ impl PacketSession {
     }
 
     /// Whether a frame is the first one, or the first one of other dragons than before.
-    pub(super) fn are_other(&self, benches: usize, dragons: &BenchNames) -> bool {
+    pub(super) fn are_other(&self, benches: usize, dragons: &NamedLayout) -> bool {
         self.dragons.as_ref().is_none_or(|(known, names)| *known != benches || names != dragons)
     }
 
@@ -105,7 +105,7 @@ impl PacketSession {
     pub(super) fn note_dragons(
         &mut self,
         benches: usize,
-        dragons: &BenchNames,
+        dragons: &NamedLayout,
         chosen: &BenchSelection,
         settings: impl FnOnce() -> anyhow::Result<String>,
     ) -> anyhow::Result<()> {
@@ -201,7 +201,7 @@ impl PacketSession {
 }
 
 /// Describes the chosen benches that these dragons, of `benches` benches in all, do not have.
-fn missing(chosen: &BenchSelection, benches: usize, dragons: &BenchNames) -> Option<String> {
+fn missing(chosen: &BenchSelection, benches: usize, dragons: &NamedLayout) -> Option<String> {
     let missing = chosen.missing_of(dragons, benches)?;
     let last = |range: &Range<usize>| range.len().saturating_sub(1);
     let last_of = |(name, benches): (&str, Range<usize>)| format!("the last bench of {name} is {}", last(&benches));

@@ -5,7 +5,7 @@ use std::io::Write;
 use bench_dragon_ipc::{Alert, BenchState, CommandEvent, DragonMotion, HandleState};
 
 use super::{ExportError, ExportSubject, Selection};
-use crate::config::BenchNames;
+use crate::config::NamedLayout;
 use crate::output::command_words::{CommandLine, wall_time};
 use crate::output::table::{Cell, Column, CsvWriter};
 use crate::recording::{Configuration, Recorded, RecordedAlert, RecordedFrame};
@@ -40,8 +40,8 @@ pub(crate) fn write_csv(
 /// The names of the dragons. The columns are those of the first run with exported rows.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ExportedDragons {
-    pub(super) first: BenchNames,
-    present: BenchNames,
+    pub(super) first: NamedLayout,
+    present: NamedLayout,
     run_id: Option<u64>,
 }
 
@@ -52,7 +52,7 @@ impl ExportedDragons {
         else {
             return;
         };
-        self.present = BenchNames::of_toml(toml);
+        self.present = NamedLayout::of_toml(toml);
         if self.run_id.replace(*run_id).is_none() {
             self.first = self.present.clone();
         }
@@ -86,7 +86,7 @@ impl ExportedDragons {
 }
 
 /// Columns of a subject, for a first run of dragons with these names.
-pub(super) fn columns(subject: ExportSubject, dragons: &BenchNames) -> Vec<Column> {
+pub(super) fn columns(subject: ExportSubject, dragons: &NamedLayout) -> Vec<Column> {
     let of_dragon = |title: &'static str, index: &'static str| {
         let name = dragons.are_named().then(|| Column::text(title));
         name.into_iter().chain([Column::whole(index)]).collect::<Vec<_>>()

@@ -92,7 +92,7 @@ fn formation_picture(config: &Config, named: &FormationDocument, report: &Cleara
         return None;
     }
     let title = format!("{} at show time {} s", report.who(), Fixed::<3>(report.time_s));
-    let dragons = dragons_in_plan(named, config.plan_s(report.travel_m));
+    let dragons = dragons_in_plan(named, config.formation().plan_s(report.travel_m));
     Some(
         FormationView { caption: Caption::new(title), dragons, mark: Some(report.point_m.into()), shows_routes: true }
             .draw(),

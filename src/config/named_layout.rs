@@ -1,23 +1,23 @@
-//! The names of benches that are numbered on from dragon to dragon.
+//! Which benches belong to which dragon, by its name.
 
 use std::ops::Range;
 
-/// The dragons of a description with their numbers of benches. A show of one dragon without `[[dragons]]` has none.
+/// The names of the dragons of a description, and the benches of each. A show of one dragon without `[[dragons]]` has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct BenchNames {
+pub struct NamedLayout {
     dragons: Vec<(String, usize)>,
 }
 
-impl BenchNames {
+impl NamedLayout {
     /// Reads names and numbers in the text of a description. Places no dragon on its route, so it takes little time.
     ///
     /// ```
-    /// use bench_dragon::config::BenchNames;
+    /// use bench_dragon::config::NamedLayout;
     ///
     /// let toml = "[[dragons]]\nname = \"gold\"\nbenches = 40\n[[dragons]]\nname = \"silver\"\nbenches = 30\n";
-    /// let names = BenchNames::of_toml(toml);
+    /// let names = NamedLayout::of_toml(toml);
     /// assert_eq!((names.place(39), names.place(40)), (Some(("gold", 39)), Some(("silver", 0))));
-    /// assert_eq!((names.place(70), BenchNames::of_toml("").place(0)), (None, None));
+    /// assert_eq!((names.place(70), NamedLayout::of_toml("").place(0)), (None, None));
     /// ```
     pub fn of_toml(toml: &str) -> Self {
         let table = toml.parse::<toml::Table>().unwrap_or_default();
