@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::standing_in_each_other;
 use bench_dragon_geometry::dragon::MAX_BENCHES;
 use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
 use bench_dragon_ipc::MAX_DRAGONS;
@@ -124,6 +125,19 @@ impl FormationDocument {
     #[must_use]
     pub fn leaving_at(&self, starts_s: &[f64]) -> Self {
         Self { formation: Arc::new(self.formation.leaving_at(starts_s)), dragons: self.dragons.clone() }
+    }
+
+    /// Fails for dragons that stand in each other before the first of them leaves. The planner answers where such dragons touch; a
+    /// server has nothing to play.
+    ///
+    /// # Errors
+    /// The two dragons, and a bench of each.
+    pub fn require_apart(&self) -> Result<(), ConfigError> {
+        let Some(benches) = standing_in_each_other(&self.formation) else { return Ok(()) };
+        let [(one, index), (other, of_other)] = benches.map(|bench| self.named_bench(bench));
+        Err(ConfigError(format!(
+            "[[dragons]] {one} and {other} stand in each other at the start, benches {index} and {of_other}: begin a route elsewhere"
+        )))
     }
 
     /// The dragons, the leading one first.

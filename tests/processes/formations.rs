@@ -73,6 +73,14 @@ fn of_dragons_that_overlap_at_the_start_the_deepest_pair_is_found_whatever_the_w
         let contact = solve(&stage, &[&["contact"], work].concat());
         assert_eq!((&contact["time_s"], &contact["dragons"]), (&json!(0.0), &json!(["b", "c"])), "{contact}");
     }
+    for command in ["serve", "show"] {
+        let refused = run(&stage, &[command]);
+        assert_eq!(refused.code(), Some(2), "{}", refused.stderr);
+        let complaint =
+            "[[dragons]] b and c stand in each other at the start, benches 0 and 0: begin a route elsewhere";
+        assert!(refused.stderr.contains(complaint), "{}", refused.stderr);
+        assert_eq!(refused.stderr.lines().count(), 1, "{}", refused.stderr);
+    }
 }
 
 #[test]

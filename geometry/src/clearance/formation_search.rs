@@ -94,6 +94,11 @@ pub fn first_between(
     }
 }
 
+/// Two benches of different dragons that touch or overlap where the dragons stand at the beginning of the plan.
+pub fn standing_in_each_other(formation: &Formation) -> Option<[usize; 2]> {
+    meeting_in(formation, &formation.layout().between_dragons(), 0.0, 0.0).map(|meeting| meeting.benches)
+}
+
 /// The nearest pair of the formation at a plan time, if it is within the clearance.
 pub(super) fn meeting_at(formation: &Formation, clearance_m: f64, time_s: f64) -> Option<Meeting> {
     meeting_in(formation, formation.layout(), clearance_m, time_s)

@@ -33,7 +33,7 @@ pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use course_search::CourseSearch;
-pub use formation_search::{Meeting, Unfinished, first_between, first_meeting};
+pub use formation_search::{Meeting, Unfinished, first_between, first_meeting, standing_in_each_other};
 pub use meeting_zone::{DragonPair, MeetingZone, Tip};
 pub use own_time::Nearest;
 pub use play::{PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose};

@@ -1,9 +1,9 @@
 //! Commands from the far side.
 
-use bench_dragon_ipc::{IntoBytes as _, Request, ShowState};
+use bench_dragon_ipc::{Census, IntoBytes as _, Request, ShowState};
 use rustix::process::Signal;
 use serde_json::Value;
-use test_support::eventually::DEADLINE;
+use test_support::eventually::{DEADLINE, eventually};
 use zenoh::Wait as _;
 
 use super::bridges::{Bridge, KEY};
@@ -124,6 +124,10 @@ fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     let described = session.get(format!("{KEY}/description")).wait().expect("the session is open");
     let described = described.recv_timeout(DEADLINE).expect("the session is open");
     assert!(described.is_some_and(|reply| reply.result().is_ok()));
+    eventually("the bridge has begun to pass the first command", || {
+        let living = Census::take(&near.domain()).ok()?.living;
+        living.iter().any(|node| node.name == "bridge-commands").then_some(())
+    });
     let sent = sender.stop();
     let (commands, refused) = (sent["commands"].as_u64().expect("a count"), sent["refused"].as_u64().expect("a count"));
     assert!((1..ASKED).contains(&commands), "{sent}");
