@@ -69,7 +69,7 @@ impl Side {
 /// A rectangle of own times.
 pub(super) type Cell = [Side; 2];
 
-/// What is known about the clearance of two dragons in a cell.
+/// The known bounds on the clearance of two dragons in a cell.
 pub(super) struct Look {
     /// A lower bound on the clearance.
     pub(super) bound_m: f64,

@@ -1,6 +1,6 @@
 //! The course of a formation: the one number on which the place of every dragon depends, in metres.
 
-/// What the number of a course means.
+/// The meaning of the number of a course.
 ///
 /// Of one dragon it is the travel of its head. Of several it is plan time × the planned speed of the leading dragon: the travel of a
 /// head that walks at that speed throughout. So a course has a unit and a size that limits, grants and speeds can be stated in.
@@ -12,17 +12,6 @@ pub(super) enum Course {
     Plan { speed_mps: f64, end_s: f64 },
 }
 
-/// What one dragon of a formation does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Doing {
-    /// It stands: it has not left yet, or the whole formation stands.
-    Stands,
-    /// It walks.
-    Walks,
-    /// It has reached its end.
-    HasEnded,
-}
-
 /// A dragon of a formation at one place of the course.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadAt {
@@ -30,6 +19,6 @@ pub struct HeadAt {
     pub travel_m: f64,
     /// Speed of its head in metres per show second.
     pub speed_mps: f64,
-    /// What it does.
-    pub doing: Doing,
+    /// Whether it has reached its end.
+    pub has_ended: bool,
 }

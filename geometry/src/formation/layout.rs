@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// let layout = Layout::of([223, 66]);
 /// assert_eq!((layout.benches(), layout.handles()), (289, 291));
 /// assert_eq!((layout.benches_of(1), layout.handles_of(1)), (223..289, 224..291));
-/// assert_eq!((layout.place(223), layout.ends(223)), ((1, 0), [224, 225]));
+/// assert_eq!(layout.place(223), (1, 0));
 /// // Two benches of one dragon that share a hinge are not a pair. The tail of one dragon and the head of the next are.
 /// assert!(!layout.is_pair(221, 222) && layout.is_pair(222, 223));
 /// ```
@@ -78,12 +78,6 @@ impl Layout {
     pub fn place(&self, bench: usize) -> (usize, usize) {
         let dragon = self.heads.partition_point(|&head| head <= bench);
         (dragon, bench - self.benches_of(dragon).start)
-    }
-
-    /// The front and the rear handle of a bench.
-    pub fn ends(&self, bench: usize) -> [usize; 2] {
-        let (dragon, _) = self.place(bench);
-        [bench + dragon, bench + dragon + 1]
     }
 
     /// The pair of the lowest indices, among the first `benches` benches; `None` if these form no pair.

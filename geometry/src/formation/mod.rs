@@ -17,7 +17,7 @@ use crate::dragon::{Board, Chain, Dragon, Meter};
 
 use course::Course;
 
-pub use course::{Doing, HeadAt};
+pub use course::HeadAt;
 pub use delay_set::DelaySet;
 pub use layout::Layout;
 pub use stepper::FormationStepper;
@@ -168,12 +168,7 @@ impl Formation {
                 (planned.travel_m(plan_s), planned.speed_mps(plan_s) * (speed_mps / planned_mps))
             }
         };
-        let doing = match () {
-            () if travel_m >= planned.dragon.end_travel_m() => Doing::HasEnded,
-            () if speed_mps > 0.0 => Doing::Walks,
-            () => Doing::Stands,
-        };
-        HeadAt { travel_m, speed_mps, doing }
+        HeadAt { travel_m, speed_mps, has_ended: travel_m >= planned.dragon.end_travel_m() }
     }
 
     /// Travel of the head of a dragon at a place of the course.

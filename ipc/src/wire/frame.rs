@@ -148,11 +148,7 @@ impl FrameHeader {
     #[must_use]
     pub fn of_one_dragon(mut self) -> Self {
         let has_ended = matches!(self.show_state(), Some(ShowState::Finished | ShowState::Ended));
-        let state = match () {
-            () if has_ended => DragonState::Ended,
-            () if self.head_speed_mps > 0.0 => DragonState::Walking,
-            () => DragonState::Standing,
-        };
+        let state = DragonState::of(self.head_speed_mps, has_ended);
         (self.course_m, self.course_mps) = (self.head_travel_m, self.head_speed_mps);
         (self.dragon_count, self.is_plan) = (1, 0);
         self.dragons[0] = DragonMotion {
@@ -305,6 +301,17 @@ wire_enum! {
         Walking = 1, "walking";
         /// It has reached its end.
         Ended = 2, "ended";
+    }
+}
+
+impl DragonState {
+    /// The state of a dragon whose head has this speed, and which has reached its end or not.
+    pub fn of(speed_mps: f64, has_ended: bool) -> Self {
+        match () {
+            () if has_ended => Self::Ended,
+            () if speed_mps > 0.0 => Self::Walking,
+            () => Self::Standing,
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::formation::{Doing, Formation, FormationStepper};
+use bench_dragon_geometry::formation::{Formation, FormationStepper};
 use bench_dragon_ipc::{DragonMotion, DragonState, FrameHeader, HandleState, Refusal, Request, RunStart};
 use glam::DVec3;
 
@@ -123,11 +123,6 @@ impl Simulation {
         [catch_up.behind_ns(self.rate_hz), catch_up.most_behind_ns(self.rate_hz)]
     }
 
-    /// Show seconds per second of wall time at present, without the pace of catching up.
-    pub fn time_scale(&self) -> f64 {
-        self.time_scale
-    }
-
     /// Returns the header of this tick's frame. The publisher sets `published_ns`.
     pub fn header(&self, run_id: u64, tick: u64, scheduled_ns: u64) -> FrameHeader {
         let formation = self.stepper.formation();
@@ -155,17 +150,12 @@ fn of_formation(mut header: FrameHeader, formation: &Formation) -> FrameHeader {
     (header.dragon_count, header.is_plan) = (formation.layout().dragons() as u32, 1);
     for (number, dragon) in header.dragons.iter_mut().enumerate().take(formation.layout().dragons()) {
         let at = formation.motion(number, header.course_m, header.course_mps);
-        let state = match at.doing {
-            Doing::Stands => DragonState::Standing,
-            Doing::Walks => DragonState::Walking,
-            Doing::HasEnded => DragonState::Ended,
-        };
         *dragon = DragonMotion {
             travel_m: at.travel_m,
             speed_mps: at.speed_mps,
             first_handle: formation.layout().handles_of(number).start as u32,
             bench_count: formation.layout().benches_of(number).len() as u32,
-            state: state.to_wire(),
+            state: DragonState::of(at.speed_mps, at.has_ended).to_wire(),
             reserved: 0,
         };
     }

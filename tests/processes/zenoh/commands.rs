@@ -125,7 +125,7 @@ fn a_bridge_that_ends_passes_no_more_waiting_commands() {
     let described = described.recv_timeout(DEADLINE).expect("the session is open");
     assert!(described.is_some_and(|reply| reply.result().is_ok()));
     eventually("the bridge has begun to pass the first command", || {
-        let living = Census::take(&near.domain()).ok()?.living;
+        let living = Census::take(near.domain()).ok()?.living;
         living.iter().any(|node| node.name == "bridge-commands").then_some(())
     });
     let sent = sender.stop();
