@@ -182,6 +182,11 @@ impl Descriptions {
         Ok(descriptions)
     }
 
+    /// The newest description, if there is one.
+    pub(crate) fn latest(&self) -> Option<&Description> {
+        self.latest.as_ref()
+    }
+
     /// Waits for the description of a run, while frames stay in the reader's buffer. `None` if a signal arrives first.
     ///
     /// # Errors

@@ -26,6 +26,7 @@ use crate::system::limits;
 mod bridge;
 mod bus_readers;
 mod ctl;
+mod cues;
 mod doctor;
 mod echo;
 mod exit_status;

@@ -12,6 +12,7 @@ use bench_dragon_geometry::route::{Route, RouteError, RouteSpec};
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use glam::DVec2;
 
+use super::cue;
 use super::document::{Document, DragonTable, parse};
 use super::drawn_route::{self, DrawingFit};
 use super::plan_document::PlanDocument;
@@ -164,8 +165,15 @@ impl ConfigDocument {
             error => ConfigError(unplaced(&error)),
         })?;
         let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
-        let formation = Formation::of_one(Planned { dragon: Arc::new(dragon), timetable });
-        Ok(Config { document: self, formation: Arc::new(formation), named: None })
+        let planned = Planned { dragon: Arc::new(dragon), timetable };
+        let (cues, mut timetables) = cue::apply(&self.tables.cues, &[(None, &planned)])?;
+        let formation = match timetables.pop() {
+            Some(timetable) if !cues.is_empty() => {
+                Formation::beginning_at(self.route.start_s, vec![Planned { timetable, ..planned }])
+            }
+            _ => Formation::of_one(planned),
+        };
+        Ok(Config { document: self, formation: Arc::new(formation), cues: cues.into(), named: None })
     }
 
     /// Places the dragon on the curve of its route.

@@ -7,6 +7,7 @@ use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use serde::{Deserialize, Serialize};
 
 use super::ConfigError;
+use super::cue::CueTable;
 use super::dragon_entry::DragonEntry;
 use super::ground_table::GroundTable;
 use super::origin_table::OriginTable;
@@ -38,6 +39,9 @@ pub struct Document {
     pub(super) stage: StageTable,
     #[serde(skip_serializing_if = "ShowTable::is_empty")]
     pub(super) show: ShowTable,
+    /// What is planned to happen, in the order of plan time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(super) cues: Vec<CueTable>,
     /// The dragons of a formation, each with a name, the keys of `[dragon]`, and its own `route` and `head`.
     #[serde(skip_serializing)]
     pub(super) dragons: Option<Vec<DragonEntry>>,

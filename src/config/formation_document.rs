@@ -13,6 +13,7 @@ use bench_dragon_ipc::MAX_DRAGONS;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use toml::{Table, Value};
 
+use super::cue::{self, Cue, CueTable};
 use super::document::{Document, HeadTable};
 use super::dragon_entry::DragonEntry;
 use super::origin_table::OriginTable;
@@ -41,6 +42,8 @@ pub struct NamedDragon {
 pub struct FormationDocument {
     dragons: Vec<NamedDragon>,
     formation: Arc<Formation>,
+    cue_tables: Vec<CueTable>,
+    cues: Arc<[Cue]>,
 }
 
 impl FormationDocument {
@@ -50,6 +53,7 @@ impl FormationDocument {
     /// There are too many dragons, a name is not valid or occurs twice, or the table of a dragon is not valid.
     pub(super) fn build(mut tables: Document, folder: &Path, placing_steps: Option<u64>) -> Result<Self, ConfigError> {
         let entries = tables.dragons.take().unwrap_or_default();
+        let cue_tables = std::mem::take(&mut tables.cues);
         require_no_short_form(&tables)?;
         if tables.stage.outline()?.is_some() {
             let text = "[stage] outline is present, must be absent with [[dragons]]: it is for one dragon";
@@ -72,13 +76,18 @@ impl FormationDocument {
             planned.push(Planned { dragon: Arc::clone(dragon.config.lead()), timetable });
             dragons.push(dragon);
         }
+        let names = dragons.iter().map(|dragon| Some(&*dragon.name));
+        let (cues, timetables) = cue::apply(&cue_tables, &names.zip(&planned).collect::<Vec<_>>())?;
+        for (planned, timetable) in planned.iter_mut().zip(timetables) {
+            planned.timetable = timetable;
+        }
         let formation = Formation::new(planned);
         let benches = formation.layout().benches();
         if benches > MAX_BENCHES {
             let text = format!("[[dragons]] have {benches} benches together, at most {MAX_BENCHES} are allowed");
             return Err(ConfigError(text));
         }
-        let document = Self { dragons, formation: Arc::new(formation) };
+        let document = Self { dragons, formation: Arc::new(formation), cue_tables, cues: cues.into() };
         let written = document.to_toml().len();
         if written > MAX_DESCRIPTION_LEN {
             return Err(ConfigError(format!(
@@ -118,13 +127,17 @@ impl FormationDocument {
             Value::from(entry)
         });
         all.insert("dragons".to_owned(), entries.collect::<Vec<Value>>().into());
+        if !self.cue_tables.is_empty() {
+            let cues = Value::try_from(&self.cue_tables).expect("the cues have only numbers and strings");
+            all.insert("cues".to_owned(), cues);
+        }
         toml::to_string(&all).expect("the document has only tables of numbers and strings")
     }
 
     /// The same configuration, in which each dragon leaves at another plan time.
     #[must_use]
     pub fn leaving_at(&self, starts_s: &[f64]) -> Self {
-        Self { formation: Arc::new(self.formation.leaving_at(starts_s)), dragons: self.dragons.clone() }
+        Self { formation: Arc::new(self.formation.leaving_at(starts_s)), ..self.clone() }
     }
 
     /// Fails for dragons that stand in each other before the first of them leaves. The planner answers where such dragons touch; a
@@ -156,14 +169,14 @@ impl FormationDocument {
         (&self.dragons[dragon].name, index)
     }
 
-    /// Plan time at which the last dragon reaches its end, in seconds.
-    pub fn end_s(&self) -> f64 {
-        self.formation.dragons().iter().map(|planned| planned.timetable.end_s()).fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// Plan time at which the first dragon leaves, in seconds.
     pub fn start_s(&self) -> f64 {
         self.formation.dragons().iter().map(|planned| planned.timetable.start_s()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The cues, in the order of plan time.
+    pub fn cues(&self) -> &Arc<[Cue]> {
+        &self.cues
     }
 }
 

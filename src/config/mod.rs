@@ -4,6 +4,7 @@
 //! and impossible geometry are errors. They name the key, the value and the allowed values.
 
 mod config_document;
+mod cue;
 mod document;
 mod dragon_entry;
 mod drawn_route;
@@ -29,6 +30,7 @@ use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{RouteShape, RouteSpec};
 
 pub use config_document::{ConfigDocument, unplaced};
+pub use cue::{Cue, MAX_CUES};
 pub use document::{Document, HeadTable, MonitorTable, ServeTable};
 pub use drawn_route::DrawingFit;
 pub use formation_document::{FormationDocument, NamedDragon};
@@ -77,6 +79,7 @@ pub struct Config {
     /// The document of the dragon that leads, with the tables that all dragons share.
     document: ConfigDocument,
     formation: Arc<Formation>,
+    cues: Arc<[Cue]>,
     /// The dragons of `[[dragons]]`; none for the short form.
     named: Option<Arc<FormationDocument>>,
 }
@@ -92,7 +95,8 @@ impl Config {
 
     fn of_formation(named: FormationDocument) -> Self {
         let document = named.dragons()[0].config.document.clone();
-        Self { document, formation: Arc::clone(named.formation()), named: Some(Arc::new(named)) }
+        let (formation, cues) = (Arc::clone(named.formation()), Arc::clone(named.cues()));
+        Self { document, formation, cues, named: Some(Arc::new(named)) }
     }
 
     /// Parses the text of a description, and places the dragons on their routes.
@@ -126,6 +130,16 @@ impl Config {
     /// All dragons of the show.
     pub fn formation(&self) -> &Arc<Formation> {
         &self.formation
+    }
+
+    /// The cues, in the order of plan time.
+    pub fn cues(&self) -> &[Cue] {
+        &self.cues
+    }
+
+    /// Places of the course at which the show waits until GO, in their order.
+    pub fn waits_m(&self) -> Arc<[f64]> {
+        self.cues.iter().filter(|cue| cue.waits).map(|cue| self.formation.course_m(cue.at_s)).collect()
     }
 
     /// The dragon that leads, on its route.
@@ -173,7 +187,7 @@ impl Config {
 
     /// Show time in seconds at which the planned run starts.
     pub fn start_s(&self) -> f64 {
-        if self.formation.has_plan_course() { 0.0 } else { self.document.route.start_s }
+        if self.formation.has_plan_course() { self.formation.begin_s() } else { self.document.route.start_s }
     }
 
     /// Timetable of the leading head on a run from the start.
@@ -202,6 +216,13 @@ impl Config {
         if self.formation.has_plan_course() { self.formation.accel_mps2() } else { self.tables().head.accel_mps2 }
     }
 
+    /// The same for a show that stands at a place or passes it; `None` where the plan itself rests, which the show leaves at once.
+    pub fn accel_mps2_at(&self, course_m: f64) -> Option<f64> {
+        let is_plan = self.formation.has_plan_course();
+        let is_rest = course_m == self.formation.begin_m() || self.waits_m().contains(&course_m);
+        self.accel_mps2().filter(|_| !is_plan || !is_rest)
+    }
+
     /// Show time in seconds at which a run from the start ends: at the planned end, or where the dragon can walk no
     /// further. With ramps the head reaches that point later.
     pub fn end_s(&self) -> f64 {
@@ -212,8 +233,8 @@ impl Config {
     /// Latest show time that a seek may request, in seconds: the end of the run. A seek moves the head to the travel of
     /// the planned speed without ramps.
     pub fn last_seek_s(&self) -> f64 {
-        if let Some(named) = self.named() {
-            return named.end_s();
+        if self.formation.has_plan_course() {
+            return self.formation.end_s();
         }
         match (self.document.route.end_s, self.lead().feasible_end()) {
             (Some(end_s), FeasibleEnd::RouteEnd) => end_s,

@@ -72,6 +72,7 @@ pub fn request_words(request: Request) -> String {
             format!("grant of {} to {} m", Fixed::<3>(from_m), Fixed::<3>(to_m))
         }
         Request::Pace { factor } => format!("pace {}", Number(factor)),
+        Request::Go => "GO".to_owned(),
     }
 }
 
@@ -83,6 +84,9 @@ fn action(event: &CommandEvent) -> String {
         (None, Some(EventKind::Follow)) => "the show follows the timecode".to_owned(),
         (None, Some(EventKind::Start)) => event.run_start().map_or_else(String::new, start),
         (None, Some(EventKind::End)) => "the run ends".to_owned(),
+        (None, Some(EventKind::Cue)) => {
+            format!("cue {} is reached, at plan time {} s", Number(event.values[0] + 1.0), Fixed::<3>(event.values[1]))
+        }
         (None, _) => "a command of an unknown kind".to_owned(),
     }
 }
@@ -176,7 +180,7 @@ fn timestamp(event: &CommandEvent) -> Timestamp {
 fn values(event: &CommandEvent) -> &[f64] {
     let count = match event.event_kind() {
         Some(EventKind::Speed | EventKind::Seek | EventKind::Pace) => 1,
-        Some(EventKind::Grant | EventKind::Stand | EventKind::Follow) => 2,
+        Some(EventKind::Grant | EventKind::Stand | EventKind::Follow | EventKind::Cue) => 2,
         Some(EventKind::Start) => 4,
         _ => 0,
     };

@@ -16,7 +16,7 @@ pub(crate) fn check(input: &[u8]) {
         accel_mps2: (kind & 2 == 2).then_some(0.25),
         ..MotionSettings::plain(0.02, 0.0, 432.75)
     };
-    let mut motion = Motion::new(MotionPlan::new(plan).expect("the settings are sound"));
+    let mut motion = Motion::new(MotionPlan::new(plan.clone()).expect("the settings are sound"));
     for bytes in input.get(1..).unwrap_or_default().chunks_exact(COMMAND_BYTES) {
         let command = Command {
             kind: u32_at(bytes, 0),

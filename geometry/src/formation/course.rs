@@ -8,8 +8,8 @@
 pub(super) enum Course {
     /// The travel of the head of the only dragon.
     Travel,
-    /// Plan time × this speed. The plan begins at time 0 and ends at `end_s`, where all dragons have reached their ends.
-    Plan { speed_mps: f64, end_s: f64 },
+    /// Plan time × this speed. At `end_s` all dragons have reached their ends.
+    Plan { speed_mps: f64, begin_s: f64, end_s: f64 },
 }
 
 /// A dragon of a formation at one place of the course.

@@ -5,7 +5,9 @@
 
 mod course;
 mod delay_set;
+mod even_run;
 mod layout;
+mod planned_walk;
 mod stepper;
 mod timetable;
 
@@ -21,7 +23,7 @@ pub use course::HeadAt;
 pub use delay_set::DelaySet;
 pub use layout::Layout;
 pub use stepper::FormationStepper;
-pub use timetable::Timetable;
+pub use timetable::{Change, Timetable};
 
 /// A dragon with its timetable.
 #[derive(Clone, Debug)]
@@ -89,9 +91,17 @@ impl Formation {
     /// # Panics
     /// Panics without a dragon.
     pub fn new(dragons: Vec<Planned>) -> Self {
+        Self::beginning_at(0.0, dragons)
+    }
+
+    /// The same, with another plan time at which the course begins. The first dragon leaves then or later.
+    ///
+    /// # Panics
+    /// Panics without a dragon.
+    pub fn beginning_at(begin_s: f64, dragons: Vec<Planned>) -> Self {
         let lead = dragons.first().expect("a formation has a dragon");
-        let end_s = dragons.iter().map(|planned| planned.timetable.end_s()).fold(0.0, f64::max);
-        let course = Course::Plan { speed_mps: lead.timetable.most_speed_mps(), end_s };
+        let end_s = dragons.iter().map(|planned| planned.timetable.end_s()).fold(begin_s, f64::max);
+        let course = Course::Plan { speed_mps: lead.timetable.planned_mps(), begin_s, end_s };
         Self::with_course(dragons, course)
     }
 
@@ -105,7 +115,7 @@ impl Formation {
     pub fn metered(&self, meter: &Meter) -> Self {
         let metered = |planned: &Planned| Planned {
             dragon: Arc::new(planned.dragon.metered(meter)),
-            timetable: planned.timetable,
+            timetable: planned.timetable.clone(),
         };
         Self { dragons: self.dragons.iter().map(metered).collect(), layout: self.layout.clone(), course: self.course }
     }
@@ -145,7 +155,23 @@ impl Formation {
     pub fn begin_m(&self) -> f64 {
         match self.course {
             Course::Travel => self.lead().start_travel_m(),
-            Course::Plan { .. } => 0.0,
+            Course::Plan { speed_mps, begin_s, .. } => speed_mps * begin_s,
+        }
+    }
+
+    /// Plan time at which a plan's course begins, in seconds.
+    pub fn begin_s(&self) -> f64 {
+        match self.course {
+            Course::Travel => self.timetable().start_s(),
+            Course::Plan { begin_s, .. } => begin_s,
+        }
+    }
+
+    /// Plan time at which a plan's course ends, in seconds.
+    pub fn end_s(&self) -> f64 {
+        match self.course {
+            Course::Travel => self.timetable().end_s(),
+            Course::Plan { end_s, .. } => end_s,
         }
     }
 
@@ -153,7 +179,7 @@ impl Formation {
     pub fn end_m(&self) -> f64 {
         match self.course {
             Course::Travel => self.lead().end_travel_m(),
-            Course::Plan { speed_mps, end_s } => speed_mps * end_s,
+            Course::Plan { speed_mps, end_s, .. } => speed_mps * end_s,
         }
     }
 
@@ -179,7 +205,7 @@ impl Formation {
     /// Greatest change of the speed along the course that asks no head for more than its acceleration while all walk evenly, in
     /// m/s². `None` if all heads start and stop at once.
     pub fn accel_mps2(&self) -> Option<f64> {
-        let lead_mps = self.timetable().most_speed_mps();
+        let lead_mps = self.timetable().planned_mps();
         let scaled = |Planned { timetable, .. }: &Planned| {
             let accel_mps2 = timetable.most_accel_mps2();
             // Not lead ÷ own × own: of one dragon the value stays as it is, to the last bit.
@@ -190,12 +216,17 @@ impl Formation {
 
     /// Plan time of a place of a plan's course, in seconds.
     pub fn plan_s(&self, course_m: f64) -> f64 {
-        course_m / self.timetable().most_speed_mps()
+        course_m / self.timetable().planned_mps()
+    }
+
+    /// Planned speed of the leading head at a place of a plan's course, apart from ramps and rests, in metres per second of plan time.
+    pub fn ordered_mps(&self, course_m: f64) -> f64 {
+        self.timetable().ordered_mps(self.plan_s(course_m))
     }
 
     /// Place of the course at a plan time, in metres.
-    pub(crate) fn course_m(&self, plan_s: f64) -> f64 {
-        plan_s * self.timetable().most_speed_mps()
+    pub fn course_m(&self, plan_s: f64) -> f64 {
+        plan_s * self.timetable().planned_mps()
     }
 
     /// The boards of all benches at a place of the course, by the reference solver.

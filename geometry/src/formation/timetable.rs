@@ -1,34 +1,65 @@
-//! The head's timetable: its travel at each show time, on a run without commands.
-//!
-//! The head starts from rest, accelerates evenly to the planned speed, walks at that speed, and brakes evenly. It rests exactly
-//! at the run's end. If the run is too short for the planned speed, the head brakes as soon as it stops accelerating. Without a
-//! largest acceleration it walks at the planned speed throughout. The server walks the same way. Its `motion` plans phase by
-//! phase, because commands may change the plan; a test there compares the two.
+//! The head's timetable: its travel at each time, on a run without commands.
 
-/// Travel of the head over show time, in seconds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Timetable {
-    /// Travel at time 0 of a head that always walks at the planned speed.
-    offset_m: f64,
-    start_s: f64,
-    start_m: f64,
-    end_m: f64,
-    speed_mps: f64,
-    ramps: Option<Ramps>,
+use std::sync::Arc;
+
+use super::even_run::EvenRun;
+use super::planned_walk::PlannedWalk;
+
+/// Travel of the head over time, in seconds. It is continuous and never falls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timetable(Walk);
+
+#[derive(Clone, Debug, PartialEq)]
+enum Walk {
+    /// One planned speed.
+    Even(EvenRun),
+    /// A planned speed that changes.
+    Pieces(Arc<PlannedWalk>),
 }
 
-/// The two ramps of a run, which are alike.
+/// A planned change of a walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Ramps {
-    accel_mps2: f64,
-    /// Speed between the ramps.
-    top_mps: f64,
-    /// Travel of one ramp.
-    length_m: f64,
+pub enum Change {
+    /// The head walks at another speed from a time on, after a ramp. It stands at speed 0.
+    Speed {
+        /// The time in seconds.
+        at_s: f64,
+        /// The speed in metres per second.
+        speed_mps: f64,
+    },
+    /// The head stands at a time. It brakes before, and leaves at once. Without a largest acceleration, it passes.
+    Rest {
+        /// The time in seconds.
+        at_s: f64,
+    },
+}
+
+impl Change {
+    /// Its time in seconds.
+    pub fn at_s(&self) -> f64 {
+        match *self {
+            Self::Speed { at_s, .. } | Self::Rest { at_s } => at_s,
+        }
+    }
+
+    /// The speed from here on; `None` for a rest.
+    pub(super) fn speed_mps(&self) -> Option<f64> {
+        match *self {
+            Self::Speed { speed_mps, .. } => Some(speed_mps),
+            Self::Rest { .. } => None,
+        }
+    }
+
+    pub(super) fn delayed(self, delay_s: f64) -> Self {
+        match self {
+            Self::Speed { at_s, speed_mps } => Self::Speed { at_s: at_s + delay_s, speed_mps },
+            Self::Rest { at_s } => Self::Rest { at_s: at_s + delay_s },
+        }
+    }
 }
 
 impl Timetable {
-    /// A run that begins at a show time and ends at a travel. It begins at the travel that the planned speed gives: `speed_mps`
+    /// A run that begins at a time and ends at a travel. It begins at the travel that the planned speed gives: `speed_mps`
     /// × `start_s`. The speed, and the acceleration if there is one, must be above 0.
     ///
     /// ```
@@ -40,121 +71,148 @@ impl Timetable {
     /// assert_eq!((timetable.travel_m(1.0), timetable.speed_mps(1.0)), (0.25, 0.5));
     /// ```
     pub fn new(speed_mps: f64, accel_mps2: Option<f64>, start_s: f64, end_travel_m: f64) -> Self {
-        Self::with_offset(0.0, speed_mps, accel_mps2, start_s, end_travel_m)
+        Self(Walk::Even(EvenRun::with_offset(0.0, speed_mps, accel_mps2, start_s, end_travel_m)))
     }
 
     /// A run from `start_m`, which the head leaves at `start_s`. Before, it stands there.
     pub fn leaving(start_s: f64, start_m: f64, speed_mps: f64, accel_mps2: Option<f64>, end_travel_m: f64) -> Self {
-        Self::with_offset(start_m - speed_mps * start_s, speed_mps, accel_mps2, start_s, end_travel_m)
+        let offset_m = start_m - speed_mps * start_s;
+        Self(Walk::Even(EvenRun::with_offset(offset_m, speed_mps, accel_mps2, start_s, end_travel_m)))
     }
 
-    /// The same run, which begins later by `delay_s`, or earlier if it is below 0.
+    /// The same with planned changes, in the order of their times. Without changes it is the same run.
+    ///
+    /// ```
+    /// use bench_dragon_geometry::formation::{Change, Timetable};
+    ///
+    /// // From 5 s on it slows down from 2 m/s to 1 m/s. It rests at 10 s, after 2·5 + 1.5·1 + 3 + 0.5 m, and ends 20 m from its start.
+    /// let changes = [Change::Speed { at_s: 5.0, speed_mps: 1.0 }, Change::Rest { at_s: 10.0 }];
+    /// let timetable = Timetable::leaving(0.0, 0.0, 2.0, Some(1.0), 20.0).with_changes(&changes, 20.0);
+    /// assert_eq!((timetable.travel_m(5.0), timetable.travel_m(10.0), timetable.speed_mps(10.0)), (8.0, 13.0, 0.0));
+    /// assert_eq!((timetable.speed_mps(11.0), timetable.end_s(), timetable.travel_m(99.0)), (1.0, 18.0, 20.0));
+    /// ```
     #[must_use]
-    pub fn delayed(self, delay_s: f64) -> Self {
-        Self { offset_m: self.offset_m - self.speed_mps * delay_s, start_s: self.start_s + delay_s, ..self }
+    pub fn with_changes(&self, changes: &[Change], end_travel_m: f64) -> Self {
+        if changes.is_empty() {
+            return self.clone();
+        }
+        let (start_s, start_m) = (self.start_s(), self.travel_m(self.start_s()));
+        let accel_mps2 = self.accel_mps2();
+        let walk = PlannedWalk::new([start_s, start_m], self.planned_mps(), accel_mps2, changes, end_travel_m);
+        Self(Walk::Pieces(Arc::new(walk)))
     }
 
-    fn with_offset(offset_m: f64, speed_mps: f64, accel_mps2: Option<f64>, start_s: f64, end_travel_m: f64) -> Self {
-        let start_m = speed_mps * start_s + offset_m;
-        let run_m = (end_travel_m - start_m).max(0.0);
-        let ramps = accel_mps2.map(|accel_mps2| {
-            let full_m = speed_mps * speed_mps / (2.0 * accel_mps2);
-            if 2.0 * full_m <= run_m {
-                Ramps { accel_mps2, top_mps: speed_mps, length_m: full_m }
-            } else {
-                Ramps { accel_mps2, top_mps: (accel_mps2 * run_m).sqrt(), length_m: 0.5 * run_m }
-            }
-        });
-        Self { offset_m, start_s, start_m, end_m: start_m + run_m, speed_mps, ramps }
+    /// The same run, which begins later by `delay_s`, or earlier if it is below 0. Its changes move with it.
+    #[must_use]
+    pub fn delayed(&self, delay_s: f64) -> Self {
+        Self(match &self.0 {
+            Walk::Even(run) => Walk::Even(run.delayed(delay_s)),
+            Walk::Pieces(walk) => Walk::Pieces(Arc::new(walk.delayed(delay_s))),
+        })
     }
 
-    /// Show time at which the head reaches a travel. With ramps, a travel beyond an end of the run counts as that end.
+    /// Time at which the head reaches a travel; where it stands, the time at which it arrives. With ramps or changes, a travel beyond
+    /// an end of the run counts as that end.
     pub fn time_s(&self, travel_m: f64) -> f64 {
-        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
-            return (travel_m - self.offset_m) / self.speed_mps;
-        };
-        let walked_m = (travel_m - self.start_m).max(0.0);
-        let left_m = (self.end_m - travel_m).max(0.0);
-        if walked_m <= length_m {
-            self.start_s + (2.0 * walked_m / accel_mps2).sqrt()
-        } else if left_m >= length_m {
-            self.start_s + (walked_m + length_m) / top_mps
-        } else {
-            self.end_s() - (2.0 * left_m / accel_mps2).sqrt()
+        match &self.0 {
+            Walk::Even(run) => run.time_s(travel_m),
+            Walk::Pieces(walk) => walk.time_s(travel_m),
         }
     }
 
-    /// Travel of the head at a show time. With ramps, the head rests at the ends of the run before and after it.
+    /// Travel of the head at a time. With ramps or changes, the head rests at the ends of the run before and after it.
     pub fn travel_m(&self, time_s: f64) -> f64 {
-        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
-            return self.speed_mps * time_s + self.offset_m;
-        };
-        let (elapsed_s, left_s) = ((time_s - self.start_s).max(0.0), (self.end_s() - time_s).max(0.0));
-        let ramp_s = top_mps / accel_mps2;
-        if elapsed_s <= ramp_s {
-            self.start_m + 0.5 * accel_mps2 * elapsed_s * elapsed_s
-        } else if left_s >= ramp_s {
-            self.start_m + top_mps * elapsed_s - length_m
-        } else {
-            self.end_m - 0.5 * accel_mps2 * left_s * left_s
+        match &self.0 {
+            Walk::Even(run) => run.travel_m(time_s),
+            Walk::Pieces(walk) => walk.travel_m(time_s),
         }
     }
 
-    /// Speed of the head at a show time, in metres per show second. It is 0 at both ends of a run with ramps.
+    /// Speed of the head at a time, in metres per second. It is 0 at both ends of a run with ramps.
     pub fn speed_mps(&self, time_s: f64) -> f64 {
-        let Some(Ramps { accel_mps2, top_mps, .. }) = self.ramps else { return self.speed_mps };
-        let ramped_s = (time_s - self.start_s).min(self.end_s() - time_s).max(0.0);
-        (accel_mps2 * ramped_s).min(top_mps)
+        match &self.0 {
+            Walk::Even(run) => run.speed_mps(time_s),
+            Walk::Pieces(walk) => walk.speed_mps(time_s),
+        }
     }
 
     /// Time at which the head leaves.
     pub fn start_s(&self) -> f64 {
-        self.start_s
+        match &self.0 {
+            Walk::Even(run) => run.start_s(),
+            Walk::Pieces(walk) => walk.start_s(),
+        }
     }
 
-    /// Show time at which the head rests at the run's end. Without ramps: at which it arrives there.
+    /// Time at which the head rests at the run's end. Without ramps: at which it arrives there.
     pub fn end_s(&self) -> f64 {
-        match self.ramps {
-            None => self.time_s(self.end_m),
-            Some(Ramps { top_mps: 0.0, .. }) => self.start_s,
-            Some(Ramps { top_mps, length_m, .. }) => {
-                self.start_s + (self.end_m - self.start_m + 2.0 * length_m) / top_mps
-            }
+        match &self.0 {
+            Walk::Even(run) => run.end_s(),
+            Walk::Pieces(walk) => walk.end_s(),
+        }
+    }
+
+    /// The planned speed at the start of the run, after the ramp.
+    pub fn planned_mps(&self) -> f64 {
+        match &self.0 {
+            Walk::Even(run) => run.planned_mps(),
+            Walk::Pieces(walk) => walk.planned_mps(),
+        }
+    }
+
+    /// The planned speed at a time, apart from ramps and rests.
+    pub fn ordered_mps(&self, time_s: f64) -> f64 {
+        match &self.0 {
+            Walk::Even(run) => run.planned_mps(),
+            Walk::Pieces(walk) => walk.ordered_mps(time_s),
+        }
+    }
+
+    /// Whether a ramp or a change reaches a speed between two times.
+    pub fn reaches_speed(&self, speed_mps: f64, [from_s, to_s]: [f64; 2]) -> bool {
+        match &self.0 {
+            Walk::Even(run) => run.planned_mps() == speed_mps,
+            Walk::Pieces(walk) => walk.reaches_speed(speed_mps, [from_s, to_s]),
+        }
+    }
+
+    /// Greatest acceleration of the ramps; `None` if the head starts and stops at once.
+    pub(crate) fn accel_mps2(&self) -> Option<f64> {
+        match &self.0 {
+            Walk::Even(run) => run.accel_mps2(),
+            Walk::Pieces(walk) => walk.accel_mps2(),
         }
     }
 
     /// The greatest speed of the head.
     pub(crate) fn most_speed_mps(&self) -> f64 {
-        self.speed_mps
+        match &self.0 {
+            Walk::Even(run) => run.planned_mps(),
+            Walk::Pieces(walk) => walk.most_speed_mps(),
+        }
     }
 
     /// The greatest acceleration of the head, apart from its jumps.
     pub(crate) fn most_accel_mps2(&self) -> f64 {
-        self.ramps.map_or(0.0, |ramps| ramps.accel_mps2)
+        self.accel_mps2().unwrap_or(0.0)
     }
 
     /// The next instant after `time_s` at which the speed changes at once.
     pub(crate) fn next_jump_s(&self, time_s: f64) -> Option<f64> {
-        if self.ramps.is_some() {
-            return None;
+        match &self.0 {
+            Walk::Even(run) => run.next_jump_s(time_s),
+            Walk::Pieces(walk) => walk.next_jump_s(time_s),
         }
-        [self.start_s, self.end_s()].into_iter().find(|&jump_s| jump_s > time_s)
     }
 
     /// The head's speed at a travel, and the growth of [`time_s`](Self::time_s) per m/s of planned speed at fixed travel. The
-    /// growth of `time_s` per metre is 1 ÷ the speed. `None` where the head brakes for the run's end, because `time_s` there
-    /// also depends on the travel of that end.
+    /// growth of `time_s` per metre is 1 ÷ the speed. `None` for a walk with changes, and where the head brakes for the run's end,
+    /// because `time_s` there also depends on the travel of that end.
     pub(crate) fn speed_and_time_rate(&self, travel_m: f64) -> Option<(f64, f64)> {
-        let Some(Ramps { accel_mps2, length_m, top_mps }) = self.ramps else {
-            return Some((self.speed_mps, -travel_m / (self.speed_mps * self.speed_mps)));
-        };
-        let walked_m = travel_m - self.start_m;
-        if walked_m < length_m {
-            let speed_mps = (2.0 * accel_mps2 * walked_m).sqrt();
-            return Some((speed_mps, -self.start_s / speed_mps));
+        match &self.0 {
+            Walk::Even(run) => run.speed_and_time_rate(travel_m),
+            Walk::Pieces(_) => None,
         }
-        let cruises = self.end_m - travel_m > length_m;
-        cruises.then(|| (top_mps, 0.5 / accel_mps2 - travel_m / (top_mps * top_mps)))
     }
 }
 

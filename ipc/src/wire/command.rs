@@ -79,7 +79,8 @@ pub enum Request {
     Pause,
     /// Walk on after `Pause`.
     Resume,
-    /// Walk at this speed of the head, in metres per show second, 0 to 10.
+    /// Walk at this speed of the leading head, in metres per show second, 0 to 10: play at the pace at which its planned speed
+    /// becomes this speed.
     Speed {
         /// The speed.
         speed_mps: f64,
@@ -113,11 +114,14 @@ pub enum Request {
         /// Whether the proven travel ends there permanently: no later grant reaches further.
         is_final: bool,
     },
-    /// Replay at this pace, in recorded seconds per second, 0.01 to 100. Only a replay accepts it.
+    /// Play at this pace: plan time per show time, from 0 to 10 m/s ÷ the planned speed. On a replay: recorded seconds per second,
+    /// 0.01 to 100.
     Pace {
         /// The pace.
         factor: f64,
     },
+    /// Walk on from a cue that waits.
+    Go,
 }
 
 impl Request {
@@ -138,8 +142,9 @@ impl Request {
             Self::Grant { run_id, from_m, to_m, is_final } => {
                 Command { run_id, values: [from_m, to_m], flags: is_final.into(), ..plain(7) }
             }
-            // The kinds of command events have the numbers from 8 to 11.
+            // The kinds of command events have the numbers from 8 to 11, and 14.
             Self::Pace { factor } => Command { values: [factor, 0.0], ..plain(12) },
+            Self::Go => plain(13),
         }
     }
 
@@ -158,6 +163,7 @@ impl Request {
             6 => Self::Stop,
             7 => Self::Grant { run_id: command.run_id, from_m: value, to_m: second, is_final: command.flags & 1 != 0 },
             12 => Self::Pace { factor: value },
+            13 => Self::Go,
             _ => return None,
         })
     }
@@ -206,6 +212,10 @@ wire_enum! {
         Followed = 14, "the show follows timecode: seek on the device that sends it";
         /// The show waits at its start. Only `release` starts it.
         Ready = 15, "the show waits at its start: release it first";
+        /// The show does not stand at a cue that waits.
+        NothingWaits = 16, "no cue waits for GO";
+        /// The show is paused. `resume` continues.
+        Paused = 17, "the show is paused: resume it first";
     }
 }
 
@@ -230,7 +240,7 @@ impl Refusal {
             Request::Speed { speed_mps } => ("speed", speed_mps, "m/s"),
             Request::Seek { show_time_s } => ("show time", show_time_s, "s"),
             Request::Grant { to_m, .. } => ("granted travel", to_m, "m"),
-            Request::Pace { factor } => ("pace", factor, "times the recorded one"),
+            Request::Pace { factor } => ("pace", factor, "times the planned one"),
             _ => return self.to_string(),
         };
         // Without an exponent, 1e300 would have 301 digits.
@@ -290,7 +300,7 @@ mod tests {
         }
         let limited = Refusal::OutOfRange { lowest: -0.5, highest: 2.5 };
         assert_eq!(CommandReply::refused(7, 41, limited).outcome(), Err(limited));
-        let newer = CommandReply { refusal: 16, ..CommandReply::accepted(7, 41) };
+        let newer = CommandReply { refusal: 18, ..CommandReply::accepted(7, 41) };
         assert_eq!((newer.outcome(), CommandReply::accepted(7, 41).outcome()), (Err(Refusal::Unknown), Ok(41)));
     }
 }

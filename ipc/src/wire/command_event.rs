@@ -81,9 +81,13 @@ wire_enum! {
         Start = 10, "start";
         /// The run has ended in order. This is the last event, at the last tick of the run.
         End = 11, "end";
-        /// Replay at this pace, in recorded seconds per second. A server refuses it, and a replay does not record the
-        /// commands that it takes.
+        /// Play at this pace: plan time per show time. A replay does not record the commands that it takes.
         Pace = 12, "pace";
+        /// Walk on from a cue that waits.
+        Go = 13, "go";
+        /// The show has reached a cue, by walking or by a seek to it. First value: its number in the configuration, from 0. Second
+        /// value: its plan time in seconds.
+        Cue = 14, "cue";
     }
 }
 

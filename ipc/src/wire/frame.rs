@@ -288,6 +288,8 @@ wire_enum! {
         Ended = 5, "ended";
         /// The show waits at its start for its first `release`. It is calm: no safety stop.
         Ready = 6, "ready";
+        /// The show waits at a cue for GO. It is calm: no safety stop.
+        Waiting = 7, "waiting";
     }
 }
 

@@ -200,6 +200,8 @@ wire_enum! {
         Ready = 6, "ready";
         /// The server was restarted, and has held the show since. The show is held too.
         Restarted = 7, "restarted";
+        /// The show waits at a cue. `go` lets it walk on.
+        Waiting = 8, "waiting";
     }
 }
 
@@ -253,10 +255,10 @@ mod tests {
 
     #[test]
     fn every_set_of_stops_is_the_same_after_its_way_over_the_wire() {
-        for bits in 0..1 << 8 {
+        for bits in 0..1 << 9 {
             assert_eq!(Stops::from_wire(bits).to_wire(), bits);
         }
-        assert_eq!(Stops::from_wire(1 << 8 | 1 << 31), Stops::default());
+        assert_eq!(Stops::from_wire(1 << 9 | 1 << 31), Stops::default());
     }
 
     #[test]

@@ -116,7 +116,7 @@ impl Course {
     pub(super) fn see_frame(&mut self, header: &FrameHeader, at: WallTime) {
         self.holds.see_frame(header);
         let look = match header.show_state() {
-            Some(ShowState::Ready) => StateLook::Ready,
+            Some(ShowState::Ready | ShowState::Waiting) => StateLook::Ready,
             Some(ShowState::Running) => StateLook::Running,
             Some(ShowState::Paused | ShowState::Stopping) => StateLook::Paused,
             Some(ShowState::Held) => StateLook::Held,

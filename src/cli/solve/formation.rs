@@ -63,7 +63,7 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
     refuse("--max-ratio", args.max_ratio.is_some(), document)?;
     let clearance_m = args.clearance.unwrap_or(0.0);
     let formation = document.formation().metered(&args.work.meter());
-    let searched = first_meeting(&formation, clearance_m, document.start_s(), document.end_s());
+    let searched = first_meeting(&formation, clearance_m, document.start_s(), document.formation().end_s());
     let meeting = searched.as_ref().ok().copied().flatten();
     let members = meeting.map(|meeting| meeting.benches.map(|bench| document.named_bench(bench)));
     let answer = MeetingAnswer {
@@ -101,7 +101,7 @@ pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyho
             "no {what} before {} s; not searched further: {unfinished}; --work allows more",
             Fixed::<6>(unfinished.reached_s)
         ),
-        _ => format!("no {what}, until the last dragon ends at {} s", Fixed::<6>(document.end_s())),
+        _ => format!("no {what}, until the last dragon ends at {} s", Fixed::<6>(document.formation().end_s())),
     };
     print_line(text)?;
     answer.stopped.iter().try_for_each(|stopped| print_line(stopped.text()))?;
@@ -151,7 +151,7 @@ pub(super) fn formation_view(
 pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::Result<PosesAnswer> {
     refuse("--xlsx", args.xlsx.is_some(), document)?;
     let most = MAX_POSITIONS / document.formation().layout().handles();
-    let span: RangeInclusive<f64> = document.start_s()..=document.end_s();
+    let span: RangeInclusive<f64> = document.start_s()..=document.formation().end_s();
     let times_s = times_s(&args.times, &span, most)?;
     if args.figure.is_asked() {
         let time_s = one_time(&times_s)?;

@@ -161,7 +161,7 @@ pub(super) fn sensitivity(args: &SensitivityArgs, document: &FormationDocument) 
     let settings = document.dragons().iter().map(setting).collect::<anyhow::Result<Vec<Setting>>>()?;
     let meter: Meter = args.work.long_meter();
     let formation = document.formation().metered(&meter);
-    let found = meeting_sensitivity(&formation, &settings, [document.start_s(), document.end_s()]);
+    let found = meeting_sensitivity(&formation, &settings, [document.start_s(), document.formation().end_s()]);
     let known = found.as_ref().ok().and_then(Option::as_ref);
     let members = known.map(|found| found.meeting.benches.map(|bench| document.named_bench(bench)));
     let row = |rate: &MeetingRate| ParameterRow {

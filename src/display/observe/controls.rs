@@ -21,6 +21,7 @@ pub struct Controls {
     pub hold: Option<String>,
     pub release: Option<String>,
     pub stop: Option<String>,
+    pub go: Option<String>,
 }
 
 impl Controls {
@@ -46,6 +47,7 @@ impl Controls {
             resume: in_words(snapshot, resume(status, state)),
             seek: seek(status),
             release: in_words(snapshot, release(status, state)),
+            go: in_words(snapshot, go(status, state)),
             ..Self::default()
         }
     }
@@ -60,14 +62,15 @@ impl Controls {
             Request::Hold => &self.hold,
             Request::Release => &self.release,
             Request::Stop => &self.stop,
+            Request::Go => &self.go,
             Request::Grant { .. } | Request::Pace { .. } => &None,
         };
         refusal.as_deref()
     }
 
     fn all(reason: &str) -> Self {
-        let [pause, resume, speed, seek, hold, release, stop] = [(); 7].map(|()| Some(reason.to_owned()));
-        Self { pause, resume, speed, seek, hold, release, stop }
+        let [pause, resume, speed, seek, hold, release, stop, go] = [(); 8].map(|()| Some(reason.to_owned()));
+        Self { pause, resume, speed, seek, hold, release, stop, go }
     }
 }
 
@@ -120,6 +123,18 @@ fn release(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal>
     }
 }
 
+fn go(status: Option<&Status>, state: Option<ShowState>) -> Option<Refusal> {
+    let waits = status.is_some_and(|status| status.stops().has(Stop::Waiting));
+    match state {
+        Some(ShowState::Waiting) => None,
+        _ if is_held(status, state) => Some(Refusal::Held),
+        Some(ShowState::Ready) => Some(Refusal::Ready),
+        Some(ShowState::Finished | ShowState::Ended) => Some(Refusal::Finished),
+        Some(ShowState::Paused) if waits => Some(Refusal::Paused),
+        _ => Some(Refusal::NothingWaits),
+    }
+}
+
 fn seek(status: Option<&Status>) -> Option<String> {
     let status = status?;
     if matches!(status.timecode_state(), Some(TimecodeState::Locked | TimecodeState::Standing)) {
@@ -150,7 +165,7 @@ mod tests {
     fn refused(snapshot: &Snapshot) -> String {
         let controls = Controls::of(snapshot);
         let json = serde_json::to_value(&controls).expect("JSON");
-        let order = ["pause", "resume", "speed", "seek", "hold", "release", "stop"];
+        let order = ["pause", "resume", "speed", "seek", "hold", "release", "stop", "go"];
         order.into_iter().filter(|name| !json[name].is_null()).collect::<Vec<_>>().join(" ")
     }
 

@@ -7,6 +7,7 @@
 mod clearance_memory;
 mod contact;
 mod controls;
+mod cue_list;
 mod current_run;
 mod described_run;
 mod event_logs;
@@ -29,6 +30,7 @@ mod standing;
 
 pub use contact::{Contact, PastContact};
 pub use controls::Controls;
+pub use cue_list::{CueList, CueState, ListedCue};
 pub use described_run::{ClearanceChart, DescribedRun};
 pub use event_logs::{AlertLog, CommandHistory, EventLog, Numbered};
 pub use frame_statistics::FrameStatistics;

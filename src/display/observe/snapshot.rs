@@ -21,7 +21,7 @@ use super::reader_log::ReaderLog;
 use super::recent_overruns::RecentOverruns;
 use super::several::of_formation;
 use super::show_forecast::ShowForecast;
-use crate::config::{Config, NamedBenches};
+use crate::config::{Config, Cue, NamedBenches};
 
 /// A copy of a frame. A display can keep it without holding a sample of the server's shared memory.
 #[derive(Clone, Debug, PartialEq)]
@@ -128,6 +128,12 @@ impl Snapshot {
     /// The configuration of the frame's run, if it is known.
     pub fn config(&self) -> Option<&Config> {
         self.run.as_ref().map(|run| &run.config)
+    }
+
+    /// The wait at which the show stands.
+    pub fn cue_here(&self) -> Option<&Cue> {
+        let (config, header) = (self.config()?, self.header()?);
+        config.cues().iter().find(|cue| cue.waits && config.formation().course_m(cue.at_s) == header.course_m)
     }
 
     /// Whether the frame is one of a formation, whose place is plan time.

@@ -140,6 +140,7 @@ impl Standing {
             Some(ShowState::Ready) => {
                 Self::new(Level::Calm, "READY", "The dragon waits at its start.").remedied("A release starts it.")
             }
+            Some(ShowState::Waiting) => waiting(snapshot),
             Some(ShowState::Held) => held(snapshot),
             Some(ShowState::Finished) => {
                 Self::new(Level::Calm, "FINISHED", "The show is over.").remedied("A seek starts it again.")
@@ -203,6 +204,20 @@ fn hung_guard(snapshot: &Snapshot, now_ns: u64) -> Option<(String, String)> {
     let silence = guard_silence(snapshot, now_ns).filter(|_| is_needed && !is_over)?;
     let cause = format!("The guard does not answer: {silence}.");
     Some((cause, "End `bench-dragon monitor --guard`, and start it again.".to_owned()))
+}
+
+/// A show that waits at a cue.
+fn waiting(snapshot: &Snapshot) -> Standing {
+    let cue = snapshot.cue_here().map_or_else(|| "a cue".to_owned(), |cue| format!("the cue “{}”", cue.name));
+    let cause = format!("The show waits at {cue}.");
+    match snapshot.guard {
+        _ if is_replayed(snapshot) => {
+            Standing::new(Level::Calm, "WAITING FOR GO", format!("The recorded show waited at {cue}."))
+        }
+        GuardSituation::Missing => Standing::new(Level::Danger, "WAITING FOR GO", format!("{cause} No guard runs."))
+            .remedied("Start `bench-dragon monitor --guard` before GO."),
+        _ => Standing::new(Level::Calm, "WAITING FOR GO", cause).remedied("GO lets it walk on."),
+    }
 }
 
 fn stopping(snapshot: &Snapshot) -> String {

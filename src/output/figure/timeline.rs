@@ -155,7 +155,7 @@ impl StateLook {
 
     fn name(self) -> &'static str {
         match self {
-            Self::Ready => "ready",
+            Self::Ready => "ready, or waiting for GO",
             Self::Running => "running",
             Self::Paused => "paused or braking",
             Self::Held => "held",

@@ -36,7 +36,7 @@ impl Steering {
             Request::Pace { .. } => {
                 return Err(Refusal::OutOfRange { lowest: *RATE.start(), highest: *RATE.end() });
             }
-            Request::Speed { .. } | Request::Hold | Request::Release | Request::Grant { .. } => {
+            Request::Speed { .. } | Request::Hold | Request::Release | Request::Go | Request::Grant { .. } => {
                 return Err(Refusal::Replayed);
             }
         }

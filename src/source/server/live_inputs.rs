@@ -5,7 +5,7 @@ use bench_dragon_ipc::{CommandEvent, EventKind, Refusal, Request, Sender};
 use super::following::TimecodeFollowing;
 use super::motion::HeadState;
 use super::schedule::Schedule;
-use super::simulation::{Steering, TickInputs};
+use super::simulation::{ReachedCue, Steering, TickInputs};
 use crate::source::timecode::ShowPosition;
 use crate::source::{Moment, SourcePorts};
 
@@ -52,5 +52,11 @@ impl TickInputs for LiveInputs<'_> {
         let (kind, state) = following.timecode();
         report.report_timecode(kind, state);
         Some(steering)
+    }
+
+    fn reached(&mut self, head: HeadState, ReachedCue { number, at_s }: ReachedCue) {
+        let event = CommandEvent::plain(EventKind::Cue, Sender::Server, self.tick);
+        let moment = self.moment(head);
+        self.ports.report.commands.record(CommandEvent { values: [number as f64, at_s, 0.0, 0.0], ..event }, moment);
     }
 }

@@ -28,13 +28,14 @@ use crate::system::clock::{monotonic_ns, sleep_until, spin_until};
 pub mod motion;
 pub mod schedule;
 
+mod cue_track;
 mod following;
 mod live_inputs;
 mod real_time;
 mod simulation;
 
 pub use following::{TimecodeFollowing, TimecodeNews};
-pub use simulation::{Simulation, Steering, TickInputs};
+pub use simulation::{ReachedCue, Simulation, Steering, TickInputs};
 
 use live_inputs::LiveInputs;
 use schedule::Schedule;

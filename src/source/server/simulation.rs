@@ -6,6 +6,7 @@ use bench_dragon_geometry::formation::{Formation, FormationStepper};
 use bench_dragon_ipc::{DragonMotion, DragonState, FrameHeader, HandleState, Refusal, Request, RunStart};
 use glam::DVec3;
 
+use super::cue_track::CueTrack;
 use crate::config::Config;
 use crate::source::server::motion::{HeadState, Motion, MotionPlan, MotionPlanError};
 use crate::source::timecode::ShowPosition;
@@ -25,6 +26,18 @@ pub trait TickInputs {
     ) -> Option<Steering> {
         None
     }
+
+    /// Notes that the show has reached a cue at this tick, by walking or by a seek to it. `head` is the head after the tick.
+    fn reached(&mut self, _head: HeadState, _cue: ReachedCue) {}
+}
+
+/// A cue that the show has reached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReachedCue {
+    /// Its number in the configuration, from 0.
+    pub number: usize,
+    /// Its plan time in seconds.
+    pub at_s: f64,
 }
 
 /// A tick without requests and timecode.
@@ -51,13 +64,17 @@ pub struct Simulation {
     time_scale: f64,
     /// Whether a timecode determines the show time.
     is_led: bool,
+    cues: CueTrack,
+    /// Periods since the last GO, also missed ones.
+    since_go: Option<u64>,
 }
 
 impl Simulation {
     /// Creates the dragons before tick 0. A tick of the plan takes `time_scale / rate_hz` show seconds.
     pub fn new(formation: Arc<Formation>, plan: MotionPlan, rate_hz: u32, time_scale: f64) -> Self {
         let stepper = FormationStepper::new(formation);
-        Self { motion: Motion::new(plan), stepper, rate_hz, time_scale, is_led: false }
+        let cues = CueTrack::default();
+        Self { motion: Motion::new(plan), stepper, rate_hz, time_scale, is_led: false, cues, since_go: None }
     }
 
     /// Creates the dragons of a server's run before tick 0.
@@ -68,6 +85,7 @@ impl Simulation {
         let plan = MotionPlan::of_run(config, start, run_id)?;
         let serve = &config.tables().serve;
         let mut simulation = Self::new(Arc::clone(config.formation()), plan, serve.rate_hz, serve.time_scale);
+        simulation.cues = CueTrack::of(config);
         if start.follows_timecode {
             simulation.follow();
         }
@@ -82,7 +100,10 @@ impl Simulation {
     /// Advances by one tick, after `missed` missed periods. This is the order of a tick: the missed periods, the requests, the
     /// timecode, one period.
     pub fn tick(&mut self, missed: u64, inputs: &mut impl TickInputs) {
+        self.since_go = self.since_go.map(|periods| periods + missed + 1);
+        let before_m = self.motion.head().travel_m;
         self.motion.miss(missed);
+        self.cues.walk(before_m, self.motion.head().travel_m);
         if self.is_led {
             // The follower compensates the timecode's lead instead.
             self.motion.forget_lag();
@@ -98,7 +119,11 @@ impl Simulation {
             self.time_scale = time_scale;
             self.is_led = leads;
         }
+        let begin_m = self.motion.head().travel_m;
         self.motion.advance();
+        let head = self.motion.head();
+        self.cues.walk(begin_m, head.travel_m);
+        self.cues.take(|cue| inputs.reached(head, cue));
     }
 
     /// Takes an operator's or a guard's request, as [`Motion::request`]. It takes effect at the next tick.
@@ -108,8 +133,35 @@ impl Simulation {
     pub fn request(&mut self, request: Request) -> Result<(), Refusal> {
         match request {
             Request::Seek { .. } if self.is_led => Err(Refusal::Followed),
+            Request::Speed { speed_mps } => self.set_speed(speed_mps),
+            // A GO that is sent twice is one.
+            Request::Go if self.since_go.is_some_and(|periods| periods * 10 < 3 * u64::from(self.rate_hz)) => Ok(()),
+            Request::Go => {
+                self.motion.request(request)?;
+                self.since_go = Some(0);
+                Ok(())
+            }
             _ => self.motion.request(request),
         }
+    }
+
+    /// Plays at the pace at which the planned speed of the leading head becomes this speed.
+    fn set_speed(&mut self, speed_mps: f64) -> Result<(), Refusal> {
+        let formation = self.stepper.formation();
+        let planned_mps = formation.timetable().planned_mps();
+        let ordered_mps = match formation.ordered_mps(self.motion.head().travel_m) {
+            _ if !formation.has_plan_course() => planned_mps,
+            // The leading dragon is planned to stand here.
+            0.0 => planned_mps,
+            ordered_mps => ordered_mps,
+        };
+        let along_mps = if ordered_mps == planned_mps { speed_mps } else { speed_mps * (planned_mps / ordered_mps) };
+        self.motion.request(Request::Speed { speed_mps: along_mps }).map_err(|refusal| match refusal {
+            Refusal::OutOfRange { lowest, highest } if ordered_mps < planned_mps => {
+                Refusal::OutOfRange { lowest, highest: highest * (ordered_mps / planned_mps) }
+            }
+            refusal => refusal,
+        })
     }
 
     /// The head, and the reasons for which it stands.

@@ -37,7 +37,7 @@ struct Leg {
 
 /// The motion of the head.
 #[allow(clippy::struct_excessive_bools, reason = "each flag has its own cause")]
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Motion {
     plan: MotionSettings,
     leg: Leg,
@@ -59,6 +59,8 @@ pub struct Motion {
     is_over: bool,
     /// Whether a seek has moved the head, and it has not walked since.
     was_repositioned: bool,
+    /// The wait that the last GO ended, as long as the head has not left it.
+    ended_wait_m: Option<f64>,
 }
 
 impl Motion {
@@ -66,9 +68,8 @@ impl Motion {
     pub fn new(plan: MotionPlan) -> Self {
         let plan = plan.settings();
         let mut motion = Self {
-            plan,
             leg: Leg { start_s: plan.start_s, parts: 0, is_shown: false },
-            walk: walk_from(&plan, plan.start_travel_m),
+            walk: Walk::at_rest(plan.tick_s, plan.accel_mps2, plan.start_travel_m),
             speed_mps: plan.start_speed_mps,
             authority: plan.guarded_run.map(Authority::none),
             catch_up: CatchUp::new(plan.most_jumped),
@@ -81,6 +82,8 @@ impl Motion {
             is_ending: false,
             is_over: plan.until_s.is_some_and(|until_s| plan.start_s >= until_s),
             was_repositioned: false,
+            ended_wait_m: None,
+            plan,
         };
         motion.steer();
         motion
@@ -150,8 +153,8 @@ impl Motion {
             Request::Release => self.release()?,
             Request::Grant { run_id, from_m, to_m, is_final } => self.grant(run_id, [from_m, to_m], is_final)?,
             Request::Stop => self.is_ending = true,
-            // Only a replay has a recorded pace.
-            Request::Pace { .. } => return Err(Refusal::Unknown),
+            Request::Pace { factor } => self.set_pace(factor)?,
+            Request::Go => self.go()?,
         }
         self.steer();
         Ok(())
@@ -216,6 +219,7 @@ impl Motion {
             (Stop::RunEnd, self.is_over || rests && self.travel_m() >= self.plan.end_travel_m),
             (Stop::Ready, self.is_ready),
             (Stop::Restarted, self.is_restarted),
+            (Stop::Waiting, self.waits()),
         ];
         stops.into_iter().filter_map(|(stop, holds)| holds.then_some(stop)).collect()
     }
@@ -232,6 +236,8 @@ impl Motion {
             Self { is_ready: true, .. } => ShowState::Ready,
             Self { is_over: true, .. } => self.state_at_end(),
             _ if rests && self.travel_m() >= self.plan.end_travel_m => self.state_at_end(),
+            Self { is_paused: true, .. } | Self { stands: true, .. } if rests && self.waits() => ShowState::Paused,
+            _ if self.waits() => ShowState::Waiting,
             _ if rests && self.is_at_limit() => ShowState::Held,
             Self { is_paused: true, .. } | Self { stands: true, .. } if rests => ShowState::Paused,
             _ if self.is_to_stand() => ShowState::Stopping,
@@ -276,13 +282,29 @@ impl Motion {
     fn steer(&mut self) {
         let target_mps = if self.is_to_stand() { 0.0 } else { self.speed_mps };
         let granted_to_m = self.granted_to_m().unwrap_or(f64::INFINITY);
-        let end_m = self.plan.end_travel_m;
-        self.walk.steer(
-            self.ticks(),
-            target_mps,
-            granted_to_m.min(end_m),
-            self.plan.has_planned_ends && granted_to_m >= end_m,
-        );
+        let rest_m = self.wait_m().min(self.plan.end_travel_m);
+        let rests_at_limit = self.plan.has_planned_ends && granted_to_m >= rest_m;
+        self.walk.leave_at_once(self.planned_rest_m());
+        self.walk.steer(self.ticks(), target_mps, granted_to_m.min(rest_m), rests_at_limit);
+    }
+
+    /// The place of the head, if the plan itself rests there.
+    fn planned_rest_m(&self) -> Option<f64> {
+        let begin_m = self.plan.speed_mps * self.plan.first_s;
+        let is_rest = |travel_m: &f64| *travel_m == begin_m || self.plan.waits_m.contains(travel_m);
+        Some(self.travel_m()).filter(|travel_m| self.plan.has_planned_ends && is_rest(travel_m))
+    }
+
+    /// The next place at which the show waits for GO; infinite if there is none.
+    fn wait_m(&self) -> f64 {
+        let travel_m = self.travel_m();
+        let is_ahead = |wait_m: &f64| *wait_m > travel_m || *wait_m == travel_m && self.ended_wait_m != Some(travel_m);
+        self.plan.waits_m.iter().copied().find(is_ahead).unwrap_or(f64::INFINITY)
+    }
+
+    /// Whether the show stands at a wait.
+    fn waits(&self) -> bool {
+        self.walk.rests_since().is_some() && self.wait_m() == self.travel_m()
     }
 
     /// Begins a leg at the instant at which the head came to rest, if that is within this tick.
@@ -321,7 +343,7 @@ impl Motion {
             ShowState::Ready => return Err(Refusal::Ready),
             ShowState::Held => return Err(Refusal::HeldByGuard),
             ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
-            ShowState::Running | ShowState::Stopping | ShowState::Paused => self.is_paused = false,
+            ShowState::Running | ShowState::Stopping | ShowState::Paused | ShowState::Waiting => self.is_paused = false,
         }
         Ok(())
     }
@@ -346,6 +368,26 @@ impl Motion {
         Ok(())
     }
 
+    /// Sets the speed along the course by its ratio to the planned one.
+    fn set_pace(&mut self, factor: f64) -> Result<(), Refusal> {
+        require(factor, 0.0, Request::MAX_SPEED_MPS / self.plan.speed_mps)?;
+        self.speed_mps = factor * self.plan.speed_mps;
+        Ok(())
+    }
+
+    /// Walks on from a wait.
+    fn go(&mut self) -> Result<(), Refusal> {
+        match self.state() {
+            ShowState::Waiting => self.ended_wait_m = Some(self.travel_m()),
+            _ if self.is_held => return Err(Refusal::Held),
+            ShowState::Ready => return Err(Refusal::Ready),
+            ShowState::Finished | ShowState::Ended => return Err(Refusal::Finished),
+            _ if self.waits() => return Err(Refusal::Paused),
+            _ => return Err(Refusal::NothingWaits),
+        }
+        Ok(())
+    }
+
     fn seek(&mut self, show_time_s: f64) -> Result<(), Refusal> {
         let last_s = self.plan.until_s.map_or(self.plan.last_s, |until_s| until_s.min(self.plan.last_s));
         require(show_time_s, self.plan.first_s, last_s)?;
@@ -356,7 +398,8 @@ impl Motion {
         }
         self.catch_up.clear();
         self.leg = Leg { start_s: show_time_s, parts: 0, is_shown: false };
-        self.walk = walk_from(&self.plan, travel_m);
+        self.walk = Walk::at_rest(self.plan.tick_s, self.plan.accel_mps2, travel_m);
+        self.ended_wait_m = None;
         self.is_over = self.plan.until_s.is_some_and(|until_s| show_time_s >= until_s);
         self.was_repositioned = true;
         Ok(())
@@ -370,12 +413,6 @@ impl Motion {
         require(to_m, from_m, end_m)?;
         authority.grant(run_id, [from_m, to_m], is_final, travel_m)
     }
-}
-
-/// The walk of a head that rests at a travel. A plan with ramps of its own is left at its beginning without another one.
-fn walk_from(plan: &MotionSettings, travel_m: f64) -> Walk {
-    let begin_m = plan.has_planned_ends.then_some(plan.speed_mps * plan.first_s);
-    Walk::at_rest(plan.tick_s, plan.accel_mps2, travel_m).leaving_at_once(begin_m)
 }
 
 /// Converts parts to periods. Whole periods are exact, and the result does not depend on how the parts were added up.

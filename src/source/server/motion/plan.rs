@@ -1,5 +1,7 @@
 //! The settings of a motion, and its results.
 
+use std::sync::Arc;
+
 use bench_dragon_ipc::{Request, RunStart, ShowState};
 
 use crate::config::Config;
@@ -9,7 +11,7 @@ use super::Motion;
 
 /// Settings of a motion, not yet checked.
 #[expect(clippy::struct_excessive_bools, reason = "independent settings")]
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotionSettings {
     /// Planned speed of the head, above 0, in metres per show second.
     pub speed_mps: f64,
@@ -17,6 +19,8 @@ pub struct MotionSettings {
     pub accel_mps2: Option<f64>,
     /// Whether the timetables of a plan have the ramps at its ends. Then the walk starts and stops there at once.
     pub has_planned_ends: bool,
+    /// Places at which the show waits until [`Request::Go`], in their order. The plan itself rests there.
+    pub waits_m: Arc<[f64]>,
     /// Show seconds that one running tick advances, until [`Motion::set_tick`].
     pub tick_s: f64,
     /// Show time at tick 0.
@@ -56,6 +60,7 @@ impl MotionSettings {
             speed_mps: 1.0,
             accel_mps2: None,
             has_planned_ends: false,
+            waits_m: Arc::default(),
             tick_s,
             start_s: start_travel_m,
             start_travel_m,
@@ -76,7 +81,7 @@ impl MotionSettings {
 }
 
 /// Checked settings: finite values in the ranges that [`MotionSettings`] states.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotionPlan(MotionSettings);
 
 /// Error of a setting that is out of range.
@@ -129,6 +134,7 @@ impl MotionPlan {
             speed_mps: config.tables().head.speed_mps,
             accel_mps2: config.accel_mps2(),
             has_planned_ends: config.formation().has_plan_course(),
+            waits_m: config.waits_m(),
             tick_s: config.tick_s(),
             start_s: start.start_s,
             start_travel_m: start.travel_m,
@@ -147,7 +153,7 @@ impl MotionPlan {
         })
     }
 
-    pub(super) fn settings(&self) -> MotionSettings {
+    pub(super) fn settings(self) -> MotionSettings {
         self.0
     }
 }

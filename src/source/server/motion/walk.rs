@@ -53,9 +53,9 @@ impl Walk {
         Self { tick_s, accel_mps2, target_mps: 0.0, limit_m: travel_m, rests_at_limit: false, rests_at_m: None, phase }
     }
 
-    /// The same walk, which leaves a travel at which the plan rests without a ramp.
-    pub(super) fn leaving_at_once(self, rests_at_m: Option<f64>) -> Self {
-        Self { rests_at_m, ..self }
+    /// Sets the travel at which the plan rests. The walk leaves it without a ramp.
+    pub(super) fn leave_at_once(&mut self, rests_at_m: Option<f64>) {
+        self.rests_at_m = rests_at_m;
     }
 
     /// Sets the target speed and the travel to stop at, from an instant of the present phase on. `rests_at_limit`: the plan itself

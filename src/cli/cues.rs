@@ -1,0 +1,92 @@
+//! `ctl cues`, and the names of cues.
+
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use anyhow::{Context as _, bail};
+use bench_dragon_geometry::number::{Fixed, Number};
+use bench_dragon_ipc::Domain;
+
+use crate::cli::bus_readers::Descriptions;
+use crate::cli::flags::{BadInput, Format};
+use crate::cli::print::{print_bytes, print_json, print_line};
+use crate::config::Config;
+use crate::display::observe::{CueList, ListedCue, Observer, Snapshot};
+use crate::output::table::{Column, Table, text};
+use crate::system::clock::monotonic_ns;
+use crate::system::stop::StopFlag;
+
+/// Snapshots per second.
+const SNAPSHOTS_HZ: u32 = 20;
+/// Longest wait for a frame with its description, in nanoseconds.
+const LONGEST_NS: u64 = 4_000_000_000;
+
+/// Prints the cues of the running show.
+pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
+    let (stop, began_ns) = (StopFlag::on_signals()?, monotonic_ns());
+    let mut newest = Snapshot::default();
+    Observer::new(domain.clone(), "ctl-cues", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
+        let is_late = snapshot.seen_ns.saturating_sub(began_ns) >= LONGEST_NS;
+        if snapshot.run.is_some() && snapshot.frame.is_some() || is_late {
+            stop.as_atomic().store(true, Ordering::Relaxed);
+        }
+        newest = snapshot;
+    });
+    if newest.run.is_none() {
+        bail!("no show runs on instance {}", domain.instance());
+    }
+    let list = CueList::of(&newest).unwrap_or(CueList { cues: Vec::new(), next: None, next_in_s: None });
+    match format {
+        Format::Json => print_json(&list)?,
+        Format::Text => print_list(&list)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print_list(list: &CueList) -> anyhow::Result<()> {
+    if list.cues.is_empty() {
+        print_line("the show has no cues")?;
+        return Ok(());
+    }
+    let number = Column::number("plan time, s", 3);
+    let columns = [Column::text("cue"), number, Column::text("effect"), Column::text("state"), Column::text("note")];
+    let mut table = Table::new("cues", columns.into());
+    for cue in &list.cues {
+        let note = cue.note.clone().unwrap_or_default();
+        table.push(vec![
+            cue.name.clone().into(),
+            cue.at_s.into(),
+            effect(cue).into(),
+            cue.state.name().into(),
+            note.into(),
+        ]);
+    }
+    print_bytes(text(&[table]))?;
+    if let (Some(next), Some(wait_s)) = (list.next_cue(), list.next_in_s) {
+        print_line(format_args!("next: {} in {} s", next.name, Fixed::<1>(wait_s)))?;
+    }
+    Ok(())
+}
+
+/// What a cue changes, in words.
+fn effect(cue: &ListedCue) -> String {
+    let of = cue.dragon.as_ref().map_or_else(String::new, |dragon| format!("{dragon} "));
+    let speed = cue.speed_mps.map(|speed_mps| format!("{of}{} m/s", Number(speed_mps)));
+    let wait = cue.waits.then(|| "waits for GO".to_owned());
+    wait.into_iter().chain(speed).collect::<Vec<_>>().join(", ")
+}
+
+/// Plan time of a cue of the running show, in seconds.
+pub(super) fn time_of(domain: &Domain, name: &str, stop: &StopFlag) -> anyhow::Result<f64> {
+    let descriptions = Descriptions::open(domain, "ctl-cues", stop)?;
+    let description =
+        descriptions.latest().with_context(|| format!("no show runs on instance {}", domain.instance()))?;
+    let config = Config::from_toml(&description.toml).context("the description of the show is not valid")?;
+    if let Some(cue) = config.cues().iter().find(|cue| cue.name == name) {
+        return Ok(cue.at_s);
+    }
+    let names: Vec<String> = config.cues().iter().map(|cue| format!("\"{}\"", cue.name)).collect();
+    let allowed =
+        if names.is_empty() { "the show has none".to_owned() } else { format!("must be one of {}", names.join(", ")) };
+    Err(BadInput(format!("--cue is \"{}\": {allowed}", name.escape_debug())).into())
+}
