@@ -38,7 +38,7 @@ fn running_ticks_advance_show_time_by_exactly_one_step() {
 fn a_paused_show_stands_and_resumes_where_it_stood() {
     let mut motion = after(start(plan()), 5);
     motion.request(Request::Pause).expect("pause is always accepted");
-    let paused = after(motion, 100).head();
+    let paused = after(motion.clone(), 100).head();
     assert_eq!((paused.state, paused.speed_mps, paused.show_time_ns), (ShowState::Paused, 0.0, 5_000_000));
     motion.request(Request::Resume).expect("the resume is accepted");
     assert_eq!(after(motion, 1).head().show_time_ns, 6_000_000);
@@ -49,7 +49,7 @@ fn only_release_lifts_a_hold() {
     let mut motion = after(start(plan()), 5);
     motion.request(Request::Hold).expect("hold is always accepted");
     assert_eq!(motion.request(Request::Resume), Err(Refusal::Held));
-    assert_eq!(after(motion, 9).head().state, ShowState::Held);
+    assert_eq!(after(motion.clone(), 9).head().state, ShowState::Held);
     motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(motion.head().state, ShowState::Running);
     assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
@@ -77,7 +77,7 @@ fn a_show_is_ready_at_its_start_until_its_first_release() {
     assert_eq!(motion.stops(), Stops::from([Stop::Ready]));
     assert_eq!(motion.request(Request::Resume), Err(Refusal::Ready));
     motion.request(Request::Release).expect("the release starts the show");
-    assert_eq!(after(motion, 3).head().travel_m, 0.003);
+    assert_eq!(after(motion.clone(), 3).head().travel_m, 0.003);
     assert_eq!(motion.request(Request::Release), Err(Refusal::NotHeld));
 }
 
@@ -169,7 +169,7 @@ fn a_seek_starts_a_finished_show_again() {
     let mut motion = after(start(MotionSettings { end_travel_m: 0.002, ..plan() }), 9);
     assert_eq!(motion.head().state, ShowState::Finished);
     motion.request(Request::Seek { show_time_s: 0.0 }).expect("the start is inside the run");
-    assert_eq!(after(motion, 1).head().show_time_ns, 0, "the tick of a seek shows its target");
+    assert_eq!(after(motion.clone(), 1).head().show_time_ns, 0, "the tick of a seek shows its target");
     assert_eq!(after(motion, 2).head().show_time_ns, 1_000_000);
 }
 
@@ -225,8 +225,8 @@ fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
     let mut motion = after(start(guarded()), 10);
     assert_eq!((motion.head().state, motion.head().show_time_ns), (ShowState::Held, 0));
     grant(&mut motion, 0.0, 0.012_345_6).expect("the grant covers the head");
-    assert_eq!(after(motion, 12).head().state, ShowState::Running);
-    let head = after(motion, 20).head();
+    assert_eq!(after(motion.clone(), 12).head().state, ShowState::Running);
+    let head = after(motion.clone(), 20).head();
     assert_eq!((head.state, head.travel_m, head.show_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
     let mut motion = after(motion, 50);
     grant(&mut motion, 0.01, 1.0).expect("the grant covers the head");
@@ -247,7 +247,7 @@ fn neither_release_nor_resume_lifts_a_guards_stop() {
 fn a_grant_does_not_lift_a_hold() {
     let mut motion = start(MotionSettings { is_held: true, ..guarded() });
     grant(&mut motion, 0.0, 10.0).expect("the grant covers the head");
-    assert_eq!(after(motion, 5).head().state, ShowState::Held);
+    assert_eq!(after(motion.clone(), 5).head().state, ShowState::Held);
     motion.request(Request::Release).expect("the release is accepted");
     assert_eq!(after(motion, 5).head().travel_m, 0.005);
 }
@@ -284,7 +284,7 @@ fn with_an_acceleration_the_head_ramps_up_and_is_paused_once_it_rests() {
     motion = after(motion, 1000);
     assert!((motion.head().travel_m - 0.25).abs() < 1e-12 && (motion.head().speed_mps - 0.5).abs() < 1e-12);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 500).head().state, ShowState::Stopping);
+    assert_eq!(after(motion.clone(), 500).head().state, ShowState::Stopping);
     let head = after(motion, 1001).head();
     assert_eq!((head.state, head.speed_mps, head.show_time_ns), (ShowState::Paused, 0.0, 2_000_000_000));
     assert!((head.travel_m - 0.5).abs() < 1e-12, "{}", head.travel_m);
@@ -355,7 +355,7 @@ fn a_head_that_stands_ends_with_the_next_tick() {
     motion.request(Request::Hold).expect("the command is never refused");
     let mut motion = after(motion, 50);
     motion.request(Request::Stop).expect("the command is never refused");
-    assert_eq!(after(motion, 1).head(), HeadState { state: ShowState::Ended, ..motion.head() });
+    assert_eq!(after(motion.clone(), 1).head(), HeadState { state: ShowState::Ended, ..motion.head() });
 }
 
 #[test]
@@ -443,15 +443,15 @@ fn a_grant_elsewhere_moves_nothing_and_allows_a_seek_to_it() {
 #[test]
 fn a_plan_with_impossible_values_is_rejected() {
     let sound = plan();
-    assert!(MotionPlan::new(sound).is_ok());
+    assert!(MotionPlan::new(sound.clone()).is_ok());
     for (odd, name) in [
-        (MotionSettings { speed_mps: 0.0, ..sound }, "speed_mps"),
-        (MotionSettings { accel_mps2: Some(f64::NAN), ..sound }, "accel_mps2"),
-        (MotionSettings { tick_s: f64::INFINITY, ..sound }, "tick_s"),
-        (MotionSettings { until_s: Some(f64::NAN), ..sound }, "until_s"),
-        (MotionSettings { end_travel_m: f64::INFINITY, ..sound }, "end_travel_m"),
-        (MotionSettings { last_s: -1.0, ..sound }, "last_s"),
-        (MotionSettings { start_speed_mps: 10.1, ..sound }, "start_speed_mps"),
+        (MotionSettings { speed_mps: 0.0, ..sound.clone() }, "speed_mps"),
+        (MotionSettings { accel_mps2: Some(f64::NAN), ..sound.clone() }, "accel_mps2"),
+        (MotionSettings { tick_s: f64::INFINITY, ..sound.clone() }, "tick_s"),
+        (MotionSettings { until_s: Some(f64::NAN), ..sound.clone() }, "until_s"),
+        (MotionSettings { end_travel_m: f64::INFINITY, ..sound.clone() }, "end_travel_m"),
+        (MotionSettings { last_s: -1.0, ..sound.clone() }, "last_s"),
+        (MotionSettings { start_speed_mps: 10.1, ..sound.clone() }, "start_speed_mps"),
     ] {
         let message = MotionPlan::new(odd).expect_err(name).to_string();
         assert!(message.starts_with(&format!("{name} of a motion is ")), "{message}");
@@ -505,9 +505,9 @@ fn a_show_that_stands_falls_no_further_behind_and_a_seek_puts_it_on_time() {
     assert_eq!((stood.head().show_time_ns, stood.catch_up().behind_ns(1000)), (10_000_000, 5_000_000));
     let mut motion = stood;
     motion.request(Request::Release).expect("the release is accepted");
-    assert_eq!(after(motion, 1).head().show_time_ns, 11_100_000, "the show catches up");
+    assert_eq!(after(motion.clone(), 1).head().show_time_ns, 11_100_000, "the show catches up");
     motion.request(Request::Seek { show_time_s: 3.0 }).expect("3 s is inside the run");
-    assert_eq!((after(motion, 2).head().show_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
+    assert_eq!((after(motion.clone(), 2).head().show_time_ns, motion.catch_up().behind_ns(1000)), (3_001_000_000, 0));
 }
 
 #[test]
@@ -515,7 +515,7 @@ fn commands_apply_from_their_tick_whatever_was_missed_before() {
     let mut motion = after(start(plan()), 10);
     motion.miss(5);
     motion.request(Request::Pause).expect("pause is always accepted");
-    assert_eq!(after(motion, 1).head().show_time_ns, 15_000_000, "the head walked during the missed periods");
+    assert_eq!(after(motion.clone(), 1).head().show_time_ns, 15_000_000, "the head walked during the missed periods");
     motion.advance();
     motion.miss(5);
     motion.request(Request::Resume).expect("the resume is accepted");
@@ -585,7 +585,7 @@ proptest! {
         orders in orders(),
         gaps in prop::collection::vec(0..30_u64, 1..60),
     ) {
-        let (mut whole, mut missing) = (planned(plan), planned(plan));
+        let (mut whole, mut missing) = (planned(plan.clone()), planned(plan));
         let mut due: Vec<(u64, Request)> = Vec::new();
         for (after, order) in orders {
             due.push((due.last().map_or(0, |(period, _)| *period) + after, order));
@@ -619,8 +619,8 @@ proptest! {
         let plan = MotionSettings { tick_s, most_jumped, ..MotionSettings::plain(tick_s, 0.0, 1e6) };
         // No period is missed before the first tick.
         let missed = [vec![0], missed].concat();
-        let heads = play_missing(planned(plan), &missed);
-        prop_assert_eq!(&play_missing(planned(plan), &missed), &heads);
+        let heads = play_missing(planned(plan.clone()), &missed);
+        prop_assert_eq!(&play_missing(planned(plan.clone()), &missed), &heads);
         let mut motion = planned(plan);
         let mut period = 0;
         for missed in missed {

@@ -38,7 +38,8 @@ impl Planned {
     /// Travel of the head at a plan time. Before its start and after its end, the dragon stands at the ends of its run.
     pub fn travel_m(&self, time_s: f64) -> f64 {
         let (start_m, end_m) = (self.dragon.start_travel_m(), self.dragon.end_travel_m());
-        self.timetable.travel_m(time_s).clamp(start_m, end_m)
+        // The end is exact, so that a dragon which stands there has ended.
+        if time_s >= self.timetable.end_s() { end_m } else { self.timetable.travel_m(time_s).clamp(start_m, end_m) }
     }
 
     /// Speed of the head at a plan time, in metres per second of it: 0 before its start and after its end.
@@ -189,8 +190,8 @@ impl Formation {
         let planned = &self.dragons[dragon];
         let (travel_m, speed_mps) = match self.course {
             Course::Travel => (course_m, speed_mps),
-            Course::Plan { speed_mps: planned_mps, .. } => {
-                let plan_s = course_m / planned_mps;
+            Course::Plan { speed_mps: planned_mps, end_s, .. } => {
+                let plan_s = if course_m >= planned_mps * end_s { end_s } else { course_m / planned_mps };
                 (planned.travel_m(plan_s), planned.speed_mps(plan_s) * (speed_mps / planned_mps))
             }
         };
