@@ -58,7 +58,7 @@ proptest! {
         accel_mps2 in prop::option::of(0.05..5.0_f64),
         start_s in -20.0..20.0_f64,
         run_m in 0.5..200.0_f64,
-        waits in prop::collection::vec((0.0..15.0_f64, prop::option::of(0.0..5.0_f64)), 0..9),
+        waits in prop::collection::vec((0.0..15.0_f64, prop::option::of(0.0..5.0_f64)), 1..9),
     ) {
         let mut at_s = start_s - 5.0;
         let changes: Vec<Change> = waits

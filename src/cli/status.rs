@@ -71,7 +71,7 @@ struct StatusReport {
     well: bool,
     /// `live`, `waiting` (no frame yet, or no server), `silent`, `ended`, `gone` or `failed`.
     link: &'static str,
-    /// State of the show: `ready`, `running`, `stopping`, `paused`, `held`, `finished` or `ended`.
+    /// State of the show: `ready`, `running`, `stopping`, `paused`, `held`, `waiting`, `finished` or `ended`.
     state: Option<&'static str>,
     /// How the show stands: how urgent it is, in a word, its cause, and what to do.
     standing: Standing,

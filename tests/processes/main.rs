@@ -17,6 +17,7 @@ mod children;
 mod clients_page;
 mod commands;
 mod ctl_status;
+mod cues;
 mod directory;
 mod doctor;
 mod documented_keys;

@@ -87,7 +87,11 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     let status = sheet.start(&["ctl", "status"]).end();
     assert!(status.stdout.contains("recorder"), "{}{}", status.stdout, status.stderr);
     sheet.accepted("release");
-    reader.read_until("the dragon walks", |header| header.head_travel_m > -59.9);
+    reader.read_until("the dragon waits at its first cue", |header| header.show_state() == Some(ShowState::Waiting));
+    sheet.accepted("go");
+    reader.read_until("the dragon walks on", |header| header.show_state() == Some(ShowState::Running));
+    let cues = sheet.start(&["ctl", "cues"]).end();
+    assert!(cues.stdout.contains("first lanterns") && cues.stdout.contains("next: "), "{}{}", cues.stdout, cues.stderr);
     // `watch.rs` tests this command in a terminal.
     sheet.take(&["watch"]);
     sheet.accepted("hold");

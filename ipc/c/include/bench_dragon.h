@@ -88,6 +88,10 @@ typedef enum {
    * The show waits at its start for its first `release`. It is calm: no safety stop.
    */
   BD_READY = 6,
+  /**
+   * The show waits at a cue for GO. It is calm: no safety stop.
+   */
+  BD_WAITING = 7,
 } bd_show_state_t;
 
 /**
@@ -175,6 +179,15 @@ typedef enum {
    * `ended`.
    */
   BD_COMMAND_STOP = 6,
+  /**
+   * Play at this pace: plan time per show time. A replay does not record the commands that it
+   * takes.
+   */
+  BD_COMMAND_PACE = 12,
+  /**
+   * Walk on from a cue that waits.
+   */
+  BD_COMMAND_GO = 13,
 } bd_command_t;
 
 /**
@@ -251,6 +264,14 @@ typedef enum {
    * The show waits at its start. Only `release` starts it.
    */
   BD_REFUSED_READY = 15,
+  /**
+   * The show does not stand at a cue that waits.
+   */
+  BD_REFUSED_NOTHING_WAITS = 16,
+  /**
+   * The show is paused. `resume` continues.
+   */
+  BD_REFUSED_PAUSED = 17,
 } bd_refusal_t;
 
 /**
@@ -308,10 +329,19 @@ typedef enum {
    */
   BD_EVENT_END = 11,
   /**
-   * Replay at this pace, in recorded seconds per second. A server refuses it, and a replay does not
-   * record the commands that it takes.
+   * Play at this pace: plan time per show time. A replay does not record the commands that it
+   * takes.
    */
   BD_EVENT_PACE = 12,
+  /**
+   * Walk on from a cue that waits.
+   */
+  BD_EVENT_GO = 13,
+  /**
+   * The show has reached a cue, by walking or by a seek to it. First value: its number in the
+   * configuration, from 0. Second value: its plan time in seconds.
+   */
+  BD_EVENT_CUE = 14,
 } bd_event_kind_t;
 
 /**
@@ -430,6 +460,10 @@ typedef enum {
    * The server was restarted, and has held the show since. The show is held too.
    */
   BD_STOP_RESTARTED = 128,
+  /**
+   * The show waits at a cue. `go` lets it walk on.
+   */
+  BD_STOP_WAITING = 256,
 } bd_stop_t;
 
 /**
@@ -472,6 +506,10 @@ typedef enum {
    * The server itself.
    */
   BD_SENDER_SERVER = 8,
+  /**
+   * `bench-dragon show --auto-go`.
+   */
+  BD_SENDER_SHOW = 9,
 } bd_sender_t;
 
 /**
@@ -1184,8 +1222,8 @@ bd_result_t bd_show_alert(const bd_show_t *show,
 
 /**
  * Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
- * `command` is a `bd_command_t`. `value` is the speed in metres per show second or the show time in seconds; other
- * commands ignore it. `reply` may be NULL.
+ * `command` is a `bd_command_t`. `value` is the speed in metres per show second, the show time in seconds or the
+ * pace; other commands ignore it. `reply` may be NULL.
  *
  * `BD_REFUSED` if the server refuses the command: the reply and `bd_last_error` have the reason. `BD_NO_SERVER` if no
  * server is connected, or none replied in time. After such a timeout the server may have executed the command

@@ -30,8 +30,8 @@ pub struct bd_reply_t {
 same_layout!(bd_reply_t, CommandReply { run_id, tick, lowest, highest, refusal, reserved });
 
 /// Sends a command and waits for the reply at most `timeout_ns` nanoseconds. A reply takes about one tick of the server.
-/// `command` is a `bd_command_t`. `value` is the speed in metres per show second or the show time in seconds; other
-/// commands ignore it. `reply` may be NULL.
+/// `command` is a `bd_command_t`. `value` is the speed in metres per show second, the show time in seconds or the
+/// pace; other commands ignore it. `reply` may be NULL.
 ///
 /// `BD_REFUSED` if the server refuses the command: the reply and `bd_last_error` have the reason. `BD_NO_SERVER` if no
 /// server is connected, or none replied in time. After such a timeout the server may have executed the command
@@ -61,11 +61,12 @@ pub extern "C" fn bd_show_command(
 }
 
 fn request(command: i32, value: f64) -> Result<Request, Failure> {
-    let last = EventKind::Stop.to_wire();
-    let kind = u32::try_from(command).ok().filter(|&kind| kind <= last);
+    let kinds = EventKind::OF_CLIENTS.map(EventKind::to_wire);
+    let kind = u32::try_from(command).ok().filter(|kind| kinds.contains(kind));
     let wire = kind.map(|kind| Command { kind, values: [value, 0.0], ..Command::default() });
     wire.and_then(|wire| Request::from_wire(&wire)).ok_or_else(|| {
-        Failure::new(bd_result_t::BD_INVALID_ARGUMENT, format!("command is {command}, must be 0 to {last}"))
+        let text = format!("command is {command}, must be a bd_command_t: one of {kinds:?}");
+        Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text)
     })
 }
 

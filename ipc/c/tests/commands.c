@@ -49,8 +49,8 @@ int main(int argc, char **argv) {
   accept(show, BD_COMMAND_RELEASE, 0.0);
   REQUIRE(header_then(show).state == BD_RUNNING);
 
-  COMPLAINS(BD_INVALID_ARGUMENT, "command is 7, must be 0 to 6", bd_show_command(show, 7, 0.0, PATIENCE_NS, &reply));
-  COMPLAINS(BD_INVALID_ARGUMENT, "command is -1, must be 0 to 6", bd_show_command(show, -1, 0.0, PATIENCE_NS, NULL));
+  COMPLAINS(BD_INVALID_ARGUMENT, "command is 7, must be a bd_command_t", bd_show_command(show, 7, 0.0, PATIENCE_NS, &reply));
+  COMPLAINS(BD_INVALID_ARGUMENT, "command is -1, must be a bd_command_t", bd_show_command(show, -1, 0.0, PATIENCE_NS, NULL));
 
   EXPECT(BD_OK, bd_show_command(show, BD_COMMAND_STOP, 0.0, PATIENCE_NS, NULL));
   bd_show_close(show);

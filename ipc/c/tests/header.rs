@@ -53,14 +53,13 @@ fn the_checked_in_header_is_the_generated_one() {
 /// The enums of the bus in C.
 fn enums() -> String {
     let events = Constant::all("BD_EVENT_", &EventKind::MEANINGS);
-    let requests = &EventKind::MEANINGS[..=EventKind::Stop.to_wire() as usize];
     let accepted = Constant::new("BD_ACCEPTED", 0, "The command was accepted.");
     let refusals = [vec![accepted], Constant::all("BD_REFUSED_", &Refusal::MEANINGS)].concat();
     [
         typedef("bd_show_state_t", ShowState::ABOUT, &Constant::all("BD_", &ShowState::MEANINGS)),
         typedef("bd_dragon_state_t", DragonState::ABOUT, &Constant::all("BD_DRAGON_", &DragonState::MEANINGS)),
         typedef("bd_alert_kind_t", AlertKind::ABOUT, &Constant::all("BD_ALERT_", &AlertKind::MEANINGS)),
-        typedef("bd_command_t", "Kind of a command.", &Constant::all("BD_COMMAND_", requests)),
+        typedef("bd_command_t", "Kind of a command.", &Constant::all("BD_COMMAND_", &EventKind::meanings_of_clients())),
         typedef("bd_refusal_t", &format!("{} Later versions may add reasons.", Refusal::ABOUT), &refusals),
         typedef("bd_event_kind_t", EventKind::ABOUT, &events),
         typedef("bd_source_kind_t", SourceKind::ABOUT, &Constant::all("BD_KIND_", &SourceKind::MEANINGS)),

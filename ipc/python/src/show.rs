@@ -87,6 +87,8 @@ impl Show {
             4 => Request::Hold,
             5 => Request::Release,
             6 => Request::Stop,
+            12 => Request::Pace { factor: value },
+            13 => Request::Go,
             _ => unreachable!("the package sends these kinds only"),
         };
         let timeout = timeout_ns.map_or(Duration::MAX, Duration::from_nanos);

@@ -48,6 +48,8 @@ wire_enum! {
         Signal = 7, "signal";
         /// The server itself.
         Server = 8, "server";
+        /// `bench-dragon show --auto-go`.
+        Show = 9, "show";
     }
 }
 

@@ -91,6 +91,29 @@ wire_enum! {
     }
 }
 
+impl EventKind {
+    /// The kinds of commands that clients send.
+    pub const OF_CLIENTS: [Self; 9] = [
+        Self::Pause,
+        Self::Resume,
+        Self::Speed,
+        Self::Seek,
+        Self::Hold,
+        Self::Release,
+        Self::Stop,
+        Self::Pace,
+        Self::Go,
+    ];
+
+    /// Identifiers, numbers and meanings of these, from which their forms in other languages are generated.
+    #[doc(hidden)]
+    pub fn meanings_of_clients() -> Vec<(&'static str, u32, &'static str)> {
+        let is_sent =
+            |(_, number, _): &(&str, u32, &str)| Self::OF_CLIENTS.iter().any(|kind| kind.to_wire() == *number);
+        Self::MEANINGS.into_iter().filter(is_sent).collect()
+    }
+}
+
 impl CommandEvent {
     /// Kind of an event for a command that the source does not support.
     pub const UNKNOWN_KIND: u32 = u32::MAX;

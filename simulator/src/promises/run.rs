@@ -166,7 +166,8 @@ impl RunBook {
                     self.new_grants.push([from_m, to_m]);
                     self.join_grants();
                 }
-                Request::Pace { .. } => {}
+                Request::Pace { factor } => self.speed_mps = factor * self.settings.speed_mps,
+                Request::Go => {}
             }
             if stops != [self.paused, self.held, self.ready] {
                 self.stopped_tick = ticked.header.tick;
@@ -206,17 +207,20 @@ impl RunBook {
         let is_valid = match request {
             Request::Speed { speed_mps } => (0.0..=Request::MAX_SPEED_MPS).contains(&speed_mps),
             Request::Seek { show_time_s } => (first_s..=last_s).contains(&show_time_s),
+            Request::Pace { factor } => (0.0..=Request::MAX_SPEED_MPS / self.settings.speed_mps).contains(&factor),
             _ => true,
         };
         let is_granted =
             |travel_m: f64| self.granted.iter().any(|stretch| (stretch[0]..=stretch[1]).contains(&travel_m));
         let is_true = match (request, outcome) {
             (Request::Pause | Request::Hold | Request::Stop, outcome) => outcome.is_ok(),
-            (Request::Speed { .. }, Ok(())) => is_valid,
+            (Request::Speed { .. } | Request::Pace { .. }, Ok(())) => is_valid,
             (Request::Seek { show_time_s }, Ok(())) => {
                 is_valid && (!is_guarded || is_granted(self.travel_at(show_time_s)))
             }
-            (Request::Speed { .. } | Request::Seek { .. }, Err(Refusal::OutOfRange { .. })) => !is_valid,
+            (Request::Speed { .. } | Request::Seek { .. } | Request::Pace { .. }, Err(Refusal::OutOfRange { .. })) => {
+                !is_valid
+            }
             (Request::Seek { .. }, Err(Refusal::NotProved)) => is_guarded,
             (Request::Seek { .. }, Err(Refusal::Followed)) => self.settings.follows_timecode,
             (Request::Release, Ok(())) => self.held || self.ready,
@@ -227,7 +231,11 @@ impl RunBook {
             (Request::Resume, Err(Refusal::Finished)) => self.ending || !self.held && !self.ready,
             (Request::Grant { run_id, .. }, Ok(())) => is_guarded && run_id == self.run_id,
             (Request::Grant { run_id, .. }, Err(Refusal::OtherRun)) => run_id != self.run_id,
-            (Request::Pace { .. }, outcome) => outcome == Err(Refusal::Unknown),
+            // The plan has no cues.
+            (Request::Go, Err(Refusal::NothingWaits)) => !self.held && !self.ready,
+            (Request::Go, Err(Refusal::Held)) => self.held,
+            (Request::Go, Err(Refusal::Ready)) => self.ready,
+            (Request::Go, Err(Refusal::Finished)) => !self.held && !self.ready,
             _ => false,
         };
         if !is_true {

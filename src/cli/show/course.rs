@@ -3,9 +3,11 @@
 
 use std::collections::BTreeMap;
 
+use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{AlertKind, CommandEvent, EventKind, FrameHeader, Sender, ShowState, Status};
 use serde::Serialize;
 
+use super::cue_log::{CueLog, CueReport};
 use super::holds::{HoldLog, HoldReport};
 use super::timeline::Timeline;
 use super::wall_time::WallTime;
@@ -26,6 +28,7 @@ pub(super) struct Course {
     timeline: Timeline,
     least: Option<LeastReport>,
     holds: HoldLog,
+    cues: CueLog,
     alerts: EventLog<AlertReport>,
     alert_counts: BTreeMap<String, u64>,
     commands: CommandHistory,
@@ -45,6 +48,8 @@ pub(super) struct CourseReport {
     /// The holds, oldest first, and the number of older ones.
     pub(super) holds: Vec<HoldReport>,
     pub(super) holds_left_out: u64,
+    /// The cues, in the order of plan time.
+    pub(super) cues: Vec<CueReport>,
     /// The alerts, oldest first; the number of all of each kind, and of those that are not in the list.
     pub(super) alerts: Vec<AlertReport>,
     pub(super) alert_counts: BTreeMap<String, u64>,
@@ -78,18 +83,19 @@ pub(super) struct AlertReport {
 
 impl Default for Course {
     fn default() -> Self {
-        Self::begin(WallTime::now())
+        Self::begin(WallTime::now(), CueLog::default())
     }
 }
 
 impl Course {
     /// The course of a show that begins now.
-    pub(super) fn begin(begin: WallTime) -> Self {
+    pub(super) fn begin(begin: WallTime, cues: CueLog) -> Self {
         Self {
             begin,
             timeline: Timeline::default(),
             least: None,
             holds: HoldLog::default(),
+            cues,
             alerts: EventLog::keeping(MOST_ALERTS),
             alert_counts: BTreeMap::new(),
             commands: CommandHistory::keeping(MOST_COMMANDS),
@@ -130,20 +136,26 @@ impl Course {
         self.holds.see(status, at);
     }
 
-    /// Takes a command event. A guard's grants are left out.
-    pub(super) fn take_command(&mut self, event: CommandEvent) {
+    /// Takes a command event. A guard's grants are left out. Returns a line about a cue that is reached.
+    pub(super) fn take_command(&mut self, event: CommandEvent) -> Option<String> {
         let expected = match self.newest {
-            Some((run_id, number)) if run_id == event.run_id && event.number <= number => return,
+            Some((run_id, number)) if run_id == event.run_id && event.number <= number => return None,
             Some((run_id, number)) if run_id == event.run_id => number + 1,
             _ => 0,
         };
         self.commands_lost += event.number - expected;
         self.newest = Some((event.run_id, event.number));
         self.holds.take(&event);
+        if event.event_kind() == Some(EventKind::Cue) {
+            let time = Fixed::<3>(event.show_time_ns as f64 * 1e-9);
+            let waits = |cue: &CueReport| if cue.waits { ", and waits for GO" } else { "" };
+            return self.cues.take(&event).map(|cue| format!("{time} s: reaches the cue “{}”{}", cue.name, waits(cue)));
+        }
         let is_guards_grant = event.event_kind() == Some(EventKind::Grant) && event.sent_by() == Some(Sender::Guard);
         if !is_guards_grant {
             self.commands.push(event);
         }
+        None
     }
 
     /// The report of a show that ends at this time.
@@ -154,6 +166,7 @@ impl Course {
             least_clearance: self.least.clone(),
             holds: self.holds.reports(),
             holds_left_out: self.holds.left_out,
+            cues: self.cues.reports(),
             alerts: self.alerts.latest().map(|alert| alert.event.clone()).collect(),
             alert_counts: self.alert_counts.clone(),
             alerts_left_out: self.alerts.dropped(),
@@ -182,7 +195,7 @@ mod tests {
 
     #[test]
     fn thousands_of_near_pairs_leave_the_contact_and_are_counted() {
-        let mut course = Course::begin(at(0));
+        let mut course = Course::begin(at(0), CueLog::default());
         course.see_alert(&alert(AlertKind::Contact), at(1));
         (0..5000).for_each(|second| course.see_alert(&alert(AlertKind::Near), at(second)));
         let report = course.report(at(9000));
@@ -193,7 +206,7 @@ mod tests {
 
     #[test]
     fn commands_have_their_senders_and_grants_of_the_guard_are_left_out() {
-        let mut course = Course::begin(at(0));
+        let mut course = Course::begin(at(0), CueLog::default());
         let command = |sender: Sender, request: Request| bench_dragon_ipc::Command {
             sender: sender.to_wire(),
             pid: 12,
@@ -219,7 +232,7 @@ mod tests {
 
     #[test]
     fn commands_that_never_arrived_are_counted_in_each_run() {
-        let mut course = Course::begin(at(0));
+        let mut course = Course::begin(at(0), CueLog::default());
         for (run_id, number) in [(1, 0), (1, 3), (2, 1)] {
             course.take_command(CommandEvent {
                 run_id,
@@ -232,7 +245,7 @@ mod tests {
 
     #[test]
     fn the_least_clearance_is_that_of_the_whole_show() {
-        let mut course = Course::begin(at(0));
+        let mut course = Course::begin(at(0), CueLog::default());
         for (second, clearance_m) in [(1, 0.3), (2, 0.04), (3, 0.2)] {
             let pair = ClearanceReport {
                 time_s: 0.0,

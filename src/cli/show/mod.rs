@@ -16,16 +16,18 @@ use bench_dragon_ipc::{Domain, Request};
 use clap::{Args, ValueHint};
 
 use crate::cli::exit_status::CONTACT;
-use crate::cli::flags::{FormatArgs, listen_address};
+use crate::cli::flags::{FormatArgs, listen_address, within};
 use crate::cli::serve::{RunArgs, check_pace, configure, end_s};
 use crate::cli::timecode;
 use crate::config::Config;
 use crate::system::stop::StopFlag;
 
 mod also;
+mod auto_go;
 mod bus;
 mod children;
 mod course;
+mod cue_log;
 mod files;
 mod finish;
 mod holds;
@@ -49,6 +51,7 @@ pub use resumption::{Resumption, ResumptionSettings};
 pub use supervise::LEAST_ROOM_BYTES;
 
 use also::AlsoCommand;
+use auto_go::AutoGo;
 use bus::ShowPorts;
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
@@ -66,6 +69,7 @@ use wall_time::log;
   bench-dragon show --config stage.toml --out rehearsal-3 --fail-on-contact
   bench-dragon show --held --stay --view      a performance: waits for `ctl release`, ends by `ctl stop`
   bench-dragon show --guard --start-at 405
+  bench-dragon show --config night.toml --auto-go 5 --time-scale 20      all cues, without an operator
   bench-dragon show --view --time-scale 20    with a page for the browser; prints its address
 
 A rehearsal ends itself: at the first contact, where the guard holds the dragon permanently, at the end of the run, or after \
@@ -94,6 +98,9 @@ pub(crate) struct ShowArgs {
     /// After a restart of the server, let the dragon walk on at once, instead of holding it until `ctl release`.
     #[arg(long)]
     pub(crate) auto_resume: bool,
+    /// Rehearse alone: give GO this many seconds of wall time after the show has begun to wait at a cue, 0 to 3600.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(0.0..=3600.0))]
+    pub(crate) auto_go: Option<f64>,
     /// Keep benches from touching: a guard stops the head before a contact, and the show ends there.
     #[arg(long)]
     pub(crate) guard: bool,
@@ -162,6 +169,7 @@ struct Show<'a> {
     also: Vec<AlsoCommand>,
     /// The bus, after the first server has started.
     bus: Option<ShowPorts>,
+    auto_go: Option<AutoGo>,
     seen: LastSeen,
     reports: ChildReports,
     repairs: Repairs,
@@ -219,8 +227,9 @@ impl<'a> Show<'a> {
             page,
             also,
             bus: None,
+            auto_go: None,
             seen: LastSeen::default(),
-            reports: ChildReports::new(start_s, end, args.format.format),
+            reports: ChildReports::new(config.cues(), start_s, end, args.format.format),
             repairs: Repairs::new(),
             room_due: Instant::now(),
             has_begun: false,

@@ -10,6 +10,7 @@ use bench_dragon_ipc::AlertKind;
 
 use super::children::ChildRole;
 use super::course::Course;
+use super::cue_log::CueLog;
 use super::live_line::{LiveLine, NearAlerts, ShowEnd};
 use super::summary::ShowTotals;
 use super::wall_time::{WallTime, log};
@@ -18,6 +19,7 @@ use crate::cli::monitor::lines::{AlertLine, ContactReport, MonitorLine, MonitorP
 use crate::cli::record::RecordLine;
 use crate::cli::serve::ServeLine;
 use crate::cli::timecode::{news_text, print_listening};
+use crate::config::Cue;
 use crate::source::server::StoppedBy;
 use crate::source::timecode::FollowerEvent;
 
@@ -44,8 +46,9 @@ pub(super) struct ChildReports {
 }
 
 impl ChildReports {
-    pub(super) fn new(start_s: f64, end: ShowEnd, format: Format) -> Self {
-        Self { line: LiveLine::new(start_s, end), format, ..Self::default() }
+    pub(super) fn new(cues: &[Cue], start_s: f64, end: ShowEnd, format: Format) -> Self {
+        let course = Course::begin(WallTime::now(), CueLog::of(cues));
+        Self { course, line: LiveLine::new(start_s, end), format, ..Self::default() }
     }
 
     /// Handles a line of a child.

@@ -6,6 +6,7 @@ use anyhow::bail;
 use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::ReaderReport;
 
+use super::auto_go::AutoGo;
 use super::children::ChildRole;
 use super::files::Repaired;
 use super::liveness::{LONGEST_BACKOFF, MAX_RESTARTS, Phase};
@@ -98,6 +99,9 @@ impl Show<'_> {
             self.reports.totals.see_frame(header);
             self.reports.course.see_frame(header, now);
             self.reports.line.update(header, &self.reports.progress);
+            if let Some(auto_go) = &mut self.auto_go {
+                auto_go.see_frame(header, Instant::now());
+            }
             if self.is_performance && self.seen.finishes_with(header) {
                 log(&format!(
                     "{} s: finished; only `ctl stop` or Ctrl-C ends this show",
@@ -109,7 +113,9 @@ impl Show<'_> {
         let status = bus.status.poll()?;
         // A source publishes events before the status that shows their effect.
         while let Some(event) = bus.next_command()? {
-            self.reports.course.take_command(event);
+            if let Some(cue) = self.reports.course.take_command(event) {
+                log(&cue);
+            }
         }
         if let Some(status) = status {
             self.reports.totals.see_status(&status);
@@ -135,6 +141,9 @@ impl Show<'_> {
             Err(error) => Err(error.into()),
             Ok(bus) => {
                 self.bus = Some(bus);
+                if let (Some(wait_s), None) = (self.args.auto_go, &self.auto_go) {
+                    self.auto_go = Some(AutoGo::open(&self.domain, Duration::from_secs_f64(wait_s))?);
+                }
                 self.start(ChildRole::Monitor)?;
                 self.start(ChildRole::Record)
             }

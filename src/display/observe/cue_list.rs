@@ -8,7 +8,7 @@ use super::snapshot::Snapshot;
 use crate::config::Cue;
 
 /// The cues of a show, in the order of plan time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CueList {
     /// All cues.
     pub cues: Vec<ListedCue>,
@@ -17,6 +17,8 @@ pub struct CueList {
     /// Wall time until the next cue at the present pace, in seconds; for a show that stands, from the instant at which it walks on.
     /// Null at a cue that waits, and after the last one.
     pub next_in_s: Option<f64>,
+    /// Show time at the next cue, in seconds; null likewise.
+    pub next_time_s: Option<f64>,
 }
 
 /// A cue of the list.
@@ -75,9 +77,9 @@ impl CueList {
         let is_waiting =
             |cue: &Cue| cue.waits && header.show_state() == Some(ShowState::Waiting) && place_m(cue) == header.course_m;
         let next = config.cues().iter().position(|cue| place_m(cue) > header.course_m || is_waiting(cue));
-        let next_in_s = next.map(|next| &config.cues()[next]).filter(|cue| !is_waiting(cue)).and_then(|cue| {
+        let arrival = next.map(|next| &config.cues()[next]).filter(|cue| !is_waiting(cue)).and_then(|cue| {
             let accel_mps2 = config.accel_mps2_at(header.course_m);
-            Some(HeadMotion::new(header, snapshot.clock?, accel_mps2).passing(place_m(cue)).wall_s)
+            Some(HeadMotion::new(header, snapshot.clock?, accel_mps2).passing(place_m(cue)))
         });
         let state = |number: usize, cue: &Cue| match next {
             _ if is_waiting(cue) => CueState::Waiting,
@@ -94,7 +96,12 @@ impl CueList {
             note: cue.note.clone(),
             state: state(number, cue),
         };
-        Some(Self { cues: config.cues().iter().enumerate().map(listed).collect(), next, next_in_s })
+        Some(Self {
+            cues: config.cues().iter().enumerate().map(listed).collect(),
+            next,
+            next_in_s: arrival.map(|arrival| arrival.wall_s),
+            next_time_s: arrival.map(|arrival| arrival.time_s),
+        })
     }
 
     /// The next cue.

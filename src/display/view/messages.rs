@@ -12,7 +12,7 @@ use serde_json::{Map, Value, json};
 
 use crate::config::{Config, FormationDocument, NamedBenches, NamedDragon};
 use crate::display::observe::{
-    Controls, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
+    Controls, CueList, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
 };
 use crate::output::command_words::CommandWords;
 use crate::output::dragon_colours;
@@ -198,6 +198,8 @@ pub(super) fn status_message(snapshot: &Snapshot, chart_revision: u64, heard: Op
         "lamps": lamps(snapshot, now_ns),
         // The reason for which each command would be refused.
         "refusals": Controls::of(snapshot),
+        // The cues with the next one; null without cues.
+        "cues": CueList::of(snapshot),
         "clock": snapshot.clock,
         "least": snapshot.least,
         "chart": chart,
@@ -264,6 +266,7 @@ enum PageCommand {
     Seek { value: f64 },
     Pace { value: f64 },
     Stop {},
+    Go {},
 }
 
 /// Decodes the request in a body, or returns the reason for which it is invalid.
@@ -278,6 +281,7 @@ pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
         PageCommand::Seek { value } => Request::Seek { show_time_s: value },
         PageCommand::Pace { value } => Request::Pace { factor: value },
         PageCommand::Stop {} => Request::Stop,
+        PageCommand::Go {} => Request::Go,
     })
 }
 
@@ -295,7 +299,7 @@ fn invalid_command(body: &[u8]) -> String {
         _ => shown + "…",
     };
     format!(
-        r#"the body is {what}, must be {{"command":"pause"}}, resume, hold, release or stop alone, or speed, seek or pace with a number as "value""#
+        r#"the body is {what}, must be {{"command":"pause"}}, resume, hold, release, go or stop alone, or speed, seek or pace with a number as "value""#
     )
 }
 
@@ -332,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_request_can_send_eight_commands() {
+    fn a_request_can_send_nine_commands() {
         for (body, request) in [
             (r#"{"command":"pause"}"#, Request::Pause),
             (r#"{"command":"resume"}"#, Request::Resume),
@@ -342,6 +346,7 @@ mod tests {
             (r#"{"command":"seek","value":-30}"#, Request::Seek { show_time_s: -30.0 }),
             (r#"{"command":"pace","value":2}"#, Request::Pace { factor: 2.0 }),
             (r#"{"command":"stop"}"#, Request::Stop),
+            (r#"{"command":"go"}"#, Request::Go),
         ] {
             assert_eq!(read_command(body.as_bytes()), Ok(request), "{body}");
         }

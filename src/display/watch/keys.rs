@@ -100,6 +100,7 @@ impl Screen {
     fn press_command(&mut self, character: char, snapshot: &Snapshot) -> KeyAction {
         match character {
             ' ' => self.command(space_request(snapshot), snapshot),
+            'g' => self.command(Request::Go, snapshot),
             '+' | '=' => self.step_speed(snapshot, 1.0),
             '-' | '_' => self.step_speed(snapshot, -1.0),
             'v' => self.type_in(NumberEntry::speed(), "speed", Controls::of(snapshot).speed),

@@ -61,6 +61,7 @@ pub(super) fn draw_help(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         ("space", "pause, resume"),
         ("h", "hold: a safety stop"),
         ("r r", "release a hold"),
+        ("g", "GO: walk on from a cue"),
         ("+ -", "speed of the head, by 0.1 m/s"),
         ("v", "type a speed"),
         ("s", "type a time to seek, enter twice"),

@@ -41,6 +41,10 @@ class CommandKind(WireCode):
     """Lift a hold, or start a show that is ready."""
     STOP = 6
     """End the server. The head comes to rest first, and the last frame of the run has the state `ended`."""
+    PACE = 12
+    """Play at this pace: plan time per show time. A replay does not record the commands that it takes."""
+    GO = 13
+    """Walk on from a cue that waits."""
 
 
 class DragonState(WireCode):
@@ -83,8 +87,12 @@ class EventKind(WireCode):
     END = 11
     """The run has ended in order. This is the last event, at the last tick of the run."""
     PACE = 12
-    """Replay at this pace, in recorded seconds per second. A server refuses it, and a replay does not record the
-    commands that it takes."""
+    """Play at this pace: plan time per show time. A replay does not record the commands that it takes."""
+    GO = 13
+    """Walk on from a cue that waits."""
+    CUE = 14
+    """The show has reached a cue, by walking or by a seek to it. First value: its number in the configuration, from 0.
+    Second value: its plan time in seconds."""
 
 
 class GuardState(WireCode):
@@ -134,6 +142,10 @@ class Refusal(WireCode):
     """The show follows timecode, which determines the show time. The timecode would undo a seek immediately."""
     READY = 15
     """The show waits at its start. Only `release` starts it."""
+    NOTHING_WAITS = 16
+    """The show does not stand at a cue that waits."""
+    PAUSED = 17
+    """The show is paused. `resume` continues."""
 
 
 class Sender(WireCode):
@@ -157,6 +169,8 @@ class Sender(WireCode):
     """A signal to the server's process, such as Ctrl-C."""
     SERVER = 8
     """The server itself."""
+    SHOW = 9
+    """`bench-dragon show --auto-go`."""
 
 
 class ShowState(WireCode):
@@ -176,6 +190,8 @@ class ShowState(WireCode):
     """The run has ended in order. This is its last frame."""
     READY = 6
     """The show waits at its start for its first `release`. It is calm: no safety stop."""
+    WAITING = 7
+    """The show waits at a cue for GO. It is calm: no safety stop."""
 
 
 class SourceKind(WireCode):
@@ -208,6 +224,8 @@ class Stops(IntFlag):
     """The show waits at its start. `release` starts it."""
     RESTARTED = 128
     """The server was restarted, and has held the show since. The show is held too."""
+    WAITING = 256
+    """The show waits at a cue. `go` lets it walk on."""
 
 
 class TimecodeKind(WireCode):

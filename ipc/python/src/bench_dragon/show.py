@@ -256,6 +256,15 @@ class Show:
         """Lifts a `hold`. Returns and raises as `pause`."""
         return self._call(CommandKind.RELEASE, 0.0, timeout_s)
 
+    def go(self, timeout_s: float | None = _TIMEOUT_S) -> int:
+        """Walks on from a cue that waits. Two of them within 0.3 s count as one. Returns and raises as `pause`."""
+        return self._call(CommandKind.GO, 0.0, timeout_s)
+
+    def pace(self, factor: float, timeout_s: float | None = _TIMEOUT_S) -> int:
+        """Plays at this pace: planned seconds per show second; on a replay, recorded seconds per second. Returns and
+        raises as `pause`."""
+        return self._call(CommandKind.PACE, factor, timeout_s)
+
     def stop(self, timeout_s: float | None = _TIMEOUT_S) -> int:
         """Ends the server: the head comes to rest first. Returns and raises as `pause`."""
         return self._call(CommandKind.STOP, 0.0, timeout_s)

@@ -46,9 +46,10 @@ impl ReportSource<'_> {
             title: self.name(),
             subtitle: format!("{}, {} to {to_words} ({zone})", from.strftime("%A, %-d %B %Y"), clock(&from)),
             verdict: self.verdict(),
-            sections: vec![
+            sections: [
                 Section { blocks: vec![Block::Tiles(self.tiles())], ..Section::default() },
                 section("Nearest approach", self.nearest()),
+                section("Cues", self.cues()),
                 section("Holds", vec![Block::Table(self.holds())]),
                 section("Restarts", vec![Block::Table(self.restarts())]),
                 section("Recordings", vec![Block::Table(self.recordings())]),
@@ -59,7 +60,10 @@ impl ReportSource<'_> {
                 section("Machine", vec![Block::Facts(self.machine())]),
                 section("Versions", vec![Block::Facts(versions())]),
                 section("Configuration", self.configuration()),
-            ],
+            ]
+            .into_iter()
+            .filter(|section| !section.blocks.is_empty())
+            .collect(),
         }
     }
 

@@ -42,11 +42,18 @@ impl ReportSource<'_> {
     }
 
     pub(super) fn timeline(&self) -> Block {
-        let CourseReport { begin, end, least_clearance, alerts, commands, timeline, .. } = &self.summary.course;
+        let CourseReport { begin, end, least_clearance, cues, alerts, commands, timeline, .. } = &self.summary.course;
         let second = |at: WallTime| at.seconds_since(*begin);
         let known = |text: &str| WallTime::parse(text).map(second);
         let monitor = &self.config.tables().monitor;
         let margin = monitor.guard.then(|| (monitor.margin_m, "margin of the guard".to_owned()));
+        let reached = cues.iter().flat_map(|cue| &cue.reached).map(|time| second(time.at));
+        let planned = (!cues.is_empty()).then(|| ("cues".to_owned(), reached.collect()));
+        let others = [
+            ("commands".to_owned(), commands.iter().filter_map(|line| known(&line.wall_time)).collect()),
+            ("alerts".to_owned(), alerts.iter().map(|alert| second(alert.at)).collect()),
+            ("restarts".to_owned(), self.summary.restart_log.iter().filter_map(|end| known(&end.at)).collect()),
+        ];
         let drawing = ShowTimeline {
             caption: Caption::new("Clearance, states and events by the time of day"),
             clock_s: seconds_of_day(&begin.local()),
@@ -54,11 +61,7 @@ impl ReportSource<'_> {
             clearance: timeline.clearance(),
             limits: std::iter::once((monitor.near_m, "near".to_owned())).chain(margin).collect(),
             states: timeline.states(),
-            lanes: vec![
-                ("commands".to_owned(), commands.iter().filter_map(|line| known(&line.wall_time)).collect()),
-                ("alerts".to_owned(), alerts.iter().map(|alert| second(alert.at)).collect()),
-                ("restarts".to_owned(), self.summary.restart_log.iter().filter_map(|end| known(&end.at)).collect()),
-            ],
+            lanes: planned.into_iter().chain(others).collect(),
             least: least_clearance.as_ref().map(|least| glam::DVec2::new(second(least.at), least.pair.clearance_m)),
         };
         Block::Figure(

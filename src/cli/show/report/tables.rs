@@ -14,6 +14,31 @@ use crate::output::report::{Block, Table};
 const MOST_ROWS: usize = 100;
 
 impl ReportSource<'_> {
+    /// The cues; nothing for a plan without them.
+    pub(super) fn cues(&self) -> Vec<Block> {
+        let rows = self.summary.course.cues.iter().map(|cue| {
+            let clocks: Vec<String> = cue.reached.iter().map(|time| clock(&time.at.local())).collect();
+            let times: Vec<String> = cue.reached.iter().map(|time| Fixed::<3>(time.time_s).to_string()).collect();
+            let or_never = |text: String| if text.is_empty() { "not reached".to_owned() } else { text };
+            vec![
+                cue.name.clone(),
+                Fixed::<3>(cue.at_s).to_string(),
+                or_never(clocks.join(", ")),
+                times.join(", "),
+                if cue.waits { "waits for GO".to_owned() } else { String::new() },
+                cue.note.clone().unwrap_or_default(),
+            ]
+        });
+        let table = Table {
+            columns: vec!["cue", "plan time (s)", "reached", "show time (s)", "effect", "note"],
+            numbers: vec!["plan time (s)", "show time (s)"],
+            rows: rows.collect(),
+            empty: String::new(),
+            left_out: None,
+        };
+        (!table.rows.is_empty()).then_some(Block::Table(table)).into_iter().collect()
+    }
+
     pub(super) fn holds(&self) -> Table {
         let CourseReport { holds, holds_left_out, .. } = &self.summary.course;
         let rows = holds.iter().map(|hold| {

@@ -1,6 +1,7 @@
 // @ts-check
 // The time ahead: the next event, and the wall time that is left.
 
+import { cueInWords, nextCue } from './cues.js';
 import { countdown, millimetres } from './format.js';
 
 /** @typedef {import('./plan_times.js').PlanTimes} PlanTimes */
@@ -28,6 +29,8 @@ export function eventsAhead({ frame, status }, times, end_s) {
   if (outlook?.kind === 'rest') events.push({ what: frame.isFormation ? 'show stops' : 'head stops', time_s: outlook.time_s });
   if (outlook?.kind === 'contact' && times.contact === null) events.push({ what: 'contact', time_s: outlook.time_s });
   if (end_s !== null) events.push({ what: 'end', time_s: end_s });
+  const cue = nextCue(status?.cues);
+  if (cue !== null && status?.cues?.next_time_s != null) events.push({ what: cueInWords(cue), time_s: status.cues.next_time_s });
   // The head does not get past the guard's stop.
   const last_s = outlook?.kind === 'guard_stop' ? outlook.time_s : Infinity;
   const isAhead = (/** @type {Event} */ { time_s }) => time_s > frame.time_s + NOW_S && time_s <= last_s;

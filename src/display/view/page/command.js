@@ -3,7 +3,7 @@
 
 import { tokenHeaders } from './token.js';
 
-/** @typedef {{command: 'pause' | 'resume' | 'hold' | 'release'} | {command: 'speed' | 'seek' | 'pace', value: number}} Command */
+/** @typedef {{command: 'pause' | 'resume' | 'hold' | 'release' | 'go'} | {command: 'speed' | 'seek' | 'pace', value: number}} Command */
 /** @typedef {{isAccepted: boolean, text: string}} Reply */
 
 /** Timeout for the view's answer. The view itself waits five seconds, or ten if it must send the command again. */
@@ -16,6 +16,7 @@ const DONE = {
   speed: 'new speed',
   seek: 'new show time',
   pace: 'new pace',
+  go: 'GO',
 };
 /** Statuses with which the view refuses a command before it sends it to the server. */
 const REFUSED = new Set([400, 401, 403, 413, 415]);

@@ -22,7 +22,7 @@ const reply = element('reply', HTMLElement);
 const released = button('release');
 const releaseWord = element('release-word', HTMLElement);
 /** These elements are kept here, since the page of a read-only view removes them. */
-const [pauseButton, holdButton, speedButton, seekButton] = ['pause', 'hold', 'speed-set', 'seek-set'].map(button);
+const [pauseButton, holdButton, speedButton, seekButton, goButton] = ['pause', 'hold', 'speed-set', 'seek-set', 'go'].map(button);
 const pauseWord = element('pause-word', HTMLElement);
 const pauseShape = element('pause-shape', SVGUseElement);
 const WITHOUT_TOKEN = 'To steer the show, open the address that bench-dragon view printed.';
@@ -53,6 +53,7 @@ export class Controls {
     pauseButton.addEventListener('click', () => this.pauseOrResume());
     holdButton.addEventListener('click', () => this.hold());
     released.addEventListener('click', () => this.release());
+    goButton.addEventListener('click', () => this.go());
     this.#offer('speed');
     this.#offer('seek');
     this.#enable();
@@ -113,6 +114,16 @@ export class Controls {
     void this.#send({ command: 'hold' });
   }
 
+  /** Walks on from a cue. Without a cue that waits, the key does nothing. */
+  go() {
+    if (this.#refusal('go') === null) void this.#send({ command: 'go' });
+  }
+
+  /** Offers GO for a show with cues. @param {boolean} hasCues */
+  offerGo(hasCues) {
+    if (goButton.hidden === hasCues) goButton.hidden = !hasCues;
+  }
+
   /** Releases the show with the second press of the button or the key. The first one asks. */
   release() {
     if (this.#mayRelease && this.#isMeant(released, 'Press again', this.#releaseWord)) void this.#send({ command: 'release' });
@@ -124,6 +135,11 @@ export class Controls {
     // Rounds to tenths within the range, whose ends may lie between tenths.
     const tenths = Math.min(Math.round(time_s * 10), Math.floor(Number(fields.seek.max) * 10));
     fields.seek.value = (Math.max(tenths, Math.ceil(Number(fields.seek.min) * 10)) / 10).toFixed(1);
+  }
+
+  /** Writes the plan time of a cue into the field, unrounded: a cue that waits, waits again. @param {number} at_s */
+  proposeCue(at_s) {
+    if (!this.#isReadOnly) fields.seek.value = String(at_s);
   }
 
   /**
@@ -141,6 +157,7 @@ export class Controls {
     this.#switch(this.#isPaused ? 'resume' : 'pause', pauseButton);
     this.#switch('hold', holdButton);
     this.#switch('release', released);
+    this.#switch('go', goButton);
     this.#switch('speed', fields.speed, speedButton);
     this.#switch('seek', fields.seek, seekButton);
   }

@@ -11,6 +11,7 @@ import { Connection } from './connection.js';
 import { listCommands } from './commands.js';
 import { hasContact, noticeContact } from './contact_notice.js';
 import { Controls } from './controls.js';
+import { cueInWords, listCues, nextCue } from './cues.js';
 import { Details } from './details.js';
 import { element, write } from './element.js';
 import { writeFigures } from './figures.js';
@@ -154,6 +155,8 @@ function renew() {
   const { status } = show;
   const lacks = obstacle(connection.line, show);
   controls.takeSituation(status?.refusals ?? null, operatorsStops(show), lacks);
+  controls.offerGo((status?.cues ?? null) !== null);
+  listCues(status?.cues ?? null, (at_s) => controls.proposeCue(at_s));
   replayBar.write(status, show.status_ms, now_ms, lacks);
   lightLamps(status?.lamps ?? [], connection.line.state === 'open');
   const unwatched = unwatchedReason();
@@ -177,8 +180,10 @@ function signs(stands, now_ms) {
   };
 }
 
-/** The next event in words. */
+/** The next event in words. A cue that waits comes before all others. */
 function next() {
+  const cue = nextCue(show.status?.cues);
+  if (cue?.state === 'waiting') return `GO for ${cueInWords(cue)}`;
   const [event] = eventsAhead(show, timeline.times, endOf(show.runOfFrame(), timeline.times));
   return nextInWords(event, show.frame);
 }
@@ -268,6 +273,7 @@ listenToPointers(area, {
 const keys = {
   ' ': () => controls.pauseOrResume(),
   'Shift+R': () => controls.release(),
+  G: () => controls.go(),
   F: follow,
   0: fit,
   '+': zoomIn,
@@ -282,7 +288,7 @@ const keys = {
 };
 // A wall has no controls that somebody could see. H always holds.
 listenToKeys(() => controls.hold(), isWall ? {} : keys);
-offerTabs(['alerts', 'commands', 'health']);
+offerTabs(['cues', 'alerts', 'commands', 'health']);
 offerThemes(() => {
   const colours = readPalette();
   plan.recolour(colours);

@@ -66,7 +66,7 @@
 /** @typedef {{kind: 'none' | 'waiting' | 'working' | 'missing'} | {kind: 'at_end', for_good: boolean}} Guard */
 /** @typedef {{name: string, level: 'off' | 'good' | 'warning' | 'danger', text: string}} Lamp */
 /**
- * @typedef {Record<'pause' | 'resume' | 'hold' | 'release' | 'speed' | 'seek', string | null>} Refusals the reason for which
+ * @typedef {Record<'pause' | 'resume' | 'hold' | 'release' | 'speed' | 'seek' | 'go', string | null>} Refusals the reason for which
  *   each command would be refused; null if it would be accepted
  */
 /**
@@ -80,6 +80,7 @@
  *   the show stands
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
+ * @property {import('./cues.js').CueList | null} cues null without cues
  * @property {Outlook} outlook
  * @property {Arrival | null} possible_contact where the play of the hinges allows a contact first
  * @property {Clock | null} clock

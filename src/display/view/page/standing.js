@@ -136,7 +136,7 @@ function ofShow({ frame, status }, age_s) {
  * @returns {Standing}
  */
 function ofState({ state, time_scale }, { level, word, cause, remedy }) {
-  const own = live(state, state.toUpperCase(), '');
+  const own = state === 'waiting' ? live('cue', 'WAITING FOR GO', '') : live(state, state.toUpperCase(), '');
   if (word !== own.word) return own;
   return { ...own, level, explanation: state === 'running' ? cause + timesAsFast(time_scale) : cause, remedy };
 }

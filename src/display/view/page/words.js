@@ -2,7 +2,7 @@
 // Words of the bus. Generated from the Rust crate by its test `wire`; not changed by hand.
 
 /** States of a frame, by their numbers. */
-export const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended', 'ready']);
+export const STATES = /** @type {const} */ (['running', 'paused', 'held', 'finished', 'stopping', 'ended', 'ready', 'waiting']);
 
 /** @typedef {'danger' | 'caution' | 'calm'} Severity urgency of an alert */
 /** Kinds of alerts, the most urgent first. @type {ReadonlyMap<string, Severity>} */

@@ -1,0 +1,85 @@
+// @ts-check
+// The list of the cues: those that the show has reached, the next one, and those ahead.
+
+import { element, write } from './element.js';
+import * as format from './format.js';
+
+/**
+ * @typedef {object} Cue
+ * @property {string} name
+ * @property {number} at_s plan time
+ * @property {boolean} waits
+ * @property {number | null} speed_mps
+ * @property {string | null} dragon
+ * @property {string | null} note
+ * @property {'reached' | 'waiting' | 'next' | 'ahead'} state
+ */
+/**
+ * @typedef {object} CueList
+ * @property {Cue[]} cues
+ * @property {number | null} next number of the next cue
+ * @property {number | null} next_in_s wall time until the next cue
+ * @property {number | null} next_time_s show time at the next cue
+ */
+
+const WORDS = { reached: 'done', waiting: 'waits for GO', next: 'next', ahead: '' };
+
+const list = element('cues', HTMLOListElement);
+const tab = element('cues-tab', HTMLButtonElement);
+let listed = '';
+
+/**
+ * Lists the cues. The tab is shown, and chosen at first, for a show with cues.
+ * @param {CueList | null} cues
+ * @param {(at_s: number) => void} choose called with the plan time of a cue whose name is pressed
+ */
+export function listCues(cues, choose) {
+  const signature = cues === null ? '' : JSON.stringify(cues.cues);
+  if (signature === listed) return;
+  const isFirst = listed === '';
+  listed = signature;
+  tab.hidden = cues === null;
+  if (cues === null) return;
+  list.replaceChildren(...cues.cues.map((cue) => row(cue, choose)));
+  const left = cues.cues.filter(({ state }) => state !== 'reached').length;
+  write(element('cues-count', HTMLElement), left === 0 ? '' : String(left));
+  if (isFirst) tab.click();
+  list.querySelector('[data-state="waiting"], [data-state="next"]')?.scrollIntoView({ block: 'nearest' });
+}
+
+/** The next cue; `null` if there is none ahead. @param {CueList | null | undefined} cues */
+export function nextCue(cues) {
+  return cues === null || cues === undefined || cues.next === null ? null : cues.cues[cues.next];
+}
+
+/** A cue with its note, in one line. @param {Cue} cue */
+export function cueInWords({ name, note }) {
+  return note === null ? name : `${name} · ${note}`;
+}
+
+/** @param {Cue} cue @param {(at_s: number) => void} choose */
+function row(cue, choose) {
+  const item = document.createElement('li');
+  item.className = 'cue';
+  item.dataset.state = cue.state;
+  if (cue.state === 'waiting' || cue.state === 'next') item.setAttribute('aria-current', 'step');
+  const effects = [];
+  if (cue.waits) effects.push('waits');
+  if (cue.speed_mps !== null) effects.push(`${cue.dragon === null ? '' : `${cue.dragon} `}${cue.speed_mps} m/s`);
+  const state = WORDS[cue.state] === '' ? effects.join(', ') : [WORDS[cue.state], ...effects].join(', ');
+  const name = document.createElement('button');
+  name.type = 'button';
+  name.className = 'cue-name';
+  name.textContent = cue.name;
+  name.title = `Propose a seek to ${cue.name}`;
+  name.addEventListener('click', () => choose(cue.at_s));
+  item.append(text('time', `${format.fixed(cue.at_s, 1)} s`), name, text('span', state), text('span', cue.note ?? ''));
+  return item;
+}
+
+/** @param {string} tag @param {string} content */
+function text(tag, content) {
+  const made = document.createElement(tag);
+  made.textContent = content;
+  return made;
+}
