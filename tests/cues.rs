@@ -219,6 +219,20 @@ fn a_written_configuration_has_the_same_cues() {
 }
 
 #[test]
+fn marks_alone_leave_the_walk_of_one_dragon_as_it_is() {
+    let (plain, marked) = (config(&straight("", "")), config(&straight("", "{ name = \"a\", at_s = 20 }")));
+    let (mut plain, mut marked) = (Night::new(&plain), Night::new(&marked));
+    for _ in 0..6100 {
+        let [one, other] = [plain.play(), marked.play()];
+        assert_eq!(
+            (one.show_time_ns, one.head_travel_m, one.state),
+            (other.show_time_ns, other.head_travel_m, other.state)
+        );
+    }
+    assert_eq!(marked.reached, [0]);
+}
+
+#[test]
 fn bad_cues_get_one_line() {
     for (head, cues, expected) in [
         ("", "{ name = \"\", at_s = 1 }", "[[cues]] name of number 1 is \"\", must be 1 to 48 printable characters"),

@@ -69,6 +69,12 @@ pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput
     if args.source.is_some() && time_scale != 1.0 {
         return Err(BadInput(format!("time_scale is {time_scale}, must be 1 with --timecode, which sets the pace")));
     }
+    if let Some(cue) = config.cues().iter().find(|cue| args.source.is_some() && cue.waits) {
+        let name = &cue.name;
+        return Err(BadInput(format!(
+            "[[cues]] \"{name}\" waits for GO, must not wait with --timecode, which leads the show"
+        )));
+    }
     match (&args.source, args.frame_rate) {
         (Some(source), Some(_)) if source.kind() == TimecodeKind::ArtNet => {
             Err(BadInput("--timecode-fps is only for osc: Art-Net timecode contains its frame rate".to_owned()))

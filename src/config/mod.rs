@@ -242,13 +242,15 @@ impl Config {
         }
     }
 
-    /// Returns the same configuration with another spiral or turnaround.
+    /// Returns the same configuration with another spiral or turnaround, without cues.
     ///
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
     pub fn with_shape(&self, shape: &RouteShape) -> Result<Self, ConfigError> {
         let mut tables = self.tables().clone();
         tables.route = tables.route.with_shape(shape);
+        // Their places may lie beyond the end of the other route.
+        tables.cues.clear();
         self.rebuilt(ConfigDocument::check(tables)?)
     }
 
@@ -258,7 +260,8 @@ impl Config {
     }
 
     /// Returns the same configuration with another planned speed of the head, in metres per show second. The head walks the same
-    /// part of the route, so the times at which the plan begins and ends change; those of a turnaround, which has no end, do not.
+    /// part of the route, so the times at which the plan begins and ends change; those of a turnaround, which has no end, do not. It has no
+    /// cues.
     ///
     /// # Errors
     /// The speed is out of range, or the route is not valid with it.
@@ -266,6 +269,7 @@ impl Config {
         let mut tables = self.tables().clone();
         tables.route = tables.route.clone().with_times_scaled(tables.head.speed_mps / speed_mps);
         tables.head.speed_mps = speed_mps;
+        tables.cues.clear();
         let drawing = self.document.drawing.clone();
         self.rebuilt(ConfigDocument { drawing, ..ConfigDocument::check(tables)? })
     }

@@ -55,7 +55,7 @@ fn a_night_is_led_to_its_end_by_go_with_a_kill_between() {
     assert!((waiting.head_travel_m - 6.8).abs() < 1e-6, "{} m", waiting.head_travel_m);
 
     // The server is killed while the show waits: the next one stands before the same cue.
-    send(await_child(show.pid(), "serve"), Signal::KILL);
+    send(await_child(show.pid(), "serve", None), Signal::KILL);
     let held = reader.read_until("a restarted server is held", |header| {
         header.run_id != waiting.run_id && header.show_state() == Some(ShowState::Held)
     });

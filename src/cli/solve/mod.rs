@@ -12,7 +12,7 @@ use serde::Serialize;
 use self::figure::{FigureArgs, keep_drawing};
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
 use crate::cli::{in_file, load_document, reading};
-use crate::config::{Config, ConfigDocument, FormationDocument, PlanDocument};
+use crate::config::{Config, ConfigDocument, Cue, FormationDocument, PlanDocument};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
@@ -195,6 +195,14 @@ fn require_no_ground(config: &Config, question: &str) -> Result<(), BadInput> {
         return Ok(());
     }
     Err(BadInput(format!("[ground] is present, must be absent for {question}")))
+}
+
+/// Fails for a plan with cues, which the question does not take into account.
+fn require_no_cues(cues: &[Cue], question: &str) -> Result<(), BadInput> {
+    if cues.is_empty() {
+        return Ok(());
+    }
+    Err(BadInput(format!("[[cues]] is present, must be absent for {question}")))
 }
 
 /// The dragons of a question about several.

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::schedule_figure::DrawnPlan;
-use super::{AnswerArgs, CLEARANCE_M, load_any_plan, require_several};
+use super::{AnswerArgs, CLEARANCE_M, load_any_plan, require_no_cues, require_several};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, within};
 use crate::cli::in_file;
 use crate::cli::print::{print_bytes, print_json, print_line};
@@ -104,6 +104,7 @@ struct CrossingRow<'a> {
 pub(super) fn run(args: &ScheduleArgs) -> anyhow::Result<()> {
     let plan = load_any_plan(&args.config, args.answer.work)?;
     let document = in_file(&args.config, require_several(&plan, "solve schedule"))?;
+    in_file(&args.config, require_no_cues(document.cues(), "solve schedule"))?;
     for dragon in document.dragons() {
         args.answer.keep_files_apart(dragon.config.document())?;
     }

@@ -40,6 +40,9 @@ fn draw_panel(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, screen: &S
     let bar = area.height.checked_sub(CHARTED).map_or(0, |more| (1 + more / LINES_A_BAR).min(TALLEST));
     let (lines, rest) = cut_top(area, FACTS);
     frame.render_widget(Paragraph::new(panel::lines(snapshot, look)), lines);
+    let cue = panel::cue_lines(snapshot, look);
+    let (lines, rest) = cut_top(rest, cue.len() as u16);
+    frame.render_widget(Paragraph::new(cue), lines);
     let (chart, rest) = cut_top(rest, if bar > 0 { bar + 1 } else { 0 });
     charts::draw_clearance(frame, chart, snapshot, screen);
     let (lines, rest) = cut_top(rest, TRAFFIC);

@@ -6,7 +6,7 @@ use bench_dragon_ipc::ShowState;
 use ratatui::text::{Line, Span};
 
 use super::look::{Glyphs, Look, Tone, strong};
-use crate::display::observe::{Arrival, GuardSituation, ShowForecast, Snapshot};
+use crate::display::observe::{Arrival, CueList, CueState, GuardSituation, ShowForecast, Snapshot};
 
 /// Six lines: the clearance and its pair, the least clearance so far, and the forecast.
 pub(super) fn lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
@@ -112,6 +112,19 @@ fn ahead(snapshot: &Snapshot, look: Look) -> [Line<'static>; 2] {
         None => detail,
     };
     figure(name, value, tone, &detail, look)
+}
+
+/// Two lines about the next cue, with its countdown and its note; none for a plan without cues, or after the last one.
+pub(super) fn cue_lines(snapshot: &Snapshot, look: Look) -> Vec<Line<'static>> {
+    let Some(list) = CueList::of(snapshot) else { return Vec::new() };
+    let Some(cue) = list.next_cue() else { return Vec::new() };
+    let walks = snapshot.state().is_some_and(ShowState::walks);
+    let (value, tone) = match (cue.state, list.next_in_s) {
+        (CueState::Waiting, _) => (format!("GO for {}", cue.name), Some(Tone::Caution)),
+        (_, Some(wait_s)) if walks => (format!("{} in {wait_s:.1} s", cue.name), None),
+        _ => (cue.name.clone(), None),
+    };
+    figure("cue", value, tone, cue.note.as_deref().unwrap_or_default(), look).into()
 }
 
 /// Seconds of wall time until an arrival; for a standing head, seconds of walking.
