@@ -147,7 +147,7 @@ impl Course {
         self.newest = Some((event.run_id, event.number));
         self.holds.take(&event);
         if event.event_kind() == Some(EventKind::Cue) {
-            let time = Fixed::<3>(event.show_time_ns as f64 * 1e-9);
+            let time = Fixed::<3>(event.show_time_ns as f64 / 1e9);
             let waits = |cue: &CueReport| if cue.waits { ", and waits for GO" } else { "" };
             return self.cues.take(&event).map(|cue| format!("{time} s: reaches the cue “{}”{}", cue.name, waits(cue)));
         }

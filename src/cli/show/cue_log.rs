@@ -54,7 +54,7 @@ impl CueLog {
         if cue.reached.len() == MOST_TIMES {
             cue.reached.remove(0);
         }
-        cue.reached.push(CueTime { at: WallTime::of(event), time_s: event.show_time_ns as f64 * 1e-9 });
+        cue.reached.push(CueTime { at: WallTime::of(event), time_s: event.show_time_ns as f64 / 1e9 });
         Some(cue)
     }
 
