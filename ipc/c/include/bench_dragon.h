@@ -472,6 +472,10 @@ typedef enum {
    * The server itself.
    */
   BD_SENDER_SERVER = 8,
+  /**
+   * A desk or controller, through `bench-dragon bridge osc --listen`.
+   */
+  BD_SENDER_OSC = 9,
 } bd_sender_t;
 
 /**

@@ -48,6 +48,8 @@ wire_enum! {
         Signal = 7, "signal";
         /// The server itself.
         Server = 8, "server";
+        /// A desk or controller, through `bench-dragon bridge osc --listen`.
+        Osc = 9, "osc";
     }
 }
 

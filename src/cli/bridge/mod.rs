@@ -16,6 +16,7 @@ mod feed;
 mod osc;
 mod psn;
 mod session;
+mod steering;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
@@ -24,6 +25,7 @@ mod zenoh;
 #[command(after_help = "Examples:
   bench-dragon bridge psn --interface 10.0.0.5
   bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
+  bench-dragon bridge osc --listen 0.0.0.0:7400 --allow 10.0.0.7
 
 A bridge polls the frames; the server never waits for it. A bench's position is the centre of its board.")]
 #[command(subcommand_value_name = "PROTOCOL", subcommand_help_heading = "Protocols")]

@@ -157,6 +157,8 @@ class Sender(WireCode):
     """A signal to the server's process, such as Ctrl-C."""
     SERVER = 8
     """The server itself."""
+    OSC = 9
+    """A desk or controller, through `bench-dragon bridge osc --listen`."""
 
 
 class ShowState(WireCode):
