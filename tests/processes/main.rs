@@ -9,6 +9,7 @@
 mod bad_input;
 mod bridge_osc;
 mod bridge_psn;
+mod bridge_steering;
 mod bridge_troubles;
 mod browser;
 mod c_compiler;

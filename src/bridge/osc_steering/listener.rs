@@ -296,7 +296,8 @@ impl Listening {
             self.take(&packet[..length], from);
         }
         self.queue.close(HOLD_PATIENCE, |request| request == Request::Hold);
-        *lock(&self.shared.show) = lock(&self.shared.show).silent();
+        let show = lock(&self.shared.show).silent();
+        *lock(&self.shared.show) = show;
         self.send_state();
     }
 
