@@ -17,6 +17,7 @@ pub mod osc;
 pub mod osc_steering;
 pub mod psn;
 pub mod stage_transform;
+pub mod timecode;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
 

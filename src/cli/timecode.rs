@@ -33,13 +33,9 @@ pub(crate) struct TimecodeArgs {
     /// Silence in seconds after which the timecode is lost and the show goes on without it, 0.1 to 3600 [default: 1].
     #[arg(long = "timecode-timeout", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(0.1..=3600.0))]
     pub(crate) timeout_s: Option<f64>,
-    /// Frames per second of OSC messages that do not contain it: 24, 25, 29.97 (drop-frame) or 30 [default: 25].
-    #[arg(long = "timecode-fps", value_name = "FPS", requires = "source", value_parser = frame_rate)]
+    /// Frames per second of OSC messages that do not contain it: 24, 25, 29.97 (drop-frame), 29.97ndf or 30 [default: 25].
+    #[arg(long = "timecode-fps", value_name = "FPS", requires = "source")]
     pub(crate) frame_rate: Option<FrameRate>,
-}
-
-fn frame_rate(text: &str) -> Result<FrameRate, String> {
-    text.parse().ok().and_then(FrameRate::of).ok_or_else(|| "must be 24, 25, 29.97 or 30".to_owned())
 }
 
 /// Period at which the thread looks for news.

@@ -7,7 +7,7 @@ use test_support::process::{Ended, Process};
 use crate::stage::{Stage, program};
 
 /// Fails unless there is exactly one line of error that contains each of these texts once.
-fn assert_one_error(ended: &Ended, code: i32, named: &[&str]) {
+pub(crate) fn assert_one_error(ended: &Ended, code: i32, named: &[&str]) {
     let Ended { stdout, stderr, .. } = ended;
     assert_eq!((ended.code(), stdout.as_str()), (Some(code), ""), "{named:?}: {stderr}");
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n') && stderr.lines().count() == 1, "{stderr:?}");

@@ -358,7 +358,7 @@ fn impossible_timecode_sources_are_refused_in_one_line() {
         (
             &["--timecode", "osc:0", "--timecode-fps", "60"],
             2,
-            "error: invalid value '60' for '--timecode-fps <FPS>': must be 24, 25, 29.97 or 30\n",
+            "error: invalid value '60' for '--timecode-fps <FPS>': must be 24, 25, 29.97 (drop-frame), 29.97ndf or 30\n",
         ),
         (
             &["--timecode", "osc:0", "--start-travel", "0", "--until", "-5"],
