@@ -91,6 +91,75 @@ impl TimecodePacer {
     }
 }
 
+/// Decides which frame of linear timecode is written next, and how long it is.
+///
+/// Frames of sound follow each other without a gap. While the show runs, each frame ends when the next one begins: so its length
+/// follows the time scale, from half of it to twice. At other time scales, and while the show stands, frames have the length of
+/// the rate, with the position at which they begin.
+#[derive(Clone, Copy, Debug)]
+pub struct LtcPacer {
+    pacer: TimecodePacer,
+    samples_per_second: u32,
+}
+
+impl LtcPacer {
+    /// Paces sound whose position is show time plus an offset in nanoseconds.
+    pub fn new(rate: FrameRate, offset_ns: i64, samples_per_second: u32) -> Self {
+        Self { pacer: TimecodePacer::new(rate, offset_ns), samples_per_second }
+    }
+
+    /// The frame that begins at `at_ns` of `CLOCK_MONOTONIC`, counted from 00:00:00:00 of any day, and its number of samples.
+    pub fn next(&self, latest: &LatestFrame, at_ns: u64) -> (i128, usize) {
+        let Self { pacer: TimecodePacer { rate, .. }, samples_per_second } = *self;
+        let (pace, per_second) = (pace(latest), f64::from(samples_per_second));
+        let position_ns = self.pacer.position_ns(latest, pace, at_ns);
+        let usual = per_second / rate.frames_per_second();
+        if !(0.5..=2.0).contains(&pace) {
+            return (rate.frame_at(position_ns), usual.round() as usize);
+        }
+        // The nearest frame: this one begins within a sample of its position.
+        let half_period_ns = (0.5e9 / rate.frames_per_second()) as i128;
+        let frame = rate.frame_at(position_ns + half_period_ns);
+        let ahead_s = (rate.begin_ns(frame + 1) - position_ns) as f64 * 1e-9;
+        let samples = ahead_s / pace * per_second;
+        (frame, samples.clamp(0.4 * usual, 2.5 * usual).round() as usize)
+    }
+}
+
+/// The instant at which each sample is due.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleInstants {
+    /// Samples per second.
+    pub samples_per_second: u32,
+    /// Number of samples that have been written.
+    pub written: u64,
+    epoch_ns: u64,
+}
+
+impl SampleInstants {
+    /// The first sample is due at `epoch_ns` of `CLOCK_MONOTONIC`.
+    pub fn new(samples_per_second: u32, epoch_ns: u64) -> Self {
+        Self { samples_per_second, written: 0, epoch_ns }
+    }
+
+    /// The instant of a sample.
+    pub fn at(&self, sample: u64) -> u64 {
+        let since_ns = u128::from(sample) * 1_000_000_000 / u128::from(self.samples_per_second);
+        self.epoch_ns.saturating_add(since_ns as u64)
+    }
+
+    /// Counts written samples. If they are late by more than a limit, the next ones are due from now on. Returns whether they are.
+    pub fn advance(&mut self, samples: u64, now_ns: u64, limit_ns: u64) -> bool {
+        self.written += samples;
+        let late_ns = now_ns.saturating_sub(self.at(self.written));
+        let is_late = late_ns > limit_ns;
+        if is_late {
+            self.epoch_ns += late_ns;
+        }
+        is_late
+    }
+}
+
 /// Show seconds per second of a frame: 0 while the show stands, or is silent.
 fn pace(latest: &LatestFrame) -> f64 {
     let walks = latest.header.show_state().is_some_and(ShowState::walks);
@@ -173,6 +242,47 @@ mod tests {
         assert_eq!(pacer.step(&here, BEGIN_NS), PacerStep::Send(25));
         assert_eq!(pacer.step(&there, BEGIN_NS + 1), PacerStep::Wait(BEGIN_NS + 20_000_000));
         assert_eq!(pacer.step(&there, BEGIN_NS + 20_000_000), PacerStep::Send(7_500));
+    }
+
+    /// 24 hours of sound of each rate: no frame is left out, repeated or shifted.
+    #[test]
+    fn frames_of_sound_do_not_drift_in_24_hours() {
+        for rate in RATES {
+            for samples_per_second in [44_100, 48_000] {
+                let pacer = LtcPacer::new(rate, -1_000_000_000, samples_per_second);
+                let mut instants = SampleInstants::new(samples_per_second, BEGIN_NS);
+                let show = latest(1_000_000_000, ShowState::Running, 1.0);
+                for expected in 0..rate.frames_per_day() {
+                    let at_ns = instants.at(instants.written);
+                    let (frame, samples) = pacer.next(&show, at_ns);
+                    assert_eq!(frame, i128::from(expected), "{rate}");
+                    let late_ns = i128::from(at_ns - BEGIN_NS) - rate.begin_ns(frame);
+                    assert!(late_ns.abs() <= 1_000_000_000 / i128::from(samples_per_second), "{rate}: {late_ns} ns");
+                    assert!(!instants.advance(samples as u64, at_ns, 0));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_length_of_a_frame_of_sound_follows_the_show() {
+        let pacer = LtcPacer::new(FrameRate::Ebu, 0, 48_000);
+        let at = |show: &LatestFrame, later_ns| pacer.next(show, BEGIN_NS + later_ns);
+        assert_eq!(at(&latest(0, ShowState::Running, 1.0), 0), (0, 1_920));
+        // The last frame began a millisecond late, so this one is shorter.
+        assert_eq!(at(&latest(0, ShowState::Running, 1.0), 41_000_000), (1, 1_872));
+        assert_eq!(at(&latest(0, ShowState::Running, 1.1), 0), (0, 1_745));
+        assert_eq!(at(&latest(100_000_000, ShowState::Held, 1.0), 500_000_000), (2, 1_920));
+        assert_eq!(at(&latest(0, ShowState::Running, 20.0), 100_000_000), (50, 1_920));
+    }
+
+    #[test]
+    fn sound_that_is_late_goes_on_from_the_present() {
+        let mut instants = SampleInstants::new(48_000, BEGIN_NS);
+        assert!(!instants.advance(480, BEGIN_NS + 20_000_000, 100_000_000));
+        assert_eq!(instants.at(960), BEGIN_NS + 20_000_000);
+        assert!(instants.advance(480, BEGIN_NS + 5_000_000_000, 100_000_000));
+        assert_eq!(instants.at(960), BEGIN_NS + 5_000_000_000);
     }
 
     #[test]

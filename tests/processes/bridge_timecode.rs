@@ -103,7 +103,7 @@ fn a_negative_show_time_is_that_of_the_day_before() {
 
 /// Reads frames of both shows until they have agreed in 50 frames: show times of one instant differ by less than a frame of
 /// timecode.
-fn read_until_they_agree(leading: &mut Reader, following: &mut Reader) -> FrameHeader {
+pub(crate) fn read_until_they_agree(leading: &mut Reader, following: &mut Reader) -> FrameHeader {
     let (mut agreed, mut lead) = (0, leading.next().header);
     for _ in 0..4_000 {
         let header = following.next().header;

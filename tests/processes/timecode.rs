@@ -343,12 +343,13 @@ fn impossible_timecode_sources_are_refused_in_one_line() {
             &["--timecode", "midi"],
             2,
             "error: invalid value 'midi' for '--timecode <SOURCE>': must be \
-             osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]]\n",
+             osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]], or \
+             ltc:- or ltc:FILE.wav\n",
         ),
         (
             &["--timecode", "artnet:127.0.0.1:0", "--timecode-fps", "25"],
             2,
-            "error: --timecode-fps is only for osc: Art-Net timecode contains its frame rate\n",
+            "error: --timecode-fps is only for osc and ltc: Art-Net timecode contains its frame rate\n",
         ),
         (
             &["--timecode", "osc:0", "--time-scale", "2"],

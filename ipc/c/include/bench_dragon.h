@@ -392,6 +392,10 @@ typedef enum {
    * Open Sound Control.
    */
   BD_PROTOCOL_OSC = 2,
+  /**
+   * Linear timecode, as sound.
+   */
+  BD_PROTOCOL_LTC = 3,
 } bd_timecode_kind_t;
 
 /**

@@ -13,6 +13,7 @@ use crate::cli::flags::BadInput;
 use crate::cli::flags::{BusArgs, FormatArgs, within};
 
 mod feed;
+mod ltc;
 mod osc;
 mod psn;
 mod session;
@@ -28,6 +29,7 @@ mod zenoh;
   bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
   bench-dragon bridge osc --listen 0.0.0.0:7400 --allow 10.0.0.7
   bench-dragon bridge timecode --art-net 10.0.0.255
+  bench-dragon bridge timecode --ltc - | aplay
 
 A bridge polls the frames; the server never waits for it. A bench's position is the centre of its board.")]
 #[command(subcommand_value_name = "PROTOCOL", subcommand_help_heading = "Protocols")]

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::feed::Feed;
+use super::ltc::{self, LtcOutput};
 use super::session::PacketSession;
 use super::{BridgeArgs, NetworkArgs, SilenceArgs, open_udp, target};
 use crate::bridge::Packets;
@@ -25,24 +26,43 @@ const LOOK_HZ: u32 = 200;
 #[command(after_help = "Examples:
   bench-dragon bridge timecode --art-net 10.0.0.255
   bench-dragon bridge timecode --art-net 10.0.0.20:6454 --rate 30 --offset 3600
+  bench-dragon bridge timecode --ltc - --rate 29.97ndf | aplay
 
 The timecode is show time plus --offset. It runs while the show runs, and stands while the show stands: the same frame is then sent \
 again, as often as --rate says. Before 00:00:00:00 it is that of the day before; --offset 3600 lets the show begin at 01:00:00:00. \
 docs/reference/timecode.md has the details.")]
 pub(crate) struct TimecodeArgs {
-    /// Send Art-Net timecode (`ArtTimeCode`) to this IPv4 address and port; without a port, to 6454.
-    #[arg(long, value_name = "ADDRESS[:PORT]", value_parser = art_net_target)]
-    pub(crate) art_net: SocketAddrV4,
-    /// Frames per second: 24, 25, 29.97 (drop-frame) or 30.
+    #[command(flatten)]
+    pub(crate) output: OutputArgs,
+    /// Frames per second: 24, 25, 29.97 (drop-frame), 30, or for --ltc 29.97ndf.
     #[arg(long, value_name = "FPS", default_value_t)]
     pub(crate) rate: FrameRate,
     /// Timecode minus show time, in seconds from -1000000 to 1000000.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = within(-1e6..=1e6))]
     pub(crate) offset: f64,
+    /// Samples per second of --ltc, 8000 to 192000.
+    #[arg(long, value_name = "HZ", default_value_t = 48_000, conflicts_with = "art_net", allow_negative_numbers = true,
+        value_parser = within(8_000..=192_000_u32))]
+    pub(crate) sample_rate: u32,
+    /// Write the samples of --ltc without a WAV header: 16 bits, one channel, little-endian.
+    #[arg(long, conflicts_with = "art_net")]
+    pub(crate) raw: bool,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
     #[command(flatten)]
     pub(crate) silence: SilenceArgs,
+}
+
+/// The output: one of these.
+#[derive(Clone, Debug, Args)]
+#[group(required = true, multiple = false)]
+pub(crate) struct OutputArgs {
+    /// Send Art-Net timecode (`ArtTimeCode`) to this IPv4 address and port; without a port, to 6454.
+    #[arg(long, value_name = "ADDRESS[:PORT]", value_parser = art_net_target)]
+    pub(crate) art_net: Option<SocketAddrV4>,
+    /// Write linear timecode (LTC) as sound: - to stdout, else into a new file.
+    #[arg(long, value_name = "-|FILE.wav", allow_hyphen_values = true, conflicts_with_all = ["interface", "ttl"])]
+    pub(crate) ltc: Option<LtcOutput>,
 }
 
 fn art_net_target(text: &str) -> Result<SocketAddrV4, String> {
@@ -53,7 +73,14 @@ fn art_net_target(text: &str) -> Result<SocketAddrV4, String> {
 }
 
 pub(super) fn run(args: &BridgeArgs, timecode: &TimecodeArgs) -> anyhow::Result<ExitCode> {
-    let &TimecodeArgs { art_net: to, rate, offset, network, silence } = timecode;
+    match timecode.output {
+        OutputArgs { ltc: Some(ref to), .. } => ltc::run(args, timecode, to),
+        OutputArgs { art_net, .. } => send_art_net(args, timecode, art_net.expect("one output is required")),
+    }
+}
+
+fn send_art_net(args: &BridgeArgs, timecode: &TimecodeArgs, to: SocketAddrV4) -> anyhow::Result<ExitCode> {
+    let &TimecodeArgs { rate, offset, network, silence, .. } = timecode;
     if art_net::packet(Clock::default(), rate).is_none() {
         let message = format!("--rate is {rate}, must be 24, 25, 29.97 or 30: Art-Net has no other types of timecode");
         return Err(BadInput(message).into());

@@ -221,6 +221,8 @@ class TimecodeKind(WireCode):
     """Art-Net (`ArtTimeCode`)."""
     OSC = 2
     """Open Sound Control."""
+    LTC = 3
+    """Linear timecode, as sound."""
 
 
 class TimecodeState(WireCode):
