@@ -2,7 +2,8 @@
 //!
 //! A bridge is an ordinary reader of the bus. It polls the newest frame at its own rate, so the server neither wakes it nor
 //! waits for it. It encodes the frame as packets of PosiStageNet ([`psn`]) or Open Sound Control ([`osc`]). The encoders use
-//! neither clocks nor sockets. An [`Outlet`] sends the packets to a receiver and never reads.
+//! neither clocks nor sockets. An [`Outlet`] sends the packets to a receiver and never reads. Only [`osc_steering`] reads: commands
+//! to the server.
 //!
 //! A [`BenchSelection`] chooses the benches, and a [`StageTransform`] places them in the coordinate system of a desk.
 //! [`desk_settings`] describes all that an operator enters there.
@@ -13,8 +14,10 @@
 
 pub mod desk_settings;
 pub mod osc;
+pub mod osc_steering;
 pub mod psn;
 pub mod stage_transform;
+pub mod timecode;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
 
@@ -24,6 +27,7 @@ mod latest_frame;
 mod osc_address;
 mod outlet;
 mod psn_names;
+mod rate_limit;
 mod slip_sender;
 mod source_pace;
 mod udp_sender;

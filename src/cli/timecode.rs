@@ -17,29 +17,27 @@ use crate::cli::print::print_notice;
 use crate::cli::serve::ServeLine;
 use crate::config::Config;
 use crate::source::server::{Server, TimecodeFollowing, TimecodeNews};
+use crate::source::timecode::ltc::LtcReceiver;
 use crate::source::timecode::{
-    FollowerEvent, FollowerSettings, FrameRate, SampleQueue, TimecodeReceiver, TimecodeSource,
+    FollowerEvent, FollowerSettings, FrameRate, SampleQueue, TimecodeCounts, TimecodeInput, TimecodeReceiver,
 };
 
 /// Arguments for the timecode to follow.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TimecodeArgs {
-    /// Timecode to follow: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]]; without ADDRESS only from this machine.
+    /// Timecode to follow: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]], without ADDRESS only from this machine; or sound
+    /// in WAV, ltc:- from stdin or ltc:FILE.wav.
     #[arg(long = "timecode", value_name = "SOURCE")]
-    pub(crate) source: Option<TimecodeSource>,
+    pub(crate) source: Option<TimecodeInput>,
     /// Show time minus the timecode's position, in seconds from -1000000 to 1000000 [default: 0].
     #[arg(long = "timecode-offset", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(-1e6..=1e6))]
     pub(crate) offset_s: Option<f64>,
     /// Silence in seconds after which the timecode is lost and the show goes on without it, 0.1 to 3600 [default: 1].
     #[arg(long = "timecode-timeout", value_name = "SECONDS", requires = "source", allow_negative_numbers = true, value_parser = within(0.1..=3600.0))]
     pub(crate) timeout_s: Option<f64>,
-    /// Frames per second of OSC messages that do not contain it: 24, 25, 29.97 (drop-frame) or 30 [default: 25].
-    #[arg(long = "timecode-fps", value_name = "FPS", requires = "source", value_parser = frame_rate)]
+    /// Frames per second of OSC messages and of sound, if these do not contain it: 24, 25, 29.97 (drop-frame), 29.97ndf or 30 [default: 25].
+    #[arg(long = "timecode-fps", value_name = "FPS", requires = "source")]
     pub(crate) frame_rate: Option<FrameRate>,
-}
-
-fn frame_rate(text: &str) -> Result<FrameRate, String> {
-    text.parse().ok().and_then(FrameRate::of).ok_or_else(|| "must be 24, 25, 29.97 or 30".to_owned())
 }
 
 /// Period at which the thread looks for news.
@@ -48,19 +46,44 @@ const DEFAULT_TIMEOUT_S: f64 = 1.0;
 
 /// Timecode that is being received, and that no server follows yet.
 pub(super) struct AwaitedTimecode {
-    receiver: TimecodeReceiver,
+    receiver: Receiver,
     inbox: SampleQueue,
     settings: FollowerSettings,
     kind: TimecodeKind,
     format: Format,
 }
 
+/// A running receiver.
+enum Receiver {
+    Network(TimecodeReceiver),
+    Ltc(LtcReceiver),
+}
+
+impl Receiver {
+    fn counts(&self) -> TimecodeCounts {
+        match self {
+            Self::Network(receiver) => receiver.counts(),
+            Self::Ltc(receiver) => receiver.counts(),
+        }
+    }
+}
+
 pub(super) struct FollowedTimecode {
-    receiver: TimecodeReceiver,
+    receiver: Receiver,
     format: Format,
     /// Ends the thread that reports news.
     is_over: Arc<AtomicBool>,
     news_thread: JoinHandle<()>,
+}
+
+/// Refuses sound for a show, whose server starts again without it. Else as [`check`].
+pub(crate) fn check_show(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
+    match &args.source {
+        Some(source @ TimecodeInput::Ltc(_)) => {
+            Err(BadInput(format!("--timecode is {source}, must be osc or artnet in a show: ltc is only for serve")))
+        }
+        _ => check(args, config),
+    }
 }
 
 /// Refuses a time scale, because timecode sets it, and a frame rate for Art-Net, whose packets contain it.
@@ -77,7 +100,7 @@ pub(crate) fn check(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput
     }
     match (&args.source, args.frame_rate) {
         (Some(source), Some(_)) if source.kind() == TimecodeKind::ArtNet => {
-            Err(BadInput("--timecode-fps is only for osc: Art-Net timecode contains its frame rate".to_owned()))
+            Err(BadInput("--timecode-fps is only for osc and ltc: Art-Net timecode contains its frame rate".to_owned()))
         }
         _ => Ok(()),
     }
@@ -100,8 +123,18 @@ impl AwaitedTimecode {
             first_s: config.start_s(),
             last_s: until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
         };
-        let (receiver, inbox) =
-            TimecodeReceiver::start(source.clone(), args.frame_rate.unwrap_or_default(), timeout_ns)?;
+        let rate = args.frame_rate.unwrap_or_default();
+        let (receiver, inbox) = match source {
+            TimecodeInput::Network(source) => {
+                let (receiver, inbox) = TimecodeReceiver::start(source.clone(), rate, timeout_ns)?;
+                (Receiver::Network(receiver), inbox)
+            }
+            TimecodeInput::Ltc(input) => {
+                let started = LtcReceiver::start(input, rate);
+                let (receiver, inbox) = started.map_err(|error| BadInput(format!("--timecode ltc:{input} {error}")))?;
+                (Receiver::Ltc(receiver), inbox)
+            }
+        };
         Ok(Some(Self { receiver, inbox, settings, kind: source.kind(), format }))
     }
 
@@ -112,8 +145,9 @@ impl AwaitedTimecode {
         let is_over = Arc::new(AtomicBool::new(false));
         let news_thread = report_news(news, Arc::clone(&is_over), format)?;
         server.follow(following);
-        let listen = receiver.listen;
-        print_listening(format, listen)?;
+        if let Receiver::Network(receiver) = &receiver {
+            print_listening(format, receiver.listen)?;
+        }
         Ok(FollowedTimecode { receiver, format, is_over, news_thread })
     }
 }

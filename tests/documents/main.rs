@@ -8,6 +8,7 @@ use std::path::{Component, Path, PathBuf};
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
 mod configuration;
+mod steering;
 mod words;
 
 /// Folders without documents of the project.

@@ -1,7 +1,8 @@
-//! Art-Net timecode.
+//! Art-Net timecode. The crate `artnet_protocol` is an independent implementation.
 
-use bench_dragon::source::timecode::Malformed;
-use bench_dragon::source::timecode::art_net::position;
+use artnet_protocol::{ArtCommand, FrameType, Timecode};
+use bench_dragon::source::timecode::art_net::{packet, position};
+use bench_dragon::source::timecode::{Clock, FrameRate, Malformed};
 
 const PACKET: [u8; 19] = *b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01";
 
@@ -42,5 +43,38 @@ fn other_packets_and_other_streams_are_ignored() {
 fn positions_that_no_clock_shows_are_malformed() {
     for (index, byte) in [(0, b'a'), (7, 1), (11, 13), (14, 25), (15, 60), (16, 60), (17, 24), (17, 99), (18, 4)] {
         assert_eq!(position_s(&with(index, byte)), Err(Malformed), "byte {index} is {byte}");
+    }
+}
+
+const TYPES: [FrameRate; 4] = [FrameRate::Film, FrameRate::Ebu, FrameRate::DropFrame, FrameRate::Smpte];
+
+#[test]
+fn each_packet_has_the_bytes_of_another_implementation() {
+    for (rate, frame_type) in TYPES.into_iter().zip([FrameType::Film, FrameType::EBU, FrameType::DF, FrameType::SMPTE])
+    {
+        // A prime step visits all numbers of frames, seconds, minutes and hours.
+        for frame in (0..rate.frames_per_day()).step_by(9_973) {
+            let clock = Clock::of_frame(frame.into(), rate);
+            let [frames, seconds, minutes, hours] =
+                [clock.frames, clock.seconds, clock.minutes, clock.hours].map(|number| number as u8);
+            let (version, stream_id) = ([0, 14], 0);
+            let timecode = Timecode { version, filler1: 0, stream_id, frames, seconds, minutes, hours, frame_type };
+            let expected = ArtCommand::OpTimeCode(timecode).write_to_buffer().expect("a packet");
+            assert_eq!(packet(clock, rate).expect("a type of the protocol").as_slice(), expected, "{rate} {clock:?}");
+        }
+    }
+    assert_eq!(packet(Clock::default(), FrameRate::NonDrop), None);
+}
+
+/// 24 hours out and in: the position of each frame is exactly the time at which it begins.
+#[test]
+fn no_frame_of_a_day_drifts() {
+    for rate in TYPES {
+        for frame in 0..rate.frames_per_day() {
+            let packet = packet(Clock::of_frame(frame.into(), rate), rate).expect("a type of the protocol");
+            let position = position(&packet).expect("a valid packet").expect("a timecode");
+            assert_eq!(position.since_midnight_s, f64::from(frame) / rate.frames_per_second(), "{rate} frame {frame}");
+            assert_eq!(position.day_s, rate.day_s());
+        }
     }
 }

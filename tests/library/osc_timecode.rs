@@ -31,6 +31,7 @@ fn a_position_is_read_from_text_from_four_numbers_or_from_seconds() {
         (vec![text("01:02:03:05"), Int(24)], 3723.0 + 5.0 / 24.0),
         (vec![text("00:01:00;02")], 1800.0 * 1001.0 / 30_000.0),
         (vec![text("00:01:00:02"), Float(29.97)], 1800.0 * 1001.0 / 30_000.0),
+        (vec![text("00:01:00:00"), text("29.97ndf")], 1800.0 * 1001.0 / 30_000.0),
         (vec![text("01:02:03.25")], 3723.25),
         (vec![text("62.5")], 62.5),
         (vec![Int(1), Int(2), Int(3), Int(5)], 3723.2),
@@ -52,6 +53,7 @@ fn messages_without_a_position_are_malformed() {
     let others = [
         vec![],
         vec![text("01:02:03:04"), Int(60)],
+        vec![text("01:02:03:04"), text("fast")],
         vec![Int(1), Int(2)],
         vec![Int(-1), Int(2), Int(3), Int(4)],
         vec![Float(0.5), Int(2), Int(3), Int(4)],

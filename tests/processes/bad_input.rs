@@ -7,7 +7,7 @@ use test_support::process::{Ended, Process};
 use crate::stage::{Stage, program};
 
 /// Fails unless there is exactly one line of error that contains each of these texts once.
-fn assert_one_error(ended: &Ended, code: i32, named: &[&str]) {
+pub(crate) fn assert_one_error(ended: &Ended, code: i32, named: &[&str]) {
     let Ended { stdout, stderr, .. } = ended;
     assert_eq!((ended.code(), stdout.as_str()), (Some(code), ""), "{named:?}: {stderr}");
     assert!(stderr.starts_with("error: ") && stderr.ends_with('\n') && stderr.lines().count() == 1, "{stderr:?}");
@@ -57,6 +57,21 @@ fn bad_arguments_are_named_with_what_is_allowed() {
         (
             &["record", "a.mcap", "--rotate-mb", "100", "--max-total-mb", "50"],
             &["--max-total-mb is 50", "--rotate-mb, which is 100"],
+        ),
+        (&["bridge", "osc", "--listen", "127.0.0.1:7400"], &["--allow <LIST>"]),
+        (&["bridge", "osc", "--allow", "10.0.0.7"], &["--listen <ADDRESS:PORT>"]),
+        (&["bridge", "osc", "--full"], &["--listen <ADDRESS:PORT>"]),
+        (
+            &["bridge", "osc", "--listen", "127.0.0.1:7400", "--allow", "10.0.0.7/24"],
+            &["--allow", "'10.0.0.7/24'", "must be 10.0.0.0/24 for the network, or 10.0.0.7 for the machine"],
+        ),
+        (
+            &["bridge", "osc", "--listen", "127.0.0.1:7400", "--allow", "house"],
+            &["--allow", "'house'", "must be an address or a network, such as 10.0.0.7, 10.0.0.0/24 or fd00::/8"],
+        ),
+        (
+            &["bridge", "osc", "--listen", "127.0.0.1:7400", "--allow", "::1", "--secret", "short"],
+            &["--secret", "'short'", "must be 8 to 64 letters, digits, - and _"],
         ),
         (&["echo", "--format", "yaml"], &["--format", "'yaml'", "text, json"]),
         (&["hz", "--seconds", "x"], &["--seconds", "'x'"]),

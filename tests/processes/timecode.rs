@@ -343,12 +343,13 @@ fn impossible_timecode_sources_are_refused_in_one_line() {
             &["--timecode", "midi"],
             2,
             "error: invalid value 'midi' for '--timecode <SOURCE>': must be \
-             osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]]\n",
+             osc:[ADDRESS:]PORT[/MESSAGE], MESSAGE without blanks and #*,?[]{}, or artnet[:ADDRESS[:PORT]], or \
+             ltc:- or ltc:FILE.wav\n",
         ),
         (
             &["--timecode", "artnet:127.0.0.1:0", "--timecode-fps", "25"],
             2,
-            "error: --timecode-fps is only for osc: Art-Net timecode contains its frame rate\n",
+            "error: --timecode-fps is only for osc and ltc: Art-Net timecode contains its frame rate\n",
         ),
         (
             &["--timecode", "osc:0", "--time-scale", "2"],
@@ -358,7 +359,7 @@ fn impossible_timecode_sources_are_refused_in_one_line() {
         (
             &["--timecode", "osc:0", "--timecode-fps", "60"],
             2,
-            "error: invalid value '60' for '--timecode-fps <FPS>': must be 24, 25, 29.97 or 30\n",
+            "error: invalid value '60' for '--timecode-fps <FPS>': must be 24, 25, 29.97 (drop-frame), 29.97ndf or 30\n",
         ),
         (
             &["--timecode", "osc:0", "--start-travel", "0", "--until", "-5"],

@@ -422,6 +422,10 @@ typedef enum {
    * Open Sound Control.
    */
   BD_PROTOCOL_OSC = 2,
+  /**
+   * Linear timecode, as sound.
+   */
+  BD_PROTOCOL_LTC = 3,
 } bd_timecode_kind_t;
 
 /**
@@ -510,6 +514,9 @@ typedef enum {
    * `bench-dragon show --auto-go`.
    */
   BD_SENDER_SHOW = 9,
+   * A desk or controller, through `bench-dragon bridge osc --listen`.
+   */
+  BD_SENDER_OSC = 9,
 } bd_sender_t;
 
 /**

@@ -50,6 +50,8 @@ wire_enum! {
         Server = 8, "server";
         /// `bench-dragon show --auto-go`.
         Show = 9, "show";
+        /// A desk or controller, through `bench-dragon bridge osc --listen`.
+        Osc = 10, "osc";
     }
 }
 

@@ -177,6 +177,8 @@ wire_enum! {
         ArtNet = 1, "Art-Net";
         /// Open Sound Control.
         Osc = 2, "OSC";
+        /// Linear timecode, as sound.
+        Ltc = 3, "LTC";
     }
 }
 

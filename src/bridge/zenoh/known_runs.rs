@@ -3,8 +3,8 @@
 //! Pure: the time is an argument. Any host that reaches the bridge can describe any number of runs, so both the number and the
 //! rate of accepted descriptions are bounded.
 
-use super::rate_limit::RateLimit;
 use super::wire::Described;
+use crate::bridge::rate_limit::RateLimit;
 use crate::source::described_bench_count;
 
 /// Most descriptions that are stored, of runs that may follow.

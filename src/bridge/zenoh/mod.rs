@@ -30,7 +30,6 @@ mod inbox;
 mod key_prefix;
 mod known_runs;
 mod query_server;
-mod rate_limit;
 mod received_run;
 mod receiver;
 mod remote_clock;
@@ -40,6 +39,7 @@ mod sender;
 mod sent_runs;
 mod session;
 mod session_settings;
+mod tick_bound;
 
 pub use key_prefix::{KeyPrefix, KeyPrefixError};
 pub use receiver::ReceivingBridge;

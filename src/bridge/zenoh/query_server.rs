@@ -14,8 +14,8 @@ use zenoh::{Session, Wait as _};
 
 use super::command_forwarder::CommandForwarder;
 use super::key_prefix::KeyPrefix;
-use super::rate_limit::RateLimit;
 use super::wire::{DESCRIPTION_ENCODING, Described, encode_described};
+use crate::bridge::rate_limit::RateLimit;
 use crate::system::clock::monotonic_ns;
 
 /// Most queries of one kind that wait.

@@ -3,11 +3,12 @@
 use bench_dragon_ipc::{Alert, BusError, CommandReply, Domain, FrameHeader, HandleState, Refusal, SourceKind};
 
 use super::known_runs::Description;
-use super::rate_limit::{RateLimit, TickBound};
 use super::remote_clock::RemoteClock;
 use super::remote_run::RemoteRun;
 use super::report::ReceiverSummary;
+use super::tick_bound::TickBound;
 use super::wire::{Described, Seen};
+use crate::bridge::rate_limit::RateLimit;
 use crate::safety::alerts::AlertPublisher;
 use crate::source::SourcePorts;
 use crate::source::replay::FASTEST_HZ;

@@ -68,26 +68,43 @@ impl<'a> Feed<'a> {
             if !self.sleep_until(self.schedule.due_ns()) {
                 return Ok(self.farewell());
             }
-            for _ in 0..MAX_STATUSES {
-                let Some(status) = self.status.poll()? else { break };
-                self.pace.note_rate(status.run_id, status.rate_hz);
-            }
-            if let Some(frame) = self.frames.latest()?
-                && self.dragons.are_of(frame.header())?
-            {
-                let latest = self.latest.get_or_insert_default();
-                self.pace.note_frame(&latest.header, frame.header());
-                latest.replace(&frame);
-            }
-            let now_ns = monotonic_ns();
+            let now_ns = self.look()?;
             self.schedule.advance(now_ns);
-            if let Some(latest) = &mut self.latest {
-                latest.freshness = self.pace.freshness(&latest.header, now_ns, self.stale_after);
+            if self.latest.is_some() {
                 break now_ns;
             }
         };
         let dragons = &self.dragons.names;
         Ok(self.latest.as_ref().map(|latest| DueFrame { now_ns, latest, dragons, is_last: false }))
+    }
+
+    /// Waits until an instant, and takes the newest frame. `None` after a signal.
+    pub(super) fn newest_at(&mut self, deadline_ns: u64) -> Result<Option<(u64, Option<&LatestFrame>)>, BusError> {
+        if !self.sleep_until(deadline_ns) {
+            return Ok(None);
+        }
+        let now_ns = self.look()?;
+        Ok(Some((now_ns, self.latest.as_ref())))
+    }
+
+    /// Takes the newest frame from the bus. Returns the present.
+    fn look(&mut self) -> Result<u64, BusError> {
+        for _ in 0..MAX_STATUSES {
+            let Some(status) = self.status.poll()? else { break };
+            self.pace.note_rate(status.run_id, status.rate_hz);
+        }
+        if let Some(frame) = self.frames.latest()?
+            && self.dragons.are_of(frame.header())?
+        {
+            let latest = self.latest.get_or_insert_default();
+            self.pace.note_frame(&latest.header, frame.header());
+            latest.replace(&frame);
+        }
+        let now_ns = monotonic_ns();
+        if let Some(latest) = &mut self.latest {
+            latest.freshness = self.pace.freshness(&latest.header, now_ns, self.stale_after);
+        }
+        Ok(now_ns)
     }
 
     fn farewell(&mut self) -> Option<DueFrame<'_>> {

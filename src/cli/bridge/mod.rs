@@ -13,9 +13,12 @@ use crate::cli::flags::BadInput;
 use crate::cli::flags::{BusArgs, FormatArgs, within};
 
 mod feed;
+mod ltc;
 mod osc;
 mod psn;
 mod session;
+mod steering;
+mod timecode;
 #[cfg(feature = "zenoh")]
 mod zenoh;
 
@@ -24,6 +27,9 @@ mod zenoh;
 #[command(after_help = "Examples:
   bench-dragon bridge psn --interface 10.0.0.5
   bench-dragon bridge osc --to 10.0.0.30:7000 --bundle
+  bench-dragon bridge osc --listen 0.0.0.0:7400 --allow 10.0.0.7
+  bench-dragon bridge timecode --art-net 10.0.0.255
+  bench-dragon bridge timecode --ltc - | aplay
 
 A bridge polls the frames; the server never waits for it. A bench's position is the centre of its board.")]
 #[command(subcommand_value_name = "PROTOCOL", subcommand_help_heading = "Protocols")]
@@ -42,6 +48,7 @@ pub(crate) struct BridgeArgs {
 pub(crate) enum Bridge {
     Psn(psn::PsnArgs),
     Osc(osc::OscArgs),
+    Timecode(timecode::TimecodeArgs),
     #[cfg(feature = "zenoh")]
     Zenoh(zenoh::ZenohArgs),
     #[cfg(not(feature = "zenoh"))]
@@ -54,6 +61,7 @@ impl Bridge {
         match self {
             Self::Psn(_) => Ok("bridge psn"),
             Self::Osc(_) => Ok("bridge osc"),
+            Self::Timecode(_) => Ok("bridge timecode"),
             #[cfg(feature = "zenoh")]
             Self::Zenoh(zenoh) if zenoh.receive => Err("must be without --receive, because a show has its own source"),
             #[cfg(feature = "zenoh")]
@@ -136,6 +144,7 @@ pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
     match &args.bridge {
         Bridge::Psn(psn) => psn::run(args, psn),
         Bridge::Osc(osc) => osc::run(args, osc),
+        Bridge::Timecode(timecode) => timecode::run(args, timecode),
         #[cfg(feature = "zenoh")]
         Bridge::Zenoh(zenoh) => zenoh::run(args, zenoh),
         #[cfg(not(feature = "zenoh"))]

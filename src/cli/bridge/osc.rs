@@ -1,28 +1,30 @@
-//! `bridge osc`: sends the poses as Open Sound Control.
+//! `bridge osc`: sends the poses as Open Sound Control, and accepts commands.
 
-use std::net::SocketAddrV4;
+use std::net::{Ipv4Addr, SocketAddrV4};
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::feed::Feed;
+use super::feed::{DueFrame, Feed};
 use super::session::PacketSession;
+use super::steering::SteeringArgs;
 use super::{BridgeArgs, NetworkArgs, SilenceArgs, StageArgs, open_udp, target};
 use crate::bridge::desk_settings::{self, OscTransport};
 use crate::bridge::osc::{AddressPattern, AngleUnit, OscEncoder, OscSettings, ShowAddress, SlipSender};
 use crate::bridge::{AxisOrder, Outlet, Packets};
-use crate::cli::flags::{BadInput, within};
+use crate::cli::flags::{BadInput, Format, within};
 use crate::system::clock::offset_bounds;
 use crate::system::stop::StopFlag;
 use crate::system::unix_offset::UnixOffset;
 
-/// Send Open Sound Control (OSC) messages, one per bench and frame.
+/// Send Open Sound Control (OSC) messages, one per bench and frame. Accept commands from desks.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon bridge osc --to 10.0.0.30:7000
   bench-dragon bridge osc --to 10.0.0.30:7000 --tcp --bundle
   bench-dragon bridge osc --address /stage/{index}/pose --angle radians
   bench-dragon bridge osc --benches gold:0..,silver:0..9 --address /stage/{dragon}/{index}
+  bench-dragon bridge osc --listen 0.0.0.0:7400 --allow 10.0.0.0/24 --full
   bench-dragon bridge osc --benches 0,20..40 --rotate 90 --offset 12,-3.5,0 --axes x,z,-y
 
 A frame is one message /dragon/show and one message per chosen bench. /dragon/show has show time in s, state, time scale, tick, \
@@ -32,11 +34,16 @@ has x, y, z of the centre of its board in metres, heading, and speed in m/s of w
 board, not its front hinge. The dragon is rotated, then moved, then expressed along the receiver's axes. A heading is the angle \
 from the receiver's first horizontal axis towards its second one; by default it is counter-clockwise from +x.
 
-At the first frame the bridge prints what to enter at the receiver: address, messages, axes.")]
+At the first frame the bridge prints what to enter at the receiver: address, messages, axes.
+
+With --listen, desks steer the show by /dragon/hold, /dragon/pause, /dragon/resume, /dragon/speed MPS, /dragon/pace FACTOR, and \
+with --full by /dragon/release, /dragon/seek SECONDS and /dragon/stop. The sender gets /dragon/reply (command, accepted, tick, \
+reason), and /dragon/state (state, show time, speed, tick) at each change and once a second. Poses are then sent only with --to. \
+docs/reference/steering.md has the settings of desks.")]
 pub(crate) struct OscArgs {
-    /// IPv4 address and port of the receiver.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:9000", value_parser = target)]
-    pub(crate) to: SocketAddrV4,
+    /// IPv4 address and port of the receiver [default: 127.0.0.1:9000, or with --listen: no receiver].
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = target)]
+    pub(crate) to: Option<SocketAddrV4>,
     /// Send by TCP, with SLIP framing, instead of UDP.
     #[arg(long, conflicts_with_all = ["interface", "ttl"])]
     pub(crate) tcp: bool,
@@ -65,47 +72,91 @@ pub(crate) struct OscArgs {
     /// Axes of the receiver, in its order, as our x (right), y (away) and z (up); - reverses an axis.
     #[arg(long, value_name = "AXES", default_value_t = AxisOrder::RIGHT_AWAY_UP, allow_hyphen_values = true)]
     pub(crate) axes: AxisOrder,
+    #[command(flatten)]
+    pub(crate) steering: SteeringArgs,
+}
+
+impl OscArgs {
+    /// The receiver of poses.
+    fn receiver(&self) -> Option<SocketAddrV4> {
+        let is_sender = self.steering.listen.is_none();
+        self.to.or(is_sender.then_some(SocketAddrV4::new(Ipv4Addr::LOCALHOST, 9000)))
+    }
 }
 
 pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> {
     check(osc)?;
     let domain = args.bus.domain()?;
     let stop = StopFlag::on_signals()?;
-    let outlet: Box<dyn Outlet> =
-        if osc.tcp { Box::new(SlipSender::new(osc.to)) } else { open_udp(osc.to, osc.network)? };
-    let mut session = PacketSession::new(args.format.format, osc.to, osc.rate, outlet);
-    let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, osc.silence.stale_after, &stop)? else {
-        return session.finish(0);
-    };
-    hand_on(&mut feed, osc, &mut session)?;
-    session.finish(feed.missed())
+    let format = args.format.format;
+    let mut poses = osc.receiver().map(|to| PoseSender::open(osc, to, format)).transpose()?;
+    let steering = osc.steering.start(domain.clone().for_operators(), format)?;
+    let mut missed = 0;
+    if let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, osc.silence.stale_after, &stop)? {
+        while let Some(due) = feed.next()? {
+            if let Some(steering) = &steering {
+                steering.note(due.latest);
+            }
+            if let Some(poses) = &mut poses {
+                poses.send(&due)?;
+            }
+        }
+        missed = feed.missed();
+    }
+    if let Some(steering) = steering {
+        steering.finish()?;
+    }
+    poses.map_or(Ok(ExitCode::SUCCESS), |poses| poses.session.finish(missed))
 }
 
-/// Sends frame after frame until a signal.
-fn hand_on(feed: &mut Feed<'_>, osc: &OscArgs, session: &mut PacketSession) -> anyhow::Result<()> {
-    let settings = settings(osc);
-    let mut of_dragons = settings.clone();
-    let transport = if osc.tcp { OscTransport::Tcp } else { OscTransport::Udp };
-    let mut encoder = OscEncoder::new(settings.clone());
-    let mut packets = Packets::default();
-    let mut unix_offset = UnixOffset::measured();
-    while let Some(due) = feed.next()? {
+/// Sends poses to a receiver.
+struct PoseSender {
+    session: PacketSession,
+    to: SocketAddrV4,
+    transport: OscTransport,
+    settings: OscSettings,
+    /// The settings for the dragons of the last frame.
+    of_dragons: OscSettings,
+    encoder: OscEncoder,
+    packets: Packets,
+    unix_offset: UnixOffset,
+}
+
+impl PoseSender {
+    fn open(osc: &OscArgs, to: SocketAddrV4, format: Format) -> anyhow::Result<Self> {
+        let outlet: Box<dyn Outlet> = if osc.tcp { Box::new(SlipSender::new(to)) } else { open_udp(to, osc.network)? };
+        let settings = settings(osc);
+        Ok(Self {
+            session: PacketSession::new(format, to, osc.rate, outlet),
+            to,
+            transport: if osc.tcp { OscTransport::Tcp } else { OscTransport::Udp },
+            of_dragons: settings.clone(),
+            encoder: OscEncoder::new(settings.clone()),
+            settings,
+            packets: Packets::default(),
+            unix_offset: UnixOffset::measured(),
+        })
+    }
+
+    fn send(&mut self, due: &DueFrame<'_>) -> anyhow::Result<()> {
+        let Self { session, to, transport, settings, of_dragons, encoder, packets, unix_offset } = self;
         let benches = due.latest.benches.len();
         if session.are_other(benches, due.dragons) {
-            of_dragons = settings.of(due.dragons);
-            encoder = OscEncoder::new(of_dragons.clone());
+            *of_dragons = settings.of(due.dragons);
+            *encoder = OscEncoder::new(of_dragons.clone());
         }
-        let line = || Ok(desk_settings::osc(&of_dragons, osc.to, transport, benches));
+        let line = || Ok(desk_settings::osc(of_dragons, *to, *transport, benches));
         session.note_dragons(benches, due.dragons, &settings.benches, line)?;
         unix_offset.correct(offset_bounds());
-        encoder.frame(due.latest, unix_offset.ns(), &mut packets);
-        session.send_frame(&packets, &due)?;
+        encoder.frame(due.latest, unix_offset.ns(), packets);
+        session.send_frame(packets, due)
     }
-    Ok(())
 }
 
-fn check(OscArgs { to, tcp, address, show_address, .. }: &OscArgs) -> Result<(), BadInput> {
-    if *tcp && (to.ip().is_multicast() || to.ip().is_broadcast()) {
+fn check(osc: &OscArgs) -> Result<(), BadInput> {
+    let OscArgs { tcp, address, show_address, .. } = osc;
+    let many = |to: &SocketAddrV4| to.ip().is_multicast() || to.ip().is_broadcast();
+    if let Some(to) = osc.receiver().filter(|to| *tcp && many(to)) {
         return Err(BadInput(format!("--to is {to}, must be the address of one machine with --tcp")));
     }
     if address.is_bench(show_address) {

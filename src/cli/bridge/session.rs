@@ -14,7 +14,7 @@ use crate::config::NamedLayout;
 use crate::output::Counted;
 use crate::system::clock::monotonic_ns;
 
-/// A line that `bridge psn` and `bridge osc` print.
+/// A line that `bridge psn`, `bridge osc` and `bridge timecode` print.
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 enum BridgeLine {
@@ -64,8 +64,12 @@ pub(super) struct PacketSession {
     format: Format,
     /// The receiver, in words.
     to: String,
-    rate_hz: u32,
+    /// Frames per second, in words.
+    rate: String,
     epoch_ns: u64,
+    /// What happens while the server is silent, in words.
+    when_silent: &'static str,
+    is_announced: bool,
     outlet: Box<dyn Outlet>,
     /// Number of benches of the last frame, and the names of its dragons; `None` before the first frame.
     dragons: Option<(usize, NamedLayout)>,
@@ -76,18 +80,25 @@ pub(super) struct PacketSession {
 }
 
 impl PacketSession {
-    pub(super) fn new(format: Format, to: impl Display, rate_hz: u32, outlet: Box<dyn Outlet>) -> Self {
+    pub(super) fn new(format: Format, to: impl Display, rate: impl Display, outlet: Box<dyn Outlet>) -> Self {
         Self {
             format,
             to: to.to_string(),
-            rate_hz,
+            rate: rate.to_string(),
             epoch_ns: monotonic_ns(),
+            when_silent: "the last one is sent as stale, with all speeds 0",
+            is_announced: false,
             outlet,
             dragons: None,
             outage: Outage::default(),
             is_stale: false,
             summary: BridgeSummary::default(),
         }
+    }
+
+    /// Describes what happens while the server is silent.
+    pub(super) fn when_silent(self, when_silent: &'static str) -> Self {
+        Self { when_silent, ..self }
     }
 
     /// Start of the bridge, in nanoseconds of `CLOCK_MONOTONIC`.
@@ -123,22 +134,37 @@ impl PacketSession {
         }
     }
 
+    /// Announces the receiver's settings at the first call.
+    pub(super) fn announce_once(&mut self, settings: impl FnOnce() -> String) -> anyhow::Result<()> {
+        if std::mem::replace(&mut self.is_announced, true) { Ok(()) } else { self.announce(settings()) }
+    }
+
     fn announce(&self, settings: String) -> anyhow::Result<()> {
-        let Self { format, to, rate_hz, epoch_ns, .. } = self;
+        let Self { format, to, rate, epoch_ns, .. } = self;
         if *format == Format::Text {
             complain(&settings);
         }
         let started = BridgeLine::Started { to: to.clone(), epoch_ns: *epoch_ns, settings };
-        print_notice(*format, &started, &format!("sending to {to} at {rate_hz} Hz; Ctrl-C ends it"))
+        print_notice(*format, &started, &format!("sending to {to} at {rate} Hz; Ctrl-C ends it"))
     }
 
     pub(super) fn send_frame(&mut self, packets: &Packets, due: &DueFrame<'_>) -> anyhow::Result<()> {
-        if !due.is_last {
-            self.note_freshness(due.latest.freshness)?;
+        self.send_at(packets, due.now_ns, (!due.is_last).then_some(due.latest.freshness))
+    }
+
+    /// Sends the packets of a frame. `freshness`: that of the frame of the bus; none for a farewell.
+    pub(super) fn send_at(
+        &mut self,
+        packets: &Packets,
+        now_ns: u64,
+        freshness: Option<Freshness>,
+    ) -> anyhow::Result<()> {
+        if let Some(freshness) = freshness {
+            self.note_freshness(freshness)?;
         }
-        let is_sent = self.send(packets, due.now_ns)?;
+        let is_sent = self.send(packets, now_ns)?;
         self.summary.frames += u64::from(is_sent);
-        self.summary.stale += u64::from(is_sent && !due.is_last && !due.latest.freshness.is_fresh());
+        self.summary.stale += u64::from(is_sent && freshness.is_some_and(|freshness| !freshness.is_fresh()));
         Ok(())
     }
 
@@ -171,7 +197,7 @@ impl PacketSession {
         match freshness {
             Freshness::Stale { age_ns } if !was_stale => {
                 let age_s = age_ns as f64 * 1e-9;
-                let text = format!("no frame for {age_s:.1} s: the last one is sent as stale, with all speeds 0");
+                let text = format!("no frame for {age_s:.1} s: {}", self.when_silent);
                 print_notice(self.format, &BridgeLine::Silent { age_s }, &text)
             }
             Freshness::Fresh if was_stale => print_notice(self.format, &BridgeLine::Resumed, "frames arrive again"),

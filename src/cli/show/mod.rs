@@ -128,7 +128,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(50);
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let config = configure(&args.run.config, &args.run.pace, args.guard)?;
     check_pace(&config, &args.run.pace)?;
-    timecode::check(&args.run.timecode, &config)?;
+    timecode::check_show(&args.run.timecode, &config)?;
     let also = AlsoCommand::read_all(&config.also(), &args.run.bus.instance)?;
     let domain = args.run.bus.domain()?;
     let stop = StopFlag::on_signals()?;

@@ -14,7 +14,7 @@ use crate::cli::print::print_report;
 use crate::cli::timecode::TimecodeArgs;
 use crate::cli::web::{ListeningLine, TOKEN_VARIABLE, cannot_listen};
 use crate::display::view::Token;
-use crate::source::timecode::FrameRate;
+use crate::source::timecode::TimecodeInput;
 
 /// Period of the monitor's progress reports, in seconds.
 const PROGRESS_PERIOD_S: &str = "0.2";
@@ -88,17 +88,16 @@ impl Show<'_> {
 
     fn timecode_args(&self) -> Vec<String> {
         let TimecodeArgs { source, offset_s, timeout_s, frame_rate } = &self.args.run.timecode;
-        let frames_per_second = frame_rate.map(FrameRate::frames_per_second);
         // The sender of timecode still sends to the address of the first server.
-        let source = source.clone().map(|source| match self.reports.timecode_listen {
-            Some(listen) => source.at(listen),
-            None => source,
+        let source = source.clone().map(|source| match (source, self.reports.timecode_listen) {
+            (TimecodeInput::Network(source), Some(listen)) => TimecodeInput::Network(source.at(listen)),
+            (source, _) => source,
         });
         [
             source.map(|source| format!("--timecode={source}")),
             offset_s.map(|offset_s| format!("--timecode-offset={offset_s}")),
             timeout_s.map(|timeout_s| format!("--timecode-timeout={timeout_s}")),
-            frames_per_second.map(|fps| format!("--timecode-fps={fps}")),
+            frame_rate.map(|rate| format!("--timecode-fps={rate}")),
         ]
         .into_iter()
         .flatten()

@@ -15,10 +15,42 @@ use super::{Clock, FrameRate, Malformed, Position};
 /// UDP port of Art-Net.
 pub const PORT: u16 = 6454;
 
+/// Bytes of a timecode packet.
+pub const PACKET_BYTES: usize = 19;
+
 const ID: &[u8; 8] = b"Art-Net\0";
 const TIME_CODE: u16 = 0x9700;
 const LEAST_VERSION: u16 = 14;
 const MASTER_STREAM: u8 = 0;
+
+/// Returns the packet of a clock; `None` for a rate that the protocol has no type for.
+///
+/// ```
+/// use bench_dragon::source::timecode::{Clock, FrameRate, art_net};
+///
+/// let clock = Clock { hours: 0, minutes: 1, seconds: 2, frames: 5 };
+/// let packet = art_net::packet(clock, FrameRate::Ebu).expect("a type of the protocol");
+/// assert_eq!(&packet, b"Art-Net\0\x00\x97\x00\x0e\x00\x00\x05\x02\x01\x00\x01");
+/// ```
+pub fn packet(clock: Clock, rate: FrameRate) -> Option<[u8; PACKET_BYTES]> {
+    let kind = match rate {
+        FrameRate::Film => 0,
+        FrameRate::Ebu => 1,
+        FrameRate::DropFrame => 2,
+        FrameRate::Smpte => 3,
+        FrameRate::NonDrop => return None,
+    };
+    let Clock { hours, minutes, seconds, frames } = clock;
+    let mut packet = [0; PACKET_BYTES];
+    packet[..8].copy_from_slice(ID);
+    packet[8..10].copy_from_slice(&TIME_CODE.to_le_bytes());
+    packet[10..12].copy_from_slice(&LEAST_VERSION.to_be_bytes());
+    packet[13] = MASTER_STREAM;
+    // Each number of a clock is below 60.
+    packet[14..18].copy_from_slice(&[frames, seconds, minutes, hours].map(|number| number as u8));
+    packet[18] = kind;
+    Some(packet)
+}
 
 /// Returns the position in a packet; `None` for another kind of Art-Net packet, or another stream than the master.
 ///

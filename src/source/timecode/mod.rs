@@ -1,8 +1,8 @@
 //! Timecode: the clock of another machine, which a show follows.
 //!
 //! A *timecode* is a position that a desk, a sequencer or a player sends over the network about 25 times a second. A
-//! [`TimecodeReceiver`] reads it from a socket on a separate thread and decodes it ([`art_net`], [`osc`]). It puts
-//! the samples into a [`SampleQueue`], from which the server's loop takes them without waiting. At each tick a
+//! [`TimecodeReceiver`] reads it from a socket on a separate thread and decodes it ([`art_net`], [`osc`]). A
+//! [`LtcReceiver`](ltc::LtcReceiver) reads it as sound. Both put the samples into a [`SampleQueue`], from which the server's loop takes them without waiting. At each tick a
 //! [`Follower`] decides the response of the show.
 //!
 //! **Contract.** Show time is the timecode's position plus an offset. A show stands until the first timecode, then
@@ -27,16 +27,19 @@
 //! **Hostile packets** are counted and dropped: malformed ones, those of other senders, and floods.
 
 pub mod art_net;
+pub mod ltc;
 pub mod osc;
 
 mod clock;
 mod follower;
+mod input;
 mod packet_filter;
 mod receiver;
 mod source;
 
 pub use clock::{Clock, FrameRate, Position};
 pub use follower::{Follower, FollowerEvent, FollowerOrder, FollowerSettings, ShowPosition};
+pub use input::{LtcInput, TimecodeInput};
 pub use packet_filter::SenderLock;
 pub use receiver::{ReceiverError, SampleQueue, TimecodeCounts, TimecodeReceiver};
 pub use source::TimecodeSource;

@@ -7,7 +7,7 @@
 //! | `1 2 3 4` | four whole numbers: hours, minutes, seconds, frames |
 //! | `3723.16` | one number: seconds |
 //!
-//! A form with frames may end with the frame rate as a further argument: 24, 25, 29.97 (drop-frame) or 30.
+//! A form with frames may end with the frame rate as a further argument: 24, 25, 29.97 (drop-frame), the text "29.97ndf", or 30.
 
 use rosc::{OscMessage, OscPacket, OscType};
 
@@ -95,7 +95,10 @@ fn clock(parts: [&OscType; 4]) -> Result<Clock, Malformed> {
 }
 
 fn given_rate(given: &OscType) -> Result<FrameRate, Malformed> {
-    FrameRate::of(number(given)?).ok_or(Malformed)
+    match given {
+        OscType::String(text) => text.parse().map_err(|_| Malformed),
+        number_of_frames => FrameRate::of(number(number_of_frames)?).ok_or(Malformed),
+    }
 }
 
 fn number(value: &OscType) -> Result<f64, Malformed> {

@@ -171,6 +171,8 @@ class Sender(WireCode):
     """The server itself."""
     SHOW = 9
     """`bench-dragon show --auto-go`."""
+    OSC = 9
+    """A desk or controller, through `bench-dragon bridge osc --listen`."""
 
 
 class ShowState(WireCode):
@@ -237,6 +239,8 @@ class TimecodeKind(WireCode):
     """Art-Net (`ArtTimeCode`)."""
     OSC = 2
     """Open Sound Control."""
+    LTC = 3
+    """Linear timecode, as sound."""
 
 
 class TimecodeState(WireCode):
