@@ -2,7 +2,7 @@
 
 const { combineRgb } = require('@companion-module/base')
 
-const STATES = ['ready', 'running', 'stopping', 'paused', 'held', 'finished', 'ended', 'waiting', 'silent']
+const STATES = ['ready', 'running', 'stopping', 'paused', 'held', 'waiting', 'finished', 'ended', 'none', 'silent']
 const WHITE = combineRgb(255, 255, 255)
 const BLACK = combineRgb(0, 0, 0)
 const COLOURS = { red: combineRgb(200, 0, 0), green: combineRgb(0, 130, 40), amber: combineRgb(200, 120, 0), grey: combineRgb(50, 50, 50) }
@@ -13,6 +13,7 @@ const COMMANDS = [
   { id: 'release', name: 'Release', state: 'running', colour: COLOURS.green },
   { id: 'pause', name: 'Pause', state: 'paused', colour: COLOURS.amber },
   { id: 'resume', name: 'Resume', state: 'running', colour: COLOURS.green },
+  { id: 'go', name: 'Go', state: 'waiting', colour: COLOURS.green },
   { id: 'stop', name: 'Stop', state: 'ended', colour: COLOURS.grey },
 ]
 
@@ -20,7 +21,7 @@ const COMMANDS = [
 const NUMBERS = [
   { id: 'speed', name: 'Speed', label: 'Metres per second', min: 0, max: 10, default: 1 },
   { id: 'seek', name: 'Seek', label: 'Show time in seconds', min: -1e6, max: 1e6, default: 0 },
-  { id: 'pace', name: 'Pace of a replay', label: 'Factor', min: 0.01, max: 100, default: 1 },
+  { id: 'pace', name: 'Pace of all dragons, or of a replay', label: 'Factor', min: 0, max: 100, default: 1 },
 ]
 
 function actions(send) {
@@ -61,6 +62,7 @@ const VARIABLES = [
   { variableId: 'state', name: 'State of the show' },
   { variableId: 'show_time', name: 'Show time in seconds' },
   { variableId: 'speed', name: 'Speed of the head in metres per second' },
+  { variableId: 'cue', name: 'Last cue that the show has reached' },
   { variableId: 'reply', name: 'Reply to the last command' },
 ]
 

@@ -12,7 +12,7 @@ const SILENCE_MS = 3_000
 
 class BenchDragon extends InstanceBase {
   async init(config) {
-    this.show = { state: 'waiting', isRefused: false }
+    this.show = { state: 'none', isRefused: false }
     this.setActionDefinitions(actions((command, args) => this.send(command, args)))
     this.setFeedbackDefinitions(feedbacks(this.show))
     this.setVariableDefinitions(VARIABLES)
@@ -73,6 +73,8 @@ class BenchDragon extends InstanceBase {
       this.updateStatus(InstanceStatus.Ok)
       this.setVariableValues({ show_time: Number(time).toFixed(1), speed: Number(speed).toFixed(2) })
       this.setState(state)
+    } else if (address === '/dragon/cue') {
+      this.setVariableValues({ cue: args[0] })
     } else if (address === '/dragon/reply') {
       const [command, accepted, , reason] = args
       this.show.isRefused = accepted !== 1

@@ -10,7 +10,7 @@ use bench_dragon_ipc::Domain;
 use crate::cli::bus_readers::Descriptions;
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_bytes, print_json, print_line};
-use crate::config::Config;
+use crate::config::PlannedCues;
 use crate::display::observe::{CueList, ListedCue, Observer, Snapshot};
 use crate::output::table::{Column, Table, text};
 use crate::system::clock::monotonic_ns;
@@ -81,12 +81,7 @@ pub(super) fn time_of(domain: &Domain, name: &str, stop: &StopFlag) -> anyhow::R
     let descriptions = Descriptions::open(domain, "ctl-cues", stop)?;
     let description =
         descriptions.latest().with_context(|| format!("no show runs on instance {}", domain.instance()))?;
-    let config = Config::from_toml(&description.toml).context("the description of the show is not valid")?;
-    if let Some(cue) = config.cues().iter().find(|cue| cue.name == name) {
-        return Ok(cue.at_s);
-    }
-    let names: Vec<String> = config.cues().iter().map(|cue| format!("\"{}\"", cue.name)).collect();
-    let allowed =
-        if names.is_empty() { "the show has none".to_owned() } else { format!("must be one of {}", names.join(", ")) };
-    Err(BadInput(format!("--cue is \"{}\": {allowed}", name.escape_debug())).into())
+    let cues = PlannedCues::of_toml(&description.toml);
+    let unknown = || BadInput(format!("--cue is \"{}\": {}", name.escape_debug(), cues.allowed_names()));
+    Ok(cues.named(name).ok_or_else(unknown)?.at_s)
 }

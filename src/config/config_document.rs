@@ -158,7 +158,7 @@ impl ConfigDocument {
     ///
     /// # Errors
     /// The route is not valid, or this dragon does not fit on it.
-    pub fn build(self) -> Result<Config, ConfigError> {
+    pub fn build(mut self) -> Result<Config, ConfigError> {
         let route = Arc::new(self.curve()?);
         let dragon = self.place(route).map_err(|error| match error {
             DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}{}", self.origin_hint())),
@@ -167,6 +167,7 @@ impl ConfigDocument {
         let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
         let planned = Planned { dragon: Arc::new(dragon), timetable };
         let (cues, mut timetables) = cue::apply(&self.tables.cues, &[(None, &planned)])?;
+        self.tables.cues = cues.iter().map(|cue| cue.table(&[])).collect();
         let formation = match timetables.pop() {
             Some(timetable) if !cues.is_empty() => {
                 Formation::beginning_at(self.route.start_s, vec![Planned { timetable, ..planned }])

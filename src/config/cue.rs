@@ -63,6 +63,15 @@ pub struct Cue {
     pub note: Option<String>,
 }
 
+impl Cue {
+    /// The cue as a document with plan times has it. `names` are those of the dragons.
+    pub(super) fn table(&self, names: &[&str]) -> CueTable {
+        let Self { name, at_s, dragon, speed_mps, waits, note } = self.clone();
+        let dragon = dragon.map(|number| names[number].to_owned());
+        CueTable { name, at_s: Some(at_s), at_m: None, dragon, speed_mps, wait: waits, note }
+    }
+}
+
 /// A dragon of which cues change the timetable.
 struct Cued<'a> {
     name: Option<&'a str>,

@@ -81,6 +81,8 @@ impl FormationDocument {
         for (planned, timetable) in planned.iter_mut().zip(timetables) {
             planned.timetable = timetable;
         }
+        let names: Vec<&str> = dragons.iter().map(|dragon| &*dragon.name).collect();
+        let cue_tables = cues.iter().map(|cue| cue.table(&names)).collect();
         let formation = Formation::new(planned);
         let benches = formation.layout().benches();
         if benches > MAX_BENCHES {

@@ -14,6 +14,7 @@ mod named_benches;
 mod named_layout;
 mod origin_table;
 mod plan_document;
+mod planned_cues;
 mod priority;
 mod route_table;
 mod segment_table;
@@ -37,6 +38,7 @@ pub use formation_document::{FormationDocument, NamedDragon};
 pub use named_benches::NamedBenches;
 pub use named_layout::NamedLayout;
 pub use plan_document::PlanDocument;
+pub use planned_cues::{PlannedCue, PlannedCues};
 pub use priority::{Priority, PriorityError, REAL_TIME_PRIORITY};
 
 /// Allowed rates of a server, in ticks a second.

@@ -341,7 +341,7 @@ fn a_listener_without_a_server_answers_and_finds_the_next_server() {
     let mut desk = Desk::python(&address, &[]);
     let reason = desk.refuse(&json!(["/dragon/hold"]));
     assert!(reason.contains("no server"), "{reason}");
-    assert_eq!(desk.await_state("waiting"), [json!("waiting"), json!(0.0), json!(0.0), json!(0)]);
+    assert_eq!(desk.await_state("none"), [json!("none"), json!(0.0), json!(0.0), json!(0)]);
     let (server, _reader) = ready(&stage, &[]);
     desk.await_state("ready");
     server.process.kill();
@@ -390,5 +390,48 @@ fn poses_are_sent_beside_steering_if_there_is_a_receiver() {
     Desk::python(&address, &[]).accept(&json!(["/dragon/hold"]));
     let summary = bridge.terminate().expect_clean().last_json();
     assert!(summary["type"] == "summary" && summary["frames"].as_u64() > Some(0), "{summary}");
+    server.stop();
+}
+
+#[test]
+fn a_desk_gives_go_seeks_a_cue_and_gets_each_cue() {
+    let stage = Stage::new();
+    let night = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/night.toml");
+    let text = std::fs::read_to_string(night).expect("the example").replace("guard = true", "");
+    std::fs::write(stage.path("night.toml"), text).expect("a file");
+    let server = stage.serve(&[
+        "--config",
+        "night.toml",
+        "--rate",
+        "50",
+        "--time-scale",
+        "10",
+        "--readers",
+        "1",
+        "--start-at",
+        "-51",
+    ]);
+    let (bridge, address) = listen(&stage, &[&LOCAL[..], &["--full"]].concat());
+    let mut desk = Desk::python(&address, &[]);
+    desk.send(&json!(["/dragon/state"]));
+    let mut reader = Reader::join(&stage);
+    reader.read_until("the gate waits", |header| header.show_state() == Some(ShowState::Waiting));
+    desk.await_state("waiting");
+    desk.accept(&json!(["/dragon/go"]));
+    assert_eq!(desk.next("/dragon/cue"), [json!("walk in"), json!(-48.0), json!("lights 2")]);
+    let reason = desk.refuse(&json!(["/dragon/cue", "the ear"]));
+    assert!(reason.starts_with("no such cue, must be one of \"house lights\", \"the gate\""), "{reason}");
+    desk.accept(&json!(["/dragon/cue", "the eye"]));
+    let mut reached = desk.next("/dragon/cue");
+    while reached[0] != "the eye" {
+        reached = desk.next("/dragon/cue");
+    }
+    assert_eq!(reached[2], "GO after the silence");
+    desk.await_state("waiting");
+    let waiting = reader.read_until("the eye waits", |header| {
+        header.show_state() == Some(ShowState::Waiting) && header.head_travel_m > 0.0
+    });
+    assert!((waiting.last().expect("a frame").header.head_travel_m - 6.8).abs() < 1e-6);
+    bridge.terminate().expect_clean();
     server.stop();
 }

@@ -514,9 +514,10 @@ typedef enum {
    * `bench-dragon show --auto-go`.
    */
   BD_SENDER_SHOW = 9,
+  /**
    * A desk or controller, through `bench-dragon bridge osc --listen`.
    */
-  BD_SENDER_OSC = 9,
+  BD_SENDER_OSC = 10,
 } bd_sender_t;
 
 /**

@@ -13,11 +13,12 @@ use serde::Serialize;
 
 use super::admission::{AllowedNetworks, Secret};
 use super::message::{Incoming, Malformed, Rules, read};
-use super::reply::{Reply, encode_state};
+use super::reply::{Reply, encode_cue, encode_state};
 use super::state::{ShowReport, StateReceivers};
 use crate::bridge::LatestFrame;
 use crate::bridge::rate_limit::RateLimit;
 use crate::command_queue::{CommandQueue, CommandQueueError, HOLD_PATIENCE, Outcome};
+use crate::config::{MAX_CUES, PlannedCue, PlannedCues};
 use crate::system::clock::monotonic_ns;
 
 /// Greatest length of a packet. A longer one is malformed.
@@ -42,7 +43,7 @@ pub struct SteeringSettings {
     pub allowed: AllowedNetworks,
     /// The first argument of each message.
     pub secret: Option<Secret>,
-    /// Whether `release`, `seek` and `stop` are accepted.
+    /// Whether `release`, `seek`, `cue` and `stop` are accepted.
     pub is_full: bool,
     /// The port of the sender's machine to which replies and the state are sent; `None`: the port from which it sends.
     pub reply_port: Option<u16>,
@@ -138,7 +139,8 @@ impl SteeringListener {
         let shared = Arc::new(Shared {
             socket,
             reply_port,
-            show: Mutex::new(ShowReport::WAITING),
+            show: Mutex::new(ShowReport::NONE),
+            cues: Mutex::default(),
             counts: Counts::default(),
             answer_limit: Mutex::new(RateLimit::new(ANSWER_RATE.0, ANSWER_RATE.1)),
             report: Box::new(report),
@@ -157,9 +159,12 @@ impl SteeringListener {
         Ok(Self { listen, shared, thread: Some(thread) })
     }
 
-    /// Takes the state of the show from the newest frame.
-    pub fn note(&self, latest: &LatestFrame) {
+    /// Takes the state of the show from the newest frame, its cues, and those that it has just reached.
+    pub fn note(&self, latest: &LatestFrame, planned: &Arc<PlannedCues>, reached: &[PlannedCue]) {
         *lock(&self.shared.show) = ShowReport::of(latest);
+        let mut cues = lock(&self.shared.cues);
+        cues.planned = Arc::clone(planned);
+        cues.messages.extend(reached.iter().take(MAX_CUES).map(encode_cue));
     }
 
     /// Stops listening, waits for the replies to holds, and returns the totals.
@@ -186,10 +191,18 @@ struct Shared {
     socket: UdpSocket,
     reply_port: Option<u16>,
     show: Mutex<ShowReport>,
+    cues: Mutex<Cues>,
     counts: Counts,
     answer_limit: Mutex<RateLimit>,
     report: Box<dyn Fn(SteeringEvent) + Send + Sync>,
     is_over: AtomicBool,
+}
+
+/// The cues of the show, and messages about those that it has reached, which are to be sent.
+#[derive(Default)]
+struct Cues {
+    planned: Arc<PlannedCues>,
+    messages: Vec<Vec<u8>>,
 }
 
 impl fmt::Debug for Shared {
@@ -318,6 +331,7 @@ impl Listening {
                 Incoming::Command { name, request, is_fader: false } => self.submit(name, request, from, || {}),
                 Incoming::Command { name, request, is_fader: true } => self.note_fader(name, request, from),
                 Incoming::Invalid { name, reason } => self.shared.answer(from, &name, Err(reason)),
+                Incoming::Cue { name } => self.seek_cue(&name, from),
                 Incoming::State => {
                     let state = encode_state(&lock(&self.shared.show));
                     self.shared.send(&state, self.shared.receiver(from));
@@ -349,6 +363,14 @@ impl Listening {
         });
     }
 
+    fn seek_cue(&mut self, name: &str, from: SocketAddr) {
+        let planned = Arc::clone(&lock(&self.shared.cues).planned);
+        match planned.named(name) {
+            Some(cue) => self.submit("cue", Request::Seek { show_time_s: cue.at_s }, from, || {}),
+            None => self.shared.answer(from, "cue", Err(format!("no such cue, {}", planned.allowed_names()))),
+        }
+    }
+
     fn note_fader(&mut self, command: &'static str, request: Request, from: SocketAddr) {
         let known = self.faders.iter().position(|fader| fader.command == command);
         let index = known.unwrap_or_else(|| {
@@ -376,8 +398,12 @@ impl Listening {
     }
 
     fn send_state(&mut self) {
+        let now_ns = monotonic_ns();
+        for message in std::mem::take(&mut lock(&self.shared.cues).messages) {
+            self.receivers.present(now_ns).for_each(|receiver| self.shared.send(&message, receiver));
+        }
         let show = *lock(&self.shared.show);
-        let receivers = self.receivers.due(&show, monotonic_ns());
+        let receivers = self.receivers.due(&show, now_ns);
         if !receivers.is_empty() {
             let state = encode_state(&show);
             receivers.into_iter().for_each(|receiver| self.shared.send(&state, receiver));

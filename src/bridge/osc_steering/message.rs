@@ -35,6 +35,8 @@ enum Form {
     Fader(fn(f64) -> Request),
     /// A number.
     Number(fn(f64) -> Request),
+    /// The name of a cue, which a seek goes to.
+    Cue,
 }
 
 const fn open(name: &'static str, form: Form) -> SteeringCommand {
@@ -46,14 +48,16 @@ const fn full(name: &'static str, form: Form) -> SteeringCommand {
 }
 
 /// All commands.
-const COMMANDS: [SteeringCommand; 8] = [
+const COMMANDS: [SteeringCommand; 10] = [
     open("hold", Form::Plain(Request::Hold)),
     open("pause", Form::Plain(Request::Pause)),
     open("resume", Form::Plain(Request::Resume)),
+    open("go", Form::Plain(Request::Go)),
     open("speed", Form::Fader(|speed_mps| Request::Speed { speed_mps })),
     open("pace", Form::Fader(|factor| Request::Pace { factor })),
     full("release", Form::Plain(Request::Release)),
     full("seek", Form::Number(|show_time_s| Request::Seek { show_time_s })),
+    full("cue", Form::Cue),
     full("stop", Form::Plain(Request::Stop)),
 ];
 
@@ -69,6 +73,8 @@ pub(super) struct Rules {
 pub(super) enum Incoming {
     /// A command. Of a fader's values, the newest one replaces those that wait.
     Command { name: &'static str, request: Request, is_fader: bool },
+    /// A seek to a cue.
+    Cue { name: String },
     /// A request for the state.
     State,
     /// A message that is no valid command: its name, and the reason.
@@ -148,6 +154,10 @@ fn read_command(command: &SteeringCommand, args: &[OscType]) -> Result<Option<In
         },
         Form::Fader(request) => Ok(Some(of(request(number(args)?), true))),
         Form::Number(request) => Ok(Some(of(request(number(args)?), false))),
+        Form::Cue => match args {
+            [OscType::String(name)] => Ok(Some(Incoming::Cue { name: name.clone() })),
+            _ => Err("must have the name of a cue as its only argument".to_owned()),
+        },
     }
 }
 
@@ -240,6 +250,7 @@ mod tests {
             ("release", Request::Release),
             ("pause", Request::Pause),
             ("resume", Request::Resume),
+            ("go", Request::Go),
             ("stop", Request::Stop),
         ] {
             let address = format!("/dragon/{name}");
@@ -264,6 +275,8 @@ mod tests {
         assert_eq!(request("/dragon/seek", &[OscType::Int(-30)]), Some(Request::Seek { show_time_s: -30.0 }));
         assert_eq!(request("/dragon/speed", &[OscType::Long(2)]), Some(Request::Speed { speed_mps: 2.0 }));
         assert_eq!(one("/dragon/state", &[], &Rules::default()), Some(Incoming::State));
+        let cue = one("/dragon/cue", &[OscType::String("into the S".to_owned())], &full_rules());
+        assert_eq!(cue, Some(Incoming::Cue { name: "into the S".to_owned() }));
     }
 
     #[test]
@@ -276,12 +289,13 @@ mod tests {
             ("/dragon/seek", vec![OscType::Float(f32::NAN)], "the argument is NaN, must be one finite number"),
             ("/dragon/seek", vec![OscType::Double(f64::INFINITY)], "the argument is inf, must be one finite number"),
             ("/dragon/hold", vec![text()], "the argument is a text, must be none or one number"),
+            ("/dragon/cue", vec![OscType::Int(3)], "must have the name of a cue as its only argument"),
             ("/dragon/hold", vec![OscType::Nil], "the argument is of another type, must be none or one number"),
             ("/dragon/stop", vec![OscType::Int(1), OscType::Int(1)], "has 2 arguments, must have none or one number"),
             (
                 "/dragon/*",
                 vec![],
-                "no such command, must be one of hold, pause, resume, speed, pace, release, seek, stop",
+                "no such command, must be one of hold, pause, resume, go, speed, pace, release, seek, cue, stop",
             ),
         ] {
             let Some(Incoming::Invalid { name, reason: told }) = one(address, &args, &full_rules()) else {
@@ -305,7 +319,9 @@ mod tests {
 
     #[test]
     fn release_seek_and_stop_need_full_rights() {
-        for (name, args) in [("release", vec![]), ("stop", vec![]), ("seek", vec![OscType::Float(1.0)])] {
+        for (name, args) in
+            [("release", vec![]), ("stop", vec![]), ("seek", vec![OscType::Float(1.0)]), ("cue", vec![])]
+        {
             let incoming = one(&format!("/dragon/{name}"), &args, &Rules::default());
             let reason = "needs bridge osc --full".to_owned();
             assert_eq!(incoming, Some(Incoming::Invalid { name: name.to_owned(), reason }));

@@ -28,3 +28,4 @@ mod state;
 
 pub use admission::{AllowedNetworks, Network, NetworkError, Secret, SecretError};
 pub use listener::{Refused, SteeringCounts, SteeringEvent, SteeringListener, SteeringSettings};
+pub(crate) use reply::encode_cue;

@@ -3,6 +3,7 @@
 use rosc::{OscMessage, OscPacket, OscType, encoder};
 
 use super::state::ShowReport;
+use crate::config::PlannedCue;
 
 /// The reply to a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,6 +37,12 @@ pub(super) fn encode_state(report: &ShowReport) -> Vec<u8> {
         tick(last),
     ];
     encode("/dragon/state", args)
+}
+
+/// `/dragon/cue`: name (s), plan time in seconds (f), note (s).
+pub(crate) fn encode_cue(PlannedCue { name, at_s, note, .. }: &PlannedCue) -> Vec<u8> {
+    let text = |text: &String| OscType::String(text.clone());
+    encode("/dragon/cue", vec![text(name), OscType::Float(*at_s as f32), text(note)])
 }
 
 /// The lowest 31 bits of a tick: few receivers read integers of 64 bits.

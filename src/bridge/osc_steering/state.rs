@@ -7,14 +7,14 @@ use bench_dragon_ipc::ShowState;
 use crate::bridge::LatestFrame;
 
 /// The state before the first frame.
-const WAITING: &str = "waiting";
+const NONE: &str = "none";
 /// The state while the server is silent.
 const SILENT: &str = "silent";
 
 /// The state of the show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ShowReport {
-    /// The name of the state, `waiting` before the first frame, or `silent` if none arrive.
+    /// The name of the state, `none` before the first frame, or `silent` if none arrive.
     pub(super) state: &'static str,
     pub(super) show_time_s: f64,
     /// Speed of the (leading) head in metres per second of wall time.
@@ -23,7 +23,7 @@ pub(super) struct ShowReport {
 }
 
 impl ShowReport {
-    pub(super) const WAITING: Self = Self { state: WAITING, show_time_s: 0.0, speed_mps: 0.0, tick: 0 };
+    pub(super) const NONE: Self = Self { state: NONE, show_time_s: 0.0, speed_mps: 0.0, tick: 0 };
 
     /// The same while nobody knows more.
     pub(super) fn silent(self) -> Self {
@@ -81,9 +81,14 @@ impl StateReceivers {
             return Vec::new();
         }
         self.last = Some((report.state, now_ns));
+        self.present(now_ns).collect()
+    }
+
+    /// All receivers.
+    pub(super) fn present(&mut self, now_ns: u64) -> impl Iterator<Item = SocketAddr> {
         self.senders.retain(|(_, heard_ns)| now_ns.saturating_sub(*heard_ns) <= SENDER_NS);
         let senders = self.senders.iter().map(|(sender, _)| *sender).filter(|sender| !self.fixed.contains(sender));
-        self.fixed.iter().copied().chain(senders).collect()
+        self.fixed.iter().copied().chain(senders)
     }
 }
 
@@ -98,7 +103,7 @@ mod tests {
     }
 
     fn report(state: &'static str) -> ShowReport {
-        ShowReport { state, ..ShowReport::WAITING }
+        ShowReport { state, ..ShowReport::NONE }
     }
 
     #[test]

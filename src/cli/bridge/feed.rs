@@ -1,10 +1,12 @@
 //! The feed of a bridge: the newest frame of the bus at each due instant of the bridge's own rate.
 
+use std::sync::Arc;
+
 use bench_dragon_ipc::{BusError, Description, DescriptionReader, Domain, FrameHeader, FrameSubscriber, StatusReader};
 
 use crate::bridge::{Freshness, LatestFrame, SourcePace, StaleAfter};
 use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
-use crate::config::NamedLayout;
+use crate::config::{NamedLayout, PlannedCues};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::{monotonic_ns, sleep_until};
 use crate::system::stop::StopFlag;
@@ -33,6 +35,8 @@ pub(super) struct DueFrame<'a> {
     pub(super) latest: &'a LatestFrame,
     /// The names of its dragons.
     pub(super) dragons: &'a NamedLayout,
+    /// The cues of its run.
+    pub(super) cues: &'a Arc<PlannedCues>,
     /// Whether the bridge ends after it.
     pub(super) is_last: bool,
 }
@@ -74,8 +78,8 @@ impl<'a> Feed<'a> {
                 break now_ns;
             }
         };
-        let dragons = &self.dragons.names;
-        Ok(self.latest.as_ref().map(|latest| DueFrame { now_ns, latest, dragons, is_last: false }))
+        let (dragons, cues) = (&self.dragons.names, &self.dragons.cues);
+        Ok(self.latest.as_ref().map(|latest| DueFrame { now_ns, latest, dragons, cues, is_last: false }))
     }
 
     /// Waits until an instant, and takes the newest frame. `None` after a signal.
@@ -114,7 +118,7 @@ impl<'a> Feed<'a> {
         }
         let latest = self.latest.as_mut()?;
         latest.freshness = Freshness::Stale { age_ns: now_ns.saturating_sub(latest.header.published_ns) };
-        Some(DueFrame { now_ns, latest, dragons: &self.dragons.names, is_last: true })
+        Some(DueFrame { now_ns, latest, dragons: &self.dragons.names, cues: &self.dragons.cues, is_last: true })
     }
 
     /// Periods that the bridge missed because it was busy.
@@ -146,12 +150,21 @@ struct NamedDragons {
     /// The run of the names.
     run_id: Option<u64>,
     names: NamedLayout,
+    cues: Arc<PlannedCues>,
 }
 
 impl NamedDragons {
     fn new(domain: &Domain, name: &str) -> Self {
         let (domain, name) = (domain.clone(), format!("{name}-description"));
-        Self { domain, name, descriptions: None, latest: None, run_id: None, names: NamedLayout::default() }
+        Self {
+            domain,
+            name,
+            descriptions: None,
+            latest: None,
+            run_id: None,
+            names: NamedLayout::default(),
+            cues: Arc::default(),
+        }
     }
 
     /// Takes the names of the dragons of a frame. Returns whether they are known: without them, its poses have no addresses.
@@ -159,7 +172,7 @@ impl NamedDragons {
         if self.run_id == Some(header.run_id) {
             return Ok(true);
         }
-        let mut names = NamedLayout::default();
+        let (mut names, mut cues) = (NamedLayout::default(), Arc::default());
         if header.is_plan == 1 {
             let descriptions = match &mut self.descriptions {
                 Some(descriptions) => descriptions,
@@ -172,8 +185,9 @@ impl NamedDragons {
                 return Ok(false);
             };
             names = NamedLayout::of_toml(&description.toml);
+            cues = Arc::new(PlannedCues::of_toml(&description.toml));
         }
-        (self.run_id, self.names) = (Some(header.run_id), names);
+        (self.run_id, self.names, self.cues) = (Some(header.run_id), names, cues);
         Ok(true)
     }
 }

@@ -11,8 +11,10 @@ use super::steering::SteeringArgs;
 use super::{BridgeArgs, NetworkArgs, SilenceArgs, StageArgs, open_udp, target};
 use crate::bridge::desk_settings::{self, OscTransport};
 use crate::bridge::osc::{AddressPattern, AngleUnit, OscEncoder, OscSettings, ShowAddress, SlipSender};
+use crate::bridge::osc_steering::encode_cue;
 use crate::bridge::{AxisOrder, Outlet, Packets};
 use crate::cli::flags::{BadInput, Format, within};
+use crate::config::PlannedCue;
 use crate::system::clock::offset_bounds;
 use crate::system::stop::StopFlag;
 use crate::system::unix_offset::UnixOffset;
@@ -36,8 +38,8 @@ from the receiver's first horizontal axis towards its second one; by default it 
 
 At the first frame the bridge prints what to enter at the receiver: address, messages, axes.
 
-With --listen, desks steer the show by /dragon/hold, /dragon/pause, /dragon/resume, /dragon/speed MPS, /dragon/pace FACTOR, and \
-with --full by /dragon/release, /dragon/seek SECONDS and /dragon/stop. The sender gets /dragon/reply (command, accepted, tick, \
+With --listen, desks steer the show by /dragon/hold, /dragon/pause, /dragon/resume, /dragon/go, /dragon/speed MPS, /dragon/pace FACTOR, \
+and with --full by /dragon/release, /dragon/seek SECONDS, /dragon/cue NAME and /dragon/stop. The sender gets /dragon/reply (command, accepted, tick, \
 reason), and /dragon/state (state, show time, speed, tick) at each change and once a second. Poses are then sent only with --to. \
 docs/reference/steering.md has the settings of desks.")]
 pub(crate) struct OscArgs {
@@ -93,12 +95,14 @@ pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> 
     let steering = osc.steering.start(domain.clone().for_operators(), format)?;
     let mut missed = 0;
     if let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, osc.silence.stale_after, &stop)? {
+        let mut last = None;
         while let Some(due) = feed.next()? {
+            let reached = due.cues.reached(last.replace(due.latest.header).as_ref(), &due.latest.header);
             if let Some(steering) = &steering {
-                steering.note(due.latest);
+                steering.note(due.latest, due.cues, reached);
             }
             if let Some(poses) = &mut poses {
-                poses.send(&due)?;
+                poses.send(&due, reached)?;
             }
         }
         missed = feed.missed();
@@ -138,7 +142,7 @@ impl PoseSender {
         })
     }
 
-    fn send(&mut self, due: &DueFrame<'_>) -> anyhow::Result<()> {
+    fn send(&mut self, due: &DueFrame<'_>, reached: &[PlannedCue]) -> anyhow::Result<()> {
         let Self { session, to, transport, settings, of_dragons, encoder, packets, unix_offset } = self;
         let benches = due.latest.benches.len();
         if session.are_other(benches, due.dragons) {
@@ -149,6 +153,7 @@ impl PoseSender {
         session.note_dragons(benches, due.dragons, &settings.benches, line)?;
         unix_offset.correct(offset_bounds());
         encoder.frame(due.latest, unix_offset.ns(), packets);
+        reached.iter().for_each(|cue| packets.push(|packet| packet.extend(encode_cue(cue))));
         session.send_frame(packets, due)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::env::{self, VarError};
 use std::net::SocketAddr;
+use std::sync::Arc;
 
 use bench_dragon_ipc::Domain;
 use clap::Args;
@@ -15,6 +16,7 @@ use crate::bridge::osc_steering::{
 use crate::cli::flags::{BadInput, Format, listen_address, within};
 use crate::cli::print::{print_notice, print_report};
 use crate::cli::web::cannot_listen;
+use crate::config::{PlannedCue, PlannedCues};
 use crate::output::Counted;
 
 /// Environment variable with the secret. Other users of the machine see the flags of a process, but not its environment.
@@ -35,7 +37,7 @@ pub(crate) struct SteeringArgs {
     /// BENCH_DRAGON_OSC_SECRET may contain it instead.
     #[arg(long, value_name = "TEXT", requires = "listen")]
     pub(crate) secret: Option<Secret>,
-    /// Also accept release, seek and stop.
+    /// Also accept release, seek, cue and stop.
     #[arg(long, requires = "listen")]
     pub(crate) full: bool,
     /// Port of the sender's machine that gets replies and the state [default: the port that it sends from].
@@ -102,7 +104,7 @@ impl SteeringArgs {
             secret: has_secret,
             full: self.full,
         };
-        let all = if self.full { "all commands" } else { "commands but release, seek and stop" };
+        let all = if self.full { "all commands" } else { "commands but release, seek, cue and stop" };
         let key = if has_secret { ", with the secret" } else { "" };
         let allowed = AllowedNetworks(self.allow.clone());
         let text = format!("Open Sound Control on UDP {}: {all} from {allowed}{key}", listener.listen);
@@ -122,9 +124,9 @@ impl SteeringArgs {
 }
 
 impl Steering {
-    /// Takes the state of the show from the newest frame.
-    pub(super) fn note(&self, latest: &LatestFrame) {
-        self.listener.note(latest);
+    /// Takes the state of the show from the newest frame, and the cues that it has just reached.
+    pub(super) fn note(&self, latest: &LatestFrame, planned: &Arc<PlannedCues>, reached: &[PlannedCue]) {
+        self.listener.note(latest, planned, reached);
     }
 
     /// Stops listening, and reports the totals.

@@ -22,6 +22,7 @@ use super::page_stream::{FrameForm, MAX_MESSAGE_BYTES, NumberedSnapshot, PageStr
 use super::viewers::MAX_VIEWERS;
 use super::{View, refuse_look};
 use crate::command_queue::CommandQueueError;
+use crate::config::Config;
 use crate::display::metrics;
 use crate::display::web::{Connection, JSON, json_reply, refuse, text};
 use crate::system::clock::monotonic_ns;
@@ -127,7 +128,9 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
     let Ok(body) = body else {
         return refuse(StatusCode::PAYLOAD_TOO_LARGE, "the command is incomplete, or longer than 1024 bytes");
     };
-    let request = match read_command(&body) {
+    let newest = view.newest();
+    let cues = newest.snapshot.config().map(Config::cues).unwrap_or_default();
+    let request = match read_command(&body, cues) {
         Ok(request) => request,
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };

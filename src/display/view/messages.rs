@@ -10,7 +10,7 @@ use jiff::Zoned;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
-use crate::config::{Config, FormationDocument, NamedBenches, NamedDragon};
+use crate::config::{Config, Cue, FormationDocument, NamedBenches, NamedDragon};
 use crate::display::observe::{
     Controls, CueList, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
 };
@@ -267,10 +267,11 @@ enum PageCommand {
     Pace { value: f64 },
     Stop {},
     Go {},
+    Cue { name: String },
 }
 
-/// Decodes the request in a body, or returns the reason for which it is invalid.
-pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
+/// Decodes the request in a body, or returns the reason for which it is invalid. `cues` are those of the show.
+pub(super) fn read_command(body: &[u8], cues: &[Cue]) -> Result<Request, String> {
     let command = serde_json::from_slice(body).map_err(|_| invalid_command(body))?;
     Ok(match command {
         PageCommand::Pause {} => Request::Pause,
@@ -282,6 +283,16 @@ pub(super) fn read_command(body: &[u8]) -> Result<Request, String> {
         PageCommand::Pace { value } => Request::Pace { factor: value },
         PageCommand::Stop {} => Request::Stop,
         PageCommand::Go {} => Request::Go,
+        PageCommand::Cue { name } => {
+            let cue = cues.iter().find(|cue| cue.name == name);
+            let unknown = || {
+                format!(
+                    "the cue is {name:?}, must be one of {:?}",
+                    cues.iter().map(|cue| &cue.name).collect::<Vec<_>>()
+                )
+            };
+            Request::Seek { show_time_s: cue.ok_or_else(unknown)?.at_s }
+        }
     })
 }
 
@@ -299,7 +310,7 @@ fn invalid_command(body: &[u8]) -> String {
         _ => shown + "…",
     };
     format!(
-        r#"the body is {what}, must be {{"command":"pause"}}, resume, hold, release, go or stop alone, or speed, seek or pace with a number as "value""#
+        r#"the body is {what}, must be {{"command":"pause"}}, resume, hold, release, go or stop alone, speed, seek or pace with a number as "value", or cue with a text as "name""#
     )
 }
 
@@ -348,8 +359,14 @@ mod tests {
             (r#"{"command":"stop"}"#, Request::Stop),
             (r#"{"command":"go"}"#, Request::Go),
         ] {
-            assert_eq!(read_command(body.as_bytes()), Ok(request), "{body}");
+            assert_eq!(read_command(body.as_bytes(), &[]), Ok(request), "{body}");
         }
+        let eye = Cue { name: "eye".to_owned(), at_s: 8.5, dragon: None, speed_mps: None, waits: true, note: None };
+        let of_cue = |name: &str| {
+            read_command(format!(r#"{{"command":"cue","name":"{name}"}}"#).as_bytes(), std::slice::from_ref(&eye))
+        };
+        assert_eq!(of_cue("eye"), Ok(Request::Seek { show_time_s: 8.5 }));
+        assert_eq!(of_cue("ear"), Err(r#"the cue is "ear", must be one of ["eye"]"#.to_owned()));
     }
 
     #[test]
@@ -366,11 +383,11 @@ mod tests {
             r#"{"command":"seek","value":1,"more":2}"#,
             "\u{0}\u{1}",
         ] {
-            let reason = read_command(body.as_bytes()).expect_err(body);
+            let reason = read_command(body.as_bytes(), &[]).expect_err(body);
             assert!(reason.starts_with("the body is ") && reason.contains(", must be {"), "{reason}");
             assert!(!reason.contains("line 1 column"), "the words of a library: {reason}");
         }
-        let long = read_command("x".repeat(1024).as_bytes()).expect_err("no command");
+        let long = read_command("x".repeat(1024).as_bytes(), &[]).expect_err("no command");
         assert!(long.starts_with(&format!("the body is {}…, must be ", "x".repeat(SHOWN_CHARS))), "{long}");
     }
 

@@ -140,10 +140,14 @@ impl View {
         self.0.access.rights(headers)
     }
 
+    fn newest(&self) -> Arc<NumberedSnapshot> {
+        Arc::clone(&self.0.snapshots.borrow())
+    }
+
     /// The newest snapshot, for a request that may see it.
     #[expect(clippy::result_large_err, reason = "the error is the reply")]
     fn newest_for(&self, headers: &HeaderMap) -> Result<Arc<NumberedSnapshot>, Response> {
-        if self.rights(headers).may_view { Ok(Arc::clone(&self.0.snapshots.borrow())) } else { Err(refuse_look()) }
+        if self.rights(headers).may_view { Ok(self.newest()) } else { Err(refuse_look()) }
     }
 
     /// Checks a command's headers, before its body is read.

@@ -171,7 +171,7 @@ class Sender(WireCode):
     """The server itself."""
     SHOW = 9
     """`bench-dragon show --auto-go`."""
-    OSC = 9
+    OSC = 10
     """A desk or controller, through `bench-dragon bridge osc --listen`."""
 
 
