@@ -62,7 +62,9 @@ pub(super) fn draw_keys(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, 
             ("0", "all"),
         ],
     };
-    let spans = fitting(keys, area.width.into()).into_iter().flat_map(|(key, does)| {
+    let has_cues = snapshot.config().is_some_and(|config| !config.cues().is_empty());
+    let keys: Vec<(&str, &str)> = keys.iter().copied().filter(|(key, _)| *key != "g" || has_cues).collect();
+    let spans = fitting(&keys, area.width.into()).into_iter().flat_map(|(key, does)| {
         let is_refused = request(key, space).is_some_and(|request| controls.refusal(request).is_some());
         let style = if is_refused { look.theme.faint() } else { strong() };
         [Span::styled(key, style), Span::styled(format!(" {does}  "), look.theme.faint())]
