@@ -86,7 +86,8 @@ impl TimecodePacer {
     }
 
     fn position_ns(&self, latest: &LatestFrame, pace: f64, now_ns: u64) -> i128 {
-        let elapsed_ns = now_ns.saturating_sub(latest.header.scheduled_ns) as f64 * pace;
+        // Sound that is late begins before the newest frame.
+        let elapsed_ns = (i128::from(now_ns) - i128::from(latest.header.scheduled_ns)) as f64 * pace;
         i128::from(latest.header.show_time_ns) + i128::from(self.offset_ns) + elapsed_ns as i128
     }
 }
@@ -273,6 +274,7 @@ mod tests {
         assert_eq!(at(&latest(0, ShowState::Running, 1.0), 41_000_000), (1, 1_872));
         assert_eq!(at(&latest(0, ShowState::Running, 1.1), 0), (0, 1_745));
         assert_eq!(at(&latest(100_000_000, ShowState::Held, 1.0), 500_000_000), (2, 1_920));
+        assert_eq!(pacer.next(&latest(43_000_000, ShowState::Running, 1.0), BEGIN_NS - 3_000_000), (1, 1_920));
         assert_eq!(at(&latest(0, ShowState::Running, 20.0), 100_000_000), (50, 1_920));
     }
 

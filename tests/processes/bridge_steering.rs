@@ -13,7 +13,7 @@ use test_support::process::Process;
 use test_support::pytest::python;
 use test_support::skip::skip;
 
-use crate::reader::Reader;
+use crate::reader::{Reader, Shot};
 use crate::stage::{Server, Stage};
 
 /// A desk, which ends with the test.
@@ -206,7 +206,9 @@ fn strangers_are_counted_and_never_answered() {
     let stranger = UdpSocket::bind("127.0.0.66:0").expect("a port");
     stranger.connect(&address).expect("an address");
     let release = b"/dragon/release\0,\0\0\0";
-    (0..200).for_each(|_| drop(stranger.send(release)));
+    for _ in 0..200 {
+        stranger.send(release).expect("the socket takes a packet");
+    }
     let line = bridge.json();
     assert_eq!(
         (&line["type"], &line["from"], &line["why"]),
@@ -218,11 +220,8 @@ fn strangers_are_counted_and_never_answered() {
     stranger.set_nonblocking(true).expect("a socket");
     assert!(stranger.recv(&mut [0; 100]).is_err(), "a stranger gets neither replies nor the state");
     let shots = reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
-    let states = shots.iter().map(|shot| shot.state());
-    assert!(
-        states.into_iter().all(|state| [ShowState::Ready, ShowState::Held].contains(&state)),
-        "a stranger released it"
-    );
+    let stands = |shot: &Shot| [ShowState::Ready, ShowState::Held].contains(&shot.state());
+    assert!(shots.iter().all(stands), "a stranger released it");
     let ended = bridge.terminate().expect_clean();
     assert_eq!(ended.last_json()["strangers"], 200);
     assert_eq!(ended.stdout.matches(r#""type":"refused""#).count(), 0, "one line for all of them: {}", ended.stdout);
@@ -278,7 +277,9 @@ fn a_hold_overtakes_commands_that_wait() {
     let fader = |value: u32| json!(["/dragon/speed", f64::from(value) / 64.0]);
     let waiting = (0..4).map(|_| json!(["/dragon/pause"])).chain((1..20).map(fader));
     let bundles: Vec<Value> = waiting.chain([json!(["/dragon/hold"])]).collect();
-    bundles.iter().for_each(|message| desk.send(message));
+    for message in &bundles {
+        desk.send(message);
+    }
     let mut replies = Vec::new();
     while replies.last().is_none_or(|reply: &Vec<Value>| reply[0] != "hold") {
         replies.push(desk.next("/dragon/reply"));

@@ -76,7 +76,9 @@ fn a_standing_show_repeats_its_frame_and_a_seek_changes_it() {
     assert_eq!(frame(&receive(&socket)), (3600 + 90) * 25);
     server.process.kill();
     // A silent server counts as a show that stands.
-    (0..50).for_each(|_| assert_eq!(frame(&receive(&socket)), (3600 + 90) * 25));
+    for _ in 0..50 {
+        assert_eq!(frame(&receive(&socket)), (3600 + 90) * 25);
+    }
     bridge.terminate().expect_clean();
     let server = stage.serve(&["--rate", "50"]);
     server.stop();

@@ -406,7 +406,9 @@ impl Listening {
         let receivers = self.receivers.due(&show, now_ns);
         if !receivers.is_empty() {
             let state = encode_state(&show);
-            receivers.into_iter().for_each(|receiver| self.shared.send(&state, receiver));
+            for receiver in receivers {
+                self.shared.send(&state, receiver);
+            }
         }
     }
 

@@ -267,10 +267,10 @@ mod tests {
                 assert_eq!(one(&address, &[released], &full_rules()), None, "{address}");
             }
         }
-        for number in [OscType::Float(0.8), OscType::Double(0.8)] {
-            assert_eq!(request("/dragon/speed", &[number.clone()]), Some(Request::Speed { speed_mps: 0.8 }));
-            assert_eq!(request("/dragon/seek", &[number.clone()]), Some(Request::Seek { show_time_s: 0.8 }));
-            assert_eq!(request("/dragon/pace", &[number]), Some(Request::Pace { factor: 0.8 }));
+        for number in [[OscType::Float(0.8)], [OscType::Double(0.8)]] {
+            assert_eq!(request("/dragon/speed", &number), Some(Request::Speed { speed_mps: 0.8 }));
+            assert_eq!(request("/dragon/seek", &number), Some(Request::Seek { show_time_s: 0.8 }));
+            assert_eq!(request("/dragon/pace", &number), Some(Request::Pace { factor: 0.8 }));
         }
         assert_eq!(request("/dragon/seek", &[OscType::Int(-30)]), Some(Request::Seek { show_time_s: -30.0 }));
         assert_eq!(request("/dragon/speed", &[OscType::Long(2)]), Some(Request::Speed { speed_mps: 2.0 }));

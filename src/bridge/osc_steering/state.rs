@@ -135,7 +135,9 @@ mod tests {
     #[test]
     fn the_newest_senders_stay() {
         let mut receivers = StateReceivers::new(Vec::new());
-        (0..100).for_each(|port| receivers.note(address(port), u64::from(port)));
+        for port in 0..100 {
+            receivers.note(address(port), u64::from(port));
+        }
         let ports: Vec<u16> = receivers.due(&report("held"), 200).iter().map(SocketAddr::port).collect();
         assert_eq!(ports, (68..100).collect::<Vec<_>>());
     }

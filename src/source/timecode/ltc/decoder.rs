@@ -57,7 +57,8 @@ impl LtcDecoder {
             is_high: false,
             last: 0.0,
             heard: 0,
-            changed: 0.0,
+            // No change yet: the time since then is no bit.
+            changed: f64::NEG_INFINITY,
             first_half: None,
             word: LtcWord(0),
             begins: [0.0; LtcWord::BITS],
@@ -165,6 +166,17 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_time_before_the_first_change_of_level_is_no_bit() {
+        // At this loudness, the first change is not heard.
+        let samples = sound(1_790..1_800, FrameRate::Ebu, 48_000, 0.91);
+        let found = heard(levels(&samples, 0.02), 48_000);
+        assert!(
+            found.iter().all(|frame| frame.word.position(FrameRate::Ebu).is_ok() && frame.word.0.count_ones().is_multiple_of(2))
+        );
+        assert!(found.len() >= 8, "{}", found.len());
     }
 
     #[test]

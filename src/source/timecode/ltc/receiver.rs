@@ -203,7 +203,7 @@ mod tests {
                     clock.heard += 240;
                     clock.correct(captured_ns + random.u64(1_000..20_000_000));
                 }
-                let error_ns = clock.instant_ns(clock.heard as f64) as i128 - i128::from(captured_ns);
+                let error_ns = i128::from(clock.instant_ns(clock.heard as f64)) - i128::from(captured_ns);
                 assert!(block < 100 || (-1_000_000..20_000_000).contains(&error_ns), "{block}: {error_ns} ns");
             }
         }

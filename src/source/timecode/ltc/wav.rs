@@ -12,6 +12,8 @@ const MAX_CHUNKS: usize = 64;
 /// Allowed samples per second.
 const RATES: std::ops::RangeInclusive<u32> = 8_000..=192_000;
 const MAX_CHANNELS: u16 = 64;
+/// The format whose number stands in its identifier.
+const EXTENSIBLE: u16 = 0xfffe;
 
 /// Error of a stream that is no sound in WAV.
 #[derive(Debug, thiserror::Error)]
@@ -93,9 +95,7 @@ impl WavReader {
         if part.len() < 16 {
             return Err(WavError::Form);
         }
-        const EXTENSIBLE: u16 = 0xfffe;
         let (format, channels, rate, bits) = (u16_at(part, 0), u16_at(part, 2), u32_at(part, 4), u16_at(part, 14));
-        // The extensible form has the format in its identifier.
         let format = if format == EXTENSIBLE && part.len() >= 26 { u16_at(part, 24) } else { format };
         let kind = match (format, bits) {
             (1, 8) => Kind::U8,

@@ -86,7 +86,10 @@ mod tests {
             for frame in 0..rate.frames_per_day() {
                 let clock = Clock::of_frame(frame.into(), rate);
                 let word = LtcWord::of_clock(clock, rate);
-                assert!(word.0.count_ones() % 2 == 0 && word.is_synchronised() && word.0 >> 80 == 0, "{clock:?}");
+                assert!(
+                    word.0.count_ones().is_multiple_of(2) && word.is_synchronised() && word.0 >> 80 == 0,
+                    "{clock:?}"
+                );
                 assert_eq!(word.position(rate), Position::of_clock(clock, rate), "{rate} {clock:?}");
             }
         }
@@ -95,7 +98,9 @@ mod tests {
     #[test]
     fn numbers_that_no_clock_shows_are_malformed() {
         let word = LtcWord::of_clock(Clock::default(), FrameRate::Ebu).0;
-        for wrong in [word | 10, word | 5 | 2 << 8, word | 0b111 << 24, word | 0b111 << 40, word | 0b11 << 56] {
+        for wrong in
+            [word | 0b1010, word | 0b0101 | 0b10 << 8, word | 0b111 << 24, word | 0b111 << 40, word | 0b11 << 56]
+        {
             assert_eq!(LtcWord(wrong).position(FrameRate::Ebu), Err(Malformed), "{wrong:b}");
         }
         // Drop-frame counting leaves out 00:01:00:00.
