@@ -10,7 +10,7 @@ use test_support::process::Process;
 use crate::browser::{Browser, View};
 use crate::children::{await_child, send};
 use crate::reader::Reader;
-use crate::stage::Stage;
+use crate::stage::{Stage, program};
 
 /// Ten cues, of which the second and the seventh wait.
 const NIGHT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/night.toml");
@@ -80,9 +80,16 @@ fn a_night_is_led_to_its_end_by_go_with_a_kill_between() {
     assert_eq!(counts, [1, 1, 1, 1, 1, 1, 3, 1, 1, 1], "{}", summary["cues"]);
     let report = fs::read_to_string(stage.path("out/report.html")).expect("the report");
     assert!(report.contains("GO after the silence") && report.contains("the gate"));
-    let verified = stage.run(&["replay", "out", "--verify"]);
+    let alone = |args: &[&str]| {
+        let mut command = program(args);
+        command.current_dir(stage.path(""));
+        Process::start(command).end()
+    };
+    let verified = alone(&["replay", "out", "--verify"]);
     assert_eq!(verified.code(), Some(0), "{}{}", verified.stdout, verified.stderr);
-    stage.run(&["export", "out", "night.xlsx"]).expect_clean();
+    alone(&["export", "out", "night.csv", "--commands"]).expect_clean();
+    let exported = fs::read_to_string(stage.path("night.csv")).expect("the commands");
+    assert_eq!(exported.lines().filter(|line| line.contains(",cue,")).count(), 12, "{exported}");
 }
 
 #[test]

@@ -130,6 +130,11 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     assert!((walking.header.time_scale - 0.5).abs() < 0.051 && !is_standing(walking), "{:?}", walking.header);
     assert!(walking.header.show_time_s() >= there_s, "it goes on where it was sought");
 
+    for pace in ["0", "101"] {
+        let refused = stage.run(&["ctl", "pace", pace]);
+        assert_eq!(refused.code(), Some(1), "{}", refused.stderr);
+        assert!(refused.stderr.contains("must be from 0.01 to 100"), "{}", refused.stderr);
+    }
     ctl(&stage, &["pace", "2"]);
     shots.extend(reader.read_until("the replay stands at the end", |header| {
         header.show_state() == Some(ShowState::Finished) && header.time_scale == 2.0
@@ -150,8 +155,8 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     assert!(shots.is_sorted_by_key(|shot| shot.header.tick), "the ticks go on after a seek back");
     let last = shots.last().expect("a frame").header.tick;
     assert_eq!(passes[0]["frames"], last + 1, "the ticks of a sought replay have no hole");
-    for command in [&["pace", "0"][..], &["pace", "101"]] {
-        assert_eq!(stage.run(&[&["ctl"], command].concat()).code(), Some(2));
+    for pace in ["-1", "10001", "nan"] {
+        assert_eq!(stage.run(&["ctl", "pace", pace]).code(), Some(2));
     }
 }
 
@@ -255,12 +260,15 @@ fn next_start(process: &mut Process) -> Value {
 }
 
 #[test]
-fn a_server_has_no_pace() {
+fn the_pace_of_a_server_is_the_factor_on_its_planned_speed() {
     let stage = Stage::new();
     let server = stage.serve(&["--rate", "20"]);
-    let refused = stage.run(&["ctl", "pace", "2", "--format", "json"]);
+    let mut reader = Reader::join(&stage);
+    stage.run(&["ctl", "pace", "0.5"]).expect_clean();
+    reader.read_until("the head walks at half of its speed", |header| header.head_speed_mps == 0.5);
+    let refused = stage.run(&["ctl", "pace", "11", "--format", "json"]);
     let line = refused.last_json();
     assert_eq!((refused.code(), &line["accepted"]), (Some(1), &Value::Bool(false)));
-    assert_eq!(line["reason"], "the server does not support this command");
+    assert_eq!(line["reason"], "the pace is 11 times the planned one, must be from 0 to 10 times the planned one");
     server.stop();
 }

@@ -103,6 +103,11 @@ fn send_all(start: impl Fn(&str) -> Option<Desk>) {
     let Some(mut desks) =
         rehearsal.bridges.each_ref().map(|(_, address)| start(address)).into_iter().collect::<Option<Vec<_>>>()
     else {
+        for (bridge, _) in rehearsal.bridges {
+            bridge.terminate().expect_clean();
+        }
+        drop(rehearsal.reader);
+        server.stop();
         return;
     };
     for Example { desk, message } in examples() {

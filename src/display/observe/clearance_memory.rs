@@ -72,7 +72,8 @@ impl ClearanceMemory {
         let ClearanceChart { start_s, step_s, ref least_m, .. } = *chart;
         let measured = Measured { run_id, start_s, step_s, least, least_m: least_m.clone() };
         let text = serde_json::to_vec(&measured).expect("numbers are valid JSON");
-        let unfinished = self.path.with_extension("json.new");
+        // Several observers may write at once.
+        let unfinished = self.path.with_extension(format!("json.{}", std::process::id()));
         let written = fs::write(&unfinished, text).and_then(|()| fs::rename(&unfinished, &self.path));
         if let Err(error) = written
             && !std::mem::replace(&mut self.has_warned, true)

@@ -20,6 +20,14 @@ const TIMES = {
   contact: { time_s: 412.5, benches: [0, 8] },
 };
 
+test('a cue is an event with its note, and one that waits has no time', () => {
+  const cue = (more) => ({ name: 'the eye', note: 'lights 4', at_s: 8, waits: false, speed_mps: null, dragon: null, state: 'next', ...more });
+  const first = (cues) => eventsAhead({ frame: frame(), status: { outlook: FREE, cues } }, TIMES, 442)[0];
+  assert.deepEqual(first({ cues: [cue({})], next: 0, next_in_s: 20, next_time_s: 120 }), { what: 'the eye · lights 4', time_s: 120 });
+  assert.equal(first({ cues: [cue({ state: 'waiting' })], next: 0, next_in_s: null, next_time_s: null }).what, 'near miss 29.0 mm');
+  assert.equal(first({ cues: [cue({ state: 'reached' })], next: null, next_in_s: null, next_time_s: null }).what, 'near miss 29.0 mm');
+});
+
 test('the next event is the nearest one ahead, whoever announces it', () => {
   const first = (outlook, times = TIMES, more = {}) => eventsAhead(show(outlook, more), times, 442)[0]?.what;
   assert.equal(first(FREE), 'near miss 29.0 mm');

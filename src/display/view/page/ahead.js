@@ -1,7 +1,7 @@
 // @ts-check
 // The time ahead: the next event, and the wall time that is left.
 
-import { cueInWords, nextCue } from './cues.js';
+import { cueInWords, nextCue } from './cue_words.js';
 import { countdown, millimetres } from './format.js';
 
 /** @typedef {import('./plan_times.js').PlanTimes} PlanTimes */

@@ -4,23 +4,8 @@
 import { element, write } from './element.js';
 import * as format from './format.js';
 
-/**
- * @typedef {object} Cue
- * @property {string} name
- * @property {number} at_s plan time
- * @property {boolean} waits
- * @property {number | null} speed_mps
- * @property {string | null} dragon
- * @property {string | null} note
- * @property {'reached' | 'waiting' | 'next' | 'ahead'} state
- */
-/**
- * @typedef {object} CueList
- * @property {Cue[]} cues
- * @property {number | null} next number of the next cue
- * @property {number | null} next_in_s wall time until the next cue
- * @property {number | null} next_time_s show time at the next cue
- */
+/** @typedef {import('./cue_words.js').Cue} Cue */
+/** @typedef {import('./cue_words.js').CueList} CueList */
 
 const WORDS = { reached: 'done', waiting: 'waits for GO', next: 'next', ahead: '' };
 
@@ -45,16 +30,6 @@ export function listCues(cues, choose) {
   write(element('cues-count', HTMLElement), left === 0 ? '' : String(left));
   if (isFirst) tab.click();
   list.querySelector('[data-state="waiting"], [data-state="next"]')?.scrollIntoView({ block: 'nearest' });
-}
-
-/** The next cue; `null` if there is none ahead. @param {CueList | null | undefined} cues */
-export function nextCue(cues) {
-  return cues === null || cues === undefined || cues.next === null ? null : cues.cues[cues.next];
-}
-
-/** A cue with its note, in one line. @param {Cue} cue */
-export function cueInWords({ name, note }) {
-  return note === null ? name : `${name} · ${note}`;
 }
 
 /** @param {Cue} cue @param {(at_s: number) => void} choose */

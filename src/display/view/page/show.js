@@ -80,7 +80,7 @@
  *   the show stands
  * @property {Lamp[]} lamps
  * @property {Refusals} refusals
- * @property {import('./cues.js').CueList | null} cues null without cues
+ * @property {import('./cue_words.js').CueList | null} cues null without cues
  * @property {Outlook} outlook
  * @property {Arrival | null} possible_contact where the play of the hinges allows a contact first
  * @property {Clock | null} clock
