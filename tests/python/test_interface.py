@@ -17,6 +17,7 @@ import openapi_spec_validator
 import pytest
 import yaml
 from view import TIMEOUT_S, next_frame, viewing
+from websockets.exceptions import ConnectionClosedError
 from websockets.sync.client import connect
 
 PROGRAM = os.environ["BENCH_DRAGON"]
@@ -162,6 +163,35 @@ def test_a_command_that_the_server_refuses_has_a_reason(view):
     reply = json.loads(text)
     expect("Reply", reply)
     assert not reply["accepted"] and "1000000000" in reply["reason"].replace(" ", ""), reply
+
+
+def test_a_stream_with_the_token_takes_commands(view):
+    def ask(stream, text):
+        stream.send(text)
+        message = json.loads(stream.recv(timeout=TIMEOUT_S))
+        while message["type"] != "reply":
+            message = json.loads(stream.recv(timeout=TIMEOUT_S))
+        expect("StreamReply", message)
+        return message
+
+    with reading(view, (JSON_PROTOCOL, f"bench-dragon.token.{view.token}")) as stream:
+        for command in ("pause", "resume"):
+            reply = ask(stream, json.dumps({"command": command}))
+            assert (reply["action"], reply["accepted"], reply["reason"]) == (command, True, None)
+            assert reply["tick"] > 0
+        reply = ask(stream, '{"command":"speed","value":99}')
+        assert (reply["action"], reply["accepted"]) == ("speed 99 m/s", False) and "from 0 to 10" in reply["reason"]
+        reply = ask(stream, '{"command":"dance"}')
+        assert (reply["action"], reply["tick"]) == (None, None) and "must be" in reply["reason"]
+
+
+@pytest.mark.parametrize("text", ['{"command":"hold"}', "hold", '{"ack":4000000000}'])
+def test_a_stream_without_the_token_that_sends_more_than_acknowledgements_is_closed(view, text):
+    with reading(view) as stream, pytest.raises(ConnectionClosedError) as closed:
+        stream.send(text)
+        while True:
+            stream.recv(timeout=TIMEOUT_S)
+    assert closed.value.rcvd.code == 1008
 
 
 def test_a_view_without_a_server_and_a_read_only_one_refuse_as_described():

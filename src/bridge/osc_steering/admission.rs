@@ -113,7 +113,11 @@ impl FromStr for Network {
 
 impl fmt::Display for Network {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{}/{}", self.address, self.prefix_bits)
+        let most_bits = if self.address.is_ipv4() { 32 } else { 128 };
+        match self.prefix_bits {
+            bits if bits == most_bits => self.address.fmt(formatter),
+            bits => write!(formatter, "{}/{bits}", self.address),
+        }
     }
 }
 
@@ -195,6 +199,7 @@ mod tests {
         ] {
             assert_eq!(bad.parse::<Network>(), Err(NetworkError::Form), "{bad}");
         }
+        assert_eq!(allowed("10.0.0.7,10.0.0.0/24,::1/128").to_string(), "10.0.0.7, 10.0.0.0/24, ::1");
         let unclear = "10.0.0.7/24".parse::<Network>().expect_err("bits behind the prefix");
         assert_eq!(unclear.to_string(), "must be 10.0.0.0/24 for the network, or 10.0.0.7 for the machine");
     }

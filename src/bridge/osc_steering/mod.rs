@@ -17,7 +17,7 @@
 //! **Order.** Commands go through a [`CommandQueue`](crate::command_queue::CommandQueue): a hold overtakes all others. Of the values
 //! of a fader, the newest one replaces those that wait.
 //!
-//! **Bounds.** A packet has at most 2,048 bytes and 16 messages, a second at most 10,000 packets, a queue 8 commands, and the state
+//! **Bounds.** A packet has at most 2,048 bytes and 16 messages, a second at most 50,000 packets, a queue 8 commands, and the state
 //! at most 32 receivers. The time of a bundle is not used: a command is carried out when it arrives.
 
 mod admission;

@@ -1,6 +1,7 @@
 //! The view's interface: every path beside the files of the page, and what answers it.
 
 use std::convert::identity;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,6 +9,7 @@ use axum::body::to_bytes;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{FromRequestParts as _, Request as HttpRequest, State};
 use axum::http::header::CACHE_CONTROL;
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::response::Response;
 use axum::routing::{MethodRouter, any, get, post};
@@ -95,7 +97,7 @@ fn unkept(mut response: Response) -> Response {
 }
 
 async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response {
-    let Rights { has_token, may_view, .. } = view.rights(request.headers());
+    let Rights { has_token, may_view, may_control } = view.rights(request.headers());
     if !may_view {
         return refuse_look();
     }
@@ -113,7 +115,8 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
     // A program that asks for no protocol gets what is easy to read.
     let is_binary = upgrade.selected_protocol().is_some_and(|protocol| protocol == BINARY_PROTOCOL);
     let form = if is_binary { FrameForm::Binary } else { FrameForm::Json };
-    upgrade.on_upgrade(move |socket| PageStream::new(socket, form, &view, place).run())
+    let sender = may_control.then(|| host(&parts));
+    upgrade.on_upgrade(move |socket| PageStream::new(socket, form, &view, place, sender).run())
 }
 
 async fn take_command(State(view): State<View>, request: HttpRequest) -> Response {
@@ -135,17 +138,7 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
         Err(reason) => return refuse(StatusCode::BAD_REQUEST, &reason),
     };
     let (answer, answered) = oneshot::channel();
-    // The site adds the connection to each request.
-    let host = parts.extensions.get::<Connection>().map(Connection::address);
-    let sent = host.map(|host| view.0.senders.submit(request, host));
-    // The command is sent even if the page has gone by then.
-    let inner = Arc::clone(&view.0);
-    view.0.commands.submit(request, move |outcome| {
-        if let (Err(error), Some(sent)) = (&outcome, sent) {
-            inner.senders.fail(sent, error);
-        }
-        drop(answer.send(outcome));
-    });
+    view.0.submit(request, host(&parts), |outcome| drop(answer.send(outcome)));
     match answered.await.expect("the queue answers each command") {
         Ok(reply) => {
             let mut report = json!({ "accepted": reply.outcome().is_ok(), "tick": reply.tick });
@@ -156,6 +149,11 @@ async fn take_command(State(view): State<View>, request: HttpRequest) -> Respons
         }
         Err(error) => refuse(status_of(&error), &error.to_string()),
     }
+}
+
+/// The machine of a request. The site adds the connection to each request.
+fn host(parts: &Parts) -> Option<IpAddr> {
+    parts.extensions.get::<Connection>().map(Connection::address)
 }
 
 fn status_of(error: &CommandQueueError) -> StatusCode {

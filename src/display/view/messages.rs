@@ -10,11 +10,12 @@ use jiff::Zoned;
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
+use crate::command_queue::Outcome;
 use crate::config::{Config, Cue, FormationDocument, NamedBenches, NamedDragon};
 use crate::display::observe::{
     Controls, CueList, DescribedRun, Numbered, PlannedClearance, Snapshot, SourcePresence, Standing, lamps,
 };
-use crate::output::command_words::CommandWords;
+use crate::output::command_words::{CommandWords, request_words};
 use crate::output::dragon_colours;
 use crate::output::histogram::Percentiles;
 
@@ -294,6 +295,20 @@ pub(super) fn read_command(body: &[u8], cues: &[Cue]) -> Result<Request, String>
             Request::Seek { show_time_s: cue.ok_or_else(unknown)?.at_s }
         }
     })
+}
+
+/// Encodes the reply to a command of a stream.
+pub(super) fn reply_message(request: Request, outcome: Outcome) -> Value {
+    let (tick, reason) = match outcome {
+        Ok(reply) => (Some(reply.tick), reply.outcome().err().map(|refusal| refusal.explain(&request))),
+        Err(error) => (None, Some(error.to_string())),
+    };
+    json!({ "type": "reply", "action": request_words(request), "accepted": reason.is_none(), "tick": tick, "reason": reason })
+}
+
+/// Encodes the reply to a message that is no command.
+pub(super) fn refusal_message(reason: &str) -> Value {
+    json!({ "type": "reply", "action": null, "accepted": false, "tick": null, "reason": reason })
 }
 
 /// Longest part of a body that an error repeats, in characters.

@@ -8,7 +8,8 @@
 //!   without (`viewers`). Wrong tokens are slowed and reported (`guesses`).
 //!
 //! The page's files are in `page/` and are embedded in the program; the page loads nothing from elsewhere. The page sends
-//! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`.
+//! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`. A program
+//! with the token may also send its commands through the stream.
 //!
 //! Other programs get the frames as JSON. `docs/reference/openapi.yaml` describes every path and message.
 
@@ -48,7 +49,7 @@ use self::page_stream::NumberedSnapshot;
 use self::viewers::Viewers;
 use super::observe::Snapshot;
 use super::web::{Connection, refuse, text};
-use crate::command_queue::{CommandQueue, HOLD_PATIENCE};
+use crate::command_queue::{CommandQueue, HOLD_PATIENCE, Outcome};
 use crate::output::Counted;
 
 pub use self::access::{Token, TokenError};
@@ -234,6 +235,18 @@ enum Judgement {
 }
 
 impl Inner {
+    /// Submits a command of a page or a program on a machine. It is sent even if that one has gone by then.
+    fn submit(self: &Arc<Self>, request: Request, host: Option<IpAddr>, answer: impl FnOnce(Outcome) + Send + 'static) {
+        let sent = host.map(|host| self.senders.submit(request, host));
+        let inner = Arc::clone(self);
+        self.commands.submit(request, move |outcome| {
+            if let (Err(error), Some(sent)) = (&outcome, sent) {
+                inner.senders.fail(sent, error);
+            }
+            answer(outcome);
+        });
+    }
+
     fn judge(&self, connection: &Connection, headers: &HeaderMap, now: Instant) -> Judgement {
         let address = connection.address();
         // The counts are consistent even after a panic.

@@ -2,21 +2,26 @@
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
+use std::net::IpAddr;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::Value;
-use tokio::sync::watch;
+use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use super::View;
 use super::frame_message::{encode_frame, frame_json};
-use super::messages::{HeardAck, alert_message, command_message, plan_message, read_ack, run_message, status_message};
+use super::messages::{
+    HeardAck, alert_message, command_message, plan_message, read_ack, read_command, refusal_message, reply_message,
+    run_message, status_message,
+};
 use super::outcome::{KnownOutcome, last};
 use super::page_senders::SenderHosts;
 use super::viewers::Place;
+use super::{Inner, View};
+use crate::config::Config;
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
 use crate::display::web::closed;
 use crate::system::clock::monotonic_ns;
@@ -25,6 +30,8 @@ use crate::system::clock::monotonic_ns;
 pub(super) const MAX_MESSAGE_BYTES: usize = 256;
 /// Greatest number of unacknowledged frames.
 const MAX_UNACKNOWLEDGED: usize = 2;
+/// Number of waiting replies from which on no message is read.
+const MAX_REPLIES: usize = 16;
 /// Period of the status messages.
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
 /// Timeout for a page's acknowledgement, and for sending a message.
@@ -58,6 +65,10 @@ pub(super) struct PageStream {
     heard_ack: Option<HeardAck>,
     /// Counts this stream among the viewers.
     place: Place,
+    /// The view, and the machine of the program, if it may send commands.
+    steers: Option<(Arc<Inner>, Option<IpAddr>)>,
+    /// Replies to its commands that wait to be sent.
+    replies: (mpsc::UnboundedSender<Value>, mpsc::UnboundedReceiver<Value>),
 }
 
 /// The data that the page already has.
@@ -81,7 +92,14 @@ enum StreamEnd {
 }
 
 impl PageStream {
-    pub(super) fn new(socket: WebSocket, form: FrameForm, view: &View, place: Place) -> Self {
+    /// A stream. `sender`: the machine of a program that may send commands.
+    pub(super) fn new(
+        socket: WebSocket,
+        form: FrameForm,
+        view: &View,
+        place: Place,
+        sender: Option<Option<IpAddr>>,
+    ) -> Self {
         let View(view) = view;
         let (mut snapshots, mut outcome) = (view.snapshots.subscribe(), view.outcome.subscribe());
         snapshots.mark_changed();
@@ -97,6 +115,8 @@ impl PageStream {
             heard: Instant::now(),
             heard_ack: None,
             place,
+            steers: sender.map(|host| (Arc::clone(view), host)),
+            replies: mpsc::unbounded_channel(),
         }
     }
 
@@ -126,10 +146,11 @@ impl PageStream {
         loop {
             let has_room = self.unacknowledged.len() < MAX_UNACKNOWLEDGED;
             tokio::select! {
-                message = self.socket.recv() => self.take(message)?,
+                message = self.socket.recv(), if self.replies.1.len() < MAX_REPLIES => self.take(message)?,
                 _ = status_due.tick() => self.send_status().await?,
                 Ok(()) = self.snapshots.changed(), if has_room => self.send_frame().await?,
                 Ok(()) = self.outcome.changed() => self.send_outcome().await?,
+                Some(reply) = self.replies.1.recv() => self.send_json(&reply).await?,
                 () = self.place.lost() => return Err(REPLACED),
                 () = closed(&mut self.closing) => {
                     // The page also gets the last status of the show, and its outcome.
@@ -147,7 +168,7 @@ impl PageStream {
     fn take(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), StreamEnd> {
         const MALFORMED: StreamEnd = StreamEnd::Closed(
             close_code::POLICY,
-            "a page may only acknowledge frames, in messages of at most 256 bytes",
+            "a message must acknowledge a frame, or with the token be a command, in at most 256 bytes",
         );
         let text = match message {
             None | Some(Ok(Message::Close(_))) => return Err(StreamEnd::Gone),
@@ -161,8 +182,28 @@ impl PageStream {
             // The message is too long, or the connection is broken. In the second case the close frame is lost.
             Some(Ok(Message::Binary(_)) | Err(_)) => return Err(MALFORMED),
         };
-        let sequence = read_ack(&text).ok_or(MALFORMED)?;
-        if self.acknowledge(sequence) { Ok(()) } else { Err(MALFORMED) }
+        let is_taken = match (read_ack(&text), &self.steers) {
+            (Some(sequence), _) => self.acknowledge(sequence),
+            (None, Some((view, host))) if text.contains(r#""command""#) => {
+                self.submit(view, *host, &text);
+                true
+            }
+            (None, _) => false,
+        };
+        if is_taken { Ok(()) } else { Err(MALFORMED) }
+    }
+
+    /// Submits a command. Its reply is sent later.
+    fn submit(&self, view: &Arc<Inner>, host: Option<IpAddr>, text: &str) {
+        let replies = self.replies.0.clone();
+        // A stream that has ended has no more use for a reply.
+        let reply = move |message| drop(replies.send(message));
+        let newest = Arc::clone(&view.snapshots.borrow());
+        let cues = newest.snapshot.config().map(Config::cues).unwrap_or_default();
+        match read_command(text.as_bytes(), cues) {
+            Ok(request) => view.submit(request, host, move |outcome| reply(reply_message(request, outcome))),
+            Err(reason) => reply(refusal_message(&reason)),
+        }
     }
 
     /// Counts a frame as acknowledged, and all frames before it. Returns whether it was unacknowledged.
