@@ -189,7 +189,7 @@ fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> Strin
     };
     let RunLimits { handle_mps, head_mps, accel_mps2 } = limits;
     let above = 100.0 * (duration_s / optimum_s - 1.0);
-    let wanted = if duration_s <= optimum_s * (1.0 + args.within) { "" } else { ": fewer were not found" };
+    let wanted = if duration_s <= optimum_s * (1.0 + args.within) { "" } else { ", over --within: the search found none nearer" };
     let mut lines = vec![
         format!(
             "{duration_s:.6} s from rest to rest: no handle is faster than {handle_mps} m/s, the head at most {head_mps} m/s, \
