@@ -104,7 +104,8 @@ pub(crate) struct AnswerArgs {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkArgs {
     /// Most work for the answer, in millions of steps of about 50 ns, 1 to 1000000000; if it is not enough, the answer states
-    /// how far it reached [default: 100; 300 for sensitivity and --shortest; 1000 for schedule].
+    /// how far it reached [default: 100; 300 for profile, sensitivity and --shortest; 1000 for
+    /// schedule].
     #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) work: Option<u64>,
 }

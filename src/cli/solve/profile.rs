@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context as _, bail};
+use anyhow::Context as _;
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::formation::Timetable;
 use bench_dragon_geometry::number::Fixed;
@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, planned_turn};
-use super::{AnswerArgs, load_any_plan, require_no_ground};
+use super::{AnswerArgs, load_any_plan, require_no_ground, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -101,30 +101,24 @@ pub(super) fn run(args: &ProfileArgs) -> anyhow::Result<()> {
     let found = dragon.and_then(|dragon| Ok((profile(&dragon, &limits, args.within)?, dragon)));
     let answer = answer(found.as_ref().map(|(profile, _)| profile));
     print_report(args.answer.format.format, &answer, text(args, &limits, &answer))?;
-    let reason = answer.infeasible.as_ref().or(answer.undecided.as_ref());
-    if let Some(reason) = reason {
-        args.answer.figure.refuse(reason)?;
-    }
-    if let Ok((profile, dragon)) = &found {
-        if args.answer.figure.is_asked() {
-            let view = speeds(args, &config, dragon, &limits, profile);
-            args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
+    let (profile, dragon) = match &found {
+        Ok(found) => found,
+        Err(reason) => {
+            args.answer.figure.refuse(&reason.to_string())?;
+            return save_config(&args.answer, Err(&reason.to_string()));
         }
+    };
+    if args.answer.figure.is_asked() {
+        let view = speeds(args, &config, dragon, &limits, profile);
+        args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
     }
     let Some(path) = &args.answer.save_config else { return Ok(()) };
-    match (&found, reason) {
-        (Ok((profile, dragon)), _) => {
-            whole_file::write(path, saved(&config, dragon, &limits, &profile.quickest.cues)?.as_bytes())
-        }
-        (Err(error), reason) => {
-            bail!("--save-config has nothing to save: {}", reason.cloned().unwrap_or_else(|| error.to_string()))
-        }
-    }
+    whole_file::write(path, saved(&config, dragon, &limits, &profile.quickest.cues)?.as_bytes())
 }
 
 /// The configuration, and its dragon on the planned run or on the whole passage through a turn.
 fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
-    let (plan, meter) = (&args.plan, args.answer.work.meter());
+    let (plan, meter) = (&args.plan, args.answer.work.long_meter());
     let file = ConfigArgs { config: plan.config.clone() };
     let Some(path) = plan.config.as_ref().filter(|_| !asks_for_turn(plan)) else {
         let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
@@ -189,7 +183,11 @@ fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> Strin
     };
     let RunLimits { handle_mps, head_mps, accel_mps2 } = limits;
     let above = 100.0 * (duration_s / optimum_s - 1.0);
-    let wanted = if duration_s <= optimum_s * (1.0 + args.within) { "" } else { ", over --within: the search found none nearer" };
+    let wanted = if duration_s <= optimum_s * (1.0 + args.within) {
+        ""
+    } else {
+        ", over --within: the search found none nearer"
+    };
     let mut lines = vec![
         format!(
             "{duration_s:.6} s from rest to rest: no handle is faster than {handle_mps} m/s, the head at most {head_mps} m/s, \
@@ -239,6 +237,9 @@ fn saved(config: &Config, dragon: &Dragon, limits: &RunLimits, cues: &[SpeedCue]
     Ok(format!("{}\n{}", config.to_toml(), toml::to_string(&CueTables { cues })?))
 }
 
+/// Metres of travel, before and behind the slowest place, that are drawn enlarged.
+const DETAIL_M: f64 = 12.0;
+
 /// The head's speed over its travel: the largest allowed, in the quickest show, and with the cues.
 fn speeds(
     args: &ProfileArgs,
@@ -247,10 +248,15 @@ fn speeds(
     limits: &RunLimits,
     Profile { quickest, constant_mps, constant_s }: &Profile,
 ) -> SpeedProfile {
-    let travels_m = even_travels(dragon, dragon.start_travel_m(), dragon.end_travel_m());
-    let line = |name: String, speed_mps: &dyn Fn(f64) -> f64| SpeedLine {
-        name,
-        points: travels_m.iter().map(|&travel_m| DVec2::new(travel_m, speed_mps(travel_m))).collect(),
+    let [start_m, end_m] = [dragon.start_travel_m(), dragon.end_travel_m()];
+    let travels_m = even_travels(dragon, start_m, end_m);
+    let slowest = |one: &f64, other: &f64| quickest.cap_mps(*one).total_cmp(&quickest.cap_mps(*other));
+    let slowest_m = travels_m.iter().copied().min_by(slowest).unwrap_or(start_m);
+    let detail_m = [slowest_m - DETAIL_M, slowest_m + DETAIL_M].map(|travel_m| travel_m.clamp(start_m, end_m));
+    let line = |name: String, speed_mps: &dyn Fn(f64) -> f64| {
+        let points = |travels_m: &[f64]| travels_m.iter().map(|&at_m| DVec2::new(at_m, speed_mps(at_m))).collect();
+        let detail = points(&even_travels(dragon, detail_m[0], detail_m[1]));
+        SpeedLine { name, points: points(&travels_m), detail }
     };
     let RunLimits { handle_mps, head_mps, accel_mps2 } = limits;
     let lines = vec![
@@ -265,5 +271,6 @@ fn speeds(
     let title = format!(
         "The quickest show with {accel_mps2} m/s²; at {constant_mps:.6} m/s throughout it takes {constant_s:.1} s"
     );
-    SpeedProfile { caption: args.answer.figure.caption_of(config.document(), title), lines }
+    let caption = args.answer.figure.caption_of(config.document(), title);
+    SpeedProfile { caption, lines, detail_m: detail_m[0]..=detail_m[1] }
 }

@@ -84,7 +84,9 @@ impl QuickestRun {
         let slope = 2.0 * limits.accel_mps2;
         let most = limits.head_mps * limits.head_mps;
         let optimum = safe.limited(most).ramped(slope);
-        let (optimum_s, least_s) = (optimum.duration_s(), loose.limited(most).ramped(slope).duration_s());
+        let optimum_s = optimum.duration_s();
+        // Where the cells' bounds do not matter, the two walks are equal up to rounding.
+        let least_s = loose.limited(most).ramped(slope).duration_s().min(optimum_s);
         let search = CueSearch { optimum: &optimum, slope, most_s: (1.0 + within) * optimum_s, meter: dragon.meter() };
         let even = safe.limited(most).least(safe.ends_m());
         let plateaus = search.plateaus(even);
