@@ -194,13 +194,14 @@ fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> Strin
              its acceleration at most {accel_mps2} m/s²"
         ),
         format!(
-            "the quickest show takes {optimum_s:.3} s, and none under {least_s:.3} s: the cues take {above:.2} % more{wanted}"
+            "the quickest show takes {optimum_s:.3} s, and none under {least_s:.3} s: the cues take {} % more{wanted}",
+            Fixed::<2>(above)
         ),
         format!(
-            "at the best constant speed, {:.6} m/s, it takes {constant_s:.3} s: the cues save {:.3} s, {:.1} %",
+            "at the best constant speed, {:.6} m/s, it takes {constant_s:.3} s: the cues save {} s, {} %",
             answer.constant_speed_mps.unwrap_or_default(),
-            constant_s - duration_s,
-            100.0 * answer.gain.unwrap_or_default()
+            Fixed::<3>(constant_s - duration_s),
+            Fixed::<1>(100.0 * answer.gain.unwrap_or_default())
         ),
         format!("{}, at show time in s, to m/s:", Counted(answer.cues.len() as u64, "cue")),
     ];
