@@ -1,5 +1,7 @@
 //! The quickest run, compared with closed forms, and its cues with a dense walk of the reference solver.
 
+#![allow(clippy::print_stdout, reason = "a test prints its figures")]
+
 use bench_dragon_geometry::dragon::{ChainSolver, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::planner::{
     Infeasible, QuickestRun, RunLimits, SpeedCue, largest_speed_ratio, passage_through,
