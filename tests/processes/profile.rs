@@ -93,7 +93,8 @@ fn the_profile_is_drawn_with_its_limit_and_its_optimum() {
     for label in ["limit of the head, for handles at 1.5 m/s", "travel (m)", "speed (m/s)"] {
         assert!(figure.contains(&format!("aria-label=\"{label}\"")), "{label}");
     }
-    assert_eq!((figure.matches("aria-label=\"quickest, ").count(), figure.contains(" cues, ")), (2, true));
+    // Once in the legend, and once in each plot.
+    assert_eq!((figure.matches("aria-label=\"quickest, ").count(), figure.contains(" cues, ")), (3, true));
 }
 
 #[test]

@@ -31,6 +31,9 @@ const PRICE_RANGE: f64 = 1e5;
 /// Work of a price, in steps: a ramp of the programme takes a tenth of one.
 const STEPS_PER_PRICE: u64 = (STEPS * (TIMED_LEVELS + EVEN_LEVELS) * (TIMED_LEVELS + EVEN_LEVELS) / 10) as u64;
 
+/// Plateaus of a walk that is tried with fewer of them, per step of work.
+const PLATEAUS_PER_STEP: u64 = 10;
+
 /// Share of the allowed extra time that is left for rounding the cues.
 const ROUNDING: f64 = 0.01;
 
@@ -56,7 +59,7 @@ impl CueSearch<'_> {
         let programme = Programme::new(self.optimum, self.slope, even);
         let mut prices_s = [extra_s / PRICE_RANGE, extra_s];
         for _ in 0..PRICES {
-            if best_s <= most_s && best.plateaus().len() == 1 {
+            if (best_s <= most_s && best.plateaus().len() == 1) || self.meter.is_spent() {
                 break;
             }
             self.meter.add(STEPS_PER_PRICE);
@@ -98,6 +101,10 @@ impl CueSearch<'_> {
     /// The quickest walk with a plateau left out, or two joined, if it is quick enough.
     fn with_fewer(&self, plateaus: &Plateaus, most_s: f64) -> Option<Plateaus> {
         let (all, cues) = (plateaus.plateaus(), plateaus.turns().len());
+        if self.meter.is_spent() {
+            return None;
+        }
+        self.meter.add(2 * (all.len() * all.len()) as u64 / PLATEAUS_PER_STEP);
         let joined = |index: usize| {
             let [one, other] = [all[index].span_m, all[index + 1].span_m];
             let both = Plateau::under(self.optimum, [one[0].min(other[0]), one[1].max(other[1])]);

@@ -85,8 +85,7 @@ impl QuickestRun {
         let most = limits.head_mps * limits.head_mps;
         let optimum = safe.limited(most).ramped(slope);
         let optimum_s = optimum.duration_s();
-        // Where the cells' bounds do not matter, the two walks are equal up to rounding.
-        let least_s = loose.limited(most).ramped(slope).duration_s().min(optimum_s);
+        let least_s = loose.limited(most).ramped(slope).duration_s();
         let search = CueSearch { optimum: &optimum, slope, most_s: (1.0 + within) * optimum_s, meter: dragon.meter() };
         let even = safe.limited(most).least(safe.ends_m());
         let plateaus = search.plateaus(even);
@@ -94,6 +93,9 @@ impl QuickestRun {
         let walks = [plateaus, search.even(even)].map(|plateaus| CueWalk::of(&plateaus, slope));
         let is_proved = |walk: &CueWalk| walk.walk.largest_share_of(&safe.limited(most)) <= 1.0 + ROUNDING;
         let CueWalk { cues, walk, duration_s } = walks.into_iter().find(is_proved).expect("a walk at the least cap");
+        // Where the walks are equal, their durations differ by rounding.
+        let optimum_s = optimum_s.min(duration_s);
+        let least_s = least_s.min(optimum_s);
         let largest_mps = limits.handle_mps * walk.largest_share_of(&safe).sqrt();
         Ok(Self { optimum_s, least_s, cues, duration_s, largest_mps, cap: safe, optimum, walk })
     }

@@ -45,6 +45,10 @@ const CELLS_AT_A_TIME: usize = 16;
 /// Work for a link of a cell besides its solution, in steps.
 const STEPS_PER_LINK: u64 = 3;
 
+/// Work for a cell besides its links, in steps. So the limit of work bounds the number of stored cells, which take some hundred
+/// bytes each.
+const STEPS_PER_CELL: u64 = 100;
+
 /// Bounds on the largest squared speed of the head at which no handle exceeds its limit.
 pub(super) struct SpeedCap {
     /// A curve that the largest squared speed is never below.
@@ -166,7 +170,7 @@ impl Cells<'_> {
         if self.meter().is_spent() {
             return false;
         }
-        self.meter().add(STEPS_PER_LINK * earlier.angles.len() as u64);
+        self.meter().add(STEPS_PER_CELL + STEPS_PER_LINK * earlier.angles.len() as u64);
         if let Some(cell) = self.cell(earlier, later) {
             cells.push(cell);
             return true;
