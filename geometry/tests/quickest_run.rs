@@ -230,6 +230,8 @@ proptest! {
         let length_m = dragon.end_travel_m() - dragon.start_travel_m();
         let even_s = trapezoid_s(length_m, head_mps.min(handle_mps / largest.ratio), accel_mps2);
         prop_assert!(run.optimum_s <= even_s * (1.0 + 2e-4), "{} {even_s}", run.optimum_s);
-        prop_assert!(even_s > (1.0 + within) * run.optimum_s || run.cues.len() == 1, "{even_s} {:?}", run.cues);
+// The search knows the largest ratio to 10⁻⁴, and leaves a hundredth of the extra time for rounding.
+        let is_tight = even_s * 1.0002 > (1.0 + 0.99 * within) * run.optimum_s;
+        prop_assert!(is_tight || run.cues.len() == 1, "{even_s} {:?}", run.cues);
     }
 }
