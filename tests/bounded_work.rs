@@ -14,8 +14,9 @@ use bench_dragon::system::processors::Processors;
 use bench_dragon_geometry::clearance::{first_contact, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
-    Parameter, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio, least_clearance, near_misses,
-    passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch, walk_through,
+    Parameter, QuickestRun, RunLimits, Sensitivity, Setting, Staging, clearance_profile, largest_speed_ratio,
+    least_clearance, near_misses, passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch,
+    walk_through,
 };
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use proptest::prelude::*;
@@ -139,6 +140,12 @@ fn is_bounded(text: &str) -> bool {
     ask("the speed limit", &|meter| {
         let _ = black_box(largest_speed_ratio(&dragon.metered(meter)));
     });
+    if !dragon.route().is_on_ground() {
+        let limits = RunLimits { handle_mps: 2.0, head_mps: 2.0, accel_mps2: 0.5 };
+        ask("the quickest run", &|meter| {
+            let _ = black_box(QuickestRun::of(&dragon.metered(meter), &limits, 0.01));
+        });
+    }
     ask("the pitch", &|meter| {
         let _ = black_box(smallest_pitch(dragon.dimensions(), 16.0, 9.0, 0.0, meter));
     });

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::{ConfigError, HEAD_SPEED_MPS};
 
 /// Greatest number of cues.
-pub const MAX_CUES: usize = 256;
+pub const MAX_CUES: usize = 1000;
 /// Longest name of a cue, in characters.
 const MAX_NAME: usize = 48;
 /// Longest note of a cue, in characters.

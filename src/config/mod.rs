@@ -271,7 +271,32 @@ impl Config {
         let mut tables = self.tables().clone();
         tables.route = tables.route.clone().with_times_scaled(tables.head.speed_mps / speed_mps);
         tables.head.speed_mps = speed_mps;
+        // Their places may lie beyond the end of the other run.
         tables.cues.clear();
+        self.with_tables(tables)
+    }
+
+    /// Returns the same configuration whose head walks from one travel to another with this planned speed, in m/s, and this
+    /// acceleration, in m/s², and follows these cues. A run without a planned end still ends with the route.
+    ///
+    /// # Errors
+    /// A value is out of range, or the route is not valid with it.
+    pub fn with_run(
+        &self,
+        speed_mps: f64,
+        accel_mps2: f64,
+        ends_m: [f64; 2],
+        cues: &[Cue],
+    ) -> Result<Self, ConfigError> {
+        let mut tables = self.tables().clone();
+        tables.route = tables.route.clone().with_times(ends_m.map(|travel_m| travel_m / speed_mps));
+        tables.head = HeadTable { speed_mps, accel_mps2: Some(accel_mps2) };
+        tables.cues = cues.iter().map(|cue| cue.table(&[])).collect();
+        self.with_tables(tables)
+    }
+
+    /// The dragon with other tables on the same drawing.
+    fn with_tables(&self, tables: Document) -> Result<Self, ConfigError> {
         let drawing = self.document.drawing.clone();
         self.rebuilt(ConfigDocument { drawing, ..ConfigDocument::check(tables)? })
     }

@@ -294,6 +294,13 @@ impl RouteTable {
         self
     }
 
+    /// The same table with other times. Without an end, it stays without one.
+    pub(super) fn with_times(mut self, [start_s, end_s]: [f64; 2]) -> Self {
+        self.start.start_s = Some(start_s);
+        self.start.end_s = self.start.end_s.map(|_| end_s);
+        self
+    }
+
     /// The same table with another spiral or turnaround. A path stays as it is. Times of another kind of route are dropped.
     pub(super) fn with_shape(self, shape: &RouteShape) -> Self {
         let kind = match *shape {

@@ -2,22 +2,25 @@
 
 use bench_dragon::output::figure::{
     Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, Drawing, HandleSpeed,
-    LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
+    LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedLine, SpeedProfile, SpeedRange,
+    SpeedsOverTime, TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, Handle};
+use bench_dragon_geometry::planner::{QuickestRun, RunLimits};
 use bench_dragon_geometry::route::Route;
 use glam::DVec2;
 use test_support::dragons::{boards_at, handles_at, paper_dragon, paper_turnaround, turning_dragon};
 
 /// Every figure with its name.
-pub(crate) fn drawings() -> [(&'static str, Drawing); 6] {
+pub(crate) fn drawings() -> [(&'static str, Drawing); 7] {
     [
         ("plan", plan_view().draw()),
         ("turnaround", turning_plan_view().draw()),
         ("contact", contact_view().draw()),
         ("clearance", clearance_over_time().draw()),
         ("speeds", speeds_over_time().draw()),
+        ("profile", speed_profile().draw()),
         ("sensitivity", sensitivity().draw()),
     ]
 }
@@ -130,6 +133,27 @@ pub(crate) fn clearance_over_time() -> ClearanceOverTime {
         samples: pairs.iter().map(|(time_s, pair)| DVec2::new(*time_s, pair.clearance_m)).collect(),
         near_misses: pairs.windows(3).filter(is_low).map(near_miss).collect(),
         contact: Some(ContactMark { time_s: contact.travel_m, benches: contact.benches }),
+    }
+}
+
+fn speed_profile() -> SpeedProfile {
+    let limits = RunLimits { handle_mps: 2.0, head_mps: 2.0, accel_mps2: 0.5 };
+    let run = QuickestRun::of(&turning_dragon(), &limits, 0.1).expect("the paper's dragon turns");
+    let line = |name: &str, speed_mps: &dyn Fn(f64) -> f64| {
+        let points = |from_m: i32, to_m: i32| {
+            let travels_m = (8 * from_m..=8 * to_m).map(|step| f64::from(step) / 8.0);
+            travels_m.map(|travel_m| DVec2::new(travel_m, speed_mps(travel_m))).collect()
+        };
+        SpeedLine { name: name.to_owned(), points: points(-100, 100), detail: points(2, 26) }
+    };
+    SpeedProfile {
+        caption: Caption::new("The quickest show"),
+        lines: vec![
+            line("limit", &|travel_m| run.cap_mps(travel_m)),
+            line("quickest", &|travel_m| run.optimum_mps(travel_m)),
+            line("cues", &|travel_m| run.walk_mps(travel_m)),
+        ],
+        detail_m: 2.0..=26.0,
     }
 }
 

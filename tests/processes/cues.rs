@@ -3,12 +3,11 @@
 use std::fs;
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
-use rustix::process::Signal;
 use serde_json::{Value, json};
 use test_support::process::Process;
 
 use crate::browser::{Browser, View};
-use crate::children::{await_child, send};
+use crate::children::{await_child, kill};
 use crate::reader::Reader;
 use crate::stage::{Stage, program};
 
@@ -57,7 +56,7 @@ fn a_night_is_led_to_its_end_by_go_with_a_kill_between() {
     // A killed server takes events of its last tenth of a second with it.
     show.complaint_with("reaches the cue “the eye”, and waits for GO");
     // The server is killed while the show waits: the next one stands before the same cue.
-    send(await_child(show.pid(), "serve", None), Signal::KILL);
+    kill(await_child(show.pid(), "serve", None));
     let held = reader.read_until("a restarted server is held", |header| {
         header.run_id != waiting.run_id && header.show_state() == Some(ShowState::Held)
     });

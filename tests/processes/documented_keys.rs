@@ -192,7 +192,7 @@ const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
 
 /// Every question with every flag that adds keys. Together they print every documented object at least once.
-const CASES: [Case; 34] = [
+const CASES: [Case; 36] = [
     (&["poses"], &["poses", "--at", "0,1"], SPIRAL),
     (&["poses of several dragons"], &["poses", "--at", "1"], TWO),
     (&["contact of several dragons"], &["contact"], TWO),
@@ -226,6 +226,8 @@ const CASES: [Case; 34] = [
     (&["turn", "turn with play in the hinges"], &["turn"], LOOSE_TURN),
     (&["speed-limit"], &["speed-limit", "--limit", "2"], TURN),
     (&["speed-limit"], &["speed-limit", "--limit", "2"], SPIRAL),
+    (&["profile"], &["profile", "--limit", "2", "--accel", "1"], TURN),
+    (&["profile"], &["profile", "--limit", "2", "--accel", "1"], SPIRAL),
     (&["sensitivity"], &["sensitivity", "--parameter", "pitch", "--steps", "1"], SPIRAL),
 ];
 
@@ -249,7 +251,7 @@ fn every_documented_key_of_a_question_is_printed_and_every_printed_key_is_docume
     compare(&[LIST], &["route", "--list", &drawing.display().to_string()]);
     assert!(faults.is_empty(), "{faults:#?}");
 
-    let questions = ["poses", "contact", "route", "pitch", "turn", "speed-limit", "sensitivity"];
+    let questions = ["poses", "contact", "route", "pitch", "turn", "speed-limit", "profile", "sensitivity"];
     let documented = page.0.iter().filter(|(row, _)| questions.iter().any(|question| row.starts_with(question)));
     for (row, keys) in documented {
         assert!(asked.contains(row.as_str()), "nothing asks for the keys of {row}");

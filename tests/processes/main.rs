@@ -67,6 +67,7 @@ mod planner;
 mod pose_times;
 mod poses;
 mod poses_files;
+mod profile;
 mod pty;
 mod python;
 mod reader;

@@ -52,7 +52,13 @@ fn no_answer_of_the_planner_and_no_figure_has_a_zero_with_a_sign() {
         ),
         (
             TURN,
-            vec![&["poses", "--at", "-0"], &["turn"], &["turn", "--max-ratio", "1"], &["speed-limit", "--limit", "2"]],
+            vec![
+                &["poses", "--at", "-0"],
+                &["turn"],
+                &["turn", "--max-ratio", "1"],
+                &["speed-limit", "--limit", "2"],
+                &["profile", "--limit", "2", "--accel", "1", "--speed", "0.5"],
+            ],
         ),
     ] {
         fs::write(stage.path("asked.toml"), config).expect("a configuration");

@@ -23,6 +23,7 @@ LABELS = {
     "contact": ["x (m)", "y (m)", "bench 0, head", "bench 8"],
     "clearance": ["show time (s)", "clearance (m)", "clearance (mm)", "contact at 412.473838 s", "benches 0 and 11"],
     "speeds": ["show time (s)", "speed (m/s)", "all handles"],
+    "profile": ["travel (m)", "speed (m/s)", "limit", "quickest", "cues"],
     "sensitivity": ["change (%)", "first contact (s)", "smallest pitch (m)"],
 }
 SVG = "{http://www.w3.org/2000/svg}"

@@ -57,6 +57,8 @@ use on_ground::lifted;
 use profile::Profile;
 use segment::PlacedSegment;
 
+use crate::numerics::Interval;
+
 /// Largest gap between two segments at a seam, relative to 1 m plus the seam's distance from the origin. Also the largest
 /// difference of their unit tangents.
 const SEAM_TOLERANCE: f64 = 1e-9;
@@ -321,6 +323,14 @@ impl Route {
             return self.segments[first].curvature_bound(rear, front);
         }
         self.segments[first..=last].iter().map(|placed| placed.curvature_bound(rear, front)).fold(0.0, f64::max)
+    }
+
+    /// The interval of the signed curvatures in the plan between two parameters, in 1/m, `rear <= front`: on a segment the
+    /// curvature is monotone.
+    pub(crate) fn plan_curvatures(&self, rear: f64, front: f64) -> Interval {
+        let (first, last) = (self.number_at(rear), self.number_of_begin(front));
+        let all = self.segments[first..=last].iter().map(|placed| placed.curvatures(rear, front));
+        all.reduce(|all, next| all.with(next.low).with(next.high)).expect("a parameter lies on a segment")
     }
 
     /// Whether one line or one arc contains the route between two parameters, `rear <= front`.

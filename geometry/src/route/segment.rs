@@ -4,6 +4,7 @@ use super::capability::{ArcLength, Bounds, Crosses, PlaneCurve};
 use super::kernel::Rounding;
 use super::kinds::kinds;
 use super::{CircularArc, Kernel, Line, Placement, RoutePoint, Spiral};
+use crate::numerics::Interval;
 
 kinds! {
     $ as of_kind;
@@ -161,6 +162,13 @@ impl PlacedSegment {
     pub(super) fn curvature_bound(&self, rear: f64, front: f64) -> f64 {
         let [rear, front] = [rear.max(self.begin), front.min(self.end())].map(|at| self.local(at));
         self.segment.curvature_bound(rear, front)
+    }
+
+    /// The signed curvatures on this segment between two parameters of the route, which may lie on other segments.
+    pub(super) fn curvatures(&self, rear: f64, front: f64) -> Interval {
+        let ends = [rear.max(self.begin), front.min(self.end())].map(|at| self.local(at));
+        let [rear, front] = ends.map(|at| of_kind!(&self.segment, curve => curve.curvature(at)));
+        Interval::hull(rear, front)
     }
 
     pub(super) fn begin_point(&self) -> RoutePoint {

@@ -24,6 +24,7 @@ mod list;
 mod pitch;
 mod play;
 mod poses;
+mod profile;
 mod route;
 mod schedule;
 mod schedule_figure;
@@ -46,6 +47,7 @@ pub(super) use formation::dragons_in_plan;
   bench-dragon solve pitch --turn-diameter 9
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
+  bench-dragon solve profile --limit 2 --accel 0.5 --save-config quick.toml
   bench-dragon solve sensitivity --figure sensitivity.svg
   bench-dragon solve schedule --config square.toml --clearance 0.5")]
 #[command(subcommand_value_name = "QUESTION", subcommand_help_heading = "Questions")]
@@ -64,6 +66,7 @@ pub(crate) enum Question {
     Pitch(pitch::PitchArgs),
     Turn(turn::TurnArgs),
     SpeedLimit(speed_limit::SpeedLimitArgs),
+    Profile(profile::ProfileArgs),
     Sensitivity(sensitivity::SensitivityArgs),
     Schedule(schedule::ScheduleArgs),
 }
@@ -76,6 +79,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Pitch(args) => pitch::run(&args)?,
         Question::Turn(args) => turn::run(&args)?,
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
+        Question::Profile(args) => profile::run(&args)?,
         Question::Sensitivity(args) => sensitivity::run(&args)?,
         Question::Schedule(args) => schedule::run(&args)?,
     }
@@ -100,7 +104,8 @@ pub(crate) struct AnswerArgs {
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct WorkArgs {
     /// Most work for the answer, in millions of steps of about 50 ns, 1 to 1000000000; if it is not enough, the answer states
-    /// how far it reached [default: 100; 300 for sensitivity and --shortest; 1000 for schedule].
+    /// how far it reached [default: 100; 300 for profile, sensitivity and --shortest; 1000 for
+    /// schedule].
     #[arg(long, value_name = "MILLIONS", allow_negative_numbers = true, value_parser = within(1..=1_000_000_000_u64))]
     pub(crate) work: Option<u64>,
 }

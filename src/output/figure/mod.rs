@@ -10,7 +10,7 @@
 //!
 //! | files | contents |
 //! |---|---|
-//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `sensitivity`, `timeline`, `coordination`, `time_distance` | the figures |
+//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `profile`, `sensitivity`, `timeline`, `coordination`, `time_distance` | the figures |
 //! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
 //! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
@@ -25,6 +25,7 @@ mod page;
 mod plan_view;
 mod plot;
 mod png;
+mod profile;
 mod route;
 mod sensitivity;
 mod speeds;
@@ -44,6 +45,7 @@ pub use drawing::{Drawing, Paper};
 pub use formation::{FormationView, NamedInPlan};
 pub use page::{Caption, missing_letter};
 pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
+pub use profile::{SpeedLine, SpeedProfile};
 pub use route::RouteView;
 pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};

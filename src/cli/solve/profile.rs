@@ -1,0 +1,264 @@
+//! `solve profile`: finds the quickest show under limits, from rest to rest, as a list of planned speeds.
+
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use bench_dragon_geometry::dragon::Dragon;
+use bench_dragon_geometry::formation::Timetable;
+use bench_dragon_geometry::number::Fixed;
+use bench_dragon_geometry::planner::{
+    Infeasible, QuickestRun, RunLimits, SpeedCue, largest_speed_ratio, passage_through,
+};
+use clap::Args;
+use glam::DVec2;
+use serde::Serialize;
+
+use super::figure::even_travels;
+use super::turn::{TurnPlanArgs, asks_for_turn, planned_turn};
+use super::{AnswerArgs, load_any_plan, require_no_cues, require_no_ground, save_config};
+use crate::cli::flags::{BadInput, ConfigArgs, within};
+use crate::cli::in_file;
+use crate::cli::print::print_report;
+use crate::config::{Config, Cue, HEAD_ACCEL_MPS2, HEAD_SPEED_MPS, PlanDocument};
+use crate::output::Counted;
+use crate::output::figure::{SpeedLine, SpeedProfile};
+use crate::system::whole_file;
+
+/// Find the quickest show in which no handle exceeds a limit, from rest to rest, as a list of planned speeds.
+///
+/// The head's acceleration and speed are limited too. The answer has as few cues as --within allows. Between them the head
+/// walks evenly, after a ramp. No handle exceeds the limit anywhere: this is proved, also between samples. With --config the planned
+/// run counts; without it, or with flags for a turn, the whole passage of all benches through the turn.
+#[derive(Clone, Debug, Args)]
+#[command(after_help = "Examples:
+  bench-dragon solve profile --limit 2 --accel 0.5
+  bench-dragon solve profile --limit 2 --accel 0.5 --within 5% --figure profile.svg
+  bench-dragon solve profile --limit 1.5 --speed 1.2 --config stage.toml --save-config quick.toml")]
+pub(crate) struct ProfileArgs {
+    /// Speed in m/s that no handle may exceed, 0.001 to 1000.
+    #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = within(0.001..=1000.0))]
+    pub(crate) limit: f64,
+    /// Largest acceleration of the head in m/s², 0.001 to 1000 [default: the configured accel_mps2].
+    #[arg(long, value_name = "MPS2", allow_negative_numbers = true, value_parser = within(HEAD_ACCEL_MPS2))]
+    pub(crate) accel: Option<f64>,
+    /// Largest speed of the head in m/s, 0.001 to 10 [default: --limit, at most 10].
+    #[arg(long, value_name = "MPS", allow_negative_numbers = true, value_parser = within(HEAD_SPEED_MPS))]
+    pub(crate) speed: Option<f64>,
+    /// How much longer than the quickest show the answer may take, 0.1% to 100%; more time needs fewer cues.
+    #[arg(long, value_name = "PERCENT", default_value = "1%", allow_negative_numbers = true, value_parser = percent)]
+    pub(crate) within: f64,
+    #[command(flatten)]
+    pub(crate) plan: TurnPlanArgs,
+    #[command(flatten)]
+    pub(crate) answer: AnswerArgs,
+}
+
+/// Reads a percentage, with or without its sign. Returns the share.
+fn percent(text: &str) -> Result<f64, String> {
+    let percent: Option<f64> = text.trim_end_matches('%').trim_end().parse().ok();
+    let share = percent.filter(|percent| (0.1..=100.0).contains(percent)).map(|percent| 0.01 * percent);
+    share.ok_or_else(|| "must be from 0.1% to 100%".to_owned())
+}
+
+#[derive(Default, Serialize)]
+struct ProfileAnswer {
+    duration_s: Option<f64>,
+    /// A speed that no handle exceeds.
+    largest_speed_mps: Option<f64>,
+    cues: Vec<CueRow>,
+    /// Duration of the quickest show, and a time that none falls below.
+    optimum_s: Option<f64>,
+    least_s: Option<f64>,
+    /// The greatest speed at which the head may walk throughout, and the duration with it.
+    constant_speed_mps: Option<f64>,
+    constant_s: Option<f64>,
+    /// Share of that duration that the cues save.
+    gain: Option<f64>,
+    infeasible: Option<String>,
+    /// The reason for which the answer is unknown: it took too much work.
+    undecided: Option<String>,
+}
+
+/// A planned speed of the head.
+#[derive(Serialize)]
+struct CueRow {
+    /// Plan time.
+    at_s: f64,
+    speed_mps: f64,
+}
+
+/// The quickest run of a dragon, and its run at a constant speed.
+struct Profile {
+    quickest: QuickestRun,
+    constant_mps: f64,
+    constant_s: f64,
+}
+
+pub(super) fn run(args: &ProfileArgs) -> anyhow::Result<()> {
+    let (config, dragon) = planned(args)?;
+    args.answer.keep_files_apart(config.document())?;
+    let limits = limits(args, &config)?;
+    let found = dragon.and_then(|dragon| Ok((profile(&dragon, &limits, args.within)?, dragon)));
+    let answer = answer(found.as_ref().map(|(profile, _)| profile));
+    print_report(args.answer.format.format, &answer, text(args, &limits, &answer))?;
+    let (profile, dragon) = match &found {
+        Ok(found) => found,
+        Err(reason) => {
+            args.answer.figure.refuse(&reason.to_string())?;
+            return save_config(&args.answer, Err(&reason.to_string()));
+        }
+    };
+    if args.answer.figure.is_asked() {
+        let view = speeds(args, &config, dragon, &limits, profile);
+        args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
+    }
+    let Some(path) = &args.answer.save_config else { return Ok(()) };
+    whole_file::write(path, saved(&config, dragon, &limits, &profile.quickest.cues)?.as_bytes())
+}
+
+/// The configuration, and its dragon on the planned run or on the whole passage through a turn.
+fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
+    let (plan, meter) = (&args.plan, args.answer.work.long_meter());
+    let file = ConfigArgs { config: plan.config.clone() };
+    let Some(path) = plan.config.as_ref().filter(|_| !asks_for_turn(plan)) else {
+        let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
+        let passage = passage_through(turnaround, *config.lead().dimensions(), &meter);
+        return Ok((config, passage.map(Arc::new)));
+    };
+    let config = match load_any_plan(&file, args.answer.work)? {
+        PlanDocument::OneDragon(document) => in_file(&file, document.build())?,
+        PlanDocument::Formation(document) => {
+            let count = Counted(document.dragons().len() as u64, "dragon");
+            let error = BadInput(format!("[[dragons]] has {count}, must be absent for solve profile"));
+            return Err(error).with_context(|| path.display().to_string());
+        }
+    };
+    in_file(&file, require_no_ground(&config, "solve profile"))?;
+    in_file(&file, require_no_cues(config.cues(), "solve profile"))?;
+    let dragon = Arc::new(config.lead().metered(&meter));
+    Ok((config, Ok(dragon)))
+}
+
+fn limits(args: &ProfileArgs, config: &Config) -> Result<RunLimits, BadInput> {
+    let accel_mps2 = args.accel.or(config.tables().head.accel_mps2).ok_or_else(|| {
+        BadInput("--accel is absent, must be present: [head] accel_mps2 is not configured either".to_owned())
+    })?;
+    let head_mps = args.speed.unwrap_or(args.limit).min(*HEAD_SPEED_MPS.end());
+    Ok(RunLimits { handle_mps: args.limit, head_mps, accel_mps2 })
+}
+
+fn profile(dragon: &Dragon, limits: &RunLimits, within: f64) -> Result<Profile, Infeasible> {
+    let largest = largest_speed_ratio(dragon)?;
+    let constant_mps = limits.head_mps.min(limits.handle_mps / largest.ratio);
+    let [start_m, end_m] = [dragon.start_travel_m(), dragon.end_travel_m()];
+    let constant_s = Timetable::leaving(0.0, start_m, constant_mps, Some(limits.accel_mps2), end_m).end_s();
+    Ok(Profile { quickest: QuickestRun::of(dragon, limits, within)?, constant_mps, constant_s })
+}
+
+fn answer(found: Result<&Profile, &Infeasible>) -> ProfileAnswer {
+    match found {
+        Ok(Profile { quickest, constant_mps, constant_s }) => ProfileAnswer {
+            duration_s: Some(quickest.duration_s),
+            largest_speed_mps: Some(quickest.largest_mps),
+            cues: quickest.cues.iter().map(|&SpeedCue { at_s, speed_mps }| CueRow { at_s, speed_mps }).collect(),
+            optimum_s: Some(quickest.optimum_s),
+            least_s: Some(quickest.least_s),
+            constant_speed_mps: Some(*constant_mps),
+            constant_s: Some(*constant_s),
+            gain: Some(1.0 - quickest.duration_s / constant_s),
+            ..ProfileAnswer::default()
+        },
+        Err(reason @ Infeasible::TooMuchWork(_)) => {
+            ProfileAnswer { undecided: Some(reason.to_string()), ..ProfileAnswer::default() }
+        }
+        Err(reason) => ProfileAnswer { infeasible: Some(reason.to_string()), ..ProfileAnswer::default() },
+    }
+}
+
+fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> String {
+    let durations = answer.duration_s.zip(answer.optimum_s).zip(answer.least_s).zip(answer.constant_s);
+    let Some((((duration_s, optimum_s), least_s), constant_s)) = durations else {
+        let undecided = answer.undecided.as_ref().map(|reason| format!("{reason}; --work allows more"));
+        let infeasible = answer.infeasible.as_ref().map(|reason| format!("infeasible on all of the run: {reason}"));
+        return undecided.or(infeasible).unwrap_or_default();
+    };
+    let RunLimits { handle_mps, head_mps, accel_mps2 } = limits;
+    let above = 100.0 * (duration_s / optimum_s - 1.0);
+    let wanted = if duration_s <= optimum_s * (1.0 + args.within) {
+        ""
+    } else {
+        ", over --within: the search found none nearer"
+    };
+    let mut lines = vec![
+        format!(
+            "{duration_s:.6} s from rest to rest: no handle is faster than {handle_mps} m/s, the head at most {head_mps} m/s, \
+             its acceleration at most {accel_mps2} m/s²"
+        ),
+        format!(
+            "the quickest show takes {optimum_s:.3} s, and none under {least_s:.3} s: the cues take {} % more{wanted}",
+            Fixed::<2>(above)
+        ),
+        format!(
+            "at the best constant speed, {:.6} m/s, it takes {constant_s:.3} s: the cues save {} s, {} %",
+            answer.constant_speed_mps.unwrap_or_default(),
+            Fixed::<3>(constant_s - duration_s),
+            Fixed::<1>(100.0 * answer.gain.unwrap_or_default())
+        ),
+        format!("{}, at show time in s, to m/s:", Counted(answer.cues.len() as u64, "cue")),
+    ];
+    lines.extend(answer.cues.iter().map(|cue| format!("{:>14} {}", Fixed::<6>(cue.at_s), cue.speed_mps)));
+    lines.join("\n")
+}
+
+/// The configuration that walks the cues. The first one is the planned speed of the head.
+fn saved(config: &Config, dragon: &Dragon, limits: &RunLimits, cues: &[SpeedCue]) -> anyhow::Result<String> {
+    let ends_m = [dragon.start_travel_m(), dragon.end_travel_m()];
+    let named = |(number, cue): (usize, &SpeedCue)| Cue {
+        name: format!("profile {number}"),
+        at_s: cue.at_s,
+        dragon: None,
+        speed_mps: Some(cue.speed_mps),
+        waits: false,
+        note: None,
+    };
+    let named: Vec<Cue> = cues.iter().enumerate().skip(1).map(named).collect();
+    Ok(config.with_run(cues[0].speed_mps, limits.accel_mps2, ends_m, &named)?.to_toml())
+}
+
+/// Metres of travel, before and behind the slowest place, that are drawn enlarged.
+const DETAIL_M: f64 = 12.0;
+
+/// The head's speed over its travel: the largest allowed, in the quickest show, and with the cues.
+fn speeds(
+    args: &ProfileArgs,
+    config: &Config,
+    dragon: &Dragon,
+    limits: &RunLimits,
+    Profile { quickest, constant_mps, constant_s }: &Profile,
+) -> SpeedProfile {
+    let [start_m, end_m] = [dragon.start_travel_m(), dragon.end_travel_m()];
+    let travels_m = even_travels(dragon, start_m, end_m);
+    let slowest = |one: &f64, other: &f64| quickest.cap_mps(*one).total_cmp(&quickest.cap_mps(*other));
+    let slowest_m = travels_m.iter().copied().min_by(slowest).unwrap_or(start_m);
+    let detail_m = [slowest_m - DETAIL_M, slowest_m + DETAIL_M].map(|travel_m| travel_m.clamp(start_m, end_m));
+    let line = |name: String, speed_mps: &dyn Fn(f64) -> f64| {
+        let points = |travels_m: &[f64]| travels_m.iter().map(|&at_m| DVec2::new(at_m, speed_mps(at_m))).collect();
+        let detail = points(&even_travels(dragon, detail_m[0], detail_m[1]));
+        SpeedLine { name, points: points(&travels_m), detail }
+    };
+    let RunLimits { handle_mps, head_mps, accel_mps2 } = limits;
+    let lines = vec![
+        line(format!("limit of the head, for handles at {handle_mps} m/s"), &|travel_m| {
+            quickest.cap_mps(travel_m).min(*head_mps)
+        }),
+        line(format!("quickest, {:.1} s", quickest.optimum_s), &|travel_m| quickest.optimum_mps(travel_m)),
+        line(format!("{}, {:.1} s", Counted(quickest.cues.len() as u64, "cue"), quickest.duration_s), &|travel_m| {
+            quickest.walk_mps(travel_m)
+        }),
+    ];
+    let title = format!(
+        "The quickest show with {accel_mps2} m/s²; at {constant_mps:.6} m/s throughout it takes {constant_s:.1} s"
+    );
+    let caption = args.answer.figure.caption_of(config.document(), title);
+    SpeedProfile { caption, lines, detail_m: detail_m[0]..=detail_m[1] }
+}
