@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fs;
 
+use bench_dragon::config::Config;
 use serde_json::Value;
 use test_support::process::{Ended, Process};
 use test_support::pytest;
@@ -74,13 +75,17 @@ fn the_saved_show_has_the_cues_and_walks_the_same_part_of_the_route() {
         let pair = ["at_s", "speed_mps"].map(|key| cue[key].as_float().expect("a number"));
         assert_eq!(pair, ["at_s", "speed_mps"].map(|key| number(&asked[key])));
     }
-    // Without the cues, it is a show of today.
-    let plain = text.split("[[cues]]").next().expect("the tables before");
-    fs::write(stage.path("plain.toml"), plain).expect("a configuration");
-    let mut command = program(&["solve", "route", "--config", "plain.toml", "--format", "json"]);
-    command.current_dir(stage.path(""));
-    let route = Process::start(command).end().expect_clean().last_json();
-    assert!((number(&route["run_end_m"]) - 60.0).abs() < 1e-6, "{route}");
+    let config = Config::from_toml(&text).expect("a show that a server plays");
+    let duration_s = config.end_s() - config.start_s();
+    assert!((duration_s - number(&found["duration_s"])).abs() < 1e-6, "{duration_s} s, {found}");
+    assert_eq!(config.timetable().travel_m(config.end_s()), config.lead().end_travel_m());
+    for (cue, next) in config.cues().iter().zip(&config.cues()[1..]) {
+        assert_eq!(
+            Some(config.timetable().speed_mps(next.at_s)),
+            cue.speed_mps,
+            "the ramp of {cue:?} ends before the next"
+        );
+    }
 }
 
 #[test]
