@@ -25,9 +25,13 @@ const feedback = (id, feedbackId, options) => [
     { id, controlId: "button", feedbackId, options, isInverted: false, disabled: false, upgradeIndex: -1 },
 ];
 
-function begin() {
+function initialise() {
     const config = { host, port: Number(port), secret };
     call("init", { label: "dragon", isFirstInit: false, config, secrets: {}, lastUpgradeIndex: -1, feedbacks: {}, actions: {} });
+}
+
+/** Watches the feedbacks and presses the buttons of a module that has been initialised. */
+function begin() {
     const states = ["ready", "running", "held", "paused", "silent"].map((state) => feedback(state, "state", { state }));
     call("updateFeedbacks", { feedbacks: Object.fromEntries([...states, feedback("refused", "refused", {})]) });
     const orders = readline.createInterface({ input: process.stdin });
@@ -40,7 +44,7 @@ function begin() {
 }
 
 const heard = {
-    register: begin,
+    register: initialise,
     updateFeedbackValues: ({ values }) => values.forEach(({ id, value }) => print("light", id, value)),
     setVariableValues: ({ newValues }) => newValues.forEach(({ id, value }) => print("variable", id, value)),
     "set-status": ({ status }) => print("status", status),
@@ -51,6 +55,9 @@ child.on("message", ({ direction, name, payload, callbackId, success }) => {
     if (direction === "response" && !success) {
         console.error(payload);
         process.exit(1);
+    }
+    if (direction === "response" && callbackId === 1) {
+        begin();
     }
     if (direction === "call") {
         if (callbackId) {

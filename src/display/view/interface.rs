@@ -115,7 +115,7 @@ async fn open_stream(State(view): State<View>, request: HttpRequest) -> Response
     // A program that asks for no protocol gets what is easy to read.
     let is_binary = upgrade.selected_protocol().is_some_and(|protocol| protocol == BINARY_PROTOCOL);
     let form = if is_binary { FrameForm::Binary } else { FrameForm::Json };
-    let sender = may_control.then(|| host(&parts));
+    let sender = host(&parts).filter(|_| may_control);
     upgrade.on_upgrade(move |socket| PageStream::new(socket, form, &view, place, sender).run())
 }
 

@@ -66,7 +66,7 @@ pub(super) struct PageStream {
     /// Counts this stream among the viewers.
     place: Place,
     /// The view, and the machine of the program, if it may send commands.
-    steers: Option<(Arc<Inner>, Option<IpAddr>)>,
+    steers: Option<(Arc<Inner>, IpAddr)>,
     /// Replies to its commands that wait to be sent.
     replies: (mpsc::UnboundedSender<Value>, mpsc::UnboundedReceiver<Value>),
 }
@@ -93,13 +93,7 @@ enum StreamEnd {
 
 impl PageStream {
     /// A stream. `sender`: the machine of a program that may send commands.
-    pub(super) fn new(
-        socket: WebSocket,
-        form: FrameForm,
-        view: &View,
-        place: Place,
-        sender: Option<Option<IpAddr>>,
-    ) -> Self {
+    pub(super) fn new(socket: WebSocket, form: FrameForm, view: &View, place: Place, sender: Option<IpAddr>) -> Self {
         let View(view) = view;
         let (mut snapshots, mut outcome) = (view.snapshots.subscribe(), view.outcome.subscribe());
         snapshots.mark_changed();
@@ -194,14 +188,14 @@ impl PageStream {
     }
 
     /// Submits a command. Its reply is sent later.
-    fn submit(&self, view: &Arc<Inner>, host: Option<IpAddr>, text: &str) {
+    fn submit(&self, view: &Arc<Inner>, host: IpAddr, text: &str) {
         let replies = self.replies.0.clone();
         // A stream that has ended has no more use for a reply.
         let reply = move |message| drop(replies.send(message));
         let newest = Arc::clone(&view.snapshots.borrow());
         let cues = newest.snapshot.config().map(Config::cues).unwrap_or_default();
         match read_command(text.as_bytes(), cues) {
-            Ok(request) => view.submit(request, host, move |outcome| reply(reply_message(request, outcome))),
+            Ok(request) => view.submit(request, Some(host), move |outcome| reply(reply_message(request, outcome))),
             Err(reason) => reply(refusal_message(&reason)),
         }
     }
