@@ -176,6 +176,28 @@ fn dragons_whose_plan_collides_come_to_rest_before_they_touch() {
 }
 
 #[test]
+fn all_dragons_rest_before_a_board_of_one_is_too_near_to_the_crowd() {
+    let crossing = crossing("speed_mps = 0.8, start_s = 35", 0.0005).to_toml();
+    let stage = "[stage]\ncrowd = [[0, 12], [60, 12]]\nclear_m = 2\nguard = true\n";
+    let config = Config::from_toml(&format!("{stage}{crossing}")).expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, true);
+    let rest = rehearsal.play_to_rest();
+    // Silver begins at y = -20 and walks towards the crowd, and its head's board reaches 0.275 m beyond its handle.
+    let silver_m = 20.0 + 10.0 - 0.275;
+    assert_eq!(rest.show_state(), Some(ShowState::Held));
+    assert!((rest.dragons()[1].travel_m - silver_m).abs() < 1e-7, "{:?}", rest.dragons());
+    assert!(rest.dragons().iter().all(|dragon| dragon.speed_mps == 0.0), "{:?}", rest.dragons());
+    let standing = rehearsal.guard.as_ref().expect("guarded").final_rest(&rest).border.expect("a border is the reason");
+    assert_eq!((standing.bench, standing.border), (5, 0), "the head of silver");
+    assert!((standing.distance_m - 2.0).abs() < 1e-7, "{standing:?}");
+    let beyond = Request::Seek { show_time_s: rest.show_time_s() + 1.0 };
+    for _ in 0..10 {
+        assert_eq!(rehearsal.simulation.request(beyond), Err(Refusal::NotProved));
+        rehearsal.play();
+    }
+}
+
+#[test]
 fn the_monitor_reports_the_contact_of_two_dragons_between_two_frames() {
     let text = crossing("accel_mps2 = 0.5", 0.0005).to_toml().replace("rate_hz = 100", "rate_hz = 3");
     let config = Config::from_toml(&text).expect("the written configuration is valid");

@@ -86,7 +86,7 @@ impl Monitor {
             contacts: CourseSearch::within(&formation.metered(&sweeping), 0.0),
             boards: Vec::with_capacity(formation.layout().benches()),
             pairs: BTreeMap::new(),
-            stage: config.outline().cloned().map(StageWatch::new),
+            stage: config.stage().outline().cloned().map(StageWatch::new),
             last: None,
             alerts: Vec::new(),
             limit: AlertLimit::new(),

@@ -4,13 +4,13 @@
 //! it is inside, and not for each bench that follows.
 
 use bench_dragon_geometry::dragon::Board;
-use bench_dragon_geometry::outline::Outline;
+use bench_dragon_geometry::stage::Border;
 use glam::DVec2;
 
 /// The boards of one dragon on a stage with an outline.
 #[derive(Debug)]
 pub(super) struct StageWatch {
-    outline: Outline,
+    outline: Border,
     boards: Vec<BoardState>,
 }
 
@@ -25,7 +25,7 @@ struct BoardState {
 }
 
 impl StageWatch {
-    pub(super) fn new(outline: Outline) -> Self {
+    pub(super) fn new(outline: Border) -> Self {
         Self { outline, boards: Vec::new() }
     }
 
@@ -52,19 +52,20 @@ impl StageWatch {
 
 impl BoardState {
     /// The point of a board that is outside. A board is measured only where it may have reached the outline.
-    fn leaving_point(&mut self, board: &Board, outline: &Outline) -> Option<DVec2> {
+    fn leaving_point(&mut self, board: &Board, outline: &Border) -> Option<DVec2> {
         if board.centre.distance(self.centre) < self.slack_m {
             return None;
         }
         self.centre = board.centre;
-        let is_inside = outline.contains(board.centre);
-        self.slack_m = if is_inside { outline.distance_m(board.centre) - board.radius_m() } else { 0.0 };
-        if self.slack_m > 0.0 { None } else { outline.leaving_point(board) }
+        self.slack_m = outline.slack_m(board, 0.0);
+        if self.slack_m > 0.0 { None } else { outline.breach(board, 0.0) }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use bench_dragon_geometry::stage::Outline;
+
     use super::*;
 
     /// A row of boards behind a head at x, one every 2 m.
@@ -82,12 +83,16 @@ mod tests {
         reported
     }
 
-    fn stage() -> Outline {
+    fn rectangle() -> Outline {
         Outline::new(&[[-20.0, -5.0], [10.0, -5.0], [10.0, 5.0], [-20.0, 5.0]]).expect("a rectangle")
     }
 
+    fn stage() -> Border {
+        Border::outline(rectangle())
+    }
+
     fn watch_contains(point: DVec2) -> bool {
-        stage().contains(point)
+        rectangle().contains(point)
     }
 
     #[test]
@@ -109,7 +114,7 @@ mod tests {
     #[test]
     fn boards_between_two_edges_are_always_measured() {
         let aisle = Outline::new(&[[-20.0, -0.16], [30.0, -0.16], [30.0, 0.16], [-20.0, 0.16]]).expect("a rectangle");
-        let mut watch = StageWatch::new(aisle);
+        let mut watch = StageWatch::new(Border::outline(aisle));
         watch.observe(&row(0.0), |bench, _| panic!("bench {bench} is inside"));
         let mut turned = row(0.0);
         turned[3].heading = DVec2::from_angle(0.1);

@@ -2,7 +2,8 @@
 
 use bench_dragon::output::figure::{
     Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, Drawing, HandleSpeed,
-    LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, TurnMarks,
+    LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedRange, SpeedsOverTime, StageInPlan,
+    TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, Handle};
@@ -45,7 +46,7 @@ pub(crate) fn plan_view() -> PlanView {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
             boards: corners(&boards_at(&dragon, 300.0)),
             hinges: positions(&handles),
-            outline: Vec::new(),
+            stage: StageInPlan::default(),
         },
         circle: None,
         turn: None,
@@ -73,7 +74,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
             route: polyline(dragon.route(), -460.0, 100.0),
             boards: corners(&boards),
             hinges: positions(&handles),
-            outline: Vec::new(),
+            stage: StageInPlan::default(),
         },
         circle: Some(Circle { centre: DVec2::ZERO, radius_m: 4.5, name: "turning circle".to_owned() }),
         pair: Some(nearest_pair(&boards)),
@@ -99,7 +100,7 @@ pub(crate) fn contact_view() -> ContactView {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
             boards: corners(&boards_at(&dragon, contact.travel_m)),
             hinges: positions(&handles),
-            outline: Vec::new(),
+            stage: StageInPlan::default(),
         },
         pair: NearestPair { benches: contact.benches, clearance_m: 0.0, points: [contact.point; 2] },
     }

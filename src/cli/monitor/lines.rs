@@ -1,5 +1,6 @@
 //! The lines of JSON that `monitor` prints, and `show` reads.
 
+use bench_dragon_geometry::clearance::Standing;
 use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, TimeHistogram};
 use serde::{Deserialize, Serialize};
@@ -146,7 +147,7 @@ impl CommandCounts {
 }
 
 /// A permanent stop of the head by a guard.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct GuardReport {
     pub(crate) held_at_s: f64,
     /// Least clearance at this stop, in metres; null with fewer than three benches.
@@ -156,6 +157,35 @@ pub(crate) struct GuardReport {
     pub(crate) forecast_contact_s: Option<f64>,
     /// Whether the margin is proved to be kept at this stop. It is not where a show starts within the margin.
     pub(crate) is_margin_kept: bool,
+    /// The board that is as near to a border of the stage as the guard allows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) border: Option<BorderStop>,
+}
+
+/// A border of the stage before which the guard stops.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct BorderStop {
+    /// The border, as the configuration calls it.
+    pub(crate) border: String,
+    pub(crate) bench: usize,
+    /// The dragon of the bench, if there are several.
+    #[serde(flatten)]
+    pub(crate) named: Option<NamedBenches>,
+    /// Distance of its board from the border, in metres.
+    pub(crate) distance_m: f64,
+}
+
+impl BorderStop {
+    pub(crate) fn of(standing: &Standing, config: &Config) -> Self {
+        let &Standing { bench, border, distance_m } = standing;
+        let border = config.stage().name(border);
+        Self { border, bench, named: config.named_benches([bench]), distance_m }
+    }
+
+    /// The bench in words.
+    pub(crate) fn who(&self) -> String {
+        NamedBenches::bench_words(self.named.as_ref(), self.bench)
+    }
 }
 
 impl GuardReport {
@@ -164,7 +194,11 @@ impl GuardReport {
         let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {} m", Fixed::<6>(clearance_m)));
         let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {} s", Fixed::<6>(time_s)));
         let unproved = ": margin_m is not proved to be kept here, so start or seek elsewhere".to_owned();
-        clearance.into_iter().chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
+        let border = self
+            .border
+            .as_ref()
+            .map(|stop| format!(", {} {} m from {}", stop.who(), Fixed::<6>(stop.distance_m), stop.border));
+        clearance.into_iter().chain(border).chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
     }
 }
 

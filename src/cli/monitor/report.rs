@@ -9,7 +9,7 @@ use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind, FrameHeader, T
 
 use super::MonitorArgs;
 use super::lines::{
-    AlertLine, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress,
+    AlertLine, BorderStop, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress,
     MonitorSummary, TimesReport,
 };
 use crate::cli::flags::Format;
@@ -109,14 +109,15 @@ impl MonitorReport {
     }
 
     /// Reports a permanent stop of the head by the guard.
-    pub(super) fn print_rest(&mut self, rest: &FinalRest) -> anyhow::Result<()> {
+    pub(super) fn print_rest(&mut self, rest: &FinalRest, config: &Config) -> anyhow::Result<()> {
         let report = GuardReport {
             held_at_s: rest.show_time_s,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_contact_s: rest.forecast_s,
             is_margin_kept: rest.is_free,
+            border: rest.border.map(|standing| BorderStop::of(&standing, config)),
         };
-        self.summary.guard = Some(report);
+        self.summary.guard = Some(report.clone());
         let text = format!("{:>12} s  held by the guard permanently{}", Fixed::<6>(report.held_at_s), report.details());
         print_report(self.format, &MonitorLine::Guard(report), text)
     }

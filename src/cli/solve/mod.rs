@@ -31,6 +31,7 @@ mod sensitivity;
 mod shortest_turn;
 mod speed_limit;
 mod stage;
+mod sweep;
 mod turn;
 mod turn_play;
 
@@ -47,7 +48,8 @@ pub(super) use formation::dragons_in_plan;
   bench-dragon solve turn --shortest
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
   bench-dragon solve sensitivity --figure sensitivity.svg
-  bench-dragon solve schedule --config square.toml --clearance 0.5")]
+  bench-dragon solve schedule --config square.toml --clearance 0.5
+  bench-dragon solve sweep --config square.toml --figure floor.dxf")]
 #[command(subcommand_value_name = "QUESTION", subcommand_help_heading = "Questions")]
 pub(crate) struct SolveArgs {
     /// The question to answer.
@@ -66,6 +68,7 @@ pub(crate) enum Question {
     SpeedLimit(speed_limit::SpeedLimitArgs),
     Sensitivity(sensitivity::SensitivityArgs),
     Schedule(schedule::ScheduleArgs),
+    Sweep(sweep::SweepArgs),
 }
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
@@ -78,6 +81,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::SpeedLimit(args) => speed_limit::run(&args)?,
         Question::Sensitivity(args) => sensitivity::run(&args)?,
         Question::Schedule(args) => schedule::run(&args)?,
+        Question::Sweep(args) => sweep::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }

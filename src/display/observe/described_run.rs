@@ -1,7 +1,7 @@
 //! A run as its description defines it, and the clearance measured in it so far.
 
 use bench_dragon_geometry::dragon::Dragon;
-use bench_dragon_geometry::outline::Outline;
+use bench_dragon_geometry::stage::Border;
 use glam::DVec2;
 
 use crate::config::Config;
@@ -34,7 +34,7 @@ impl DescribedRun {
         let dragons = config.formation().dragons();
         let most_points = MAX_POINTS / dragons.len();
         let curves: Vec<Curve> = dragons.iter().map(|planned| Curve::of(&planned.dragon, most_points)).collect();
-        let corners = config.outline().map(Outline::corners).unwrap_or_default();
+        let corners = config.stage().outline().map(Border::corners).unwrap_or_default();
         let core = curves.iter().flat_map(Curve::core).chain(corners);
         let behind = curves.iter().flat_map(|curve| &curve.behind);
         let view = visible_box(core.copied(), behind.copied()).expect("a route has points");

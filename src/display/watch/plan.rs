@@ -46,7 +46,7 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
             line(context, [ends[0], ends[1]], look.theme.colour(Color::DarkGray));
         }
     }
-    if let Some(outline) = snapshot.run.as_ref().and_then(|run| run.config.outline()) {
+    if let Some(outline) = snapshot.run.as_ref().and_then(|run| run.config.stage().outline()) {
         let corners = outline.corners();
         for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
             line(context, [*from, *to], look.theme.colour(Color::Gray));
