@@ -347,7 +347,7 @@ fn the_head_rests_before_a_board_is_too_near_to_a_border() {
             assert!((standing.distance_m - clear_m).abs() < 1e-8, "{standing:?}");
             // Beyond the place is no way: a seek there is refused for ever, and one back is not.
             for _ in 0..10 {
-                let beyond = Request::Seek { show_time_s: 39.0 };
+                let beyond = Request::Seek { show_time_s: 40.5 };
                 assert_eq!(rehearsal.motion.request(beyond), Err(Refusal::NotProved), "{stage}");
                 rehearsal.play();
             }

@@ -98,6 +98,7 @@ mod steady_desk;
 mod stock_clients;
 mod stuck_output;
 mod suspended;
+mod sweep;
 mod system_calls;
 mod terminal;
 mod timecode;

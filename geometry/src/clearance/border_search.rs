@@ -204,6 +204,10 @@ impl Moment {
     pub(super) fn parameter(&self) -> f64 {
         self.pose.front.parameter
     }
+
+    pub(super) fn board(&self) -> &Board {
+        &self.pose.board
+    }
 }
 
 /// The nearest moment that a search has found.

@@ -3,6 +3,7 @@
 mod approach_search;
 mod board_tree;
 mod border_search;
+mod breach_ground;
 mod coil_motion;
 mod coil_reach;
 mod contact;
@@ -35,6 +36,7 @@ pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
 pub use border_search::{
     Breach, LeastDistance, Standing, first_breach, least_distance, nearest_to_borders, standing_at,
 };
+pub use breach_ground::{BreachGround, HandlePlaces, Passage};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use course_search::CourseSearch;

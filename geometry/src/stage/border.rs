@@ -91,6 +91,11 @@ impl Border {
         if is_wrong { 0.0 } else { nearest.distance_m }
     }
 
+    /// Distance of a point from the nearest edge.
+    pub fn point_distance_m(&self, point: DVec2) -> f64 {
+        least_distance_m(self.edges(), point)
+    }
+
     /// The point of a board that is nearest to the border.
     pub fn nearest_point(&self, board: &Board) -> DVec2 {
         self.approach(board).on_board

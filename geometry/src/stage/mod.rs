@@ -4,6 +4,8 @@ mod border;
 mod edge;
 mod outline;
 
+use glam::DVec2;
+
 pub(crate) use edge::{Edge, GRAZE_M};
 
 pub use border::{Border, BorderKind};
@@ -61,6 +63,13 @@ impl Stage {
     /// The index of the first border of a kind.
     pub fn first_of(&self, kind: BorderKind) -> usize {
         self.borders.partition_point(|border| border.kind() < kind)
+    }
+
+    /// The name of the border that is nearest to a point, if there is one.
+    pub fn nearest(&self, point: DVec2) -> Option<String> {
+        let distances_m = self.borders.iter().map(|border| border.point_distance_m(point)).enumerate();
+        let nearest = distances_m.min_by(|one, other| one.1.total_cmp(&other.1));
+        nearest.map(|(border, _)| self.name(border))
     }
 
     /// A border as messages call it: by its key, and of several areas by its number from 1.

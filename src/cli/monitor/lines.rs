@@ -38,6 +38,9 @@ pub(crate) struct AlertLine {
     /// The dragons of these benches, if there are several.
     #[serde(flatten)]
     pub(crate) named: Option<NamedBenches>,
+    /// The border of the stage that is nearest to the one bench, or null.
+    #[serde(default)]
+    pub(crate) border: Option<String>,
     pub(crate) clearance_m: Option<f64>,
     /// Point midway between the two boards, point of the one board, or null.
     pub(crate) point_m: Option<[f64; 2]>,
@@ -57,7 +60,8 @@ impl AlertLine {
             benches: pair,
             bench,
             named: config.and_then(|config| config.named_benches_of(alert)),
-            clearance_m: pair.map(|_| alert.clearance_m),
+            border: bench.and_then(|_| config?.stage().nearest(alert.point_m.into())),
+            clearance_m: (pair.is_some() || bench.is_some()).then_some(alert.clearance_m),
             point_m: (pair.is_some() || bench.is_some()).then_some(alert.point_m),
             forecast_s: alert.forecast(),
         }

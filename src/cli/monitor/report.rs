@@ -186,13 +186,20 @@ impl MonitorReport {
 fn alert_text(line: &AlertLine) -> String {
     let mut text = format!("{:>12} s  {:<9}", Fixed::<6>(line.time_s), line.kind);
     let who = line.who().unwrap_or_default();
-    if let (Some(clearance_m), Some([x, y])) = (line.clearance_m, line.point_m) {
+    if let (Some(_), Some(clearance_m), Some([x, y])) = (line.benches, line.clearance_m, line.point_m) {
         // Writing into a String cannot fail, here and below.
         let _ =
             write!(text, "  {who}, clearance {} m at ({}, {})", Fixed::<6>(clearance_m), Fixed::<3>(x), Fixed::<3>(y));
     }
-    if let (Some(_), Some([x, y])) = (line.bench, line.point_m) {
-        let _ = write!(text, "  {who} leaves the stage at ({}, {})", Fixed::<3>(x), Fixed::<3>(y));
+    if let (Some(_), Some(distance_m), Some([x, y])) = (line.bench, line.clearance_m, line.point_m) {
+        let border = line.border.as_deref().unwrap_or("a border of the stage");
+        let (distance, at) = (Fixed::<3>(distance_m), format_args!("at ({}, {})", Fixed::<3>(x), Fixed::<3>(y)));
+        let _ = match AlertKind::ALL.into_iter().find(|kind| kind.name() == line.kind) {
+            Some(AlertKind::Outside) => write!(text, "  {who} leaves the stage {at}"),
+            Some(AlertKind::Inside) => write!(text, "  {who} is on the stage again {at}"),
+            Some(AlertKind::KeepOut) => write!(text, "  {who} enters {border} {at}"),
+            _ => write!(text, "  {who}, {distance} m from {border} {at}"),
+        };
     }
     if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
         let _ = write!(text, ", contact forecast at {} s", Fixed::<6>(forecast_s));

@@ -92,7 +92,6 @@ struct SweepAnswer {
     /// The index of its bench within its dragon.
     bench: Option<usize>,
     /// The name of the dragon, if there are several.
-    #[serde(skip_serializing_if = "Option::is_none")]
     dragon: Option<String>,
     /// The least distance from the outline, from the areas to keep out of, and from the crowd, if they are present.
     borders: Vec<NearBorder>,
@@ -127,7 +126,6 @@ struct Who {
     at_s: f64,
     bench: usize,
     /// The name of the dragon, if there are several.
-    #[serde(skip_serializing_if = "Option::is_none")]
     dragon: Option<String>,
     point_m: [f64; 2],
 }
