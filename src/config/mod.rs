@@ -411,12 +411,12 @@ mod tests {
             error(area, false),
             Err("[stage] keep_out area 2 holds bench 0 at the start: begin its route elsewhere".to_owned())
         );
-        let crowd = "crowd = [[-20, 20], [20, 20]]\nclear_m = 8\nguard = true";
+        let crowd = "crowd = [[-20, 20], [20, 20]]\nclear_m = 9\nguard = true";
         assert_eq!(error(crowd, false), Ok(()));
-        let near = error(crowd, true).expect_err("nearer than 8 m");
-        assert!(near.starts_with("[stage] crowd is 7.") && near.contains(" m from bench "), "{near}");
-        assert!(near.ends_with(" at the start, must be at least clear_m 8 from it with guard"), "{near}");
-        assert_eq!(error(&crowd.replace("= 8", "= 2"), true), Ok(()));
+        let near = error(crowd, true).expect_err("nearer than 9 m");
+        assert!(near.starts_with("[stage] crowd is 8.") && near.contains(" m from bench "), "{near}");
+        assert!(near.ends_with(" at the start, must be at least clear_m 9 from it with guard"), "{near}");
+        assert_eq!(error(&crowd.replace("= 9", "= 2"), true), Ok(()));
     }
 
     #[test]

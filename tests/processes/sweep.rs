@@ -63,7 +63,7 @@ fn a_straight_walk_sweeps_a_rectangle_and_comes_near_to_borders_in_closed_form()
     assert_eq!((&borders[1]["bench"], &answer["too_near"]["at_s"]), (&json!(0), &json!(0.0)));
     assert_eq!((&answer["too_near"]["border"], &answer["undecided"]), (&json!("crowd"), &Value::Null));
     let text = run(&stage_with(STRAIGHT), &[]).expect_clean().stdout;
-    assert!(text.starts_with("boards sweep 12.003 m², from (-9.735, -0.150) to (30.275, 0.150) m"), "{text}");
+    assert!(text.starts_with("boards sweep 12.003 m², from (-9.735, -0.150) m to (30.275, 0.150) m"), "{text}");
     assert!(text.contains("keep_out area 1: nearest 2.725000 m, bench 0 at 30.000000 s"), "{text}");
     assert!(text.contains("crowd: first nearer than clear_m 3, bench "), "{text}");
 }

@@ -26,10 +26,10 @@ const STRIDE_LINKS: f64 = 1.0;
 /// Shortest stride, in metres: below, the hull is taken as it is. No board has a bound that needs it.
 const SHORTEST_M: f64 = 1e-6;
 /// Number of hulls that are united at once.
-const CHUNK: usize = 64;
+const CHUNK: usize = 4;
 /// Work for a stride, and for its share of the unions, in steps.
 const STEPS_PER_STRIDE: u64 = 16;
-const STEPS_PER_HULL: u64 = 400;
+const STEPS_PER_HULL: u64 = 600;
 
 /// An area with its borders.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -227,7 +227,7 @@ impl SweepAnswer {
         let mut lines = Vec::new();
         if let (Some(area_m2), Some([low_x, low_y, high_x, high_y])) = (self.area_m2, self.box_m) {
             lines.push(format!(
-                "boards sweep {} m², from {} to {} m, at most {} m too far",
+                "boards sweep {} m², from {} to {}, at most {} m too far",
                 Fixed::<3>(area_m2),
                 Place::<3>([low_x, low_y]),
                 Place::<3>([high_x, high_y]),
