@@ -213,6 +213,32 @@ fn the_monitor_reports_the_contact_of_two_dragons_between_two_frames() {
     assert_eq!(rehearsal.monitor.unswept, 0);
 }
 
+#[test]
+fn the_monitor_reports_boards_in_an_area_between_two_frames_of_several_dragons() {
+    let crossing = crossing("speed_mps = 0.8, start_s = 35", 0.0005).to_toml().replace("rate_hz = 100", "rate_hz = 1");
+    // A spike whose tip is 0.05 m in the way of the boards of silver, which walk up the line x = 20.
+    let stage = "[stage]\nkeep_out = [[[20.1, 5.0], [25, 5.01], [25, 4.99]]]\n";
+    let config = Config::from_toml(&format!("{stage}{crossing}")).expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, false);
+    rehearsal.play_to_rest();
+    let events: Vec<_> = rehearsal
+        .alerts
+        .iter()
+        .filter(|alert| alert.bench().is_some())
+        .map(|alert| (alert.alert_kind().expect("a known kind"), alert.bench(), alert.show_time_ns as f64 * 1e-9))
+        .collect();
+    // The head of silver is bench 5. The boards overlap on their hinges, so their row is in the spike as a whole.
+    let [(AlertKind::KeepOut, Some(5), enters_s), (AlertKind::Clear, Some(9), leaves_s)] = events[..] else {
+        panic!("{events:?}")
+    };
+    let links_m = (3.41 - 0.55) + 4.0 * (2.20 - 0.55);
+    for (at_s, travel_m) in [(enters_s, 25.0 - 0.275), (leaves_s, 25.0 + links_m + 0.275)] {
+        let expected_s = 35.0 + travel_m / 0.8;
+        assert!((at_s - expected_s).abs() < 1e-3, "{at_s} s, expected {expected_s} s");
+    }
+    assert_eq!(rehearsal.monitor.unswept, 0);
+}
+
 /// Two or three dragons near each other. Most of them meet.
 fn formations() -> impl Strategy<Value = Config> {
     let route = prop_oneof![

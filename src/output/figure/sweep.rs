@@ -9,7 +9,7 @@ use super::drawing::{Mark, circle, polygon};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::stage::StageInPlan;
-use super::style::{BLUE, BOTTOM_MARGIN, LEFT_MARGIN, LINE_WIDTH, PALE_BLUE, PLOT_WIDTH, VERMILION};
+use super::style::{BLUE, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PALE_BLUE, PLOT_WIDTH, VERMILION};
 use crate::output::visible_box;
 
 /// The swept area on its stage. Both axes have the same scale.
@@ -46,7 +46,7 @@ impl SweepView {
         for border in &self.area {
             borders.extend(polygon(border.iter().map(|&point| plot.at(point))));
         }
-        let area = Mark::filled(borders, PALE_BLUE).outlined(BLUE, LINE_WIDTH);
+        let area = Mark::filled(borders, PALE_BLUE).outlined(BLUE, FINE_WIDTH);
         drawing.push(area.clipped(plot.area).labelled("area that boards sweep"));
         self.stage.draw(&mut drawing, &plot);
         for &point in &self.nearest {
