@@ -115,7 +115,7 @@ fn stock_readers_find_the_area_that_boards_sweep() {
         "--from",
         "0",
         "--to",
-        "33.7",
+        "33.78",
         "--step",
         "0.02",
         "--format",
@@ -155,7 +155,8 @@ fn too_little_work_is_an_answer_of_its_own() {
 
 #[test]
 fn a_server_does_not_start_with_a_board_in_an_area_to_keep_out_of() {
-    let stage = stage_with(&TWO.replace("[stage]", "[stage]\nkeep_out = [[[-4, 5], [-3, 5], [-3, 7], [-4, 7]]]"));
+    let stage =
+        stage_with(&TWO.replace("[stage]", "[stage]\nkeep_out = [[[-4.1, 5], [-3.5, 5], [-3.5, 7], [-4.1, 7]]]"));
     let ended = stage.run(&["serve", "--config", "plan.toml"]);
     assert_eq!(ended.code(), Some(2), "{}", ended.stderr);
     let line = "[stage] keep_out area 1 holds silver 1 at the start: begin its route elsewhere\n";

@@ -38,14 +38,22 @@ pub(crate) struct AlertLine {
     /// The dragons of these benches, if there are several.
     #[serde(flatten)]
     pub(crate) named: Option<NamedBenches>,
-    /// The border of the stage that is nearest to the one bench, or null.
-    #[serde(default)]
-    pub(crate) border: Option<String>,
+    /// Where the one bench is, of an alert about a border of the stage.
+    #[serde(flatten)]
+    pub(crate) at_border: Option<AtBorder>,
     pub(crate) clearance_m: Option<f64>,
     /// Point midway between the two boards, point of the one board, or null.
     pub(crate) point_m: Option<[f64; 2]>,
     /// Show time of the forecast contact, or null.
     pub(crate) forecast_s: Option<f64>,
+}
+
+/// A border of the stage and the distance of a board from it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AtBorder {
+    /// The border that is nearest to the board, as the configuration calls it.
+    pub(crate) border: String,
+    pub(crate) distance_m: f64,
 }
 
 impl AlertLine {
@@ -60,8 +68,11 @@ impl AlertLine {
             benches: pair,
             bench,
             named: config.and_then(|config| config.named_benches_of(alert)),
-            border: bench.and_then(|_| config?.stage().nearest(alert.point_m.into())),
-            clearance_m: (pair.is_some() || bench.is_some()).then_some(alert.clearance_m),
+            at_border: bench.and_then(|_| {
+                let border = config?.stage().nearest(alert.point_m.into())?;
+                Some(AtBorder { border, distance_m: alert.clearance_m })
+            }),
+            clearance_m: pair.map(|_| alert.clearance_m),
             point_m: (pair.is_some() || bench.is_some()).then_some(alert.point_m),
             forecast_s: alert.forecast(),
         }

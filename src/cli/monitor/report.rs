@@ -9,8 +9,8 @@ use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind, FrameHeader, T
 
 use super::MonitorArgs;
 use super::lines::{
-    AlertLine, BorderStop, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress,
-    MonitorSummary, TimesReport,
+    AlertLine, AtBorder, BorderStop, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine,
+    MonitorProgress, MonitorSummary, TimesReport,
 };
 use crate::cli::flags::Format;
 use crate::cli::print::{print_json, print_line, print_report};
@@ -191,9 +191,8 @@ fn alert_text(line: &AlertLine) -> String {
         let _ =
             write!(text, "  {who}, clearance {} m at ({}, {})", Fixed::<6>(clearance_m), Fixed::<3>(x), Fixed::<3>(y));
     }
-    if let (Some(_), Some(distance_m), Some([x, y])) = (line.bench, line.clearance_m, line.point_m) {
-        let border = line.border.as_deref().unwrap_or("a border of the stage");
-        let (distance, at) = (Fixed::<3>(distance_m), format_args!("at ({}, {})", Fixed::<3>(x), Fixed::<3>(y)));
+    if let (Some(AtBorder { border, distance_m }), Some([x, y])) = (&line.at_border, line.point_m) {
+        let (distance, at) = (Fixed::<3>(*distance_m), format_args!("at ({}, {})", Fixed::<3>(x), Fixed::<3>(y)));
         let _ = match AlertKind::ALL.into_iter().find(|kind| kind.name() == line.kind) {
             Some(AlertKind::Outside) => write!(text, "  {who} leaves the stage {at}"),
             Some(AlertKind::Inside) => write!(text, "  {who} is on the stage again {at}"),

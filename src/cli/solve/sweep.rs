@@ -238,11 +238,16 @@ impl SweepAnswer {
             format!("{border}: nearest {} m, {}", Fixed::<6>(*distance_m), who.text())
         };
         lines.extend(self.borders.iter().map(near));
-        let clear = if stage.clear_m() > 0.0 { format!("clear_m {}", stage.clear_m()) } else { "allowed".to_owned() };
+        let [passes, none_passes] = if stage.clear_m() > 0.0 {
+            let clear = format!("nearer than clear_m {}", stage.clear_m());
+            [format!("first {clear}"), format!("no board comes {clear} to a border")]
+        } else {
+            ["first passed".to_owned(), "no board passes a border".to_owned()]
+        };
         match &self.too_near {
-            Some(TooNear { border, who }) => lines.push(format!("{border}: first nearer than {clear}, {}", who.text())),
+            Some(TooNear { border, who }) => lines.push(format!("{border}: {passes}, {}", who.text())),
             None if stage.borders().is_empty() || self.undecided.is_some() => {}
-            None => lines.push(format!("no board comes nearer to a border than {clear}")),
+            None => lines.push(none_passes),
         }
         lines.extend(self.undecided.as_ref().map(|reason| format!("unknown: {reason}; --work allows more")));
         lines.join("\n")
