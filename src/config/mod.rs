@@ -419,8 +419,14 @@ mod tests {
         assert_eq!(error(&crowd.replace("= 9", "= 2"), true), Ok(()));
     }
 
+    #[track_caller]
+    fn assert_one_line(text: &str, start: &str) {
+        let error = error_of(text);
+        assert!(error.starts_with(start) && !error.contains('\n'), "{text:?} gives {error:?}");
+    }
+
     #[test]
-    fn every_error_is_one_line_that_names_key_value_and_range() {
+    fn every_error_of_the_stage_is_one_line_that_names_key_value_and_range() {
         for (text, start) in [
             ("[stage]\noutline = [[0, 0], [1, 0]]", "[stage] outline has 2 points, must have from 3 to 256"),
             (
@@ -464,6 +470,14 @@ mod tests {
                 "[dragon]\npole_diameter_m = 0.05\n[stage]\ncrowd = [[0, 9], [9, 9]]\nclear_m = 2\nguard = true",
                 "[stage] guard is true, needs hinges without play: remove [dragon] pole_diameter_m, or guard",
             ),
+        ] {
+            assert_one_line(text, start);
+        }
+    }
+
+    #[test]
+    fn every_error_is_one_line_that_names_key_value_and_range() {
+        for (text, start) in [
             ("[serve]\nrate_hz = 0", "[serve] rate_hz is 0, must be from 1 to 100000"),
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),
@@ -523,8 +537,7 @@ mod tests {
             ("dragon = 3", "line 1, `dragon = 3`: invalid type: integer `3`, expected a table"),
             ("[route]\npitch_m = 1e308", "[route] pitch_m is 1e308, must be"),
         ] {
-            let error = error_of(text);
-            assert!(error.starts_with(start) && !error.contains('\n'), "{text:?} gives {error:?}");
+            assert_one_line(text, start);
         }
     }
 }

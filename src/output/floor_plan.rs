@@ -1,6 +1,6 @@
 //! The floor of a show in metres, for marking it: the area that boards sweep and the borders of the stage, as DXF and GeoJSON.
 //!
-//! DXF is that of AutoCAD Release 12, which every program reads. GeoJSON is RFC 7946, but in metres of the configuration instead of
+//! DXF is that of `AutoCAD` Release 12, which every program reads. GeoJSON is RFC 7946, but in metres of the configuration instead of
 //! degrees. Layers and the property `kind` have the same names.
 
 use std::fmt::{Display, Write as _};
@@ -20,7 +20,7 @@ pub struct FloorPlan {
 }
 
 impl FloorPlan {
-    /// All lines in an AutoCAD drawing, on the layers `SWEPT`, `OUTLINE`, `KEEP_OUT` and `CROWD`.
+    /// All lines in a DXF file, on the layers `SWEPT`, `OUTLINE`, `KEEP_OUT` and `CROWD`.
     ///
     /// ```
     /// use bench_dragon::output::floor_plan::FloorPlan;
@@ -91,7 +91,7 @@ impl FloorPlan {
     }
 }
 
-/// The groups of an AutoCAD drawing: a code and a value, each on a line.
+/// The groups of a DXF file: a code and a value, each on a line.
 #[derive(Default)]
 struct Dxf {
     text: String,

@@ -8,7 +8,7 @@
 
 use glam::DVec2;
 
-use super::border_search::{BenchSearch, Stride, parameters};
+use super::border_search::{BenchSearch, Moment, Stride, parameters};
 use crate::dragon::{Dragon, Spent};
 use crate::numerics::turning_point;
 use crate::stage::Border;
@@ -139,7 +139,7 @@ fn breaches(search: &BenchSearch<'_>, from: f64, to: f64) -> Option<Vec<[f64; 2]
         };
         let later = search.next_look(&moment, to)?;
         if later.breach.is_none() {
-            let [low, high] = [&moment, &later].map(|moment| moment.parameter());
+            let [low, high] = [&moment, &later].map(Moment::parameter);
             let is_clear = |parameter| search.at(parameter).is_none_or(|moment| moment.breach.is_none());
             let (_, end) = turning_point(low, high, END_SHARE * (high - low), is_clear);
             intervals.push([begun, end]);

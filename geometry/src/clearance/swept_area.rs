@@ -170,15 +170,13 @@ impl Union {
 
     /// Unites the hulls that have come since.
     fn close(&mut self) {
-        let mut united = unite(vec![std::mem::take(&mut self.hulls)]);
+        let mut united = unite(&vec![std::mem::take(&mut self.hulls)]);
         for level in &mut self.levels {
-            match level.take() {
-                Some(other) => united = unite([other, united].concat()),
-                None => {
-                    *level = Some(united);
-                    return;
-                }
-            }
+            let Some(other) = level.take() else {
+                *level = Some(united);
+                return;
+            };
+            united = unite(&[other, united].concat());
         }
         self.levels.push(Some(united));
     }
@@ -187,11 +185,11 @@ impl Union {
         self.close();
         let all: Shapes<[f64; 2]> = self.levels.into_iter().flatten().flatten().collect();
         let points = |border: Vec<[f64; 2]>| border.into_iter().map(DVec2::from).collect();
-        unite(all).into_iter().map(|part| part.into_iter().map(points).collect()).collect()
+        unite(&all).into_iter().map(|part| part.into_iter().map(points).collect()).collect()
     }
 }
 
 /// The union of shapes whose outer borders run counter-clockwise.
-fn unite(shapes: Shapes<[f64; 2]>) -> Shapes<[f64; 2]> {
+fn unite(shapes: &Shapes<[f64; 2]>) -> Shapes<[f64; 2]> {
     shapes.simplify_shape_as::<i64>(FillRule::NonZero)
 }

@@ -97,7 +97,7 @@ mod tests {
         let area = polygon(corners);
         let path = hatching(&corners);
         let ends: Vec<Point> = path.elements().iter().filter_map(PathEl::end_point).collect();
-        assert!(ends.len() > 20 && ends.len() % 2 == 0, "{}", ends.len());
+        assert!(ends.len() > 20 && ends.len().is_multiple_of(2), "{}", ends.len());
         for line in ends.chunks_exact(2) {
             assert!(area.contains(line[0].midpoint(line[1])), "{line:?}");
         }
