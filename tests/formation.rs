@@ -176,6 +176,28 @@ fn dragons_whose_plan_collides_come_to_rest_before_they_touch() {
 }
 
 #[test]
+fn all_dragons_rest_before_a_board_of_one_is_too_near_to_the_crowd() {
+    let crossing = crossing("speed_mps = 0.8, start_s = 35", 0.0005).to_toml();
+    let stage = "[stage]\ncrowd = [[0, 12], [60, 12]]\nclear_m = 2\nguard = true\n";
+    let config = Config::from_toml(&format!("{stage}{crossing}")).expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, true);
+    let rest = rehearsal.play_to_rest();
+    // Silver begins at y = -20 and walks towards the crowd, and its head's board reaches 0.275 m beyond its handle.
+    let silver_m = 20.0 + 10.0 - 0.275;
+    assert_eq!(rest.show_state(), Some(ShowState::Held));
+    assert!((rest.dragons()[1].travel_m - silver_m).abs() < 1e-7, "{:?}", rest.dragons());
+    assert!(rest.dragons().iter().all(|dragon| dragon.speed_mps == 0.0), "{:?}", rest.dragons());
+    let standing = rehearsal.guard.as_ref().expect("guarded").final_rest(&rest).border.expect("a border is the reason");
+    assert_eq!((standing.bench, standing.border), (5, 0), "the head of silver");
+    assert!((standing.distance_m - 2.0).abs() < 1e-7, "{standing:?}");
+    let beyond = Request::Seek { show_time_s: rest.show_time_s() + 1.0 };
+    for _ in 0..10 {
+        assert_eq!(rehearsal.simulation.request(beyond), Err(Refusal::NotProved));
+        rehearsal.play();
+    }
+}
+
+#[test]
 fn the_monitor_reports_the_contact_of_two_dragons_between_two_frames() {
     let text = crossing("accel_mps2 = 0.5", 0.0005).to_toml().replace("rate_hz = 100", "rate_hz = 3");
     let config = Config::from_toml(&text).expect("the written configuration is valid");
@@ -188,6 +210,32 @@ fn the_monitor_reports_the_contact_of_two_dragons_between_two_frames() {
     assert!((contact.show_time_ns as f64 * 1e-9 - meeting.time_s).abs() < 1e-8, "{contact:?}, {meeting:?}");
     let parted = rehearsal.alerts.iter().filter(|alert| alert.alert_kind() == Some(AlertKind::Parted)).count();
     assert!(parted > 0, "dragons that cross part again");
+    assert_eq!(rehearsal.monitor.unswept, 0);
+}
+
+#[test]
+fn the_monitor_reports_boards_in_an_area_between_two_frames_of_several_dragons() {
+    let crossing = crossing("speed_mps = 0.8, start_s = 35", 0.0005).to_toml().replace("rate_hz = 100", "rate_hz = 1");
+    // A spike whose tip is 0.05 m in the way of the boards of silver, which walk up the line x = 20.
+    let stage = "[stage]\nkeep_out = [[[20.1, 5.0], [25, 5.01], [25, 4.99]]]\n";
+    let config = Config::from_toml(&format!("{stage}{crossing}")).expect("a valid configuration");
+    let mut rehearsal = Rehearsal::new(&config, false);
+    rehearsal.play_to_rest();
+    let events: Vec<_> = rehearsal
+        .alerts
+        .iter()
+        .filter(|alert| alert.bench().is_some())
+        .map(|alert| (alert.alert_kind().expect("a known kind"), alert.bench(), alert.show_time_ns as f64 * 1e-9))
+        .collect();
+    // The head of silver is bench 5. The boards overlap on their hinges, so their row is in the spike as a whole.
+    let [(AlertKind::KeepOut, Some(5), enters_s), (AlertKind::Clear, Some(9), leaves_s)] = events[..] else {
+        panic!("{events:?}")
+    };
+    let links_m = (3.41 - 0.55) + 4.0 * (2.20 - 0.55);
+    for (at_s, travel_m) in [(enters_s, 25.0 - 0.275), (leaves_s, 25.0 + links_m + 0.275)] {
+        let expected_s = 35.0 + travel_m / 0.8;
+        assert!((at_s - expected_s).abs() < 1e-3, "{at_s} s, expected {expected_s} s");
+    }
     assert_eq!(rehearsal.monitor.unswept, 0);
 }
 

@@ -9,6 +9,7 @@ use bench_dragon::safety::guard::{ClearanceCheck, Guard};
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
+use bench_dragon_geometry::stage::Border;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 use proptest::prelude::*;
 use test_support::property::random_cases;
@@ -312,5 +313,125 @@ fn jumps_over_missed_periods_do_not_make_a_guarded_head_rest() {
             last = next;
         }
         assert!(jumps > 1);
+    }
+}
+
+/// A straight dragon of five benches, whose head walks from x = 0 to x = 60, with a stage of these keys.
+fn on_stage(stage: &str, rest: &str) -> Config {
+    let text = format!(
+        "[dragon]\nbenches = 5\n[route]\nkind = \"path\"\nsegments = [{{ kind = \"line\", length_m = 60 }}]\n\
+         [monitor]\nguard = true\n[serve]\nrate_hz = 100\n[stage]\n{stage}\nguard = true\n{rest}"
+    );
+    Config::from_toml(&text).expect("a valid configuration")
+}
+
+/// The board of the head reaches 0.275 m beyond its handle. A border is 40 m ahead.
+#[test]
+fn the_head_rests_before_a_board_is_too_near_to_a_border() {
+    let borders = [
+        "crowd = [[40, -9], [40, 9]]",
+        "keep_out = [[[99, 0], [98, 0], [98, 1]], [[40, -1], [42, -1], [42, 1], [40, 1]]]",
+        "outline = [[-30, -9], [40, -9], [40, 9], [-30, 9]]",
+    ];
+    for (border, stage) in borders.into_iter().enumerate() {
+        for (clear_m, accel) in [(2.0, ""), (2.0, "[head]\naccel_mps2 = 0.3\n"), (0.0, "")] {
+            let config = on_stage(&format!("{stage}\nclear_m = {clear_m}"), accel);
+            let mut rehearsal = Rehearsal::new(&config, 0.0, 3);
+            let head = rehearsal.play_to_rest();
+            let rest_m = 40.0 - 0.275 - clear_m;
+            assert_eq!(head.state, ShowState::Held, "{stage}");
+            assert!((head.travel_m - rest_m).abs() < 1e-8, "{stage}: {} m, expected {rest_m}", head.travel_m);
+            let header = head.header(RUN_ID, rehearsal.tick, 0, 1.0, 0);
+            let standing = rehearsal.guard.final_rest(&header).border.expect("a border is the reason");
+            assert_eq!((standing.bench, standing.border), (0, usize::from(border == 1)), "{stage}");
+            assert!((standing.distance_m - clear_m).abs() < 1e-8, "{standing:?}");
+            // Beyond the place is no way: a seek there is refused for ever, and one back is not.
+            for _ in 0..10 {
+                let beyond = Request::Seek { show_time_s: 40.5 };
+                assert_eq!(rehearsal.motion.request(beyond), Err(Refusal::NotProved), "{stage}");
+                rehearsal.play();
+            }
+            while rehearsal.motion.request(Request::Seek { show_time_s: 3.0 }).is_err() {
+                rehearsal.play();
+            }
+            assert!(rehearsal.play().travel_m < rest_m);
+        }
+    }
+}
+
+#[test]
+fn a_dragon_whose_tail_comes_onto_the_stage_walks_until_its_head_would_leave_it() {
+    // Of the boards behind the head, some stand outside at the start.
+    let config = on_stage("outline = [[-5, -9], [40, -9], [40, 9], [-5, 9]]\nclear_m = 0.5", "");
+    let mut rehearsal = Rehearsal::new(&config, 0.0, 3);
+    let head = rehearsal.play_to_rest();
+    assert!((head.travel_m - (40.0 - 0.275 - 0.5)).abs() < 1e-8, "{head:?}");
+}
+
+#[test]
+fn a_guard_without_stage_guard_lets_boards_near_the_crowd() {
+    let text = on_stage("crowd = [[40, -9], [40, 9]]\nclear_m = 2", "").to_toml();
+    let config = Config::from_toml(&text.replace("clear_m = 2.0\nguard = true", "clear_m = 2.0")).expect("valid");
+    assert!(config.guarded_stage().is_none());
+    let head = Rehearsal::new(&config, 0.0, 3).play_to_rest();
+    assert_eq!((head.state, head.travel_m), (ShowState::Finished, 60.0));
+}
+
+proptest! {
+    #![proptest_config(random_cases(60))]
+
+    /// A crowd stands along a random line near the route. No board comes nearer than `clear_m`, except to where the show is sought.
+    #[test]
+    fn no_board_comes_nearer_to_a_crowd_than_allowed(
+        config in configs(), start in 0.0..1.0_f64, lag_ticks in 0..30_usize, clear_m in 0.0..1.0_f64,
+        (place, off_m, heading) in (0.0..1.0_f64, -4.0..4.0_f64, -3.0..3.0_f64), events in events(),
+    ) {
+        let (lead, formation) = (config.lead(), config.formation());
+        let at = |share: f64| lead.start_travel_m() + share * (lead.end_travel_m() - lead.start_travel_m());
+        let centre = formation.boards_at(at(place))[0].centre;
+        let along = glam::DVec2::from_angle(heading);
+        let ends = [-1.0, 1.0].map(|side| (centre + off_m * along.perp() + 2.0 * side * along).to_array());
+        let [[x, y], [to_x, to_y]] = ends;
+        let stage = format!("[stage]\ncrowd = [[{x:?}, {y:?}], [{to_x:?}, {to_y:?}]]\nclear_m = {clear_m:?}\nguard = true\n");
+        let config = Config::from_toml(&(config.to_toml() + &stage)).expect("a valid configuration");
+        let crowd = Border::crowd(&ends).expect("a line");
+        let least_m = |travel_m: f64| {
+            let boards = config.formation().boards_at(travel_m);
+            boards.iter().map(|board| crowd.distance_m(board)).fold(f64::INFINITY, f64::min)
+        };
+        let mut rehearsal = Rehearsal::new(&config, at(start), lag_ticks);
+        // Where the head stands at first it may be too near. Then it never moves.
+        let (mut last_m, mut moved) = (at(start), false);
+        let mut check = |travel_m: f64| -> Result<(), TestCaseError> {
+            if travel_m != last_m {
+                moved = true;
+                prop_assert!(least_m(travel_m) >= clear_m - 1e-8, "{} m from the crowd at {travel_m} m", least_m(travel_m));
+            }
+            last_m = travel_m;
+            Ok(())
+        };
+        for (ticks, event) in events {
+            for _ in 0..ticks.min(60) {
+                check(rehearsal.play().travel_m)?;
+            }
+            match event {
+                Event::GuardRestart => rehearsal.restart_guard(),
+                Event::Speed(speed_mps) => rehearsal.motion.request(Request::Speed { speed_mps }).expect("the value is in range"),
+                Event::Hold => rehearsal.motion.request(Request::Hold).expect("hold is always accepted"),
+                Event::Release => rehearsal.release(),
+                Event::Miss(missed) => check(rehearsal.play_after(missed).travel_m)?,
+                Event::Seek(_) => {}
+            }
+        }
+        rehearsal.release();
+        rehearsal.motion.request(Request::Speed { speed_mps: 3.0 }).expect("the value is in range");
+        let head = rehearsal.play_to_rest();
+        check(head.travel_m)?;
+        if moved && head.state == ShowState::Held {
+            let spare_m = (head.travel_m + 1e-6).min(lead.end_travel_m());
+            let ahead = least_clearance(lead, head.travel_m, spare_m, |_| ()).expect("the search has no limit");
+            let is_at_pair = ahead.is_some_and(|ahead| ahead.pair.clearance_m < rehearsal.margin_m + SPARE_M);
+            prop_assert!(is_at_pair || least_m(head.travel_m) < clear_m + 1e-6, "it rests too early");
+        }
     }
 }

@@ -9,7 +9,7 @@
 //! | [`drawing`] | drawn curves, and the routes that follow them |
 //! | [`dragon`] | the chain of benches on a route, its poses, and how far it can walk |
 //! | [`formation`] | all dragons of a show, and the numbers of their benches and handles |
-//! | [`outline`] | the outline of a stage, and whether a board is inside |
+//! | [`stage`] | the borders of a stage, and how near boards are to them |
 //! | [`clearance`] | distances of boards, first contact, and proofs about intervals of travel |
 //! | [`planner`] | answers to a choreographer's questions |
 //!
@@ -23,6 +23,6 @@ pub mod formation;
 pub mod ground;
 pub mod number;
 mod numerics;
-pub mod outline;
 pub mod planner;
 pub mod route;
+pub mod stage;

@@ -15,7 +15,7 @@ use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs, finit
 use crate::cli::print::{behind, complain, percentiles, print_notice, print_report};
 use crate::cli::timecode::{AwaitedTimecode, FollowedTimecode, TimecodeArgs};
 use crate::cli::{Cli, Subcommand, in_file, load_config};
-use crate::config::{CATCH_UP_S, CPU, Config, Document, FormationDocument, Priority, RATE_HZ, SPIN_US, TIME_SCALE};
+use crate::config::{CATCH_UP_S, CPU, Config, Document, Priority, RATE_HZ, SPIN_US, TIME_SCALE};
 use crate::output::Counted;
 use crate::source::server::{Server, ServerSettings, ServerSummary, TimecodeNews};
 use crate::source::timecode::TimecodeCounts;
@@ -173,7 +173,7 @@ pub(crate) fn configure(args: &ConfigArgs, pace: &PaceArgs, is_guarded: bool) ->
         monitor.guard |= is_guarded;
     })?;
     check_cpu(&config)?;
-    in_file(args, config.named().map_or(Ok(()), FormationDocument::require_apart))?;
+    in_file(args, config.require_start())?;
     Ok(config)
 }
 

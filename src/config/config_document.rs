@@ -7,8 +7,8 @@ use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter};
 use bench_dragon_geometry::formation::{Formation, Layout, Planned};
 use bench_dragon_geometry::ground::{Ground, HeightMap};
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{Route, RouteError, RouteSpec};
+use bench_dragon_geometry::stage::Stage;
 use bench_dragon_ipc::service::MAX_DESCRIPTION_LEN;
 use glam::DVec2;
 
@@ -32,7 +32,7 @@ pub struct ConfigDocument {
     pub(super) dimensions: Dimensions,
     pub(super) route: RouteSpec,
     pub(super) drawing: Option<DrawingFit>,
-    pub(super) outline: Option<Outline>,
+    pub(super) stage: Arc<Stage>,
     /// Limit of steps for finding the end of the dragon's run, if not that of [`Dragon::new`].
     pub(super) placing_steps: Option<u64>,
 }
@@ -92,9 +92,9 @@ impl ConfigDocument {
         &self.route
     }
 
-    /// The outline of the stage, if there is one.
-    pub fn outline(&self) -> Option<&Outline> {
-        self.outline.as_ref()
+    /// The borders of the stage.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
     }
 
     /// The kind of route, as the file has it.
@@ -212,8 +212,12 @@ impl ConfigDocument {
         let ground = tables.ground.ground()?.map(Arc::new);
         let route = RouteSpec { ground, ..tables.route.plan()? };
         let dimensions = dimensions(&tables.dragon)?;
-        let outline = tables.stage.outline()?;
-        Ok(Self { tables, dimensions, route, drawing: None, outline, placing_steps: None })
+        let stage = Arc::new(tables.stage.stage()?);
+        if tables.stage.guard && dimensions.play_m() > 0.0 {
+            let text = "[stage] guard is true, needs hinges without play: remove [dragon] pole_diameter_m, or guard";
+            return Err(ConfigError(text.to_owned()));
+        }
+        Ok(Self { tables, dimensions, route, drawing: None, stage, placing_steps: None })
     }
 
     /// The whole document as TOML, with every key that applies.

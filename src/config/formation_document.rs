@@ -55,10 +55,8 @@ impl FormationDocument {
         let entries = tables.dragons.take().unwrap_or_default();
         let cue_tables = std::mem::take(&mut tables.cues);
         require_no_short_form(&tables)?;
-        if tables.stage.outline()?.is_some() {
-            let text = "[stage] outline is present, must be absent with [[dragons]]: it is for one dragon";
-            return Err(ConfigError(text.to_owned()));
-        }
+        // Otherwise the message would name the first dragon.
+        tables.stage.stage()?;
         if !DRAGONS.contains(&entries.len()) {
             let (count, least, most) = (entries.len(), DRAGONS.start(), DRAGONS.end());
             return Err(ConfigError(format!("[[dragons]] occurs {count} times, must occur {least} to {most} times")));

@@ -24,11 +24,12 @@ use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::standing_at;
 use bench_dragon_geometry::dragon::{Dragon, FeasibleEnd};
 use bench_dragon_geometry::formation::{Formation, Timetable};
-use bench_dragon_geometry::number::Number;
-use bench_dragon_geometry::outline::Outline;
+use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_geometry::route::{RouteShape, RouteSpec};
+use bench_dragon_geometry::stage::{BorderKind, Stage};
 
 pub use config_document::{ConfigDocument, unplaced};
 pub use cue::{Cue, MAX_CUES};
@@ -175,9 +176,41 @@ impl Config {
         &self.document.route
     }
 
-    /// The outline of the stage, if there is one.
-    pub fn outline(&self) -> Option<&Outline> {
-        self.document.outline()
+    /// The borders of the stage.
+    pub fn stage(&self) -> &Stage {
+        self.document.stage()
+    }
+
+    /// The stage whose borders a guard keeps clear; `None` without one.
+    pub fn guarded_stage(&self) -> Option<&Stage> {
+        self.tables().stage.guard.then(|| self.stage())
+    }
+
+    /// Fails for a formation that no server can play from its start: dragons that stand in each other, a board in an area to keep out
+    /// of, or one that is too near to a border for its guard. The planner answers questions about such a formation.
+    ///
+    /// # Errors
+    /// The benches, and what is in their way.
+    pub fn require_start(&self) -> Result<(), ConfigError> {
+        self.named().map_or(Ok(()), FormationDocument::require_apart)?;
+        let stage = self.stage();
+        let standing = |kind, clear_m| {
+            let found = standing_at(&self.formation, stage, kind, clear_m, self.formation.begin_m());
+            found.first().map(|found| (self.bench_words(found.bench), stage.name(found.border), found.distance_m))
+        };
+        if let Some((bench, border, _)) = standing(BorderKind::KeepOut, 0.0) {
+            return Err(ConfigError(format!("[stage] {border} holds {bench} at the start: begin its route elsewhere")));
+        }
+        let has_guard = self.tables().monitor.guard && self.guarded_stage().is_some();
+        for kind in [BorderKind::KeepOut, BorderKind::Crowd].into_iter().filter(|_| has_guard) {
+            if let Some((bench, border, distance_m)) = standing(kind, stage.clear_m()) {
+                let (distance, clear) = (Fixed::<3>(distance_m), Number(stage.clear_m()));
+                return Err(ConfigError(format!(
+                    "[stage] {border} is {distance} m from {bench} at the start, must be at least clear_m {clear} from it with guard"
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// That a clearance is less than the play of the hinges, in words; `None` if it is not.
@@ -409,7 +442,43 @@ mod tests {
     }
 
     #[test]
-    fn every_error_is_one_line_that_names_key_value_and_range() {
+    fn areas_to_keep_out_of_are_bounded_in_number() {
+        let area = "[[0, 0], [1, 0], [0, 1]]";
+        let text = |count| format!("[stage]\nkeep_out = [{}]\n", vec![area; count].join(", "));
+        assert_eq!(error_of(&text(33)), "[stage] keep_out has 33 areas, at most 32 are allowed");
+        let config = Config::from_toml(&text(32)).expect("as many as are allowed");
+        assert_eq!(config.stage().keep_out().len(), 32);
+        assert_eq!(Config::from_toml(&config.to_toml()).expect("written and read").stage(), config.stage());
+    }
+
+    #[test]
+    fn a_formation_that_stands_in_the_way_of_its_stage_cannot_start() {
+        let text = |stage: &str, guard: bool| format!("[monitor]\nguard = {guard}\n[stage]\n{stage}\n");
+        let error = |stage: &str, guard| {
+            let config = Config::from_toml(&text(stage, guard)).expect("a valid text");
+            config.require_start().map_err(|error| error.to_string())
+        };
+        let area = "keep_out = [[[50, 0], [51, 0], [51, 1]], [[8, 0], [9, 0], [9, -1]]]";
+        assert_eq!(
+            error(area, false),
+            Err("[stage] keep_out area 2 holds bench 0 at the start: begin its route elsewhere".to_owned())
+        );
+        let crowd = "crowd = [[-20, 20], [20, 20]]\nclear_m = 9\nguard = true";
+        assert_eq!(error(crowd, false), Ok(()));
+        let near = error(crowd, true).expect_err("nearer than 9 m");
+        assert!(near.starts_with("[stage] crowd is 8.") && near.contains(" m from bench "), "{near}");
+        assert!(near.ends_with(" at the start, must be at least clear_m 9 from it with guard"), "{near}");
+        assert_eq!(error(&crowd.replace("= 9", "= 2"), true), Ok(()));
+    }
+
+    #[track_caller]
+    fn assert_one_line(text: &str, start: &str) {
+        let error = error_of(text);
+        assert!(error.starts_with(start) && !error.contains('\n'), "{text:?} gives {error:?}");
+    }
+
+    #[test]
+    fn every_error_of_the_stage_is_one_line_that_names_key_value_and_range() {
         for (text, start) in [
             ("[stage]\noutline = [[0, 0], [1, 0]]", "[stage] outline has 2 points, must have from 3 to 256"),
             (
@@ -430,6 +499,37 @@ mod tests {
                 "[stage]\noutline = [[0, 0], [1, 0], [1, 1], [0, 0]]",
                 "[stage] outline points 1 and 4 are the same, must differ: leave out one of them",
             ),
+            (
+                "[stage]\nkeep_out = [[[0, 0], [1, 0], [0, 1]], [[0, 0], [1, 1], [1, 0], [0, 1]]]",
+                "[stage] keep_out area 2 crosses or touches itself: the edges from points 1 and 3 meet",
+            ),
+            (
+                "[stage]\nkeep_out = [[0, 0], [1, 0], [0, 1]]",
+                "line 2, `keep_out = [[0, 0], [1, 0], [0, 1]]`: invalid type",
+            ),
+            (
+                "[stage]\nkeep_out = [[[0, 0], [1, 0], [0]]]",
+                "[stage] keep_out area 1 point 3 is [0], must be two numbers",
+            ),
+            ("[stage]\ncrowd = [[0, 0]]", "[stage] crowd has 1 points, must have from 2 to 256"),
+            ("[stage]\ncrowd = [[0, 0], [0, 0]]", "[stage] crowd points 1 and 2 are the same, must differ: leave out"),
+            ("[stage]\ncrowd = [[0, 0], [0, inf]]", "[stage] crowd point 2 has the coordinate inf, must be from -"),
+            ("[stage]\ncrowd = [[0, 9], [9, 9]]\nclear_m = -1", "[stage] clear_m is -1, must be from 0 to 100"),
+            ("[stage]\ncrowd = [[0, 9], [9, 9]]\nclear_m = nan", "[stage] clear_m is NaN, must be from 0 to 100"),
+            ("[stage]\nclear_m = 2", "[stage] clear_m is 2, only allowed with outline, keep_out or crowd"),
+            ("[stage]\ncrowd = [[0, 9], [9, 9]]\nguard = true", "[stage] guard is true, needs clear_m: the distance"),
+            (
+                "[dragon]\npole_diameter_m = 0.05\n[stage]\ncrowd = [[0, 9], [9, 9]]\nclear_m = 2\nguard = true",
+                "[stage] guard is true, needs hinges without play: remove [dragon] pole_diameter_m, or guard",
+            ),
+        ] {
+            assert_one_line(text, start);
+        }
+    }
+
+    #[test]
+    fn every_error_is_one_line_that_names_key_value_and_range() {
+        for (text, start) in [
             ("[serve]\nrate_hz = 0", "[serve] rate_hz is 0, must be from 1 to 100000"),
             ("[serve]\nrate_hz = 10000000", "[serve] rate_hz is 10000000, must be from 1 to 100000"),
             ("[serve]\ntime_scale = nan", "[serve] time_scale is NaN, must be from 0.001 to 1000"),
@@ -489,8 +589,7 @@ mod tests {
             ("dragon = 3", "line 1, `dragon = 3`: invalid type: integer `3`, expected a table"),
             ("[route]\npitch_m = 1e308", "[route] pitch_m is 1e308, must be"),
         ] {
-            let error = error_of(text);
-            assert!(error.starts_with(start) && !error.contains('\n'), "{text:?} gives {error:?}");
+            assert_one_line(text, start);
         }
     }
 }

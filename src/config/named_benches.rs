@@ -72,6 +72,11 @@ impl Config {
         }
     }
 
+    /// A bench in words.
+    pub fn bench_words(&self, bench: usize) -> String {
+        NamedBenches::bench_words(self.named_benches([bench]).as_ref(), bench)
+    }
+
     /// Two benches in words.
     pub fn pair_words(&self, benches: [usize; 2]) -> String {
         NamedBenches::pair_words(self.named_benches(benches).as_ref(), benches)

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
 //! | [`figure`] | figures for print, as SVG and PNG |
+//! | [`floor_plan`] | the floor of a show in metres, as DXF and GeoJSON |
 //! | [`report`] | reports for people, as one printable HTML file |
 //! | `dragon_colours()` | the colours of several dragons |
 //! | `visible_box()` | the part of the plane that a picture shows |
@@ -18,6 +19,7 @@
 pub mod command_words;
 mod dragon_colours;
 pub mod figure;
+pub mod floor_plan;
 pub mod histogram;
 pub(crate) mod json;
 mod live_line;

@@ -112,12 +112,13 @@ fn keep(alerts: &mut Vec<Alert>, most: usize, last: Option<Alert>, first: Option
     });
 }
 
-/// Priority of alerts: contacts, then partings, then boards outside, then the others; each by clearance, then by benches.
+/// Priority of alerts: contacts, then partings, then boards beyond or near borders of the stage, then the others; each by clearance, then by
+/// benches.
 fn order(one: &Alert, other: &Alert) -> Ordering {
     let rank = |alert: &Alert| match alert.alert_kind() {
         Some(AlertKind::Contact) => 0,
         Some(AlertKind::Parted) => 1,
-        Some(AlertKind::Outside) => 2,
+        Some(kind) if kind.is_of_one_bench() => 2,
         _ => 3,
     };
     let benches = |alert: &Alert| [alert.bench_a, alert.bench_b];

@@ -2,7 +2,8 @@
 //!
 //! A guarded server moves the head only within its grants. From the published description, the guard proves that no two benches
 //! come nearer than a margin on the travel ahead ([`Request::Grant`]). It keeps the grant a horizon ahead of the head, but
-//! never beyond the point at which the clearance falls below the margin. Bench positions depend on travel alone. So a grant is
+//! never beyond the point at which the clearance falls below the margin. With `[stage] guard` it also proves that all boards keep
+//! `clear_m` from the borders of the stage. Bench positions depend on travel alone. So a grant is
 //! valid at any speed until the run ends. If the guard dies, lags or has a wrong state, the head comes to rest on proven
 //! travel.
 //!
@@ -10,9 +11,12 @@
 
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{ClearanceSearch, CourseSearch, PairClearance, ProvenCourse};
+use bench_dragon_geometry::clearance::{
+    ClearanceSearch, CourseSearch, PairClearance, ProvenCourse, Standing, nearest_to_borders,
+};
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Handle, Meter};
 use bench_dragon_geometry::formation::Formation;
+use bench_dragon_geometry::stage::Stage;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, ShowState};
 
 use crate::config::Config;
@@ -31,6 +35,8 @@ const LEAST_TICKS: f64 = 3.0;
 const LEAST_HORIZON_S: f64 = 0.5;
 /// Reach of a new grant in horizons: more than one, so that not every frame needs a new grant.
 const GRANTED_HORIZONS: f64 = 1.5;
+/// Greatest distance in metres over `clear_m` at which a border is the reason for a stop: more than the resolution of the proof.
+const BORDER_TOLERANCE_M: f64 = 1e-6;
 
 /// The final rest of the head: no further travel can be granted from here.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,12 +50,16 @@ pub struct FinalRest {
     /// Show time in seconds at which two benches would touch if the head continued at its planned speed. `None` if they would
     /// not touch before the run ends, or if the search needs too much work.
     pub forecast_s: Option<f64>,
+    /// The board that is as near to a border of the stage as it may be, and the border; `None` if none is.
+    pub border: Option<Standing>,
 }
 
 /// The guard of one run.
 #[derive(Debug)]
 pub struct Guard<'a> {
     formation: &'a Formation,
+    /// The stage whose borders the guard keeps clear, if there is one.
+    stage: Option<&'a Stage>,
     /// Clearance that the guard keeps, in metres.
     margin_m: f64,
     /// Reach of a grant ahead of the head, in seconds of wall time at the head's speed.
@@ -82,9 +92,10 @@ struct Granting<'a> {
 
 impl<'a> Guard<'a> {
     /// The guard of a run of a formation with its published configuration.
-    pub fn new(formation: &'a Formation, config: &Config, run_id: u64) -> Self {
+    pub fn new(formation: &'a Formation, config: &'a Config, run_id: u64) -> Self {
         Self {
             formation,
+            stage: config.guarded_stage(),
             margin_m: config.tables().monitor.margin_m,
             // A server that misses periods jumps without a frame in between. The grant for a frame may arrive after the next
             // jump. So a grant reaches two jumps further.
@@ -161,7 +172,11 @@ impl<'a> Guard<'a> {
         let contact = CourseSearch::within(&formation, 0.0).first(travel_m, formation.end_m()).ok().flatten();
         let show_time_s = header.show_time_s();
         let forecast_s = contact.map(|contact| show_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
-        FinalRest { travel_m, show_time_s, is_free: self.present.is_some(), forecast_s }
+        let border = self.stage.and_then(|stage| {
+            let near_m = stage.clear_m() + BORDER_TOLERANCE_M;
+            nearest_to_borders(self.formation, stage, travel_m, near_m)
+        });
+        FinalRest { travel_m, show_time_s, is_free: self.present.is_some(), forecast_s, border }
     }
 
     /// Reach of a grant ahead of the head in metres: a horizon of wall time at the head's speed, or at least [`LEAST_TICKS`],
@@ -193,7 +208,8 @@ impl<'a> Guard<'a> {
 
     fn begin(&self, travel_m: f64) -> Option<Granting<'a>> {
         let is_on_course = (self.formation.begin_m()..=self.formation.end_m()).contains(&travel_m);
-        let proven = is_on_course.then(|| ProvenCourse::at(self.formation, self.margin_m, travel_m))?.ok()?;
+        let begun = || ProvenCourse::at(self.formation, self.stage, self.margin_m, travel_m);
+        let proven = is_on_course.then(begun)?.ok()?;
         Some(Granting { proven, granted: None })
     }
 }

@@ -4,8 +4,8 @@
 //! - *Sweep:* between two frames that the head walked, the monitor uses the published description to find the exact travel at
 //!   which a pair touches or parts. So it misses no contact at any rate, time scale or loss of frames. It does not sweep travel
 //!   that the [`forecast`](super::forecast) has already shown to be free.
-//! - *Stage:* in each frame, the monitor compares the boards with the outline of the stage. It does not sweep for boards that
-//!   leave and return between two frames; the planner finds those.
+//! - *Stage:* in each frame, the monitor compares the boards with the borders of the stage. Between frames, it finds the exact travel
+//!   at which a board passes a border, comes too near, or is clear again (`stage_watch`).
 //! - The monitor never sweeps travel across a seek or a restart, because the head did not walk it (`source_motion`).
 //!
 //! The work and the alerts of a frame are bounded for every dragon. A sweep ends early if it needs too many steps. The monitor
@@ -17,17 +17,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::alerts::AlertLimit;
+use super::forecast::Forecast;
+use super::source_motion::SourceMotion;
+use super::stage_watch::{StageEvent, StageWatch};
+use crate::config::{Config, FORECAST_SPEED_MPS};
 use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, CourseSearch, PairClearance, PairEvent};
 use bench_dragon_geometry::dragon::{Board, Meter};
 use bench_dragon_geometry::formation::Formation;
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState};
-use glam::DVec2;
-
-use super::alerts::AlertLimit;
-use super::forecast::Forecast;
-use super::source_motion::SourceMotion;
-use super::stage_watch::StageWatch;
-use crate::config::{Config, FORECAST_SPEED_MPS};
 
 #[cfg(doc)]
 use super::alerts::ALERTS_PER_S;
@@ -61,7 +59,7 @@ pub struct Monitor {
     contacts: CourseSearch,
     boards: Vec<Board>,
     pairs: BTreeMap<[usize; 2], PairState>,
-    /// The boards on the stage; `None` for a stage without an outline.
+    /// The boards on the stage; `None` for a stage without borders.
     stage: Option<StageWatch>,
     last: Option<FrameHeader>,
     alerts: Vec<Alert>,
@@ -86,7 +84,7 @@ impl Monitor {
             contacts: CourseSearch::within(&formation.metered(&sweeping), 0.0),
             boards: Vec::with_capacity(formation.layout().benches()),
             pairs: BTreeMap::new(),
-            stage: config.outline().cloned().map(StageWatch::new),
+            stage: StageWatch::new(&formation.metered(&sweeping), config.stage()),
             last: None,
             alerts: Vec::new(),
             limit: AlertLimit::new(),
@@ -123,15 +121,19 @@ impl Monitor {
         self.alerts.clear();
         let forecast_ns = self.forecast_ns(header, forecast);
         match self.last.replace(*header) {
-            Some(last) if self.source.has_walked(&last, header) => self.sweep(&last, header, forecast),
+            Some(last) if self.source.has_walked(&last, header) => {
+                self.sweep(&last, header, forecast);
+                self.sweep_stage(&last, header);
+            }
             _ => {
                 self.pairs.clear();
                 self.stage.iter_mut().for_each(StageWatch::restart);
+                self.sweep_stage(header, header);
             }
         }
         let nearest = self.measure(header, handles, forecast_ns);
         if let Some(stage) = &mut self.stage {
-            stage.observe(&self.boards, |bench, point| self.alerts.push(outside_alert(header, bench, point)));
+            stage.observe(&self.boards, |event| self.alerts.push(stage_alert(header, &event, header.show_time_ns)));
         }
         self.limit.apply(header.scheduled_ns, &mut self.alerts);
         nearest
@@ -159,13 +161,21 @@ impl Monitor {
                 PairEvent::Touch(touch) => (AlertKind::Contact, PairState::Touching, touch),
                 PairEvent::Part(touch) => (AlertKind::Parted, PairState::Near, touch),
             };
-            let share = (touch.travel_m - from_m) / (to_m - from_m);
-            let show_step_ns = (next.show_time_ns - last.show_time_ns) as f64;
-            let show_time_ns = last.show_time_ns + (share * show_step_ns).round() as i64;
+            let show_time_ns = show_time_ns(last, next, touch.travel_m);
             if self.pairs.insert(touch.benches, state) != Some(state) {
                 self.alerts.push(touch_alert(next, kind, touch, show_time_ns));
             }
         }
+    }
+
+    /// Finds the boards that pass borders of the stage, or come near them, on the travel from `last` to `next`.
+    fn sweep_stage(&mut self, last: &FrameHeader, next: &FrameHeader) {
+        let Self { stage: Some(stage), formation, alerts, .. } = self else { return };
+        self.unswept += u64::from(!stage.is_complete());
+        stage.sweep(formation, next.course_m, |event| {
+            let at_m = event.course_m.unwrap_or(next.course_m);
+            alerts.push(stage_alert(next, &event, show_time_ns(last, next, at_m)));
+        });
     }
 
     /// Measures the frame and updates the watched pairs.
@@ -220,10 +230,23 @@ pub fn run_alert(header: &FrameHeader, kind: AlertKind) -> Alert {
     }
 }
 
-/// An alert of a board that is outside the stage in a frame.
-fn outside_alert(header: &FrameHeader, bench: usize, point: DVec2) -> Alert {
-    let bench_a = bench as u32;
-    Alert { point_m: point.to_array(), bench_a, ..run_alert(header, AlertKind::Outside) }
+/// Show time at a place of the course between two frames, evenly between them.
+fn show_time_ns(last: &FrameHeader, next: &FrameHeader, course_m: f64) -> i64 {
+    let walked_m = next.course_m - last.course_m;
+    let share = if walked_m > 0.0 { (course_m - last.course_m) / walked_m } else { 1.0 };
+    let show_step_ns = (next.show_time_ns - last.show_time_ns) as f64;
+    last.show_time_ns + (share * show_step_ns).round() as i64
+}
+
+/// An alert of a board that passes a border of the stage, comes too near, or is clear again.
+fn stage_alert(header: &FrameHeader, event: &StageEvent, show_time_ns: i64) -> Alert {
+    Alert {
+        show_time_ns,
+        clearance_m: event.distance_m,
+        point_m: event.point.to_array(),
+        bench_a: event.bench as u32,
+        ..run_alert(header, event.kind)
+    }
 }
 
 /// A frame of run 1 whose head has walked one metre per show second since 0.

@@ -3,7 +3,7 @@
 use bench_dragon::output::figure::{
     Caption, ChartQuantity, Circle, ClearanceOverTime, ContactMark, ContactView, DragonInPlan, Drawing, HandleSpeed,
     LargestSpeed, NearMissMark, NearestPair, PlanView, SensitivityChart, SpeedLine, SpeedProfile, SpeedRange,
-    SpeedsOverTime, TurnMarks,
+    SpeedsOverTime, StageInPlan, TurnMarks,
 };
 use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, first_contact};
 use bench_dragon_geometry::dragon::{Board, Handle};
@@ -48,7 +48,7 @@ pub(crate) fn plan_view() -> PlanView {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
             boards: corners(&boards_at(&dragon, 300.0)),
             hinges: positions(&handles),
-            outline: Vec::new(),
+            stage: StageInPlan::default(),
         },
         circle: None,
         turn: None,
@@ -76,7 +76,7 @@ pub(crate) fn turning_plan_view() -> PlanView {
             route: polyline(dragon.route(), -460.0, 100.0),
             boards: corners(&boards),
             hinges: positions(&handles),
-            outline: Vec::new(),
+            stage: StageInPlan::default(),
         },
         circle: Some(Circle { centre: DVec2::ZERO, radius_m: 4.5, name: "turning circle".to_owned() }),
         pair: Some(nearest_pair(&boards)),
@@ -102,7 +102,7 @@ pub(crate) fn contact_view() -> ContactView {
             route: polyline(dragon.route(), -440.0, dragon.route().end_travel_m()),
             boards: corners(&boards_at(&dragon, contact.travel_m)),
             hinges: positions(&handles),
-            outline: Vec::new(),
+            stage: StageInPlan::default(),
         },
         pair: NearestPair { benches: contact.benches, clearance_m: 0.0, points: [contact.point; 2] },
     }

@@ -187,6 +187,9 @@ const TWO: &str = "[[dragons]]\nname = \"a\"\nbenches = 3\n[dragons.route]\nkind
     segments = [{ kind = \"line\", length_m = 20 }]\n[[dragons]]\nname = \"b\"\nbenches = 3\n[dragons.route]\nkind = \"path\"\n\
     start_x_m = 9\nstart_y_m = -9\nstart_heading_deg = 90\nsegments = [{ kind = \"line\", length_m = 20 }]\n";
 
+const FENCED: &str = "[dragon]\nbenches = 3\n[route]\nkind = \"path\"\nsegments = [{ kind = \"line\", length_m = 20 }]\n\
+    [stage]\ncrowd = [[0, 3], [9, 3]]\nclear_m = 3\n";
+
 const PLAY: &str = "contact with play in the hinges";
 const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
@@ -202,6 +205,8 @@ const CASES: [Case; 36] = [
     (&["sensitivity of several dragons"], &["sensitivity"], TWO),
     (&["schedule"], &["schedule", "--clearance", "0.5"], TWO),
     (&["schedule"], &["schedule", "--work", "1"], TWO),
+    (&["sweep"], &["sweep"], EIGHT),
+    (&["sweep"], &["sweep"], FENCED),
     (&["contact"], &["contact"], SPIRAL),
     (&["contact"], &["contact", "--clearance", "0.05"], SPIRAL),
     (&["contact"], &["contact", "--work", "1"], ""),
@@ -251,7 +256,7 @@ fn every_documented_key_of_a_question_is_printed_and_every_printed_key_is_docume
     compare(&[LIST], &["route", "--list", &drawing.display().to_string()]);
     assert!(faults.is_empty(), "{faults:#?}");
 
-    let questions = ["poses", "contact", "route", "pitch", "turn", "speed-limit", "profile", "sensitivity"];
+    let questions = ["poses", "contact", "route", "pitch", "turn", "speed-limit", "profile", "sensitivity", "sweep"];
     let documented = page.0.iter().filter(|(row, _)| questions.iter().any(|question| row.starts_with(question)));
     for (row, keys) in documented {
         assert!(asked.contains(row.as_str()), "nothing asks for the keys of {row}");

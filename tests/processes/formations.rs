@@ -228,8 +228,8 @@ fn bad_dragons_and_commands_for_one_dragon_get_one_line() {
         (format!("[head]\nspeed_mps = 2\n{CROSSING}"), "[head] and [[dragons]] exclude each other: use [dragons.head]"),
         ("dragons = []\n".to_owned(), "[[dragons]] occurs 0 times, must occur 1 to 32 times"),
         (
-            format!("{CROSSING}[stage]\noutline = [[0, 0], [9, 0], [9, 9]]\n"),
-            "[stage] outline is present, must be absent with [[dragons]]",
+            format!("{CROSSING}[stage]\noutline = [[0, 0], [9, 0]]\n"),
+            "[stage] outline has 2 points, must have from 3 to 256",
         ),
         (
             CROSSING.replace("benches = 4", "benches = 60000").replace("benches = 3", "benches = 60000"),

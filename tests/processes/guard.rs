@@ -61,6 +61,41 @@ fn a_guarded_show_ends_with_status_0_half_a_millimetre_before_the_contact_at_any
     }
 }
 
+/// Two straight dragons on one clock. The head of silver walks towards a crowd, 40 m ahead of where it begins.
+const TOWARDS_A_CROWD: &str = "[[dragons]]\nname = \"gold\"\nbenches = 5\n[dragons.route]\nkind = \"path\"\n\
+    segments = [{ kind = \"line\", length_m = 60 }]\n[[dragons]]\nname = \"silver\"\nbenches = 5\n[dragons.route]\nkind = \"path\"\n\
+    start_y_m = 9\nsegments = [{ kind = \"line\", length_m = 60 }]\n[stage]\ncrowd = [[40, 8], [40, 12]]\nclear_m = 2\nguard = true\n";
+
+#[test]
+fn a_guarded_show_of_two_dragons_rests_before_a_board_is_too_near_to_the_crowd() {
+    for is_kept in [true, false] {
+        let stage = Stage::new();
+        let text = if is_kept { TOWARDS_A_CROWD.to_owned() } else { TOWARDS_A_CROWD.replace("guard = true", "") };
+        fs::write(stage.path("plan.toml"), text).expect("a configuration");
+        let show =
+            ["show", "--guard", "--config", "plan.toml", "--out", "out", "--time-scale", "20", "--format", "json"];
+        let ended = stage.run(&show);
+        assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
+        let summary = ended.last_json();
+        if !is_kept {
+            assert_eq!((&summary["guard"], &summary["outcome"]["kind"]), (&Value::Null, &Value::from("end_of_run")));
+            // Boards walk through the crowd's line. Of their row, the first is reported, and the last once it is clear.
+            let counts = &summary["alert_counts"];
+            assert_eq!((&counts["too_near"], &counts["clear"]), (&Value::from(1), &Value::from(1)), "{counts}");
+            continue;
+        }
+        let guard = &summary["guard"];
+        let held_at_s = guard["held_at_s"].as_f64().expect("a number");
+        // The board of the head reaches 0.275 m beyond its handle.
+        assert!((held_at_s - (40.0 - 2.0 - 0.275)).abs() < 1e-6, "{guard}");
+        let border = &guard["border"];
+        assert_eq!((&border["border"], &border["dragons"][0]), (&Value::from("crowd"), &Value::from("silver")));
+        assert!((border["distance_m"].as_f64().expect("a number") - 2.0).abs() < 1e-6, "{guard}");
+        let text = summary["outcome"]["text"].as_str().expect("a sentence");
+        assert!(text.ends_with("beyond, silver 0 comes nearer to crowd than clear_m."), "{text}");
+    }
+}
+
 #[test]
 fn a_show_without_a_guard_has_none_in_its_summary() {
     let stage = Stage::new();

@@ -105,6 +105,7 @@ mod steering_page;
 mod stock_clients;
 mod stuck_output;
 mod suspended;
+mod sweep;
 mod system_calls;
 mod terminal;
 mod timecode;

@@ -113,7 +113,8 @@ def test_frames_and_alerts_have_a_row_each():
     assert len(rows) == len(alerts) > 0
     for row, alert in zip(rows, alerts, strict=True):
         assert when(row) == expected_when(alert)
-        assert row["kind"] == ["near", "contact", "parted", "held", "fault", "restarted", "outside"][alert.kind]
+        kinds = "near contact parted held fault restarted outside inside keep_out too_near clear".split()
+        assert row["kind"] == kinds[alert.kind]
         if row["bench_a"]:
             assert (int(row["bench_a"]), int(row["bench_b"])) == (alert.bench_a, alert.bench_b)
             assert numbers(row, ["clearance_m", "x_m", "y_m"]) == [alert.clearance_m, *alert.point_m]

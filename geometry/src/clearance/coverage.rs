@@ -6,9 +6,15 @@
 //! - A corner is a handle plus a vector of length ρ fixed to the board: |corner''| ≤ max(|p''|, |r''|) + ρ·|u''| =: A. So the
 //!   corner stays within A·ℓ²/8 of the straight line between its ends. The board stays within the same distance of the convex
 //!   hull of its two ends.
+//! - With its sides moved out by that distance at both ends, the board stays in their convex hull. A point of this hull is a mean of two
+//!   points x and y of the board, one at each end, with the weights 1 − s and s. It differs from the same mean of the point of the
+//!   board that has the mean coordinates by s·(1 − s)·|(M₁ − M₂)(x − y)|, where M maps coordinates in the board to the plan. That is at
+//!   most ½·(|Δ(½L·u)| + ½W·|Δu|), for a board of length L and width W.
 //! - Relative to the board's centre m, a fixed point x has the coordinates u·(x − m) and u⊥·(x − m). Their second derivatives
 //!   are at most |m''| + 2·|u'|·|m'| + |u''|·|x − m| =: E. So a point that is E·ℓ²/8 deep in the board at both ends is in the
 //!   board on the whole interval. On ground, the board is also seen to grow and to shrink.
+
+use std::f64::consts::SQRT_2;
 
 use glam::DVec2;
 
@@ -67,6 +73,24 @@ impl BoardCoverage {
     /// Largest distance of a point of the board from its position at either end, in metres.
     pub(super) fn drift_m(&self) -> f64 {
         self.drift_m
+    }
+
+    /// Corners whose convex hull has every point that the board covers on the interval.
+    pub(super) fn covering_corners(&self) -> [DVec2; 8] {
+        let [a, b] = self.ends.map(|board| {
+            let [half_length, half_width] = [board.half_length, board.half_width].map(|half_m| half_m + self.bulge_m);
+            Board { half_length, half_width, ..board }.corners()
+        });
+        [a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3]]
+    }
+
+    /// Bound on the distance of a point of that hull from the nearest point that the board covers on the interval.
+    pub(super) fn hull_excess_m(&self) -> f64 {
+        let [a, b] = &self.ends;
+        let along_m = (a.half_length * a.heading).distance(b.half_length * b.heading);
+        let across_m = a.half_width * a.heading.distance(b.heading);
+        // A corner of a board moves out by √2 times as much as its sides.
+        0.5 * (along_m + across_m) + (1.0 + SQRT_2) * self.bulge_m
     }
 
     /// The least gap from a straight edge to this board in a direction, with the board anywhere in its motion.

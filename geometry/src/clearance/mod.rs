@@ -2,6 +2,8 @@
 
 mod approach_search;
 mod board_tree;
+mod border_search;
+mod breach_ground;
 mod coil_motion;
 mod coil_reach;
 mod contact;
@@ -23,13 +25,18 @@ mod pair_tracker;
 mod plan_motion;
 mod play;
 mod pose;
+mod proven_borders;
 mod proven_course;
 mod proven_travel;
 mod repeated_walk;
 mod search;
-mod stage_exit;
+mod swept_area;
 
 pub(crate) use approach_search::{ApproachSearch, Pairs, Piece, ROUNDING_M};
+pub use border_search::{
+    Breach, LeastDistance, Standing, first_breach, least_distance, nearest_to_borders, standing_at,
+};
+pub use breach_ground::{BreachGround, HandlePlaces, Passage};
 pub use contact::{Contact, PairEvent};
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use course_search::CourseSearch;
@@ -37,7 +44,7 @@ pub use formation_search::{Meeting, Unfinished, first_between, first_meeting, st
 pub use meeting_zone::{DragonPair, MeetingZone, Tip};
 pub use own_time::Nearest;
 pub use play::{PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose};
-pub use proven_course::ProvenCourse;
+pub use proven_course::{ProvenCourse, Violation};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};
-pub use stage_exit::{StageExit, first_exit, standing_outside};
+pub use swept_area::{SweptArea, TooMuchToSweep};

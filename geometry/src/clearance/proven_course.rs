@@ -1,12 +1,14 @@
 //! Proven course: an interval of a formation's course on which no two benches come nearer than a margin.
 //!
-//! Within each dragon it is [`ProvenTravel`]. Between dragons, a certified search shows that no pair comes within the margin and a
+//! Within each dragon, and between it and the borders of a stage, it is [`ProvenTravel`]. Between dragons, a certified search shows that no pair comes within the margin and a
 //! little more ([`RESERVE_M`]). So where that search finds a pair, its clearance is still at least the margin, and the proof ends there.
 
+use super::border_search::Breach;
 use super::formation_search::BetweenSearch;
 use super::proven_travel::ProvenTravel;
 use super::search::{ClearanceSearch, PairClearance};
 use crate::formation::Formation;
+use crate::stage::Stage;
 
 /// Clearance over the margin at which the proof between dragons ends, in metres: more than any pair can close within the resolution
 /// of the search, 10⁻¹¹ s.
@@ -23,6 +25,15 @@ pub struct ProvenCourse<'a> {
     between: Option<Between>,
 }
 
+/// Why a place of a course is not proven.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Violation {
+    /// The nearest pair is nearer than the margin; for loose hinges as [`ProvenTravel::at`].
+    Pair(PairClearance),
+    /// A board is beyond a border of the stage, or nearer to it than the stage allows. Its bench is numbered on from dragon to dragon.
+    Border(Breach),
+}
+
 /// The proof between dragons.
 #[derive(Clone, Debug)]
 struct Between {
@@ -35,16 +46,23 @@ struct Between {
 }
 
 impl<'a> ProvenCourse<'a> {
-    /// The interval that contains only one place of the course.
+    /// The interval that contains only one place of the course. With a stage, the proof is also about its borders.
     ///
     /// # Errors
-    /// The nearest pair, if it is nearer than the margin; for loose hinges as [`ProvenTravel::at`].
-    pub fn at(formation: &'a Formation, margin_m: f64, course_m: f64) -> Result<Self, PairClearance> {
+    /// What does not keep clear there.
+    pub fn at(
+        formation: &'a Formation,
+        stage: Option<&'a Stage>,
+        margin_m: f64,
+        course_m: f64,
+    ) -> Result<Self, Violation> {
         let mut within = Vec::new();
         for (dragon, planned) in formation.dragons().iter().enumerate() {
             let begin = formation.layout().benches_of(dragon).start;
             let proven = ProvenTravel::at(&planned.dragon, margin_m, formation.travel_m(dragon, course_m));
-            within.push(proven.map_err(|nearest| nearest.numbered_from(begin))?);
+            let proven = proven.map_err(|nearest| Violation::Pair(nearest.numbered_from(begin)))?;
+            let proven = stage.into_iter().try_fold(proven, ProvenTravel::within_borders);
+            within.push(proven.map_err(|breach| Violation::Border(Breach { bench: begin + breach.bench, ..breach }))?);
         }
         if !formation.has_plan_course() {
             return Ok(Self { formation, within, between: None });
@@ -52,7 +70,7 @@ impl<'a> ProvenCourse<'a> {
         let boards = formation.boards_at(course_m);
         let nearest = ClearanceSearch::of(&formation.layout().between_dragons()).nearest(&boards);
         if let Some(nearest) = nearest.filter(|nearest| nearest.clearance_m < margin_m) {
-            return Err(nearest);
+            return Err(Violation::Pair(nearest));
         }
         // A pair in the reserve has no beginning that the search could find.
         let is_ended = nearest.is_some_and(|nearest| nearest.clearance_m <= margin_m + 2.0 * RESERVE_M);

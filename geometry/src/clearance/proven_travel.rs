@@ -4,17 +4,23 @@
 //! stride, the areas that two boards may cover bound their clearance from below. Intervals are bisected until the bound
 //! exceeds the margin. Where this fails at [`RESOLUTION_M`], the proven travel ends.
 //!
+//! *Borders.* The proof can also be about the borders of a stage (see `proven_borders`). It then ends before a board passes one, or comes
+//! nearer than the stage allows.
+//!
 //! *Loose hinges.* The proof is then about every pose that the play of the hinges allows (see `play`), and ends where the bracket
-//! of a pole does.
+//! of a pole does. That about borders is about the poses without play.
 //!
 //! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m. Proven
 //! travel ends at most [`RESOLUTION_M`] before the first violation that the bound detects.
 
 use super::approach_search::{ApproachSearch, Pairs};
+use super::border_search::Breach;
 use super::play::{PlaySearch, PossibleTouch};
 use super::pose::Pose;
+use super::proven_borders::ProvenBorders;
 use super::search::PairClearance;
 use crate::dragon::Dragon;
+use crate::stage::Stage;
 
 /// Shortest interval that is bisected, in metres of travel.
 const RESOLUTION_M: f64 = 1e-9;
@@ -26,6 +32,8 @@ pub struct ProvenTravel<'a> {
     search: ApproachSearch<'a>,
     /// The proof for loose hinges; `None` for hinges without play.
     play: Option<PlaySearch>,
+    /// The proof about the borders of a stage, if there is one.
+    borders: Option<ProvenBorders<'a>>,
     margin_m: f64,
     begin_m: f64,
     end_m: f64,
@@ -45,7 +53,16 @@ impl<'a> ProvenTravel<'a> {
             return Err(nearest);
         }
         let play = begin_play(dragon, margin_m, travel_m, &mut search)?;
-        Ok(Self { dragon, search, play, margin_m, begin_m: travel_m, end_m: travel_m, is_ended: false })
+        Ok(Self { dragon, search, play, borders: None, margin_m, begin_m: travel_m, end_m: travel_m, is_ended: false })
+    }
+
+    /// The same interval, which contains only one travel, with a proof that is also about the borders of a stage.
+    ///
+    /// # Errors
+    /// A board that does not keep clear of a border.
+    pub fn within_borders(self, stage: &'a Stage) -> Result<Self, Breach> {
+        let borders = ProvenBorders::at(self.dragon, stage, self.begin_m)?;
+        Ok(Self { borders: Some(borders), ..self })
     }
 
     /// Extends the proof up to `to_m`. One call walks at most one stride more than `handles` divided by the dragon's number of
@@ -70,6 +87,15 @@ impl<'a> ProvenTravel<'a> {
 
     /// Extends the proof to a travel at most a stride ahead, or returns the travel at which it ends.
     fn walk_over(&mut self, to_m: f64) -> Result<(), f64> {
+        let Some(borders) = &mut self.borders else { return self.walk_pairs_over(to_m) };
+        let clear_to_m = borders.walk_over(to_m).map_err(|_| self.end_m)?;
+        if clear_to_m > self.end_m {
+            self.walk_pairs_over(clear_to_m)?;
+        }
+        if clear_to_m < to_m { Err(clear_to_m) } else { Ok(()) }
+    }
+
+    fn walk_pairs_over(&mut self, to_m: f64) -> Result<(), f64> {
         let Some(play) = &mut self.play else { return self.search.walk_over(to_m, self.margin_m, RESOLUTION_M) };
         match play.advance(to_m) {
             Ok(Some(touch)) => Err(touch.travel_m),

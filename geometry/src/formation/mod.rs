@@ -215,6 +215,14 @@ impl Formation {
         self.dragons.iter().filter_map(scaled).reduce(f64::min)
     }
 
+    /// The first place of the course at which the head of a dragon has a travel that it walks.
+    pub fn place_of(&self, dragon: usize, travel_m: f64) -> f64 {
+        match self.course {
+            Course::Travel => travel_m,
+            Course::Plan { .. } => self.course_m(self.dragons[dragon].timetable.time_s(travel_m)),
+        }
+    }
+
     /// Plan time of a place of a plan's course, in seconds.
     pub fn plan_s(&self, course_m: f64) -> f64 {
         course_m / self.timetable().planned_mps()

@@ -144,6 +144,23 @@ typedef enum {
    * A board left the outline of the stage, while the bench before it is inside.
    */
   BD_ALERT_OUTSIDE = 6,
+  /**
+   * A board that was outside is inside the outline of the stage, and so is the bench behind it.
+   */
+  BD_ALERT_INSIDE = 7,
+  /**
+   * A board entered an area to keep out of, while the bench before it is not in one.
+   */
+  BD_ALERT_KEEP_OUT = 8,
+  /**
+   * A board came nearer to a border of the stage than the configured `clear_m`, while the bench
+   * before it is clear. The line of the crowd counts without a `clear_m` too.
+   */
+  BD_ALERT_TOO_NEAR = 9,
+  /**
+   * A board is clear again of an area or a border, and so is the bench behind it.
+   */
+  BD_ALERT_CLEAR = 10,
 } bd_alert_kind_t;
 
 /**
@@ -901,7 +918,8 @@ typedef struct {
    */
   uint64_t tick;
   /**
-   * Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
+   * Show time of the event in nanoseconds: exact for pairs that touch or part and boards at borders of the stage, if the head
+   * walked; the frame's show time for the other kinds.
    */
   int64_t show_time_ns;
   /**
@@ -909,12 +927,13 @@ typedef struct {
    */
   int64_t forecast_ns;
   /**
-   * Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
+   * Clearance of the two benches in metres, negative where they overlap. For one bench: distance of its board from the border of the
+   * stage, 0 beyond it. 0 for an alert without benches.
    */
   double clearance_m;
   /**
-   * Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside, or of
-   * the outline in the board. 0 for an alert without benches.
+   * Point midway between the nearest points of the two boards, in metres. For one bench: a point of its board beyond the border of the
+   * stage, or nearest to it, or of the border in the board. 0 for an alert without benches.
    */
   double point_m[2];
   /**

@@ -22,14 +22,16 @@ pub struct bd_alert_t {
     pub run_id: u64,
     /// First tick at which the event held.
     pub tick: u64,
-    /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
+    /// Show time of the event in nanoseconds: exact for pairs that touch or part and boards at borders of the stage, if the head
+    /// walked; the frame's show time for the other kinds.
     pub show_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds; `INT64_MIN` where none lies ahead, or none is known yet.
     pub forecast_ns: i64,
-    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
+    /// Clearance of the two benches in metres, negative where they overlap. For one bench: distance of its board from the border of the
+    /// stage, 0 beyond it. 0 for an alert without benches.
     pub clearance_m: f64,
-    /// Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside, or of
-    /// the outline in the board. 0 for an alert without benches.
+    /// Point midway between the nearest points of the two boards, in metres. For one bench: a point of its board beyond the border of the
+    /// stage, or nearest to it, or of the border in the board. 0 for an alert without benches.
     pub point_m: [f64; 2],
     /// A `bd_alert_kind_t`.
     pub kind: u32,

@@ -8,7 +8,7 @@ use super::wire_enum::wire_enum;
 /// One event, on the `bench-dragon/alerts` service.
 ///
 /// A monitor sends at most 200 alerts of benches at once and 100 a second, measured by the frames' own clock. Beyond that,
-/// contacts have priority, then partings, then boards outside the stage, then the nearest pairs. The monitor's summary counts
+/// contacts have priority, then partings, then boards at borders of the stage, then the nearest pairs. The monitor's summary counts
 /// the alerts that were not sent. These are always sent: the first contact of a run, every fault, and every alert without a
 /// bench.
 ///
@@ -22,14 +22,16 @@ pub struct Alert {
     pub run_id: u64,
     /// First tick at which the event held.
     pub tick: u64,
-    /// Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
+    /// Show time of the event in nanoseconds: exact for pairs that touch or part and boards at borders of the stage, if the head
+    /// walked; the frame's show time for the other kinds.
     pub show_time_ns: i64,
     /// Show time of the forecast contact in nanoseconds, or [`Alert::NO_FORECAST`].
     pub forecast_ns: i64,
-    /// Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair.
+    /// Clearance of the two benches in metres, negative where they overlap. For one bench: distance of its board from the border of the
+    /// stage, 0 beyond it. 0 for an alert without benches.
     pub clearance_m: f64,
-    /// Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside, or of
-    /// the outline in the board. 0 for an alert without benches.
+    /// Point midway between the nearest points of the two boards, in metres. For one bench: a point of its board beyond the border of the
+    /// stage, or nearest to it, or of the border in the board. 0 for an alert without benches.
     pub point_m: [f64; 2],
     /// An [`AlertKind`] as its number.
     pub kind: u32,
@@ -88,6 +90,15 @@ wire_enum! {
         Restarted = 5, "restarted";
         /// A board left the outline of the stage, while the bench before it is inside.
         Outside = 6, "outside";
+        /// A board that was outside is inside the outline of the stage, and so is the bench behind it.
+        Inside = 7, "inside";
+        /// A board entered an area to keep out of, while the bench before it is not in one.
+        KeepOut = 8, "keep_out";
+        /// A board came nearer to a border of the stage than the configured `clear_m`, while the bench before it is clear. The line of
+        /// the crowd counts without a `clear_m` too.
+        TooNear = 9, "too_near";
+        /// A board is clear again of an area or a border, and so is the bench behind it.
+        Clear = 10, "clear";
     }
 }
 
@@ -106,15 +117,15 @@ impl AlertKind {
     /// The urgency of alerts of this kind.
     pub fn severity(self) -> Severity {
         match self {
-            Self::Contact | Self::Held | Self::Fault => Severity::Danger,
-            Self::Near | Self::Outside => Severity::Caution,
-            Self::Parted | Self::Restarted => Severity::Calm,
+            Self::Contact | Self::Held | Self::Fault | Self::KeepOut => Severity::Danger,
+            Self::Near | Self::Outside | Self::TooNear => Severity::Caution,
+            Self::Parted | Self::Restarted | Self::Inside | Self::Clear => Severity::Calm,
         }
     }
 
     /// Whether the alert is about one bench, instead of a pair or none.
     pub fn is_of_one_bench(self) -> bool {
-        self == Self::Outside
+        matches!(self, Self::Outside | Self::Inside | Self::KeepOut | Self::TooNear | Self::Clear)
     }
 
     /// All kinds, the most urgent first.

@@ -122,7 +122,7 @@ fn decode_header(bytes: &[u8; HEADER_BYTES]) -> Option<FrameHeader> {
 }
 
 /// Decodes an alert as a monitor publishes it. It names two benches, the lower one first, or none; an alert about a board
-/// outside the stage names one.
+/// at a border of the stage names one.
 pub(super) fn decode_alert(bytes: &[u8]) -> Option<Alert> {
     let alert: Alert = read(bytes)?;
     let is_finite = are_finite(&[alert.clearance_m]) && are_finite(&alert.point_m);

@@ -1,5 +1,6 @@
 //! The lines of JSON that `monitor` prints, and `show` reads.
 
+use bench_dragon_geometry::clearance::Standing;
 use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::{Alert, CommandEvent, Request, TimeHistogram};
 use serde::{Deserialize, Serialize};
@@ -37,11 +38,22 @@ pub(crate) struct AlertLine {
     /// The dragons of these benches, if there are several.
     #[serde(flatten)]
     pub(crate) named: Option<NamedBenches>,
+    /// Where the one bench is, of an alert about a border of the stage.
+    #[serde(flatten)]
+    pub(crate) at_border: Option<AtBorder>,
     pub(crate) clearance_m: Option<f64>,
     /// Point midway between the two boards, point of the one board, or null.
     pub(crate) point_m: Option<[f64; 2]>,
     /// Show time of the forecast contact, or null.
     pub(crate) forecast_s: Option<f64>,
+}
+
+/// A border of the stage and the distance of a board from it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AtBorder {
+    /// The border that is nearest to the board, as the configuration calls it.
+    pub(crate) border: String,
+    pub(crate) distance_m: f64,
 }
 
 impl AlertLine {
@@ -56,6 +68,10 @@ impl AlertLine {
             benches: pair,
             bench,
             named: config.and_then(|config| config.named_benches_of(alert)),
+            at_border: bench.and_then(|_| {
+                let border = config?.stage().nearest(alert.point_m.into())?;
+                Some(AtBorder { border, distance_m: alert.clearance_m })
+            }),
             clearance_m: pair.map(|_| alert.clearance_m),
             point_m: (pair.is_some() || bench.is_some()).then_some(alert.point_m),
             forecast_s: alert.forecast(),
@@ -146,7 +162,7 @@ impl CommandCounts {
 }
 
 /// A permanent stop of the head by a guard.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct GuardReport {
     pub(crate) held_at_s: f64,
     /// Least clearance at this stop, in metres; null with fewer than three benches.
@@ -156,6 +172,35 @@ pub(crate) struct GuardReport {
     pub(crate) forecast_contact_s: Option<f64>,
     /// Whether the margin is proved to be kept at this stop. It is not where a show starts within the margin.
     pub(crate) is_margin_kept: bool,
+    /// The board that is as near to a border of the stage as the guard allows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) border: Option<BorderStop>,
+}
+
+/// A border of the stage before which the guard stops.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct BorderStop {
+    /// The border, as the configuration calls it.
+    pub(crate) border: String,
+    pub(crate) bench: usize,
+    /// The dragon of the bench, if there are several.
+    #[serde(flatten)]
+    pub(crate) named: Option<NamedBenches>,
+    /// Distance of its board from the border, in metres.
+    pub(crate) distance_m: f64,
+}
+
+impl BorderStop {
+    pub(crate) fn of(standing: &Standing, config: &Config) -> Self {
+        let &Standing { bench, border, distance_m } = standing;
+        let border = config.stage().name(border);
+        Self { border, bench, named: config.named_benches([bench]), distance_m }
+    }
+
+    /// The bench in words.
+    pub(crate) fn who(&self) -> String {
+        NamedBenches::bench_words(self.named.as_ref(), self.bench)
+    }
 }
 
 impl GuardReport {
@@ -164,7 +209,11 @@ impl GuardReport {
         let clearance = self.clearance_m.map(|clearance_m| format!(", clearance {} m", Fixed::<6>(clearance_m)));
         let forecast = self.forecast_contact_s.map(|time_s| format!(", contact forecast at {} s", Fixed::<6>(time_s)));
         let unproved = ": margin_m is not proved to be kept here, so start or seek elsewhere".to_owned();
-        clearance.into_iter().chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
+        let border = self
+            .border
+            .as_ref()
+            .map(|stop| format!(", {} {} m from {}", stop.who(), Fixed::<6>(stop.distance_m), stop.border));
+        clearance.into_iter().chain(border).chain(forecast).chain((!self.is_margin_kept).then_some(unproved)).collect()
     }
 }
 

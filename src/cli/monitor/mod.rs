@@ -203,16 +203,17 @@ impl MonitorSession<'_> {
     }
 
     fn take_guard_news(&mut self) -> anyhow::Result<()> {
-        let guard = self.watched.as_ref().and_then(|watched| watched.guard.as_ref());
-        match guard.and_then(GuardThread::news) {
+        let Some(watched) = &self.watched else { return Ok(()) };
+        match watched.guard.as_ref().and_then(GuardThread::news) {
             None => Ok(()),
             Some(GuardNews::FinalRest(rest)) => {
                 if !rest.is_free {
                     tracing::warn!(
-                        "margin_m is not proved to be kept where the head stands: seek to another show time"
+                        "{} not proved to be kept where the head stands: seek to another show time",
+                        if rest.border.is_some() { "clear_m is" } else { "margin_m is" }
                     );
                 }
-                self.report.print_rest(&rest)
+                self.report.print_rest(&rest, &watched.config)
             }
             Some(GuardNews::GaveUp(held)) => {
                 let held =

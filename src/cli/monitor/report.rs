@@ -9,8 +9,8 @@ use bench_dragon_ipc::{Alert, AlertKind, CommandEvent, EventKind, FrameHeader, T
 
 use super::MonitorArgs;
 use super::lines::{
-    AlertLine, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine, MonitorProgress,
-    MonitorSummary, TimesReport,
+    AlertLine, AtBorder, BorderStop, ClearanceReport, CommandCounts, ContactReport, GuardReport, MonitorLine,
+    MonitorProgress, MonitorSummary, TimesReport,
 };
 use crate::cli::flags::Format;
 use crate::cli::print::{print_json, print_line, print_report};
@@ -109,14 +109,15 @@ impl MonitorReport {
     }
 
     /// Reports a permanent stop of the head by the guard.
-    pub(super) fn print_rest(&mut self, rest: &FinalRest) -> anyhow::Result<()> {
+    pub(super) fn print_rest(&mut self, rest: &FinalRest, config: &Config) -> anyhow::Result<()> {
         let report = GuardReport {
             held_at_s: rest.show_time_s,
             clearance_m: self.nearest.map(|pair| pair.clearance_m),
             forecast_contact_s: rest.forecast_s,
             is_margin_kept: rest.is_free,
+            border: rest.border.map(|standing| BorderStop::of(&standing, config)),
         };
-        self.summary.guard = Some(report);
+        self.summary.guard = Some(report.clone());
         let text = format!("{:>12} s  held by the guard permanently{}", Fixed::<6>(report.held_at_s), report.details());
         print_report(self.format, &MonitorLine::Guard(report), text)
     }
@@ -185,13 +186,19 @@ impl MonitorReport {
 fn alert_text(line: &AlertLine) -> String {
     let mut text = format!("{:>12} s  {:<9}", Fixed::<6>(line.time_s), line.kind);
     let who = line.who().unwrap_or_default();
-    if let (Some(clearance_m), Some([x, y])) = (line.clearance_m, line.point_m) {
+    if let (Some(_), Some(clearance_m), Some([x, y])) = (line.benches, line.clearance_m, line.point_m) {
         // Writing into a String cannot fail, here and below.
         let _ =
             write!(text, "  {who}, clearance {} m at ({}, {})", Fixed::<6>(clearance_m), Fixed::<3>(x), Fixed::<3>(y));
     }
-    if let (Some(_), Some([x, y])) = (line.bench, line.point_m) {
-        let _ = write!(text, "  {who} leaves the stage at ({}, {})", Fixed::<3>(x), Fixed::<3>(y));
+    if let (Some(AtBorder { border, distance_m }), Some([x, y])) = (&line.at_border, line.point_m) {
+        let (distance, at) = (Fixed::<3>(*distance_m), format_args!("at ({}, {})", Fixed::<3>(x), Fixed::<3>(y)));
+        let _ = match AlertKind::ALL.into_iter().find(|kind| kind.name() == line.kind) {
+            Some(AlertKind::Outside) => write!(text, "  {who} leaves the stage {at}"),
+            Some(AlertKind::Inside) => write!(text, "  {who} is on the stage again {at}"),
+            Some(AlertKind::KeepOut) => write!(text, "  {who} enters {border} {at}"),
+            _ => write!(text, "  {who}, {distance} m from {border} {at}"),
+        };
     }
     if let Some(forecast_s) = line.forecast_s.filter(|_| line.kind == AlertKind::Near.name()) {
         let _ = write!(text, ", contact forecast at {} s", Fixed::<6>(forecast_s));

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::Show;
 use super::children::ChildRole;
-use crate::cli::monitor::lines::ContactReport;
+use crate::cli::monitor::lines::{BorderStop, ContactReport};
 use crate::display::observe::of_formation;
 use crate::source::server::StoppedBy;
 
@@ -26,7 +26,13 @@ pub(super) enum Ending {
     /// Benches touched, which ends a rehearsal.
     Contact(ContactReport),
     /// The guard held the dragon permanently, which ends a rehearsal.
-    Guard { held_at_s: f64, is_margin_kept: bool },
+    Guard {
+        held_at_s: f64,
+        is_margin_kept: bool,
+        /// The border of the stage before which it stopped.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        border: Option<BorderStop>,
+    },
     /// The dragon reached the end of its run, which ends a rehearsal.
     EndOfRun { time_s: f64 },
     /// The show reached the time of `--until`, which ends a rehearsal.
@@ -52,18 +58,19 @@ impl From<Ending> for Outcome {
     fn from(ending: Ending) -> Self {
         let text = match &ending {
             Ending::Contact(contact) => touched(contact),
-            Ending::Guard { held_at_s, is_margin_kept: true } => {
-                format!(
-                    "The guard held the dragon permanently at {} s: beyond, margin_m is not proved to be kept.",
-                    Fixed::<6>(*held_at_s)
-                )
-            }
-            Ending::Guard { held_at_s, is_margin_kept: false } => {
-                format!(
-                    "The guard does not let the dragon walk from {} s: margin_m is not proved to be kept there. \
-                     Start or seek elsewhere.",
-                    Fixed::<6>(*held_at_s)
-                )
+            Ending::Guard { held_at_s, is_margin_kept, border } => {
+                let time = Fixed::<6>(*held_at_s);
+                let limit = border.as_ref().map_or_else(
+                    || "margin_m is not proved to be kept".to_owned(),
+                    |stop| format!("{} comes nearer to {} than clear_m", stop.who(), stop.border),
+                );
+                if *is_margin_kept {
+                    format!("The guard held the dragon permanently at {time} s: beyond, {limit}.")
+                } else {
+                    format!(
+                        "The guard does not let the dragon walk from {time} s: {limit} there. Start or seek elsewhere."
+                    )
+                }
             }
             Ending::EndOfRun { time_s } => {
                 format!("The dragon reached the end of its run at {} s.", Fixed::<3>(*time_s))
@@ -119,8 +126,11 @@ impl Show<'_> {
             return None;
         }
         let known = &self.reports.totals.summary;
-        let guard =
-            known.guard.as_ref().map(|at| Ending::Guard { held_at_s: at.held_at_s, is_margin_kept: at.is_margin_kept });
+        let guard = known.guard.as_ref().map(|at| Ending::Guard {
+            held_at_s: at.held_at_s,
+            is_margin_kept: at.is_margin_kept,
+            border: at.border.clone(),
+        });
         let end = self.seen.header.and_then(|header| match header.show_state() {
             Some(ShowState::Ended) => Some(Over::Server),
             Some(ShowState::Finished) => Some(Over::Show(Ending::EndOfRun { time_s: header.show_time_s() })),

@@ -137,7 +137,7 @@ fn of_one_dragon(args: &ContactArgs, config: &Config) -> anyhow::Result<()> {
         searched_to_s: spent.map(|spent| config.timetable().time_s(spent.reached_m)),
         play: PlayAnswer::of(config, contact.as_ref(), clearance_m, args.work),
         speed: args.max_ratio.map(|max_ratio| SpeedAnswer::of(config, max_ratio, args.work)),
-        stage: StageAnswer::of(config, args.work),
+        stage: StageAnswer::of(config.stage(), &config.formation().dragons()[0], args.work),
         profile: args.profile.then(|| Profile::of(config, to_m, args)).transpose()?,
     };
     match args.format.format {

@@ -7,8 +7,8 @@ use anyhow::ensure;
 use bench_dragon_geometry::clearance::ClearanceSearch;
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::route::{Coil, Route, RouteShape, RouteSpec, Turnaround};
+use bench_dragon_geometry::stage::{Border, Stage};
 use clap::{Args, ValueHint};
 use glam::DVec2;
 
@@ -17,7 +17,8 @@ use crate::cli::print::print_line;
 use crate::config::{Config, ConfigDocument};
 use crate::output::Counted;
 use crate::output::figure::{
-    Caption, Circle, DragonInPlan, Drawing, FigureFormat, NearestPair, Paper, PlanView, TurnMarks, missing_letter,
+    Caption, Circle, DragonInPlan, Drawing, FigureFormat, NearestPair, Paper, PlanView, StageInPlan, TurnMarks,
+    missing_letter,
 };
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
@@ -122,7 +123,7 @@ fn figure(text: &str) -> Result<FigureFile, String> {
 /// Most letters of a title. More would be too small to read.
 const MOST_LETTERS: usize = 80;
 
-fn title(text: &str) -> Result<String, String> {
+pub(super) fn title(text: &str) -> Result<String, String> {
     if text.trim().is_empty() || text.chars().count() > MOST_LETTERS {
         return Err(format!("must have 1 to {MOST_LETTERS} letters"));
     }
@@ -188,16 +189,21 @@ pub(super) fn plan_of(config: &Config, dragon: &Dragon, caption: Caption, travel
 pub(in crate::cli) fn in_plan(config: &Config, dragon: &Dragon, travel_m: f64) -> DragonInPlan {
     let handles = handles(dragon, travel_m);
     DragonInPlan {
-        outline: corners_of(config.outline()),
+        stage: stage_in_plan(config.stage()),
         route: route_around(dragon, &handles),
         boards: corners(&boards(dragon, &handles)),
         hinges: handles.iter().map(|handle| handle.position).collect(),
     }
 }
 
-/// The corners of a stage; none without an outline.
-pub(super) fn corners_of(outline: Option<&Outline>) -> Vec<DVec2> {
-    outline.map_or_else(Vec::new, |outline| outline.corners().to_vec())
+/// The borders of a stage.
+pub(super) fn stage_in_plan(stage: &Stage) -> StageInPlan {
+    let corners = |border: Option<&Border>| border.map_or_else(Vec::new, |border| border.corners().to_vec());
+    StageInPlan {
+        outline: corners(stage.outline()),
+        keep_out: stage.keep_out().iter().map(|area| area.corners().to_vec()).collect(),
+        crowd: corners(stage.crowd()),
+    }
 }
 
 pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {

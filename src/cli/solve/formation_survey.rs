@@ -13,6 +13,7 @@ use super::formation::{formation_view, refuse};
 use super::route::{RouteAnswer, RouteArgs, standing_m};
 use super::sensitivity::SensitivityArgs;
 use super::speed_limit::SpeedLimitArgs;
+use super::stage::StageAnswer;
 use super::{AnswerArgs, require_no_ground};
 use crate::cli::flags::Format;
 use crate::cli::print::{print_bytes, print_json, print_line, print_report};
@@ -38,9 +39,9 @@ struct OfDragon<'a, Answer> {
 /// Answers `solve route` for a formation.
 pub(super) fn routes(args: &RouteArgs, document: &FormationDocument) -> anyhow::Result<()> {
     keep_files_apart(&args.answer, document)?;
-    let ends_s = document.formation().dragons().iter().map(|planned| planned.timetable.end_s());
+    let planned = document.formation().dragons();
     let (dragons, texts): (Vec<_>, Vec<String>) =
-        document.dragons().iter().zip(ends_s).map(|(named, end_s)| route(args, named, end_s)).unzip();
+        document.dragons().iter().zip(planned).map(|(named, planned)| route(args, named, planned)).unzip();
     print_report(args.answer.format.format, &Dragons { dragons }, texts.join("\n\n"))?;
     let figure = &args.answer.figure;
     if figure.is_asked() {
@@ -54,12 +55,14 @@ pub(super) fn routes(args: &RouteArgs, document: &FormationDocument) -> anyhow::
     }
 }
 
-/// The survey of a dragon's route, for JSON and as text. `end_s` is the plan time at which the dragon reaches its end.
-fn route<'a>(args: &RouteArgs, named: &'a NamedDragon, end_s: f64) -> (OfDragon<'a, RouteAnswer>, String) {
+/// The survey of a dragon's route, for JSON and as text.
+fn route<'a>(args: &RouteArgs, named: &'a NamedDragon, planned: &Planned) -> (OfDragon<'a, RouteAnswer>, String) {
     let config = &named.config;
     let meter = args.answer.work.meter();
     let survey = RouteSurvey::of(config.lead().route(), config.route(), standing_m(config.lead()), &meter);
-    let answer = RouteAnswer::of(config.document(), &survey, Ok(config)).ending_at(end_s);
+    let stage = StageAnswer::of(config.stage(), planned, args.answer.work);
+    let answer = RouteAnswer::of(config.document(), &survey, Ok(config)).ending_at(planned.timetable.end_s());
+    let answer = answer.on_stage(stage);
     let text = answer.text(config.route(), config.document().drawing());
     let text = format!("{:<16} {}\n{text}", "dragon", named.name);
     (OfDragon { dragon: &named.name, answer }, text)

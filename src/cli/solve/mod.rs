@@ -32,6 +32,7 @@ mod sensitivity;
 mod shortest_turn;
 mod speed_limit;
 mod stage;
+mod sweep;
 mod turn;
 mod turn_play;
 
@@ -49,7 +50,8 @@ pub(super) use formation::dragons_in_plan;
   bench-dragon solve speed-limit --limit 2 --save-config fast.toml
   bench-dragon solve profile --limit 2 --accel 0.5 --save-config quick.toml
   bench-dragon solve sensitivity --figure sensitivity.svg
-  bench-dragon solve schedule --config square.toml --clearance 0.5")]
+  bench-dragon solve schedule --config square.toml --clearance 0.5
+  bench-dragon solve sweep --config square.toml --figure floor.dxf")]
 #[command(subcommand_value_name = "QUESTION", subcommand_help_heading = "Questions")]
 pub(crate) struct SolveArgs {
     /// The question to answer.
@@ -69,6 +71,7 @@ pub(crate) enum Question {
     Profile(profile::ProfileArgs),
     Sensitivity(sensitivity::SensitivityArgs),
     Schedule(schedule::ScheduleArgs),
+    Sweep(sweep::SweepArgs),
 }
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
@@ -82,6 +85,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Profile(args) => profile::run(&args)?,
         Question::Sensitivity(args) => sensitivity::run(&args)?,
         Question::Schedule(args) => schedule::run(&args)?,
+        Question::Sweep(args) => sweep::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -11,7 +11,7 @@ use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
 
-use super::figure::{corners_of, in_plan, polyline};
+use super::figure::{in_plan, polyline, stage_in_plan};
 use super::stage::StageAnswer;
 use super::{AnswerArgs, formation_survey, list, load_any_plan, save_config};
 use crate::cli::flags::ConfigArgs;
@@ -119,10 +119,10 @@ pub(super) fn run(args: &RouteArgs) -> anyhow::Result<()> {
     let standing_m = placed.as_ref().map_or(document.dimensions().links_m(), |config| standing_m(config.lead()));
     let survey = RouteSurvey::of(&route, document.route(), standing_m, &args.answer.work.meter());
     let stage = match &placed {
-        Ok(config) => StageAnswer::of(config, args.answer.work),
-        Err(_) => document.outline().map(|_| StageAnswer::default()),
+        Ok(config) => StageAnswer::of(config.stage(), &config.formation().dragons()[0], args.answer.work),
+        Err(_) => document.stage().outline().map(|_| StageAnswer::default()),
     };
-    let answer = RouteAnswer { stage, ..RouteAnswer::of(&document, &survey, placed.as_ref()) };
+    let answer = RouteAnswer::of(&document, &survey, placed.as_ref()).on_stage(stage);
     print_report(args.answer.format.format, &answer, answer.text(document.route(), document.drawing()))?;
     draw(args, &document, &route, &survey, &placed, &answer)?;
     match &placed {
@@ -180,6 +180,11 @@ impl RouteAnswer {
     /// The same answer, of a run that ends at another time.
     pub(super) fn ending_at(self, run_end_s: f64) -> Self {
         Self { run_end_s: Some(run_end_s), ..self }
+    }
+
+    /// The same answer, with that about the stage.
+    pub(super) fn on_stage(self, stage: Option<StageAnswer>) -> Self {
+        Self { stage, ..self }
     }
 
     pub(super) fn text(&self, plan: &RouteSpec, drawing: Option<&DrawingFit>) -> String {
@@ -318,7 +323,7 @@ fn draw(
         caption: figure.caption_of(document, title),
         dragon: DragonInPlan {
             route: polyline(route, start_m - document.dimensions().links_m(), start_m),
-            outline: corners_of(document.outline()),
+            stage: stage_in_plan(document.stage()),
             ..dragon.unwrap_or_default()
         },
         walked: polyline(route, start_m, walked_to_m),

@@ -1,11 +1,12 @@
 //! The part of an answer about the outline of the stage.
 
-use bench_dragon_geometry::clearance::{StageExit, first_exit, standing_outside};
+use bench_dragon_geometry::clearance::{Breach, first_breach, standing_at};
+use bench_dragon_geometry::formation::{Formation, Planned};
 use bench_dragon_geometry::number::{Fixed, Place};
+use bench_dragon_geometry::stage::{BorderKind, Stage};
 use serde::Serialize;
 
 use super::WorkArgs;
-use crate::config::Config;
 use crate::output::Counted;
 
 /// Whether the dragon stays on the stage during its run.
@@ -27,12 +28,14 @@ struct Leaving {
 }
 
 impl StageAnswer {
-    /// The answer for a configuration; `None` if its stage has no outline.
-    pub(super) fn of(config: &Config, work: WorkArgs) -> Option<Self> {
-        let outline = config.outline()?;
-        let answer = Self { outside_at_start: Some(standing_outside(config.lead(), outline)), ..Self::default() };
-        Some(match first_exit(&config.lead().metered(&work.meter()), outline) {
-            Ok(exit) => Self { leaves_stage: exit.map(|exit| Leaving::of(&exit, config)), ..answer },
+    /// The answer for a dragon; `None` if the stage has no outline.
+    pub(super) fn of(stage: &Stage, planned: &Planned, work: WorkArgs) -> Option<Self> {
+        let within = Stage::new(vec![stage.outline()?.clone()], 0.0);
+        let alone = Formation::of_one(planned.clone());
+        let standing = standing_at(&alone, &within, BorderKind::Outline, 0.0, alone.begin_m());
+        let answer = Self { outside_at_start: Some(standing.len()), ..Self::default() };
+        Some(match first_breach(&planned.dragon.metered(&work.meter()), &within, 0.0) {
+            Ok(exit) => Self { leaves_stage: exit.map(|exit| Leaving::of(&exit, planned)), ..answer },
             Err(spent) => Self { stage_undecided: Some(spent.to_string()), ..answer },
         })
     }
@@ -66,7 +69,7 @@ impl StageAnswer {
 }
 
 impl Leaving {
-    fn of(&StageExit { travel_m, bench, point }: &StageExit, config: &Config) -> Self {
-        Self { time_s: config.timetable().time_s(travel_m), bench, point_m: point.to_array() }
+    fn of(&Breach { travel_m, bench, point, .. }: &Breach, planned: &Planned) -> Self {
+        Self { time_s: planned.timetable.time_s(travel_m), bench, point_m: point.to_array() }
     }
 }

@@ -3,8 +3,9 @@
 use std::io;
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, PlayEnd};
-use bench_dragon_geometry::dragon::Board;
+use bench_dragon_geometry::clearance::{ClearanceSearch, PairClearance, PlayEnd, first_breach};
+use bench_dragon_geometry::dragon::{Board, Meter};
+use bench_dragon_geometry::formation::Planned;
 use bench_dragon_ipc::{FrameHeader, GuardState, HandleState, Status};
 
 use super::clearance_memory::ClearanceMemory;
@@ -15,6 +16,9 @@ use super::show_forecast::ShowForecast;
 use super::snapshot::LeastClearance;
 use crate::config::{Config, FORECAST_SPEED_MPS};
 use crate::safety::forecast::Forecaster;
+
+/// Greatest work for finding where a board comes too near to a border, in steps: about a fifth of a second.
+const BORDER_STEPS: u64 = 4_000_000;
 
 /// Greatest wall time between the last frame of a run and the first frame of the run that continues it, in seconds.
 const LONGEST_BREAK_S: f64 = 1.0;
@@ -36,6 +40,8 @@ pub(super) struct CurrentRun {
     forecaster: Option<Forecaster>,
     /// Clearance that the forecast searches for: 0, or the guard's margin.
     looked_for_m: f64,
+    /// Place of the course at which a board comes too near to a border that the guard keeps clear.
+    border_m: Option<f64>,
     pub(super) planner: Option<ClearancePlanner>,
 }
 
@@ -76,6 +82,7 @@ impl CurrentRun {
             (Arc::new(chart), least, WalkingSpeed::default())
         };
         Ok(Self {
+            border_m: border_m(&config).filter(|_| forecasts),
             clearances: ClearanceSearch::of(config.formation().layout()),
             run: Arc::new(DescribedRun::new(header.run_id, config)),
             chart,
@@ -130,7 +137,8 @@ impl CurrentRun {
         let motion = HeadMotion::new(header, self.clock(header), self.run.config.accel_mps2_at(travel_m));
         let end_m = self.run.config.formation().end_m();
         let possible = ShowForecast::possible_contact(&forecast, &motion, header.show_state());
-        (ShowForecast::of(&forecast, &motion, header.show_state(), end_m, guarded), possible)
+        let state = header.show_state();
+        (ShowForecast::of(&forecast, &motion, state, end_m, guarded, self.border_m), possible)
     }
 
     /// Where the proof about loose hinges ends, if the search has got there.
@@ -161,6 +169,17 @@ impl CurrentRun {
         let speed_mps = ordered_mps.or(self.walking_speed.steady_mps).unwrap_or(planned_mps);
         TravelClock { travel_m: header.course_m, time_s: header.show_time_s(), speed_mps }
     }
+}
+
+/// The first place of the course at which a board comes too near to a border that the guard keeps clear. `None` also where it takes too much
+/// work.
+fn border_m(config: &Config) -> Option<f64> {
+    let (stage, formation) = (config.guarded_stage()?, config.formation().metered(&Meter::of(BORDER_STEPS)));
+    let place_m = |(number, planned): (usize, &Planned)| {
+        let breach = first_breach(&planned.dragon, stage, stage.clear_m()).ok()??;
+        Some(formation.place_of(number, breach.travel_m))
+    };
+    formation.dragons().iter().enumerate().filter_map(place_m).reduce(f64::min)
 }
 
 /// The last steady speed of a head.

@@ -1,7 +1,8 @@
 //! A run as its description defines it, and the clearance measured in it so far.
 
+use bench_dragon_geometry::clearance::standing_at;
 use bench_dragon_geometry::dragon::Dragon;
-use bench_dragon_geometry::outline::Outline;
+use bench_dragon_geometry::stage::{Border, BorderKind, Stage};
 use glam::DVec2;
 
 use crate::config::Config;
@@ -23,7 +24,7 @@ pub struct DescribedRun {
     pub config: Config,
     /// Points of each dragon's route in metres, from its length behind the start to the route's end.
     pub routes: Vec<Vec<DVec2>>,
-    /// Low and high corner of the part of the plane that a plan shows at first: the walked routes, the outline of the stage, and
+    /// Low and high corner of the part of the plane that a plan shows at first: the walked routes, the borders of the stage, and
     /// the parts behind the starts that are not far from them.
     pub view: [DVec2; 2],
 }
@@ -34,12 +35,21 @@ impl DescribedRun {
         let dragons = config.formation().dragons();
         let most_points = MAX_POINTS / dragons.len();
         let curves: Vec<Curve> = dragons.iter().map(|planned| Curve::of(&planned.dragon, most_points)).collect();
-        let corners = config.outline().map(Outline::corners).unwrap_or_default();
+        let corners = config.stage().borders().iter().flat_map(Border::corners);
         let core = curves.iter().flat_map(Curve::core).chain(corners);
         let behind = curves.iter().flat_map(|curve| &curve.behind);
         let view = visible_box(core.copied(), behind.copied()).expect("a route has points");
         let routes = curves.into_iter().map(|Curve { behind, walked, .. }| [behind, walked].concat()).collect();
         Self { run_id, config, routes, view }
+    }
+
+    /// Whether a board is too near to an area or to the crowd for a guard that keeps clear of them, at a place of the course.
+    pub(super) fn is_too_near_at(&self, course_m: f64) -> bool {
+        let formation = self.config.formation();
+        let course_m = course_m.clamp(formation.begin_m(), formation.end_m());
+        let is_near = |stage: &Stage, kind| !standing_at(formation, stage, kind, stage.clear_m(), course_m).is_empty();
+        let kinds = [BorderKind::KeepOut, BorderKind::Crowd];
+        self.config.guarded_stage().is_some_and(|stage| kinds.into_iter().any(|kind| is_near(stage, kind)))
     }
 }
 

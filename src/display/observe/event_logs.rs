@@ -159,7 +159,7 @@ mod tests {
         assert_eq!(numbers, (1..=KEPT_ALERTS as u64).collect::<Vec<_>>());
         assert_eq!((log.log.total, log.log.since(KEPT_ALERTS as u64).count()), (KEPT_ALERTS as u64 + 1, 1));
         let counts: Vec<u64> = log.counts().map(|(_, count)| count).collect();
-        assert_eq!(counts, [KEPT_ALERTS as u64, 0, 0, 0, 0, 1, 0]);
+        assert_eq!(counts, [KEPT_ALERTS as u64, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0]);
     }
 
     #[test]

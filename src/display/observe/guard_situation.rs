@@ -15,7 +15,7 @@ pub enum GuardSituation {
     Waiting,
     /// A guard runs, and granted travel lies ahead of the head.
     Working,
-    /// The head stands at the end of the proven travel: further on, two benches come nearer than the margin.
+    /// The head stands at the end of the proven travel: further on, two benches come nearer than the margin, or a board too near to a border.
     AtEnd {
         /// Whether only a seek can move the dragon. Timecode can move it too, so under timecode this is false.
         for_good: bool,
@@ -26,13 +26,14 @@ pub enum GuardSituation {
 
 impl GuardSituation {
     /// Derives the situation from a source's status, the newest frame of its run, that frame's nearest pair, the guard's margin,
-    /// and the end of the proof about loose hinges.
+    /// the end of the proof about loose hinges, and whether a board is too near to a border of the stage.
     pub(super) fn of(
         status: &Status,
         header: &FrameHeader,
         nearest: Option<PairClearance>,
         margin_m: f64,
         play_end: Option<PlayEnd>,
+        is_near_border: impl FnOnce() -> bool,
     ) -> Self {
         match status.guard_state() {
             None | Some(GuardState::None) => return Self::None,
@@ -49,7 +50,7 @@ impl GuardSituation {
         // of loose hinges.
         let is_refused = nearest.is_some_and(|pair| pair.clearance_m < margin_m);
         let is_unproved = play_end.is_some_and(|end| end.travel_m <= header.course_m);
-        if is_final || is_refused || is_unproved {
+        if is_final || is_refused || is_unproved || is_near_border() {
             let for_good = status.timecode_state() == Some(TimecodeState::None);
             return Self::AtEnd { for_good };
         }
@@ -101,7 +102,12 @@ mod tests {
             (status(running, at_limit, 30.0, TimecodeState::Lost), GuardSituation::AtEnd { for_good: false }),
             (status(running, at_run_end, 30.0, none), GuardSituation::Working),
         ] {
-            assert_eq!(GuardSituation::of(&status, &held, None, 0.0005, None), expected, "{:?}", status.stops());
+            assert_eq!(
+                GuardSituation::of(&status, &held, None, 0.0005, None, || false),
+                expected,
+                "{:?}",
+                status.stops()
+            );
         }
     }
 
@@ -111,8 +117,17 @@ mod tests {
         let stops = Stops::from([Stop::GuardLimit]);
         let status = status(GuardState::Running, stops, f64::NAN, TimecodeState::None);
         let pair = PairClearance { benches: [0, 8], clearance_m: 0.0004, point: glam::DVec2::ZERO };
-        let situation = GuardSituation::of(&status, &held, Some(pair), 0.0005, None);
+        let situation = GuardSituation::of(&status, &held, Some(pair), 0.0005, None, || false);
         assert_eq!(situation, GuardSituation::AtEnd { for_good: true });
+    }
+
+    #[test]
+    fn a_head_repositioned_too_near_to_a_border_gets_no_grant() {
+        let held = FrameHeader { state: ShowState::Held.to_wire(), ..FrameHeader::default() };
+        let status = status(GuardState::Running, Stops::from([Stop::GuardLimit]), f64::NAN, TimecodeState::None);
+        let situation = |is_near| GuardSituation::of(&status, &held, None, 0.0005, None, || is_near);
+        assert_eq!(situation(true), GuardSituation::AtEnd { for_good: true });
+        assert_eq!(situation(false), GuardSituation::Waiting);
     }
 
     #[test]
@@ -123,7 +138,7 @@ mod tests {
         let far = PairClearance { benches: [0, 8], clearance_m: 0.02, point: glam::DVec2::ZERO };
         let situation = |travel_m| {
             let end = PlayEnd { travel_m, benches: Some([0, 9]) };
-            GuardSituation::of(&status, &held, Some(far), 0.0005, Some(end))
+            GuardSituation::of(&status, &held, Some(far), 0.0005, Some(end), || false)
         };
         assert_eq!(situation(30.0), GuardSituation::AtEnd { for_good: true });
         assert_eq!(situation(31.0), GuardSituation::Waiting);

@@ -300,7 +300,8 @@ impl ObserverState {
             snapshot.clock = Some(run.clock(&frame.header));
             let guard = status.as_deref().map(|status| {
                 let margin_m = run.run.config.tables().monitor.margin_m;
-                GuardSituation::of(status, &frame.header, snapshot.nearest, margin_m, run.play_end())
+                let is_near_border = || run.run.is_too_near_at(frame.header.course_m);
+                GuardSituation::of(status, &frame.header, snapshot.nearest, margin_m, run.play_end(), is_near_border)
             });
             snapshot.guard = guard.unwrap_or_default();
         }

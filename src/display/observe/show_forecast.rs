@@ -50,13 +50,15 @@ pub enum ShowForecast {
 
 impl ShowForecast {
     /// Derives the next event from a forecast and the head's motion, for a run that ends at the travel `end_m`. `guarded` is
-    /// the status of a guarded server. With it, the forecast searches for the guard's margin; without it, for contacts.
+    /// the status of a guarded server. With it, the forecast searches for the guard's margin; without it, for contacts. `border_m` is
+    /// where a board comes too near to a border that the guard keeps clear.
     pub(super) fn of(
         forecast: &Forecast,
         motion: &HeadMotion,
         state: Option<ShowState>,
         end_m: f64,
         guarded: Option<&Status>,
+        border_m: Option<f64>,
     ) -> Self {
         match state {
             Some(ShowState::Stopping) => return Self::of_stopping(forecast, motion, end_m, guarded),
@@ -73,11 +75,11 @@ impl ShowForecast {
             return Self::Unknown;
         }
         if let Some(status) = guarded
-            && let Some(PlayEnd { travel_m, benches }) = violation(forecast)
+            && let Some(PlayEnd { travel_m, benches }) = violation(forecast, border_m, motion.clock.travel_m)
         {
             let rest_m = status.guard_end().filter(|end_m| *end_m < travel_m).unwrap_or(travel_m);
             let at = motion.resting_at(rest_m);
-            // Without benches, a pole might stop there.
+            // Without benches, a pole might stop there, or a board is near a border.
             return if benches.is_some() { Self::GuardStop { at, benches } } else { Self::Rest { at } };
         }
         if let Some(contact) = forecast.contact.filter(|_| guarded.is_none()) {
@@ -134,11 +136,13 @@ impl ShowForecast {
     }
 }
 
-/// Where the guard's proof ends: at the first pair of boards within its margin, in any pose that the hinges allow.
-fn violation(forecast: &Forecast) -> Option<PlayEnd> {
+/// Where the guard's proof ends: at the first pair of boards within its margin, in any pose that the hinges allow, or at a border that is
+/// ahead of a place.
+fn violation(forecast: &Forecast, border_m: Option<f64>, here_m: f64) -> Option<PlayEnd> {
     let nominal =
         forecast.contact.map(|Contact { travel_m, benches, .. }| PlayEnd { travel_m, benches: Some(benches) });
-    let ends = forecast.play_end().into_iter().chain(nominal);
+    let border = border_m.filter(|&at_m| at_m >= here_m).map(|travel_m| PlayEnd { travel_m, benches: None });
+    let ends = forecast.play_end().into_iter().chain(nominal).chain(border);
     ends.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m))
 }
 
@@ -164,7 +168,7 @@ mod tests {
     }
 
     fn ahead(contact_m: Option<f64>, state: ShowState, guarded: Option<&Status>) -> ShowForecast {
-        ShowForecast::of(&forecast(contact_m), &motion(), Some(state), 50.0, guarded)
+        ShowForecast::of(&forecast(contact_m), &motion(), Some(state), 50.0, guarded, None)
     }
 
     fn guarded(guard: GuardState, granted_to_m: f64, guard_end_m: f64) -> Status {
@@ -182,7 +186,7 @@ mod tests {
     fn a_guard_stops_before_a_possible_contact_and_otherwise_both_are_shown() {
         let end = Some(PlayEnd { travel_m: 12.5, benches: Some([0, 9]) });
         let loose = Forecast { play: Some(PlayForecast { free_to_m: 12.5, end }), ..forecast(Some(13.7)) };
-        let of = |guarded| ShowForecast::of(&loose, &motion(), Some(ShowState::Running), 50.0, guarded);
+        let of = |guarded| ShowForecast::of(&loose, &motion(), Some(ShowState::Running), 50.0, guarded, None);
         assert!(matches!(of(None), ShowForecast::Contact { benches: [0, 8], .. }));
         let possible = ShowForecast::possible_contact(&loose, &motion(), Some(ShowState::Running)).expect("one");
         assert_eq!((possible.travel_m, possible.time_s), (12.5, 12.5));
@@ -204,7 +208,7 @@ mod tests {
     #[test]
     fn a_run_that_is_over_has_no_forecast() {
         assert_eq!(ahead(None, ShowState::Finished, None), ShowForecast::Unknown);
-        let held_at_end = ShowForecast::of(&forecast(None), &motion(), Some(ShowState::Held), 10.0, None);
+        let held_at_end = ShowForecast::of(&forecast(None), &motion(), Some(ShowState::Held), 10.0, None, None);
         assert_eq!(held_at_end, ShowForecast::Unknown);
         assert_eq!(ahead(Some(13.0), ShowState::Ended, None), ShowForecast::Unknown);
     }
@@ -219,6 +223,23 @@ mod tests {
         assert_eq!(known.arrival().map(|at| at.travel_m), Some(19.0));
         let free = ahead(None, ShowState::Running, Some(&guarded(GuardState::Running, 11.5, Status::NONE)));
         assert!(matches!(free, ShowForecast::Free { is_end: true, .. }), "{free:?}");
+    }
+
+    #[test]
+    fn a_guarded_head_rests_before_a_border_that_is_ahead() {
+        let status = guarded(GuardState::Running, 11.5, Status::NONE);
+        let of = |contact_m, border_m, guarded| {
+            ShowForecast::of(&forecast(contact_m), &motion(), Some(ShowState::Running), 50.0, guarded, border_m)
+        };
+        let rest_m = |ahead: ShowForecast| match ahead {
+            ShowForecast::Rest { at } => Some(at.travel_m),
+            _ => None,
+        };
+        assert_eq!(rest_m(of(None, Some(20.0), Some(&status))), Some(20.0));
+        assert_eq!(rest_m(of(Some(30.0), Some(20.0), Some(&status))), Some(20.0));
+        assert_eq!(rest_m(of(Some(15.0), Some(20.0), Some(&status))), None, "a pair is nearer");
+        assert_eq!(rest_m(of(None, Some(5.0), Some(&status))), None, "it is behind");
+        assert_eq!(rest_m(of(None, Some(20.0), None)), None, "nothing stops there");
     }
 
     #[test]

@@ -295,8 +295,7 @@ fn held(snapshot: &Snapshot) -> Standing {
 
 const RELEASE: &str = "A release lifts the hold.";
 const LOOK_AND_RELEASE: &str = "Look at the dragon, then release it.";
-const GUARD_END: &str =
-    "The guard has stopped the dragon permanently: ahead, benches come nearer than the margin, or nothing is proved.";
+const GUARD_END: &str = "The guard has stopped the dragon permanently: ahead, benches come nearer than the margin or a border, or nothing is proved.";
 
 /// The stop that remains after the release of a hold.
 fn behind_the_hold(guard: GuardSituation) -> &'static str {

@@ -2,8 +2,8 @@
 
 use std::net::IpAddr;
 
-use bench_dragon_geometry::outline::Outline;
 use bench_dragon_geometry::planner::ClosestApproach;
+use bench_dragon_geometry::stage::Border;
 use bench_dragon_ipc::{Alert, CommandEvent, ReplayStatus, Request, Status, Stop};
 use glam::DVec2;
 use jiff::Zoned;
@@ -45,8 +45,10 @@ pub(super) fn run_message(run: &DescribedRun) -> Value {
         // Points as x, y, x, y, …, rounded to a millimetre. Low and high corner of the part of the plane to show at first.
         "route": in_a_row(&run.routes[0]),
         "view": in_a_row(&run.view),
-        // Corners of the stage's outline; empty without one.
-        "outline": in_a_row(config.outline().map(Outline::corners).unwrap_or_default()),
+        // Corners of the stage's outline, and points of the crowd's line; empty without one. Corners of each area to keep out of.
+        "outline": in_a_row(config.stage().outline().map(Border::corners).unwrap_or_default()),
+        "keep_out": config.stage().keep_out().iter().map(|area| in_a_row(area.corners())).collect::<Vec<_>>(),
+        "crowd": in_a_row(config.stage().crowd().map(Border::corners).unwrap_or_default()),
     });
     match config.named() {
         // The values of the message are then those of the leading dragon, except `benches`.

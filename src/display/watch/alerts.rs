@@ -127,7 +127,7 @@ mod tests {
     fn alerts_are_filtered_by_kind() {
         let snapshot = snapshot(ShowState::Running, 300.0);
         let near = |keys| text_after(keys, &snapshot).contains("near      0-11");
-        assert_eq!(["", "k", "kk", "kkkkk", "kkkkkkkkk"].map(near), [true, false, false, true, true]);
+        assert_eq!(["", "k", "kk", "kkkkkk", "kkkkkkkkkkkkk"].map(near), [true, false, false, true, true]);
         let without = text_after("k", &snapshot);
         assert!(without.contains("2 alerts, without near") && without.contains("restarted"), "{without}");
     }

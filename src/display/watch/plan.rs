@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use bench_dragon_geometry::dragon::Board;
+use bench_dragon_geometry::stage::BorderKind;
 use bench_dragon_ipc::HandleState;
 use glam::DVec2;
 use ratatui::Frame;
@@ -46,9 +47,11 @@ fn paint(context: &mut Context<'_>, viewport: &Viewport, snapshot: &Snapshot, sc
             line(context, [ends[0], ends[1]], look.theme.colour(Color::DarkGray));
         }
     }
-    if let Some(outline) = snapshot.run.as_ref().and_then(|run| run.config.outline()) {
-        let corners = outline.corners();
-        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+    for border in snapshot.run.iter().flat_map(|run| run.config.stage().borders()) {
+        let corners = border.corners();
+        let is_closed = border.kind() != BorderKind::Crowd;
+        let next = corners.iter().skip(1).chain(corners.first().filter(|_| is_closed));
+        for (from, to) in corners.iter().zip(next) {
             line(context, [*from, *to], look.theme.colour(Color::Gray));
         }
     }

@@ -3,15 +3,14 @@
 use glam::DVec2;
 use kurbo::Point;
 
-use super::drawing::{Drawing, Mark, contains, polygon};
+use super::drawing::{Drawing, contains};
 use super::page::{LegendEntry, Swatch};
 use super::plot::Plot;
+use super::stage::StageInPlan;
 use super::style::{BLACK, FINE_WIDTH, GREY, LABEL_SIZE, LineStyle, ORANGE, SKY_BLUE, VERMILION};
 use super::text::Text;
 
 const OUTLINE_WIDTH: f64 = 0.1;
-/// Width of the line around the stage.
-const STAGE_WIDTH: f64 = 0.5;
 /// Sufficient room around a name in millimetres; more room counts as equal.
 const ENOUGH_FREE: f64 = 4.0;
 /// Number of tried positions along each of three lines of a board.
@@ -26,18 +25,15 @@ pub struct DragonInPlan {
     pub boards: Vec<[DVec2; 4]>,
     /// All hinges.
     pub hinges: Vec<DVec2>,
-    /// Corners of the stage's outline; empty without one.
-    pub outline: Vec<DVec2>,
+    /// The borders of the stage.
+    pub stage: StageInPlan,
 }
 
 impl DragonInPlan {
     /// Draws the stage, the route, the boards from the tail to the head, then the hinges, clipped to the plot. Marked benches
     /// have a separate colour.
     pub(super) fn draw(&self, drawing: &mut Drawing, plot: &Plot, marked: &[usize], hinge_radius: f64) {
-        if !self.outline.is_empty() {
-            let edges = polygon(self.outline.iter().map(|corner| plot.at(*corner)));
-            drawing.push(Mark::stroked(edges, BLACK, STAGE_WIDTH).clipped(plot.area).labelled("stage"));
-        }
+        self.stage.draw(drawing, plot);
         drawing.push(plot.line(&self.route, GREY, FINE_WIDTH));
         for (bench, corners) in self.boards.iter().enumerate().rev() {
             let colour = match bench {
@@ -56,11 +52,7 @@ impl DragonInPlan {
     /// Entries of the legend, with a name for the marked benches.
     pub(super) fn legend(&self, marked: &[usize], marked_as: &str, hinge_radius: f64) -> Vec<LegendEntry> {
         let line = Swatch::Line { colour: GREY, width: FINE_WIDTH, style: LineStyle::Solid };
-        let mut entries = Vec::new();
-        if !self.outline.is_empty() {
-            let stage = Swatch::Line { colour: BLACK, width: STAGE_WIDTH, style: LineStyle::Solid };
-            entries.push(LegendEntry::new(stage, "stage"));
-        }
+        let mut entries = self.stage.legend();
         if self.boards.is_empty() {
             entries.push(LegendEntry::new(line, "route"));
             return entries;

@@ -4,7 +4,7 @@ use glam::DVec2;
 use kurbo::Rect;
 
 use super::boards::DragonInPlan;
-use super::drawing::{Drawing, Mark, circle, polygon};
+use super::drawing::{Drawing, Mark, circle};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::style::{BLACK, BOTTOM_MARGIN, Colour, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, LINES, LineStyle, PLOT_WIDTH};
@@ -39,7 +39,6 @@ const MARGIN: f64 = 0.03;
 /// Least and greatest height of the plan.
 const HEIGHTS: [f64; 2] = [50.0, 160.0];
 const OUTLINE_WIDTH: f64 = 0.1;
-const STAGE_WIDTH: f64 = 0.5;
 const MARK_RADIUS: f64 = 2.0;
 
 impl FormationView {
@@ -52,11 +51,7 @@ impl FormationView {
         let height = (PLOT_WIDTH * (high.y - low.y) / (high.x - low.x)).clamp(HEIGHTS[0], HEIGHTS[1]);
         let (mut drawing, top) = page(&self.caption, &self.legend(), height + BOTTOM_MARGIN);
         let plot = Plot::plan(Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, height)), low, high);
-        let outline = &self.dragons[0].dragon.outline;
-        if !outline.is_empty() {
-            let edges = polygon(outline.iter().map(|corner| plot.at(*corner)));
-            drawing.push(Mark::stroked(edges, BLACK, STAGE_WIDTH).clipped(plot.area).labelled("stage"));
-        }
+        self.dragons[0].dragon.stage.draw(&mut drawing, &plot);
         for (number, named) in self.dragons.iter().enumerate() {
             drawing.push(plot.line(&named.dragon.route, named.colour(number), FINE_WIDTH));
         }
@@ -78,8 +73,8 @@ impl FormationView {
         let core = self.dragons.iter().flat_map(|named| named.dragon.boards.iter().flatten().copied());
         let routes =
             self.dragons.iter().filter(|_| self.shows_routes).flat_map(|named| named.dragon.route.iter().copied());
-        let outline = self.dragons[0].dragon.outline.iter().copied();
-        let [low, high] = visible_box(core.chain(routes), outline).expect("a dragon has boards");
+        let stage = self.dragons[0].dragon.stage.points();
+        let [low, high] = visible_box(core.chain(routes), stage).expect("a dragon has boards");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }
@@ -92,6 +87,7 @@ impl FormationView {
         entries.push(LegendEntry::new(Swatch::Area(BLACK), "heads"));
         let route = Swatch::Line { colour: self.dragons[0].colour(0), width: FINE_WIDTH, style: LineStyle::Solid };
         entries.push(LegendEntry::new(route, "route"));
+        entries.extend(self.dragons[0].dragon.stage.legend());
         entries
     }
 }

@@ -10,8 +10,8 @@
 //!
 //! | files | contents |
 //! |---|---|
-//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `profile`, `sensitivity`, `timeline`, `coordination`, `time_distance` | the figures |
-//! | `page`, `plot`, `boards`, `notes`, `text`, `style` | their parts |
+//! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `profile`, `sensitivity`, `timeline`, `coordination`, `time_distance`, `sweep` | the figures |
+//! | `page`, `plot`, `boards`, `stage`, `notes`, `text`, `style` | their parts |
 //! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
 
 mod boards;
@@ -29,8 +29,10 @@ mod profile;
 mod route;
 mod sensitivity;
 mod speeds;
+mod stage;
 mod style;
 mod svg;
+mod sweep;
 mod text;
 mod time_distance;
 mod timeline;
@@ -49,6 +51,8 @@ pub use profile::{SpeedLine, SpeedProfile};
 pub use route::RouteView;
 pub use sensitivity::{ChartQuantity, SensitivityChart};
 pub use speeds::{HandleSpeed, LargestSpeed, SpeedRange, SpeedsOverTime};
+pub use stage::StageInPlan;
+pub use sweep::SweepView;
 pub use time_distance::{DragonLine, PassingMark, TimeDistanceChart};
 pub use timeline::{ShowTimeline, StateLook, StateSpan};
 

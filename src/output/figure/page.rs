@@ -3,6 +3,7 @@
 use kurbo::{Point, Rect, Shape as _, Size};
 
 use super::drawing::{Drawing, Mark, circle, polyline};
+use super::stage::hatching;
 use super::style::{
     BLACK, Colour, FINE_WIDTH, LABEL_SIZE, LEFT_MARGIN, LEGEND_GAP, LineStyle, PAGE_WIDTH, PLOT_WIDTH, TICK_SIZE,
     TITLE_SIZE,
@@ -32,6 +33,7 @@ pub(super) struct LegendEntry {
 pub(super) enum Swatch {
     Line { colour: Colour, width: f64, style: LineStyle },
     Area(Colour),
+    Hatched,
     Dot { colour: Colour, radius: f64 },
     Ring { colour: Colour, radius: f64 },
 }
@@ -144,6 +146,13 @@ impl LegendEntry {
                 let area = Rect::from_points(at - (0.0, 1.0), end + (0.0, 1.0));
                 Mark::filled(area.to_path(0.0), colour).outlined(BLACK, FINE_WIDTH)
             }
+            Swatch::Hatched => {
+                let area = Rect::from_points(at - (0.0, 1.0), end + (0.0, 1.0));
+                let corners = [(area.x0, area.y0), (area.x1, area.y0), (area.x1, area.y1), (area.x0, area.y1)];
+                let mut lines = hatching(&corners.map(Point::from));
+                lines.extend(area.to_path(0.0));
+                Mark::stroked(lines, BLACK, FINE_WIDTH)
+            }
             Swatch::Dot { colour, radius } => Mark::filled(circle(middle, radius), colour),
             Swatch::Ring { colour, radius } => Mark::stroked(circle(middle, radius), colour, FINE_WIDTH),
         });
@@ -155,7 +164,7 @@ impl LegendEntry {
 impl Swatch {
     fn width(self) -> f64 {
         match self {
-            Self::Line { .. } | Self::Area(_) => SWATCH_WIDTH,
+            Self::Line { .. } | Self::Area(_) | Self::Hatched => SWATCH_WIDTH,
             Self::Dot { .. } | Self::Ring { .. } => DOT_SWATCH_WIDTH,
         }
     }

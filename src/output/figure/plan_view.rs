@@ -126,7 +126,7 @@ impl PlanView {
         let circle =
             self.circle.iter().flat_map(|circle| [-1.0, 1.0].map(|side| circle.centre + side * circle.radius_m));
         let core = self.dragon.boards.iter().flatten().copied().chain(circle);
-        let [low, high] = visible_box(core, self.dragon.outline.iter().copied()).expect("a dragon has boards");
+        let [low, high] = visible_box(core, self.dragon.stage.points()).expect("a dragon has boards");
         let margin_m = MARGIN * (high - low).max_element();
         [low - margin_m, high + margin_m]
     }

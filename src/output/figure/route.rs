@@ -86,7 +86,7 @@ impl RouteView {
 
     /// Low and high corner of the plan.
     fn bounds(&self) -> [DVec2; 2] {
-        let core = self.walked.iter().chain(&self.beyond).chain(&self.dragon.outline).copied();
+        let core = self.walked.iter().chain(&self.beyond).copied().chain(self.dragon.stage.points());
         let rest = self.dragon.route.iter().chain(self.dragon.boards.iter().flatten()).copied();
         let [low, high] = visible_box(core, rest).expect("a route has points");
         let margin_m = MARGIN * (high - low).max_element();

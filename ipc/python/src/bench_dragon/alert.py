@@ -20,15 +20,18 @@ class Alert(WireType):
     tick: int
     """First tick at which the event held."""
     show_time_ns: int
-    """Show time of the event in nanoseconds: exact for contact and parted, the frame's show time for the other kinds.
+    """Show time of the event in nanoseconds: exact for pairs that touch or part and boards at borders of the stage, if
+    the head walked; the frame's show time for the other kinds.
     """
     forecast_ns: int
     """Show time of the forecast contact in nanoseconds, coded. Read it with `forecast_s`."""
     clearance_m: float
-    """Clearance of the two benches in metres, negative where they overlap; 0 for an alert without a pair."""
+    """Clearance of the two benches in metres, negative where they overlap. For one bench: distance of its board from the
+    border of the stage, 0 beyond it. 0 for an alert without benches.
+    """
     point_m: ctypes.Array[ctypes.c_double]
-    """Point midway between the nearest points of the two boards, in metres. For outside: a point of the board outside,
-    or of the outline in the board. 0 for an alert without benches.
+    """Point midway between the nearest points of the two boards, in metres. For one bench: a point of its board
+    beyond the border of the stage, or nearest to it, or of the border in the board. 0 for an alert without benches.
     """
     kind: int
     """An `AlertKind` as its number. Read it with `alert_kind`."""

@@ -22,6 +22,15 @@ class AlertKind(WireCode):
     """The source of the frames was restarted."""
     OUTSIDE = 6
     """A board left the outline of the stage, while the bench before it is inside."""
+    INSIDE = 7
+    """A board that was outside is inside the outline of the stage, and so is the bench behind it."""
+    KEEP_OUT = 8
+    """A board entered an area to keep out of, while the bench before it is not in one."""
+    TOO_NEAR = 9
+    """A board came nearer to a border of the stage than the configured `clear_m`, while the bench before it is clear.
+    The line of the crowd counts without a `clear_m` too."""
+    CLEAR = 10
+    """A board is clear again of an area or a border, and so is the bench behind it."""
 
 
 class CommandKind(WireCode):

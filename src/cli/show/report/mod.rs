@@ -184,7 +184,10 @@ mod tests {
         let verdict = |summary: &ShowSummary| report(summary).verdict;
         let stopped = ended(Ending::Signal { signal: "Ctrl-C" });
         assert_eq!(verdict(&stopped).weight, Weight::Good);
-        assert_eq!(verdict(&ended(Ending::Guard { held_at_s: 1.0, is_margin_kept: true })).weight, Weight::Attention);
+        assert_eq!(
+            verdict(&ended(Ending::Guard { held_at_s: 1.0, is_margin_kept: true, border: None })).weight,
+            Weight::Attention
+        );
 
         let contact = Some(ContactReport { time_s: 7.25, benches: [0, 8], named: None });
         let touched = verdict(&ShowSummary { contact: contact.clone(), ..stopped.clone() });

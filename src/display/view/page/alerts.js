@@ -57,7 +57,7 @@ function kindButton(kind, count) {
   made.className = 'kind';
   made.dataset.kind = kind;
   made.setAttribute('aria-pressed', String(filter.isShown(kind)));
-  made.textContent = `${kind} ${count}`;
+  made.textContent = `${format.spaced(kind)} ${count}`;
   made.addEventListener('click', () => {
     filter.toggle(kind);
     listAlerts(alerts, run_id, unwatched);
@@ -96,4 +96,4 @@ function text(tag, content) {
 }
 
 /** @param {string} word */
-const capital = (word) => word.charAt(0).toUpperCase() + word.slice(1);
+const capital = (word) => word.charAt(0).toUpperCase() + format.spaced(word).slice(1);

@@ -42,5 +42,5 @@ function sentence({ kind, time_s, benches, bench, dragons, indices, clearance_m 
   const one = dragons === undefined ? `bench ${bench}` : `${dragons[0]} ${indices?.[0]}`;
   const who = benches !== null ? `, ${format.pair({ benches, dragons, indices })}` : bench !== null ? `, ${one}` : '';
   const what = clearance_m === null ? '' : `, ${format.millimetres(clearance_m)} millimetres`;
-  return `Alert: ${kind}${who}${what}, at ${format.showTime(time_s)} seconds.`;
+  return `Alert: ${format.spaced(kind)}${who}${what}, at ${format.showTime(time_s)} seconds.`;
 }

@@ -69,3 +69,6 @@ export function minutes(seconds) {
   const whole = Math.floor(Math.abs(seconds));
   return `${seconds < 0 ? MINUS : ''}${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, '0')}`;
 }
+
+/** A kind of alert as words. @param {string} kind */
+export const spaced = (kind) => kind.replace('_', ' ');

@@ -1,5 +1,5 @@
 // @ts-check
-// The stage and the route. They are constant while the dragon moves, so they are drawn once for each camera, and then copied.
+// The borders of the stage and the route. They are constant while the dragon moves, so they are drawn once for each camera, and then copied.
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {import('./camera.js').Box} Box */
@@ -9,8 +9,10 @@
 const POINTS_A_PATH = 64;
 /** Opacity of routes in the colours of several dragons, which are fainter than the boards. */
 const ROUTE_ALPHA = 0.4;
-/** Width of the line around the stage, in pixels. */
-const STAGE_PX = 2;
+/** Widths of the line around the stage, and of that of the crowd, in pixels. */
+const [STAGE_PX, CROWD_PX] = [2, 3];
+/** Dashes of the line of the crowd, and distance of the lines of a hatched area, in pixels. */
+const [DASHES_PX, HATCH_PX] = [[9, 6], 9];
 
 export class RouteLayer {
   #canvas = document.createElement('canvas');
@@ -19,9 +21,11 @@ export class RouteLayer {
   /** @type {Run | null} */ #run = null;
   /** @type {{path: Path2D, box: Box, colour: string | null}[]} its colour with several dragons */ #parts = [];
   #stage = new Path2D();
+  #crowd = new Path2D();
+  /** @type {{path: Path2D, box: Box}[]} areas to keep out of */ #keepOut = [];
 
   /**
-   * Draws the ground, the stage and the route.
+   * Draws the ground, the borders of the stage and the route.
    * @param {CanvasRenderingContext2D} context
    * @param {Camera} camera
    * @param {Run | null} run
@@ -45,10 +49,10 @@ export class RouteLayer {
     const lone = run === null ? [] : [{ route: run.route, colour: null }];
     const routes = run?.dragons ?? lone;
     this.#parts = routes.flatMap(({ route, colour }) => parts(route).map((part) => ({ ...part, colour })));
-    [this.#run, this.#stage] = [run, new Path2D()];
-    const corners = run?.outline ?? [];
-    for (let at = 0; at + 1 < corners.length; at += 2) this.#stage.lineTo(corners[at], corners[at + 1]);
-    if (corners.length > 0) this.#stage.closePath();
+    this.#run = run;
+    this.#stage = closed(run?.outline ?? []).path;
+    this.#crowd = open(run?.crowd ?? []).path;
+    this.#keepOut = (run?.keep_out ?? []).map(closed);
   }
 
   /** @param {Camera} camera @param {string} ground @param {string} ink @param {string} edge */
@@ -62,9 +66,15 @@ export class RouteLayer {
     this.#context.lineWidth = STAGE_PX / camera.scale;
     this.#context.strokeStyle = edge;
     this.#context.stroke(this.#stage);
+    const seen = camera.seen(0);
+    this.#context.lineWidth = 1 / camera.scale;
+    for (const area of this.#keepOut) this.#hatch(area, seen, HATCH_PX / camera.scale);
+    this.#context.lineWidth = CROWD_PX / camera.scale;
+    this.#context.setLineDash(DASHES_PX.map((dash) => dash / camera.scale));
+    this.#context.stroke(this.#crowd);
+    this.#context.setLineDash([]);
     this.#context.lineWidth = 1 / camera.scale;
     this.#context.strokeStyle = ink;
-    const seen = camera.seen(0);
     for (const { path, box, colour } of this.#parts) {
       this.#context.strokeStyle = colour ?? ink;
       this.#context.globalAlpha = colour === null ? 1 : ROUTE_ALPHA;
@@ -72,23 +82,56 @@ export class RouteLayer {
     }
     this.#context.globalAlpha = 1;
   }
+
+  /**
+   * Draws an area with lines at 45°, as far as it is seen.
+   * @param {{path: Path2D, box: Box}} area
+   * @param {Box} seen
+   * @param {number} gap_m
+   */
+  #hatch({ path, box }, seen, gap_m) {
+    const [x0, x1] = [Math.max(box.x0, seen.x0), Math.min(box.x1, seen.x1)];
+    const [y0, y1] = [Math.max(box.y0, seen.y0), Math.min(box.y1, seen.y1)];
+    const lines = new Path2D();
+    for (let level = Math.ceil((x0 + y0) / gap_m) * gap_m; level < x1 + y1; level += gap_m) {
+      lines.moveTo(level - y0, y0);
+      lines.lineTo(level - y1, y1);
+    }
+    this.#context.save();
+    this.#context.clip(path);
+    this.#context.stroke(lines);
+    this.#context.restore();
+    this.#context.stroke(path);
+  }
+}
+
+/** @param {readonly number[]} corners x, y, x, y, … */
+function closed(corners) {
+  const line = open(corners);
+  if (corners.length > 0) line.path.closePath();
+  return line;
+}
+
+/** @param {readonly number[]} points x, y, x, y, … */
+function open(points) {
+  const path = new Path2D();
+  const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
+  for (let at = 0; at + 1 < points.length; at += 2) {
+    const [x, y] = [points[at], points[at + 1]];
+    path.lineTo(x, y);
+    box.x0 = Math.min(box.x0, x);
+    box.x1 = Math.max(box.x1, x);
+    box.y0 = Math.min(box.y0, y);
+    box.y1 = Math.max(box.y1, y);
+  }
+  return { path, box };
 }
 
 /** @param {readonly number[]} route x, y, x, y, … */
 function parts(route) {
   const found = [];
   for (let first = 0; first + 3 < route.length; first += POINTS_A_PATH * 2) {
-    const path = new Path2D();
-    const box = { x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity };
-    for (let at = first; at <= first + POINTS_A_PATH * 2 && at + 1 < route.length; at += 2) {
-      const [x, y] = [route[at], route[at + 1]];
-      path.lineTo(x, y);
-      box.x0 = Math.min(box.x0, x);
-      box.x1 = Math.max(box.x1, x);
-      box.y0 = Math.min(box.y0, y);
-      box.y1 = Math.max(box.y1, y);
-    }
-    found.push({ path, box });
+    found.push(open(route.slice(first, first + POINTS_A_PATH * 2 + 2)));
   }
   return found;
 }

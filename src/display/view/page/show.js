@@ -33,6 +33,8 @@
  * @property {number[]} route x, y, x, y, …
  * @property {[number, number, number, number]} view low and high corner of the part of the plane to show at first
  * @property {number[]} outline x, y, x, y, … of the stage's corners; empty without an outline
+ * @property {number[][]} keep_out the same for each area to keep out of
+ * @property {number[]} crowd x, y, x, y, … of the line of the crowd; empty without one
  * @property {NamedDragon[]} [dragons] of several dragons, the leading one first. The lengths and the route before are then its own.
  */
 /** @typedef {{p50: number, p99: number, p999: number, max: number}} Percentiles */

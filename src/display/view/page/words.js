@@ -10,8 +10,12 @@ export const SEVERITIES = new Map([
   ['contact', 'danger'],
   ['held', 'danger'],
   ['fault', 'danger'],
+  ['keep_out', 'danger'],
   ['near', 'caution'],
   ['outside', 'caution'],
+  ['too_near', 'caution'],
   ['parted', 'calm'],
   ['restarted', 'calm'],
+  ['inside', 'calm'],
+  ['clear', 'calm'],
 ]);

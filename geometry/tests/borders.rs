@@ -1,12 +1,13 @@
-//! The first board that leaves a stage, compared with dense samples of the run.
+//! Boards that pass a border of a stage or come too near, and their least distance, compared with dense samples of the run.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::{first_exit, standing_outside};
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter};
-use bench_dragon_geometry::outline::{Outline, OutlineError};
+use bench_dragon_geometry::clearance::{Breach, ProvenTravel, first_breach, least_distance, standing_at};
+use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Meter, Spent};
+use bench_dragon_geometry::formation::{Formation, Planned, Timetable};
 use bench_dragon_geometry::route::{PathSegment, PathSpec, Route, RouteSpec};
+use bench_dragon_geometry::stage::{Border, BorderKind, Outline, OutlineError, Stage};
 use glam::DVec2;
 use proptest::prelude::*;
 use test_support::dragons::{paper_benches, paper_dragon};
@@ -83,6 +84,25 @@ fn star(dragon: &Dragon, (shares, turn, is_reversed): &(Vec<f64>, f64, bool)) ->
     Outline::new(&corners).ok()
 }
 
+/// A stage with an outline alone.
+fn within(outline: &Outline) -> Stage {
+    Stage::new(vec![Border::outline(outline.clone())], 0.0)
+}
+
+fn first_exit(dragon: &Dragon, outline: &Outline) -> Result<Option<Breach>, Spent> {
+    first_breach(dragon, &within(outline), 0.0)
+}
+
+fn leaving_point(outline: &Outline, board: &Board) -> Option<DVec2> {
+    Border::outline(outline.clone()).breach(board, 0.0)
+}
+
+fn standing_outside(dragon: &Dragon, outline: &Outline) -> usize {
+    let timetable = Timetable::new(1.0, None, 0.0, dragon.end_travel_m());
+    let formation = Formation::of_one(Planned { dragon: Arc::new(dragon.clone()), timetable });
+    standing_at(&formation, &within(outline), BorderKind::Outline, 0.0, dragon.start_travel_m()).len()
+}
+
 /// The first sample at which a board is outside that was inside for a while: for at least a sixteenth of its link, which no look
 /// misses.
 fn first_sampled_exit(dragon: &Dragon, outline: &Outline) -> Option<f64> {
@@ -95,7 +115,7 @@ fn first_sampled_exit(dragon: &Dragon, outline: &Outline) -> Option<f64> {
         let boards = boards_at(dragon, &mut solver, travel_m);
         boards.iter().enumerate().any(|(bench, board)| {
             let was_inside_m = inside_m[bench];
-            let is_outside = outline.leaving_point(board).is_some();
+            let is_outside = leaving_point(outline, board).is_some();
             inside_m[bench] = if is_outside { 0.0 } else { was_inside_m + step_m };
             is_outside && was_inside_m > dragon.dimensions().link_m(bench) / 16.0 + 2.0 * step_m
         })
@@ -114,7 +134,7 @@ fn assert_like_samples(dragon: &Dragon, outline: &Outline) -> Result<(), TestCas
     let mut solver = ChainSolver::new(dragon);
     let mut outside_at = |travel_m: f64| {
         let boards = boards_at(dragon, &mut solver, travel_m.max(dragon.start_travel_m()));
-        outline.leaving_point(&boards[exit.bench])
+        leaving_point(outline, &boards[exit.bench])
     };
     prop_assert!(outside_at(exit.travel_m - 1e-7).is_none(), "{exit:?} is late");
     let point = outside_at(exit.travel_m);
@@ -164,10 +184,146 @@ proptest! {
         let board = Board::from_handles(DVec2::from(at) + 0.8 * along, DVec2::from(at) - 0.8 * along, 2.0, 0.4);
         let points = (0..=60).flat_map(|i| (0..=20).map(move |j| (f64::from(i) / 30.0 - 1.0, f64::from(j) / 10.0 - 1.0)));
         let mut points = points.map(|(u, v)| board.centre + u * board.half_length * along + v * board.half_width * along.perp());
-        match outline.leaving_point(&board) {
+        match leaving_point(&outline, &board) {
             None => prop_assert!(points.all(|point| outline.contains(point) || outline.distance_m(point) < 1e-9)),
             Some(point) if outline.distance_m(point) > 0.1 => prop_assert!(points.any(|point| !outline.contains(point))),
             Some(_) => {}
+        }
+    }
+}
+
+/// A border of each kind from the same corners. A star with the dragon in it would be no area to keep out of, so it is a small one.
+fn borders(dragon: &Dragon, star_of: &(Vec<f64>, f64, bool)) -> Option<Vec<Border>> {
+    let outline = star(dragon, star_of)?;
+    let centre = outline.corners().iter().sum::<DVec2>() / outline.corners().len() as f64;
+    let small: Vec<[f64; 2]> =
+        outline.corners().iter().map(|&corner| (centre + 0.2 * (corner - centre)).to_array()).collect();
+    let line: Vec<[f64; 2]> = outline.corners().iter().map(DVec2::to_array).collect();
+    Some(vec![
+        Border::keep_out(Outline::new(&small).ok()?),
+        Border::crowd(&line).expect("a line"),
+        Border::outline(outline),
+    ])
+}
+
+/// The least distance of all boards at the samples of a run, and the travel of the first sample at which it is under `clear_m`.
+fn sampled(dragon: &Dragon, border: &Border, clear_m: f64) -> (f64, Option<f64>) {
+    let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+    let count = ((end_m - start_m) / STEP_M).ceil();
+    let (mut solver, mut least_m, mut first_m) = (ChainSolver::new(dragon), f64::INFINITY, None);
+    for step in 0..=count as u32 {
+        let travel_m = start_m + (end_m - start_m) * (f64::from(step) / count);
+        let boards = boards_at(dragon, &mut solver, travel_m);
+        let distance_m = boards.iter().map(|board| border.distance_m(board)).fold(f64::INFINITY, f64::min);
+        least_m = distance_m.min(least_m);
+        if distance_m < clear_m {
+            first_m = first_m.or(Some(travel_m));
+        }
+    }
+    (least_m, first_m)
+}
+
+proptest! {
+    #![proptest_config(random_cases(200))]
+
+    #[test]
+    fn the_least_distance_is_that_of_dense_samples(dragon in dragons(), star_of in outlines()) {
+        let Some(borders) = borders(&dragon, &star_of) else { return Ok(()) };
+        for border in borders {
+            let kind = border.kind();
+            let (sampled_m, _) = sampled(&dragon, &border, 0.0);
+            let stage = Stage::new(vec![border.clone()], 0.0);
+            let least = least_distance(&dragon, &stage, kind).expect("no limit");
+            let Some(least) = least else {
+                prop_assert!(kind == BorderKind::Outline && sampled_m == 0.0, "no board counts");
+                continue;
+            };
+            if kind == BorderKind::Outline && standing_outside(&dragon, &star(&dragon, &star_of).expect("simple")) > 0 {
+                continue;
+            }
+            prop_assert!(least.distance_m <= sampled_m + 1e-6, "{kind:?} {least:?}, sampled {sampled_m}");
+            let boards = boards_at(&dragon, &mut ChainSolver::new(&dragon), least.travel_m);
+            let there_m = border.distance_m(&boards[least.bench]);
+            prop_assert!((there_m - least.distance_m).abs() <= 1e-8, "{kind:?} {least:?}, there {there_m}");
+        }
+    }
+
+    #[test]
+    fn the_first_board_too_near_is_that_of_dense_samples_and_the_proof_ends_there(
+        dragon in dragons(), star_of in outlines(), clear_m in 0.01..1.0_f64,
+    ) {
+        let Some(borders) = borders(&dragon, &star_of) else { return Ok(()) };
+        for border in borders {
+            let (kind, stage) = (border.kind(), Stage::new(vec![border.clone()], clear_m));
+            let breach = first_breach(&dragon, &stage, clear_m).expect("no limit");
+            // Boards that come in count from a look on.
+            let comes_in = kind == BorderKind::Outline
+                && boards_at(&dragon, &mut ChainSolver::new(&dragon), dragon.start_travel_m())
+                    .iter()
+                    .any(|board| border.breach(board, clear_m).is_some());
+            if !comes_in {
+                let (_, sampled_m) = sampled(&dragon, &border, clear_m);
+                match (breach, sampled_m) {
+                    (None, sampled_m) => prop_assert!(sampled_m.is_none(), "{kind:?}: too near at {sampled_m:?}"),
+                    (Some(breach), Some(at_m)) => prop_assert!(breach.travel_m <= at_m + 1e-7, "{kind:?}: {breach:?}, {at_m}"),
+                    (Some(_), None) => {}
+                }
+            }
+            if let Some(breach) = breach {
+                let mut solver = ChainSolver::new(&dragon);
+                let mut distance_at = |travel_m: f64| {
+                    let boards = boards_at(&dragon, &mut solver, travel_m.max(dragon.start_travel_m()));
+                    border.distance_m(&boards[breach.bench])
+                };
+                prop_assert!(distance_at(breach.travel_m) < clear_m, "{kind:?}: {breach:?}");
+                let begins = breach.travel_m == dragon.start_travel_m();
+                prop_assert!(begins || distance_at(breach.travel_m - 1e-6) >= clear_m - 1e-9, "{kind:?}: {breach:?} is late");
+            }
+            let Ok(pairs) = ProvenTravel::at(&dragon, 1e-6, dragon.start_travel_m()) else { continue };
+            match (pairs.clone().within_borders(&stage), breach) {
+                (Err(at), Some(breach)) => prop_assert_eq!(at.travel_m, breach.travel_m),
+                (Err(at), None) => prop_assert!(false, "{kind:?}: {at:?}"),
+                (Ok(mut proven), breach) => {
+                    let mut pairs = pairs;
+                    pairs.extend(f64::INFINITY, usize::MAX);
+                    proven.extend(f64::INFINITY, usize::MAX);
+                    let end_m = breach.map_or(pairs.end_m(), |breach| pairs.end_m().min(breach.travel_m));
+                    prop_assert!(proven.end_m() <= end_m, "{kind:?}: {} passes {end_m}", proven.end_m());
+                    // The two searches look at other places whether a board has come in.
+                    prop_assert!(comes_in || proven.end_m() >= end_m - 1e-8, "{kind:?}: {}, {end_m}", proven.end_m());
+                }
+            }
+        }
+    }
+
+    /// A proof that begins anywhere holds as far as one from the start.
+    #[test]
+    fn a_proof_from_the_middle_of_a_run_ends_at_the_next_breach(
+        dragon in dragons(), star_of in outlines(), clear_m in 0.01..0.6_f64, share in 0.0..1.0_f64,
+    ) {
+        let Some(borders) = borders(&dragon, &star_of) else { return Ok(()) };
+        let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
+        let from_m = start_m + share * (end_m - start_m);
+        for border in borders {
+            let stage = Stage::new(vec![border.clone()], clear_m);
+            let Ok(proven) = ProvenTravel::at(&dragon, 1e-6, from_m) else { continue };
+            let Ok(mut proven) = proven.within_borders(&stage) else {
+                let boards = boards_at(&dragon, &mut ChainSolver::new(&dragon), from_m);
+                prop_assert!(boards.iter().any(|board| border.breach(board, clear_m).is_some()));
+                continue;
+            };
+            proven.extend(f64::INFINITY, usize::MAX);
+            let count = ((proven.end_m() - from_m) / STEP_M).floor() as u32;
+            let mut solver = ChainSolver::new(&dragon);
+            let mut has_kept = vec![false; dragon.dimensions().benches()];
+            for step in 0..=count {
+                let travel_m = from_m + STEP_M * f64::from(step);
+                for (bench, board) in boards_at(&dragon, &mut solver, travel_m.min(end_m)).iter().enumerate() {
+                    let keeps = border.breach(board, clear_m).is_none();
+                    prop_assert!(keeps || !has_kept[bench] || border.kind() == BorderKind::Outline && border.distance_m(board) > clear_m - 0.05, "{:?}: bench {bench} at {travel_m} m", border.kind());
+                    has_kept[bench] |= keeps;
+                }
+            }
         }
     }
 }
@@ -247,4 +403,54 @@ fn outlines_that_are_not_simple_polygons_are_rejected() {
 fn a_limit_of_work_ends_the_search() {
     let dragon = paper_dragon().metered(&Meter::of(1000));
     assert!(first_exit(&dragon, &square(14.0)).is_err());
+}
+
+fn on_a_line(length_m: f64) -> Dragon {
+    let dimensions = Dimensions::new(5, 3.0, 2.0, 0.4, 0.25).expect("valid");
+    let line = PathSpec { segments: vec![PathSegment::Line { length_m }], laps: None };
+    let route = RouteSpec::from(line).build(1.0, dimensions.links_m()).expect("valid");
+    Dragon::new(dimensions, Arc::new(route)).expect("it stands")
+}
+
+/// Boards of a straight dragon, 0.4 m wide, are 0.2 m to either side of the line, and reach 0.25 m over the head's handle.
+#[test]
+fn distances_on_a_straight_line_are_exact() {
+    let dragon = on_a_line(30.0);
+    let crowd = Border::crowd(&[[-20.0, 2.0], [40.0, 2.0]]).expect("a line");
+    let area = |x_m: f64| {
+        Border::keep_out(
+            Outline::new(&[[x_m, -1.0], [x_m + 1.0, -1.0], [x_m + 1.0, 1.0], [x_m, 1.0]]).expect("an area"),
+        )
+    };
+    let stage = Stage::new(vec![crowd, area(50.0), area(31.25), Border::outline(square(45.0))], 0.5);
+    let least = |kind| least_distance(&dragon, &stage, kind).expect("no limit").expect("a board");
+    let of_crowd = least(BorderKind::Crowd);
+    assert!((of_crowd.distance_m - 1.8).abs() < 1e-12 && of_crowd.border == 3, "{of_crowd:?}");
+    let of_area = least(BorderKind::KeepOut);
+    assert!((of_area.distance_m - 1.0).abs() < 1e-12 && (of_area.travel_m - 30.0).abs() < 1e-9, "{of_area:?}");
+    assert_eq!((of_area.border, of_area.bench, stage.name(of_area.border)), (2, 0, "keep_out area 2".to_owned()));
+    let of_outline = least(BorderKind::Outline);
+    assert!((of_outline.distance_m - 14.75).abs() < 1e-12, "{of_outline:?}");
+    // 2 m before the area the front corners are at 29.25 m.
+    let breach = first_breach(&dragon, &stage, 2.0).expect("no limit").expect("too near");
+    assert_eq!(
+        (breach.border, breach.bench, breach.travel_m),
+        (3, 0, 0.0),
+        "1.8 m from the crowd from the beginning on"
+    );
+    let apart = Stage::new(vec![area(31.25)], 2.0);
+    let breach = first_breach(&dragon, &apart, 2.0).expect("no limit").expect("too near");
+    assert!((breach.travel_m - 29.0).abs() < 1e-8 && (breach.point.x - 29.25).abs() < 1e-8, "{breach:?}");
+    assert_eq!(first_breach(&dragon, &apart, 1.0), Ok(None), "exactly as near as allowed");
+}
+
+#[test]
+fn lines_of_a_crowd_are_rejected_if_they_have_one_point_or_stand_still() {
+    let of = |points: &[[f64; 2]]| Border::crowd(points).expect_err("not a line");
+    assert_eq!(of(&[[0.0, 0.0]]), OutlineError::LinePoints { points: 1 });
+    assert_eq!(of(&[[0.0, 0.0]; 257]), OutlineError::LinePoints { points: 257 });
+    assert_eq!(of(&[[0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]), OutlineError::Repeated { first: 2, second: 3 });
+    assert!(matches!(of(&[[0.0, 0.0], [1.0, 1e7]]), OutlineError::Coordinate { point: 2, .. }));
+    // It may cross itself.
+    assert!(Border::crowd(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, -1.0]]).is_ok());
 }

@@ -1,0 +1,70 @@
+//! Plan of the area that boards sweep.
+
+use glam::DVec2;
+use kurbo::{BezPath, Rect};
+
+use super::Drawing;
+use super::boards::bounds;
+use super::drawing::{Mark, circle, polygon};
+use super::page::{Caption, LegendEntry, Swatch, page};
+use super::plot::Plot;
+use super::stage::StageInPlan;
+use super::style::{BLUE, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PALE_BLUE, PLOT_WIDTH, VERMILION};
+use crate::output::visible_box;
+
+/// The swept area on its stage. Both axes have the same scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SweepView {
+    /// Caption above the plan.
+    pub caption: Caption,
+    /// The borders of the stage.
+    pub stage: StageInPlan,
+    /// The borders of the area. Those of holes run the other way round.
+    pub area: Vec<Vec<DVec2>>,
+    /// Where a board is nearest to a border.
+    pub nearest: Vec<DVec2>,
+}
+
+/// Free margin around the area ÷ its extent.
+const MARGIN: f64 = 0.03;
+/// Least and greatest height of the plan.
+const HEIGHTS: [f64; 2] = [50.0, 160.0];
+const RING_RADIUS: f64 = 1.3;
+
+impl SweepView {
+    /// Draws the figure.
+    ///
+    /// # Panics
+    /// Panics without an area.
+    pub fn draw(&self) -> Drawing {
+        let [low, high] = visible_box(self.area.iter().flatten().copied(), self.stage.points()).expect("an area");
+        let [low, high] = bounds([low, high], MARGIN * (high - low).max_element());
+        let height = (PLOT_WIDTH * (high.y - low.y) / (high.x - low.x)).clamp(HEIGHTS[0], HEIGHTS[1]);
+        let (mut drawing, top) = page(&self.caption, &self.legend(), height + BOTTOM_MARGIN);
+        let plot = Plot::plan(Rect::from_origin_size((LEFT_MARGIN, top), (PLOT_WIDTH, height)), low, high);
+        let mut borders = BezPath::new();
+        for border in &self.area {
+            borders.extend(polygon(border.iter().map(|&point| plot.at(point))));
+        }
+        let area = Mark::filled(borders, PALE_BLUE).outlined(BLUE, FINE_WIDTH);
+        drawing.push(area.clipped(plot.area).labelled("area that boards sweep"));
+        self.stage.draw(&mut drawing, &plot);
+        for &point in &self.nearest {
+            let ring = Mark::stroked(circle(plot.at(point), RING_RADIUS), VERMILION, LINE_WIDTH);
+            drawing.push(ring.clipped(plot.area).labelled("nearest to a border"));
+        }
+        plot.draw_frame(&mut drawing);
+        plot.label(&mut drawing, "x (m)", "y (m)");
+        drawing
+    }
+
+    fn legend(&self) -> Vec<LegendEntry> {
+        let mut entries = vec![LegendEntry::new(Swatch::Area(PALE_BLUE), "swept by boards")];
+        entries.extend(self.stage.legend());
+        if !self.nearest.is_empty() {
+            let ring = Swatch::Ring { colour: VERMILION, radius: RING_RADIUS };
+            entries.push(LegendEntry::new(ring, "nearest to a border"));
+        }
+        entries
+    }
+}
