@@ -35,7 +35,7 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     if newest.run.is_none() {
         bail!("no show runs on instance {}", domain.instance());
     }
-    let list = CueList::of(&newest).unwrap_or(CueList::default());
+    let list = CueList::of(&newest).unwrap_or_default();
     match format {
         Format::Json => print_json(&list)?,
         Format::Text => print_list(&list)?,

@@ -104,7 +104,7 @@ mod tests {
     fn a_cue_is_reached_once_by_walking_and_again_by_a_seek_or_a_restart_to_it() {
         let toml = "[[cues]]\nname = \"a\"\nat_s = 1.0\n[[cues]]\nname = \"b\"\nat_s = 1.0\n[[cues]]\nname = \"c\"\nat_s = 50.0\n";
         let cues = PlannedCues::of_toml(toml);
-        for (earlier, later, expected) in [
+        for (earlier, later, expected) in vec![
             (None, frame(1, 0.0), ""),
             (None, frame(1, 1.0), "ab"),
             (Some(frame(1, 0.9)), frame(1, 1.0), "ab"),

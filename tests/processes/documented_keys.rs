@@ -195,7 +195,7 @@ const OUTLINE: &str = "contact and route with an outline of the stage";
 const LIST: &str = "route --list (instead of those of route)";
 
 /// Every question with every flag that adds keys. Together they print every documented object at least once.
-const CASES: [Case; 36] = [
+const CASES: [Case; 38] = [
     (&["poses"], &["poses", "--at", "0,1"], SPIRAL),
     (&["poses of several dragons"], &["poses", "--at", "1"], TWO),
     (&["contact of several dragons"], &["contact"], TWO),

@@ -224,18 +224,16 @@ impl RunBook {
             (Request::Seek { .. }, Err(Refusal::NotProved)) => is_guarded,
             (Request::Seek { .. }, Err(Refusal::Followed)) => self.settings.follows_timecode,
             (Request::Release, Ok(())) => self.held || self.ready,
-            (Request::Release, Err(Refusal::NotHeld)) | (Request::Resume, Ok(())) => !self.held && !self.ready,
+            // The plan has no cues.
+            (Request::Release, Err(Refusal::NotHeld))
+            | (Request::Resume, Ok(()))
+            | (Request::Go, Err(Refusal::NothingWaits | Refusal::Finished)) => !self.held && !self.ready,
             (Request::Release | Request::Resume, Err(Refusal::HeldByGuard)) => is_guarded && !self.held && !self.ready,
-            (Request::Resume, Err(Refusal::Held)) => self.held,
-            (Request::Resume, Err(Refusal::Ready)) => self.ready,
+            (Request::Resume | Request::Go, Err(Refusal::Held)) => self.held,
+            (Request::Resume | Request::Go, Err(Refusal::Ready)) => self.ready,
             (Request::Resume, Err(Refusal::Finished)) => self.ending || !self.held && !self.ready,
             (Request::Grant { run_id, .. }, Ok(())) => is_guarded && run_id == self.run_id,
             (Request::Grant { run_id, .. }, Err(Refusal::OtherRun)) => run_id != self.run_id,
-            // The plan has no cues.
-            (Request::Go, Err(Refusal::NothingWaits)) => !self.held && !self.ready,
-            (Request::Go, Err(Refusal::Held)) => self.held,
-            (Request::Go, Err(Refusal::Ready)) => self.ready,
-            (Request::Go, Err(Refusal::Finished)) => !self.held && !self.ready,
             _ => false,
         };
         if !is_true {

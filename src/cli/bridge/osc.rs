@@ -153,7 +153,9 @@ impl PoseSender {
         session.note_dragons(benches, due.dragons, &settings.benches, line)?;
         unix_offset.correct(offset_bounds());
         encoder.frame(due.latest, unix_offset.ns(), packets);
-        reached.iter().for_each(|cue| packets.push(|packet| packet.extend(encode_cue(cue))));
+        for cue in reached {
+            packets.push(|packet| packet.extend(encode_cue(cue)));
+        }
         session.send_frame(packets, due)
     }
 }
