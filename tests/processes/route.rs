@@ -260,7 +260,10 @@ fn the_monitor_raises_an_alert_where_a_board_leaves_the_stage() {
     let mut monitor = stage.start(&["monitor", "--format", "json"]);
     let lines = monitor.json_until("an alert of kind outside", |line| line["kind"] == "outside");
     let alert = lines.last().expect("the line that was waited for");
-    assert!(number(&alert["time_s"]) >= number(&leaving["time_s"]), "raised before the board left: {alert}");
+    let late_s = number(&alert["time_s"]) - number(&leaving["time_s"]);
+    assert!(late_s.abs() < 1e-7, "{late_s} s after the instant at which the board leaves: {alert}");
+    assert_eq!(alert["border"], "outline");
+    assert!(number(&alert["distance_m"]) < 1e-7, "{alert}");
     assert_eq!((&alert["bench"], &alert["benches"], &alert["clearance_m"]), (&json!(0), &Value::Null, &Value::Null));
     assert!(number(&alert["point_m"][0]) >= 50.0 - 1e-6, "{alert}");
     server.stop();

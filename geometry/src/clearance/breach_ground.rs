@@ -2,13 +2,14 @@
 //!
 //! The pose of a bench depends only on the parameter of its front handle, and all body benches are alike. So there are two lists of
 //! intervals of parameters on which a board does not keep clear: one for the head's board, and one for all others. They are found
-//! once for a run, as in [`border_search`](super::border_search). Where a front handle passes an end of an interval, its board comes too
+//! once for a run, as in [`bench_search`](super::bench_search). Where a front handle passes an end of an interval, its board comes too
 //! near, or is clear again. So no passage between two travels is missed, however short, except that a board that is clear for less than a
 //! look, a 64th of a link, may count as too near throughout.
 
 use glam::DVec2;
 
-use super::border_search::{BenchSearch, Moment, Stride, parameters};
+use super::bench_search::{BenchSearch, Moment, Stride};
+use super::border_search::parameters;
 use crate::dragon::{Dragon, Spent};
 use crate::numerics::turning_point;
 use crate::stage::Border;

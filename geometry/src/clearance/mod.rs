@@ -1,6 +1,7 @@
 //! Clearances of the boards of a dragon, contacts, and proofs about intervals of travel.
 
 mod approach_search;
+mod bench_search;
 mod board_tree;
 mod border_search;
 mod breach_ground;

@@ -4,7 +4,8 @@
 //! beginning of the proof. Behind bench 1 that ends where the bench before it stood. So once a dragon has walked its length, only benches
 //! 0 and 1 are followed.
 
-use super::border_search::{BenchSearch, Breach, Moment, Stride, own_ground, parameters};
+use super::bench_search::{BenchSearch, Moment, Stride};
+use super::border_search::{Breach, own_ground, parameters};
 use crate::dragon::{Dragon, Spent};
 use crate::stage::{BorderKind, Stage};
 
