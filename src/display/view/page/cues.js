@@ -29,7 +29,9 @@ export function listCues(cues, choose) {
   const left = cues.cues.filter(({ state }) => state !== 'reached').length;
   write(element('cues-count', HTMLElement), left === 0 ? '' : String(left));
   if (isFirst) tab.click();
-  list.querySelector('[data-state="waiting"], [data-state="next"]')?.scrollIntoView({ block: 'nearest' });
+  // The page itself never scrolls by itself.
+  const next = list.querySelector('[data-state="waiting"], [data-state="next"]');
+  if (next instanceof HTMLElement) list.scrollTop = next.offsetTop - list.offsetTop;
 }
 
 /** @param {Cue} cue @param {(at_s: number) => void} choose */
@@ -39,7 +41,7 @@ function row(cue, choose) {
   item.dataset.state = cue.state;
   if (cue.state === 'waiting' || cue.state === 'next') item.setAttribute('aria-current', 'step');
   const effects = [];
-  if (cue.waits) effects.push('waits');
+  if (cue.waits && cue.state !== 'waiting') effects.push('waits');
   if (cue.speed_mps !== null) effects.push(`${cue.dragon === null ? '' : `${cue.dragon} `}${cue.speed_mps} m/s`);
   const state = WORDS[cue.state] === '' ? effects.join(', ') : [WORDS[cue.state], ...effects].join(', ');
   const name = document.createElement('button');
