@@ -30,7 +30,7 @@ fn a_run_without_length_is_over_at_once() {
 fn a_change_to_the_same_speed_changes_nothing() {
     for accel_mps2 in [None, Some(0.2)] {
         let plain = Timetable::leaving(3.0, -1.5, 0.9, accel_mps2, 40.0);
-        let changed = plain.with_changes(&[Change::Speed { at_s: 20.0, speed_mps: 0.9 }], 40.0);
+        let changed = plain.with_changes(&[Change::Speed { at_s: 20.0, speed_mps: 0.9 }], [-1.5, 40.0]);
         assert!((changed.end_s() - plain.end_s()).abs() < 1e-9);
         for time_s in (0..60).map(f64::from) {
             let here = time_s.clamp(plain.start_s(), plain.end_s());
@@ -42,7 +42,7 @@ fn a_change_to_the_same_speed_changes_nothing() {
 #[test]
 fn a_planned_stop_stands_until_the_next_speed() {
     let changes = [Change::Speed { at_s: 5.0, speed_mps: 0.0 }, Change::Speed { at_s: 9.0, speed_mps: 2.0 }];
-    let timetable = Timetable::leaving(0.0, 0.0, 1.0, Some(1.0), 30.0).with_changes(&changes, 30.0);
+    let timetable = Timetable::leaving(0.0, 0.0, 1.0, Some(1.0), 30.0).with_changes(&changes, [0.0, 30.0]);
     assert_eq!((timetable.travel_m(6.0), timetable.travel_m(8.9), timetable.speed_mps(8.0)), (5.0, 5.0, 0.0));
     assert_eq!((timetable.time_s(5.0), timetable.ordered_mps(7.0), timetable.speed_mps(11.0)), (6.0, 0.0, 2.0));
 }
@@ -69,7 +69,7 @@ proptest! {
             })
             .collect();
         let (start_m, end_m) = (3.0, 3.0 + run_m);
-        let timetable = Timetable::leaving(start_s, start_m, speed_mps, accel_mps2, end_m).with_changes(&changes, end_m);
+        let timetable = Timetable::leaving(start_s, start_m, speed_mps, accel_mps2, end_m).with_changes(&changes, [start_m, end_m]);
         prop_assert_eq!((timetable.start_s(), timetable.travel_m(start_s - 9.0)), (start_s, start_m));
         let most_mps = 5.0_f64;
         let (mut last_m, mut last_mps) = (start_m, 0.0);

@@ -86,7 +86,7 @@ impl Cued<'_> {
 
     /// The timetable of a run that ends at a travel.
     fn timetable_to(&self, end_m: f64) -> Timetable {
-        self.planned.timetable.with_changes(&self.changes, end_m)
+        self.planned.timetable.with_changes(&self.changes, [self.planned.dragon.start_travel_m(), end_m])
     }
 
     /// The dragon in a message: ` of gold`, or nothing for the only one.

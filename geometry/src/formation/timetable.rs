@@ -80,25 +80,24 @@ impl Timetable {
         Self(Walk::Even(EvenRun::with_offset(offset_m, speed_mps, accel_mps2, start_s, end_travel_m)))
     }
 
-    /// The same with planned changes, in the order of their times. Without changes it is the same run.
+    /// The same with planned changes, in the order of their times, from one travel to another. Without changes it is the same run.
     ///
     /// ```
     /// use bench_dragon_geometry::formation::{Change, Timetable};
     ///
     /// // From 5 s on it slows down from 2 m/s to 1 m/s. It rests at 10 s, after 2·5 + 1.5·1 + 3 + 0.5 m, and ends 20 m from its start.
     /// let changes = [Change::Speed { at_s: 5.0, speed_mps: 1.0 }, Change::Rest { at_s: 10.0 }];
-    /// let timetable = Timetable::leaving(0.0, 0.0, 2.0, Some(1.0), 20.0).with_changes(&changes, 20.0);
+    /// let timetable = Timetable::leaving(0.0, 0.0, 2.0, Some(1.0), 20.0).with_changes(&changes, [0.0, 20.0]);
     /// assert_eq!((timetable.travel_m(5.0), timetable.travel_m(10.0), timetable.speed_mps(10.0)), (8.0, 13.0, 0.0));
     /// assert_eq!((timetable.speed_mps(11.0), timetable.end_s(), timetable.travel_m(99.0)), (1.0, 18.0, 20.0));
     /// ```
     #[must_use]
-    pub fn with_changes(&self, changes: &[Change], end_travel_m: f64) -> Self {
+    pub fn with_changes(&self, changes: &[Change], [start_m, end_m]: [f64; 2]) -> Self {
         if changes.is_empty() {
             return self.clone();
         }
-        let (start_s, start_m) = (self.start_s(), self.travel_m(self.start_s()));
-        let accel_mps2 = self.accel_mps2();
-        let walk = PlannedWalk::new([start_s, start_m], self.planned_mps(), accel_mps2, changes, end_travel_m);
+        let begin = [self.start_s(), start_m];
+        let walk = PlannedWalk::new(begin, self.planned_mps(), self.accel_mps2(), changes, end_m);
         Self(Walk::Pieces(Arc::new(walk)))
     }
 
