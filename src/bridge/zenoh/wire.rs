@@ -360,7 +360,7 @@ mod tests {
             FrameHeader { bench_count: 0, ..sound },
             FrameHeader { bench_count: u32::MAX, ..sound },
             FrameHeader { run_id: RUN_ID_END, ..sound },
-            FrameHeader { state: 7, ..sound },
+            FrameHeader { state: 8, ..sound },
             FrameHeader { head_travel_m: f64::INFINITY, ..sound },
         ] {
             assert_eq!(read(odd), None, "{odd:?}");

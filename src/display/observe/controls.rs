@@ -171,16 +171,16 @@ mod tests {
 
     #[test]
     fn without_a_server_every_command_is_refused_and_a_hanging_server_refuses_none() {
-        let all = "pause resume speed seek hold release stop";
+        let all = "pause resume speed seek hold release stop go";
         assert_eq!(refused(&Snapshot::default()), all);
-        assert_eq!(refused(&Snapshot { has_source: true, ..Snapshot::default() }), "release");
+        assert_eq!(refused(&Snapshot { has_source: true, ..Snapshot::default() }), "release go");
         let running = snapshot(ShowState::Running, &Status::default());
         for (presence, expected) in [
             (SourcePresence::Gone { age_ns: 1 }, all),
             (SourcePresence::Ended { age_ns: 1 }, all),
-            (SourcePresence::Silent { age_ns: 1 }, "release"),
-            (SourcePresence::Failed { reason: String::new() }, "release"),
-            (SourcePresence::Live, "release"),
+            (SourcePresence::Silent { age_ns: 1 }, "release go"),
+            (SourcePresence::Failed { reason: String::new() }, "release go"),
+            (SourcePresence::Live, "release go"),
         ] {
             assert_eq!(refused(&Snapshot { presence, ..running.clone() }), expected);
         }
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_replay_can_be_paused_sought_and_stopped() {
         let replay = Status { source: SourceKind::Replay.to_wire(), ..Status::default() };
-        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "speed hold release");
+        assert_eq!(refused(&snapshot(ShowState::Running, &replay)), "speed hold release go");
     }
 
     #[test]
@@ -199,19 +199,21 @@ mod tests {
         let both = Stops::from([Stop::Held, Stop::GuardLimit]);
         let ending = Stops::from([Stop::Ending]);
         for (state, stops, guard, expected) in [
-            (ShowState::Paused, Stops::default(), GuardState::None, "release"),
-            (ShowState::Held, held, GuardState::None, "resume"),
-            (ShowState::Stopping, held, GuardState::None, "resume"),
-            (ShowState::Held, limit, GuardState::Running, "resume release"),
-            (ShowState::Held, both, GuardState::Running, "resume"),
-            (ShowState::Held, limit, GuardState::Missing, "resume seek release"),
-            (ShowState::Finished, Stops::default(), GuardState::None, "resume release"),
-            (ShowState::Stopping, ending, GuardState::None, "pause resume speed seek release stop"),
+            (ShowState::Paused, Stops::default(), GuardState::None, "release go"),
+            (ShowState::Waiting, Stops::from([Stop::Waiting]), GuardState::None, "release"),
+            (ShowState::Paused, Stops::from([Stop::Waiting, Stop::Paused]), GuardState::None, "release go"),
+            (ShowState::Held, held, GuardState::None, "resume go"),
+            (ShowState::Stopping, held, GuardState::None, "resume go"),
+            (ShowState::Held, limit, GuardState::Running, "resume release go"),
+            (ShowState::Held, both, GuardState::Running, "resume go"),
+            (ShowState::Held, limit, GuardState::Missing, "resume seek release go"),
+            (ShowState::Finished, Stops::default(), GuardState::None, "resume release go"),
+            (ShowState::Stopping, ending, GuardState::None, "pause resume speed seek release stop go"),
         ] {
             assert_eq!(refused(&snapshot(state, &stopped(stops, guard))), expected, "{state} {stops:?} {guard:?}");
         }
         let late = snapshot(ShowState::Held, &stopped(Stops::default(), GuardState::None));
-        assert_eq!(refused(&late), "resume", "the status is older than the hold");
+        assert_eq!(refused(&late), "resume go", "the status is older than the hold");
     }
 
     #[test]
@@ -234,11 +236,11 @@ mod tests {
     #[test]
     fn a_seek_is_refused_while_timecode_leads() {
         for (timecode, expected) in [
-            (TimecodeState::None, "release"),
-            (TimecodeState::Waiting, "release"),
-            (TimecodeState::Locked, "seek release"),
-            (TimecodeState::Standing, "seek release"),
-            (TimecodeState::Lost, "release"),
+            (TimecodeState::None, "release go"),
+            (TimecodeState::Waiting, "release go"),
+            (TimecodeState::Locked, "seek release go"),
+            (TimecodeState::Standing, "seek release go"),
+            (TimecodeState::Lost, "release go"),
         ] {
             let status = Status { timecode: timecode.to_wire(), ..Status::default() };
             let snapshot = snapshot(ShowState::Running, &status);
