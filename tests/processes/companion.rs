@@ -83,7 +83,7 @@ fn buttons_of_companion_steer_a_show_and_light_by_its_state() {
     let secret = "night-of-dragons";
     let (bridge, address) = listen(&stage, &["--allow", "127.0.0.1", "--full", "--secret", secret]);
     let mut companion = Companion::start(&module, &address, secret);
-    companion.expect(&json!(["presets", "hold", "release", "pause", "resume", "stop"]));
+    companion.expect(&json!(["presets", "hold", "release", "pause", "resume", "go", "stop"]));
     companion.expect(&json!(["status", "ok"]));
     companion.expect(&json!(["light", "ready", true]));
     companion.press("release", &json!({}));

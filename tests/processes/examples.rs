@@ -59,9 +59,11 @@ fn every_configuration_is_listed_planned_and_played() {
         }
         let played = ["show", "--config", config, "--rate", "50", "--time-scale", "20", "--out", "out"];
         // Show time 0 of a turnaround is in its middle.
-        let is_turnaround = ["stage.toml", "turnaround.toml"].contains(&&*name);
+        let is_turnaround = ["stage.toml", "night.toml", "turnaround.toml"].contains(&&*name);
         let until = ["--until", if is_turnaround { "-40" } else { "20" }];
-        let ended = stage.run(&[&played[..], &until].concat());
+        // No operator gives GO.
+        let go: &[&str] = if name == "night.toml" { &["--auto-go", "0.1"] } else { &[] };
+        let ended = stage.run(&[&played[..], &until, go].concat());
         assert_eq!(ended.code(), Some(0), "{name}: {}{}", ended.stdout, ended.stderr);
     }
     let paper_s = contact_s(&example("paper.toml")).as_f64().expect("the paper's dragon touches itself");

@@ -65,7 +65,7 @@ fn request(command: i32, value: f64) -> Result<Request, Failure> {
     let kind = u32::try_from(command).ok().filter(|kind| kinds.contains(kind));
     let wire = kind.map(|kind| Command { kind, values: [value, 0.0], ..Command::default() });
     wire.and_then(|wire| Request::from_wire(&wire)).ok_or_else(|| {
-        let text = format!("command is {command}, must be a bd_command_t: one of {kinds:?}");
+        let text = format!("command is {command}, must be a bd_command_t");
         Failure::new(bd_result_t::BD_INVALID_ARGUMENT, text)
     })
 }

@@ -48,9 +48,9 @@ def test_the_package_has_its_version():
 
 
 def test_the_protocol_of_the_timecode_has_a_name():
-    protocols = [bench_dragon.Status(timecode_kind=number).timecode_protocol for number in range(4)]
+    protocols = [bench_dragon.Status(timecode_kind=number).timecode_protocol for number in range(5)]
     kind = bench_dragon.TimecodeKind
-    assert protocols == [kind.NONE, kind.ART_NET, kind.OSC, None]
+    assert protocols == [kind.NONE, kind.ART_NET, kind.OSC, kind.LTC, None]
 
 
 def test_every_public_name_exists_and_has_a_docstring():
