@@ -298,9 +298,12 @@ impl Schedule {
         others
             .map(|other| {
                 let (delays, delay_s) = (self.delays(other, dragon), starts_s[dragon] - starts_s[other]);
-                let [low_s, high_s] = delays.gap_around(delay_s);
-                let is_free = delays.next_outside(delay_s) == delay_s;
-                is_free.then_some([delay_s - low_s, high_s - delay_s])
+                // A start right at a meeting is a sum, so the difference may round into the meeting.
+                let rounding_s = 2.0 * f64::EPSILON * (starts_s[dragon].abs() + starts_s[other].abs());
+                let outside_s = delays.next_outside(delay_s - rounding_s);
+                let [low_s, high_s] = delays.gap_around(outside_s);
+                let is_free = outside_s <= delay_s + rounding_s;
+                is_free.then_some([(delay_s - low_s).max(0.0), (high_s - delay_s).max(0.0)])
             })
             .try_fold([starts_s[dragon].max(0.0), f64::INFINITY], |slack, one| {
                 one.map(|one| [slack[0].min(one[0]), slack[1].min(one[1])])
