@@ -42,8 +42,19 @@ impl Plateau {
     }
 
     /// The plateau, lowered so far that its ramps from the start of the run and to its end, as required, begin and end at rest there.
+    /// Such a ramp is a part of the optimum's own one, so the plateau extends to that first.
     pub(super) fn to_ends(mut self, optimum: &Curve, slope: f64, [is_first, is_last]: [bool; 2]) -> Self {
         let [start_m, end_m] = optimum.ends_m();
+        let mut ramps_m = self.span_m;
+        if is_first {
+            ramps_m[0] = ramps_m[0].min(rest_ramp_m(optimum, slope, start_m, end_m));
+        }
+        if is_last {
+            ramps_m[1] = ramps_m[1].max(rest_ramp_m(optimum, slope, end_m, start_m));
+        }
+        if ramps_m != self.span_m {
+            self = Self::under(optimum, ramps_m);
+        }
         for _ in 0..MOST_STEPS {
             let ramp_m = self.square / slope;
             let from_m = if is_first { self.span_m[0].min(start_m + ramp_m) } else { self.span_m[0] };
@@ -54,6 +65,23 @@ impl Plateau {
             self = Self::under(optimum, [from_m, to_m]);
         }
         self
+    }
+}
+
+/// How far the optimum's ramp from or to a rest at one end of the run extends: its travel that is nearest to the other end.
+fn rest_ramp_m(optimum: &Curve, slope: f64, rest_m: f64, other_m: f64) -> f64 {
+    let tolerance_m = 0.5 * ROUNDING * (other_m - rest_m).abs();
+    let is_on_ramp = |travel_m: f64| (travel_m - rest_m).abs() - optimum.at(travel_m) / slope <= tolerance_m;
+    let (mut on_m, mut off_m) = (rest_m, other_m);
+    if is_on_ramp(off_m) {
+        return off_m;
+    }
+    loop {
+        let middle_m = 0.5 * (on_m + off_m);
+        if middle_m == on_m || middle_m == off_m {
+            return on_m;
+        }
+        *if is_on_ramp(middle_m) { &mut on_m } else { &mut off_m } = middle_m;
     }
 }
 
