@@ -345,4 +345,8 @@ fn every_single_report_has_its_documented_keys() {
     ];
     assert_rows(&page, reports.iter().map(|(row, report)| (*row, report)));
     server.stop();
+    fs::write(stage.path("cued.toml"), "[[cues]]\nname = \"a\"\nat_s = 400\n").expect("a file");
+    let server = stage.serve(&["--rate", "100", "--config", "cued.toml"]);
+    assert_rows(&page, [("ctl cues", &report(&["ctl", "cues"]))]);
+    server.stop();
 }

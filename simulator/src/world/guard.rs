@@ -83,6 +83,15 @@ impl<'a> World<'a> {
         }
     }
 
+    /// An operator ends the monitor that he has started. A stopped one ends when it continues. Its last report is a sign of life.
+    pub(super) fn end_foreign_guard(&mut self, life: u64) {
+        let Some(guard) = self.guard_at(life, Event::ForeignEnds(life)) else { return };
+        if guard.has_joined {
+            self.watch.monitored_ns = self.now_ns;
+        }
+        self.end_guard(life);
+    }
+
     pub(super) fn end_guard(&mut self, life: u64) {
         let Some(place) = self.guards.iter().position(|guard| guard.life == life) else { return };
         let guard = self.guards.remove(place);

@@ -236,7 +236,7 @@ impl<'a> World<'a> {
             Event::Arrives(caller, request, run_life) => self.arrive(caller, request, run_life),
             Event::Replied(caller, reply) => self.take_reply(caller, reply),
             Event::GivesUp(caller) => self.give_up(caller),
-            Event::ForeignEnds(life) => self.end_guard(life),
+            Event::ForeignEnds(life) => self.end_foreign_guard(life),
             Event::Timecode => self.send_timecode(),
             Event::Observe => self.observe(),
             Event::Bridge => self.send_by_bridge(),

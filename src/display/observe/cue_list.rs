@@ -74,8 +74,8 @@ impl CueList {
             return None;
         }
         let place_m = |cue: &Cue| config.formation().course_m(cue.at_s);
-        let is_waiting =
-            |cue: &Cue| cue.waits && header.show_state() == Some(ShowState::Waiting) && place_m(cue) == header.course_m;
+        let waiting = snapshot.cue_here().filter(|_| header.show_state() == Some(ShowState::Waiting));
+        let is_waiting = |cue: &Cue| waiting == Some(cue);
         let next = config.cues().iter().position(|cue| place_m(cue) > header.course_m || is_waiting(cue));
         let arrival = next.map(|next| &config.cues()[next]).filter(|cue| !is_waiting(cue)).and_then(|cue| {
             let accel_mps2 = config.accel_mps2_at(header.course_m);

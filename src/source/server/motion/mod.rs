@@ -9,6 +9,8 @@
 //! ([`CatchUp`]). The grouping of periods has no effect. So a show that missed periods has the same show time and
 //! travel, to the bit, as one that did not.
 //!
+//! A plan may wait at places of its course. There the show rests until [`Request::Go`].
+//!
 //! A guarded head walks only up to the travel that its guard has granted ([`Request::Grant`]). There it is held until a
 //! further grant.
 
