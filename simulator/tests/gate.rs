@@ -1,7 +1,8 @@
-//! The gate: fixed seeds. A failure names its own.
+//! The gate: fixed seeds, and fresh ones. A failure names its own.
 
 use std::collections::HashSet;
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use simulator::{Promise, Scenario, play, shortest};
 
@@ -9,6 +10,8 @@ use simulator::{Promise, Scenario, play, shortest};
 const HOURS: f64 = 0.05;
 /// Fixed seeds, from 1.
 const FIXED: u64 = 150;
+/// Fresh seeds of each run.
+const FRESH: u64 = 50;
 
 /// Plays a seed, and fails with its shortest list of faults if it breaks a promise.
 fn keep_promises(seed: u64, hours: f64) {
@@ -31,6 +34,15 @@ fn fixed_seeds_keep_all_promises() {
 }
 
 #[test]
+fn fresh_seeds_keep_all_promises() {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock after 1970");
+    // Short, so that people can type it.
+    let first = 1_000_000 + now.as_nanos() as u64 % 1_000_000_000;
+    println!("seeds {first} to {}", first + FRESH - 1);
+    (first..first + FRESH).for_each(|seed| keep_promises(seed, HOURS));
+}
+
+#[test]
 fn seeds_that_found_faults_keep_all_promises() {
     // Holds and pauses that a restart forgot; a head past the end of its run by rounding.
     // A chunk that was written just after a sync, and was not synced without another frame: 99.
@@ -39,7 +51,8 @@ fn seeds_that_found_faults_keep_all_promises() {
     }
     // A slow sync that outlasts its slow disk; a timecode where no guard can prove the margin, or that falls silent while the server
     // stands; a guard that has just ended.
-    for seed in [201_755, 202_035, 300_282, 300_960, 302_722] {
+    // A monitor of an operator that ends while it is stopped; an observer that begins while the guard is stopped.
+    for seed in [201_755, 202_035, 300_282, 300_960, 302_722, 500_475, 601_913] {
         keep_promises(seed, HOURS);
     }
 }

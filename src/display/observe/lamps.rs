@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::contact::Contact;
 use super::described_run::DescribedRun;
 use super::guard_situation::GuardSituation;
-use super::reader_lamps::{MONITOR, OPTIONAL, Readers, guard_silence};
+use super::reader_lamps::{MONITOR, OPTIONAL, Readers, guard_silence, is_guard_unknown};
 use super::recent_overruns::RecentOverruns;
 use super::snapshot::Snapshot;
 use super::snapshot::SourcePresence;
@@ -181,6 +181,7 @@ fn guard(snapshot: &Snapshot, presence: &SourcePresence, now_ns: u64) -> Lamp {
         GuardSituation::Working | GuardSituation::Waiting if guard_silence(snapshot, now_ns).is_some() => {
             (LampLevel::Danger, "does not answer, ")
         }
+        GuardSituation::Working if is_guard_unknown(snapshot, now_ns) => (LampLevel::Off, "unknown yet, "),
         GuardSituation::Working => (LampLevel::Good, ""),
         GuardSituation::Waiting => (LampLevel::Warning, "the head waits for a grant, "),
         GuardSituation::AtEnd { for_good: true } => (LampLevel::Warning, "stops the head permanently, "),

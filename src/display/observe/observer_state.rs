@@ -48,6 +48,8 @@ pub struct ObserverState {
     counter: FrameCounter,
     overruns: OverrunLog,
     source_asked_ns: u64,
+    /// The guard's process at the last judgement while frames arrived.
+    live_guard_pid: Option<Option<u32>>,
     /// Whether to compute the planned clearance of each run.
     plans: bool,
     /// Whether to forecast contacts, on a thread of each run.
@@ -240,6 +242,15 @@ impl ObserverState {
 
     /// Judges the presence of the source at an instant.
     pub fn judge(&mut self, now_ns: u64) {
+        self.judge_presence(now_ns);
+        let live = (self.seen.presence == SourcePresence::Live).then_some(self.seen.guard_pid);
+        if live.is_none() || self.live_guard_pid != live {
+            self.seen.guarded_since_ns = now_ns;
+        }
+        self.live_guard_pid = live;
+    }
+
+    fn judge_presence(&mut self, now_ns: u64) {
         let Some(header) = self.seen.header() else { return };
         let age_ns = now_ns.saturating_sub(header.published_ns);
         if !matches!(self.seen.presence, SourcePresence::Failed { .. }) {

@@ -126,6 +126,14 @@ pub(super) fn short_room(snapshot: &Snapshot) -> Option<f64> {
     room_left(snapshot).filter(|&room_s| room_s < DISK_DANGER_S)
 }
 
+/// Whether the observer has just opened the bus, and the guard has not reported since. A guard that hangs looks the same.
+pub(super) fn is_guard_unknown(snapshot: &Snapshot, now_ns: u64) -> bool {
+    let is_guard =
+        |report: &&ReaderReport| report.name() == MONITOR && snapshot.guard_pid.is_none_or(|guard| guard == report.pid);
+    let is_early = |since_ns: u64| now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS;
+    snapshot.reading_since_ns.is_some_and(is_early) && !snapshot.readers.awaited().any(|report| is_guard(&report))
+}
+
 /// How long the guard has been silent, in a few words, if that is so long that it hangs. The guard is part of a monitor. If the
 /// guard's process is not known, every monitor has to be silent.
 pub(super) fn guard_silence(snapshot: &Snapshot, now_ns: u64) -> Option<String> {
@@ -134,8 +142,11 @@ pub(super) fn guard_silence(snapshot: &Snapshot, now_ns: u64) -> Option<String> 
     let Some(sent_ns) = snapshot.readers.awaited().filter(is_of_guard).map(|report| report.sent_ns).max() else {
         let read_ns = snapshot.reading_since_ns.map_or(0, |since_ns| now_ns.saturating_sub(since_ns));
         let has_ended = snapshot.readers.newest(MONITOR).is_some_and(|newest| is_guard(newest.pid));
-        let is_unheard = snapshot.members.living(MONITOR).any(|pid| pid.is_none_or(is_guard)) && !has_ended;
-        return (is_unheard && read_ns >= FIRST_REPORTS_NS).then(|| "it does not report".to_owned());
+        // It joined later than the observer, or was there before.
+        let is_late = snapshot.guard_pid.is_some() && now_ns.saturating_sub(snapshot.guarded_since_ns) > HANGS_NS;
+        let was_there =
+            snapshot.members.living(MONITOR).any(|pid| pid.is_none_or(is_guard)) && read_ns >= FIRST_REPORTS_NS;
+        return ((is_late || was_there) && !has_ended).then(|| "it does not report".to_owned());
     };
     let age_ns = snapshot.header()?.published_ns.saturating_sub(sent_ns);
     (age_ns > HANGS_NS).then(|| format!("it has been silent for {:.0} s", age_ns as f64 * 1e-9))
@@ -242,6 +253,20 @@ mod tests {
             check(&lost, name, LampLevel::Off, "unknown without frames");
         }
         check(&lost, "readers", LampLevel::Off, "no lost frames");
+    }
+
+    #[test]
+    fn a_guard_that_joined_later_and_never_reports_is_silent() {
+        let joined =
+            Snapshot { guard_pid: Some(7), guarded_since_ns: NOW_NS - HANGS_NS, ..snapshot(&Status::default(), &[]) };
+        assert_eq!(guard_silence(&joined, NOW_NS), None);
+        let silent = Snapshot { guarded_since_ns: joined.guarded_since_ns - 1, ..joined };
+        assert_eq!(guard_silence(&silent, NOW_NS).as_deref(), Some("it does not report"));
+        let other =
+            Snapshot { readers: snapshot(&Status::default(), &[report("monitor", 1)]).readers, ..silent.clone() };
+        assert_eq!(guard_silence(&other, NOW_NS).as_deref(), Some("it does not report"));
+        let unguarded = Snapshot { guard_pid: None, ..silent };
+        assert_eq!(guard_silence(&unguarded, NOW_NS), None);
     }
 
     #[test]

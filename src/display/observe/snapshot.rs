@@ -78,6 +78,8 @@ pub struct Snapshot {
     pub has_lost_show: bool,
     /// Process id of the guard; `None` without one, or in another PID namespace.
     pub guard_pid: Option<u32>,
+    /// Instant since which frames have arrived while the guard was this process.
+    pub guarded_since_ns: u64,
     /// Whether a status of a source has arrived, also without a frame.
     pub hears_source: bool,
     /// The processes on the bus when the observer joined it; empty for an observer that reads the bus all the time.
