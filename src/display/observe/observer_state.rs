@@ -48,8 +48,8 @@ pub struct ObserverState {
     counter: FrameCounter,
     overruns: OverrunLog,
     source_asked_ns: u64,
-    /// The guard's process at the last judgement while frames arrived.
-    live_guard_pid: Option<Option<u32>>,
+    /// The guard's process at the last judgement.
+    judged_guard_pid: Option<u32>,
     /// Whether to compute the planned clearance of each run.
     plans: bool,
     /// Whether to forecast contacts, on a thread of each run.
@@ -243,11 +243,11 @@ impl ObserverState {
     /// Judges the presence of the source at an instant.
     pub fn judge(&mut self, now_ns: u64) {
         self.judge_presence(now_ns);
-        let live = (self.seen.presence == SourcePresence::Live).then_some(self.seen.guard_pid);
-        if live.is_none() || self.live_guard_pid != live {
+        let is_live = self.seen.presence == SourcePresence::Live;
+        if !is_live || self.judged_guard_pid != self.seen.guard_pid {
             self.seen.guarded_since_ns = now_ns;
         }
-        self.live_guard_pid = live;
+        self.judged_guard_pid = self.seen.guard_pid;
     }
 
     fn judge_presence(&mut self, now_ns: u64) {
