@@ -38,7 +38,6 @@ fn fresh_seeds_keep_all_promises() {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock after 1970");
     // Short, so that people can type it.
     let first = 1_000_000 + now.as_nanos() as u64 % 1_000_000_000;
-    println!("seeds {first} to {}", first + FRESH - 1);
     (first..first + FRESH).for_each(|seed| keep_promises(seed, HOURS));
 }
 
