@@ -11,8 +11,14 @@ use crate::shared;
 
 /// Mode, number of readers, and turns per contestant. Settings with many readers need fewer turns, because more readers
 /// measure. Ratios of a few microseconds need the most turns.
-const CONTESTS: [(Mode, usize, usize); 4] =
-    [(Mode::Polling, 1, 11), (Mode::Woken, 1, 7), (Mode::Polling, 8, 3), (Mode::Woken, 8, 3)];
+const CONTESTS: [(Mode, usize, usize); 6] = [
+    (Mode::Polling, 1, 11),
+    (Mode::Woken, 1, 7),
+    (Mode::Clock, 1, 7),
+    (Mode::Polling, 8, 3),
+    (Mode::Woken, 8, 3),
+    (Mode::Clock, 8, 3),
+];
 
 /// Runs the role that the arguments name: the bench itself, or one of its publishers or readers.
 pub(crate) fn play_part(bench: &'static str) {

@@ -9,7 +9,8 @@
 //!
 //! A *polling* reader checks for the next frame in a busy loop. If readers and publisher outnumber the cores, it yields its
 //! core after each check; the result then mostly measures the kernel's scheduler. A *woken* reader sleeps in the kernel until
-//! a frame arrives.
+//! a frame arrives. A reader by the *clock* sleeps until 100 µs before a frame is due, and polls until it arrives; only ours knows
+//! when frames are due, the others are woken in that contest.
 //!
 //! Contestants take turns of half a second each, for several rounds. A turn counts only if all its frames are right: a reader
 //! sums the values of each frame, and compares the sums with the exact solver after the turn. Percentiles cover all turns

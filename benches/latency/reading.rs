@@ -32,7 +32,7 @@ pub(crate) fn read(setting: Setting, mut receiver: impl Receiver) {
     let between_looks = match setting.mode {
         Mode::Polling if setting.is_crowded() => thread::yield_now,
         Mode::Polling => hint::spin_loop,
-        Mode::Woken => || {},
+        Mode::Woken | Mode::Clock => || {},
     };
     let mut next = || {
         loop {

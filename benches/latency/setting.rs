@@ -9,6 +9,8 @@ use crate::transport::Transport;
 pub(crate) enum Mode {
     Polling,
     Woken,
+    /// Sleeps by the clock until shortly before the frame is due, then polls. Only ours can: readers of others are woken.
+    Clock,
 }
 
 /// A transport, and the number and mode of its readers.
@@ -24,6 +26,7 @@ impl Mode {
         match self {
             Self::Polling => "polling",
             Self::Woken => "woken",
+            Self::Clock => "clock",
         }
     }
 }
@@ -40,7 +43,7 @@ impl Setting {
             panic!("arguments are {args:?}, must be a transport, a mode and a number of readers")
         };
         let transport = crate::CONTESTANTS.iter().find(|known| known.name == *transport);
-        let mode = [Mode::Polling, Mode::Woken].into_iter().find(|known| known.name() == *mode);
+        let mode = [Mode::Polling, Mode::Woken, Mode::Clock].into_iter().find(|known| known.name() == *mode);
         Self {
             transport: transport.expect("the parent passes a known transport"),
             mode: mode.expect("the parent passes a known mode"),

@@ -3,6 +3,7 @@
 use std::hint;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use bench_dragon_ipc::{BusError, Frame, FrameSubscriber, HandleState};
 use clap::{Args, ValueHint};
@@ -22,11 +23,12 @@ use crate::system::whole_file;
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon latency
+  bench-dragon latency --spin-us 100
   bench-dragon latency --poll --seconds 60 --hgrm tonight.hgrm
   bench-dragon latency --format json | jq .sent_us.p99
 
 A frame is due when the server planned to begin it, sent when it was ready, and read when this command has read every handle \
-of it. --poll fully occupies one processor.")]
+of it. --poll fully occupies one processor; --spin-us takes up to twice its time in each period.")]
 pub(crate) struct LatencyArgs {
     /// Seconds to measure, 0.01 to 1000000; Ctrl-C ends earlier, with the report.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = within(0.01..=1e6))]
@@ -34,6 +36,10 @@ pub(crate) struct LatencyArgs {
     /// Poll for frames without a pause, instead of being woken by the server.
     #[arg(long)]
     pub(crate) poll: bool,
+    /// Sleep by the clock until this many microseconds before each frame is due, then look for it, at most until as long after
+    /// it; 0 to 1000.
+    #[arg(long, value_name = "MICROSECONDS", conflicts_with = "poll", value_parser = clap::value_parser!(u32).range(0..=1_000))]
+    pub(crate) spin_us: Option<u32>,
     /// Write the distribution of the latency from due to read, in microseconds, as .hgrm for the HDR histogram plotter.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) hgrm: Option<PathBuf>,
@@ -49,7 +55,8 @@ struct LatencyReport {
     #[serde(flatten)]
     counts: FrameCounts,
     seconds: f64,
-    mode: ReadMode,
+    /// `polling`, `woken` or `clock`.
+    mode: &'static str,
     /// Time from the instant at which a frame was due to the instant at which every handle had been read, in microseconds;
     /// `None` if no frame was read.
     due_us: Option<Percentiles>,
@@ -58,11 +65,22 @@ struct LatencyReport {
 }
 
 /// How the reader notices a new frame.
-#[derive(Clone, Copy, Debug, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug)]
 enum ReadMode {
     Polling,
     Woken,
+    /// With the time of the busy loop.
+    Clock(Duration),
+}
+
+impl ReadMode {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Polling => "polling",
+            Self::Woken => "woken",
+            Self::Clock(_) => "clock",
+        }
+    }
 }
 
 #[derive(Default)]
@@ -88,7 +106,11 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
         whole_file::check(path)?;
     }
     let Some((mut frames, stop)) = open_frames(&args.bus, "latency")? else { return Ok(ExitCode::SUCCESS) };
-    let mode = if args.poll { ReadMode::Polling } else { ReadMode::Woken };
+    let mode = match args.spin_us {
+        Some(spin_us) => ReadMode::Clock(Duration::from_micros(spin_us.into())),
+        None if args.poll => ReadMode::Polling,
+        None => ReadMode::Woken,
+    };
     let (mut measured, begun_ns) = (Measured::default(), monotonic_ns());
     let end_ns = measure(&mut frames, mode, begun_ns + (args.seconds * 1e9) as u64, &stop, &mut measured)?;
     let counts = measured.counts;
@@ -96,7 +118,7 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
     let report = LatencyReport {
         counts,
         seconds: (end_ns - begun_ns) as f64 / 1e9,
-        mode,
+        mode: mode.name(),
         due_us: has_frames.then(|| measured.due.percentiles()),
         sent_us: has_frames.then(|| measured.sent.percentiles()),
     };
@@ -136,6 +158,7 @@ fn measure(
 fn next(frames: &mut FrameSubscriber, mode: ReadMode) -> Result<Option<Frame>, BusError> {
     match mode {
         ReadMode::Woken => frames.wait(WAIT_PERIOD),
+        ReadMode::Clock(spin) => frames.wait_until_due(WAIT_PERIOD, spin),
         ReadMode::Polling => {
             hint::spin_loop();
             frames.receive()
@@ -153,10 +176,6 @@ fn sum_of_bits(handles: &[HandleState]) -> u64 {
 
 fn print_text(report: &LatencyReport, due: &LatencyHistogram) -> anyhow::Result<()> {
     let LatencyReport { counts: FrameCounts { frames, lost, restarts }, seconds, mode, due_us, sent_us } = report;
-    let mode = match mode {
-        ReadMode::Polling => "polling",
-        ReadMode::Woken => "woken",
-    };
     let (frames, restarts) = (Counted(*frames, "frame"), Counted(*restarts, "restart"));
     print_line(format_args!("{frames} in {seconds:.1} s, {lost} lost, {restarts}, {mode}\n"))?;
     let (Some(due_us), Some(sent_us)) = (due_us, sent_us) else {

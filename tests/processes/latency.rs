@@ -42,8 +42,12 @@ fn percentile_rows(path: &Path) -> (Vec<(f64, u64)>, u64) {
 }
 
 #[test]
-fn every_frame_of_a_show_is_measured_polling_and_woken_also_with_ctrl_c() {
-    for (args, mode) in [(&["--format", "json"][..], "woken"), (&["--format", "json", "--poll"], "polling")] {
+fn every_frame_of_a_show_is_measured_in_each_mode_also_with_ctrl_c() {
+    for (args, mode) in [
+        (&["--format", "json"][..], "woken"),
+        (&["--format", "json", "--poll"], "polling"),
+        (&["--format", "json", "--spin-us", "100"], "clock"),
+    ] {
         let stage = Stage::new();
         let (ended, frames) = measure_a_show(&stage, args);
         let report = ended.last_json();

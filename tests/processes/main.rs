@@ -73,6 +73,7 @@ mod python;
 mod reader;
 mod reader_places;
 mod reader_reports;
+mod readers_by_clock;
 mod readers_end;
 mod reading;
 mod real_time;

@@ -48,7 +48,7 @@ impl BareSender {
         let (frames, events) = (frames(&node), events(&node));
         let publisher = frames.publisher_builder().initial_max_slice_len(HANDLES).create().expect("the only publisher");
         let notifier =
-            (setting.mode == Mode::Woken).then(|| events.notifier_builder().create().expect("the only notifier"));
+            (setting.mode != Mode::Polling).then(|| events.notifier_builder().create().expect("the only notifier"));
         announce(domain.0.path().to_str().expect("temporary folders have plain names"));
         while frames.dynamic_config().number_of_subscribers() < setting.readers {
             std::thread::yield_now();
@@ -90,7 +90,7 @@ pub(crate) struct BareReceiver {
 impl BareReceiver {
     pub(crate) fn open(setting: Setting, place: &str) -> Self {
         let node = node(Path::new(place));
-        let listener = (setting.mode == Mode::Woken)
+        let listener = (setting.mode != Mode::Polling)
             .then(|| events(&node).listener_builder().create().expect("room for every reader"));
         let subscriber = frames(&node).subscriber_builder().create().expect("room for every reader");
         Self { subscriber, listener, _node: node }

@@ -1142,6 +1142,17 @@ bd_result_t bd_show_wait(const bd_show_t *show,
                          bd_frame_t **frame);
 
 /**
+ * Does the same as `bd_show_wait`, but sleeps by the clock until `spin_ns` nanoseconds before the next frame is due, then looks
+ * for it in a busy loop, at most until `spin_ns` after that instant. So the frame is read without a wake-up of the kernel; it
+ * takes up to twice `spin_ns` in each period of one processor. 100000 is right for most machines. A reader whose processor is too
+ * busy is woken as by `bd_show_wait`.
+ */
+bd_result_t bd_show_wait_until_due(const bd_show_t *show,
+                                   uint64_t timeout_ns,
+                                   uint64_t spin_ns,
+                                   bd_frame_t **frame);
+
+/**
  * Returns the number of frames that this reader has lost, over all runs; 0 for NULL and for a
  * closed client. Lost frames were published between
  * the first and the last frame that the reader has read, but it did not receive them.

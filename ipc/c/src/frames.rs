@@ -50,6 +50,21 @@ pub extern "C" fn bd_show_wait(
     read(show, frame, |show| show.wait(Duration::from_nanos(timeout_ns)))
 }
 
+/// Does the same as `bd_show_wait`, but sleeps by the clock until `spin_ns` nanoseconds before the next frame is due, then looks
+/// for it in a busy loop, at most until `spin_ns` after that instant. So the frame is read without a wake-up of the kernel; it
+/// takes up to twice `spin_ns` in each period of one processor. 100000 is right for most machines. A reader whose processor is too
+/// busy is woken as by `bd_show_wait`.
+#[unsafe(no_mangle)]
+pub extern "C" fn bd_show_wait_until_due(
+    show: *const bd_show_t,
+    timeout_ns: u64,
+    spin_ns: u64,
+    frame: Option<&mut MaybeUninit<*mut bd_frame_t>>,
+) -> bd_result_t {
+    let [timeout, spin] = [timeout_ns, spin_ns].map(Duration::from_nanos);
+    read(show, frame, |show| show.wait_until_due(timeout, spin))
+}
+
 /// Returns the number of frames that this reader has lost, over all runs; 0 for NULL and for a
 /// closed client. Lost frames were published between
 /// the first and the last frame that the reader has read, but it did not receive them.

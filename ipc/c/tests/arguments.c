@@ -15,6 +15,7 @@ static void null_is_refused_as_a_client(void) {
   REQUIRE(frame == NULL);
   COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_latest(none, &frame));
   COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_wait(none, 0, &frame));
+  COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_wait_until_due(none, 0, 100000, &frame));
   COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_description(none, 0, &description));
   REQUIRE(description == NULL);
   COMPLAINS(BD_INVALID_ARGUMENT, MISSING, bd_show_status(none, 0, &status));

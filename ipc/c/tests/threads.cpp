@@ -88,6 +88,18 @@ int main(int argc, char **argv) {
   second_commander.join();
   REQUIRE(bd_show_lost(show.get()) == 0);
 
+  // By the clock, each frame follows the one before.
+  for (std::uint64_t read = 0, before = 0; read < 100;) {
+    bd_frame_t *frame;
+    const bd_result_t result = bd_show_wait_until_due(show.get(), PATIENCE_NS, 100000, &frame);
+    if (result == BD_NOTHING) continue;
+    EXPECT(BD_OK, result);
+    const std::uint64_t tick = bd_frame_header(frame)->tick;
+    REQUIRE(read++ == 0 || tick == before + 1);
+    before = tick;
+    bd_frame_release(frame);
+  }
+
   Frame last(next_frame(show.get()));
   const std::uint64_t tick = bd_frame_header(last.get())->tick;
   EXPECT(BD_OK, bd_show_command(show.get(), BD_COMMAND_STOP, 0.0, PATIENCE_NS, nullptr));

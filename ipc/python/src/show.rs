@@ -48,6 +48,11 @@ impl Show {
         Ok(waiting(py, timeout_ns, |slice| self.bus.wait(slice))?.map(Frame::from))
     }
 
+    fn wait_until_due(&self, py: Python<'_>, timeout_ns: Option<u64>, spin_ns: u64) -> PyResult<Option<Frame>> {
+        let spin = Duration::from_nanos(spin_ns);
+        Ok(waiting(py, timeout_ns, |slice| self.bus.wait_until_due(slice, spin))?.map(Frame::from))
+    }
+
     #[getter]
     fn lost(&self) -> u64 {
         self.bus.lost()

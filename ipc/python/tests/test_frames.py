@@ -55,6 +55,21 @@ def test_a_reader_from_the_start_gets_every_frame_of_the_run(stage):
         assert show.lost == 0
 
 
+def test_a_reader_by_the_clock_gets_every_frame(stage):
+    server = stage.serve("--readers", "1", "--rate", "200", "--catch-up", "10", "--until", "1")
+    with Show(stage.instance) as show:
+        ticks = []
+        while (frame := show.wait_until_due(PATIENCE_S)) is not None:
+            ticks.append(frame.header.tick)
+            if frame.header.show_state is ShowState.ENDED:
+                break
+        assert ticks == list(range(server.summary()["frames"]))
+        for spin_us in (-1, float("nan"), 1e7):
+            with pytest.raises(ValueError, match="spin_us is .*, must be from 0 to 1000000"):
+                show.wait_until_due(PATIENCE_S, spin_us=spin_us)
+        del frame
+
+
 def test_the_first_positions_are_those_of_the_paper(stage):
     server = stage.serve("--readers", "1", "--start-at", "300", "--rate", "10")
     with Show(stage.instance) as show:

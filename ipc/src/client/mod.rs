@@ -2,6 +2,7 @@
 
 mod command_client;
 mod continuity;
+mod frame_schedule;
 mod readers;
 mod report_publisher;
 mod show;

@@ -75,7 +75,7 @@ fn state(has_ended: bool, silent: Duration, limit: Duration, runs: impl FnOnce()
 }
 
 /// Reads `CLOCK_MONOTONIC` by the C library: rustix's own reading does not run under valgrind.
-fn monotonic_ns() -> u64 {
+pub(super) fn monotonic_ns() -> u64 {
     let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the call writes to a variable of this function. It cannot fail for this clock.
     unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) };

@@ -90,6 +90,12 @@ impl WakePage {
         word::raise(self);
     }
 
+    /// Wakes all readers that wait, and those that wait by the clock.
+    pub(crate) fn raise_for_all(&self) {
+        word::raise(self);
+        self.wake_all();
+    }
+
     fn word(&self) -> &AtomicU32 {
         // SAFETY: the page is mapped until `self` is dropped, is aligned, and has only atomic accesses.
         unsafe { self.address.as_ref() }

@@ -109,7 +109,7 @@ impl Receiver for ZenohReceiver {
     fn receive(&mut self) -> Option<Arrival> {
         let sample = match self.mode {
             Mode::Polling => self.subscriber.try_recv().expect("the session is open")?,
-            Mode::Woken => self.subscriber.recv().expect("the session is open"),
+            Mode::Woken | Mode::Clock => self.subscriber.recv().expect("the session is open"),
         };
         let payload = sample.payload();
         let arrival = frame_bytes::read(&payload.to_bytes());

@@ -117,6 +117,17 @@ class Show:
         """
         return self._frame(self._bus.wait(_ns(timeout_s)))
 
+    def wait_until_due(self, timeout_s: float | None = None, *, spin_us: float = 100.0) -> Frame | None:
+        """Does the same as `wait`, but sleeps by the clock until `spin_us` microseconds before the next frame is due.
+
+        Then it looks for the frame in a busy loop, at most until `spin_us` after that instant. So the frame is read without
+        a wake-up of the kernel. The busy loop takes up to twice `spin_us` in each period of one processor. A reader whose
+        processor is too busy is woken as by `wait`. Raises `ValueError` for a `spin_us` that is not from 0 to 1,000,000.
+        """
+        if not 0 <= spin_us <= 1e6:
+            raise ValueError(f"spin_us is {spin_us}, must be from 0 to 1000000")
+        return self._frame(self._bus.wait_until_due(_ns(timeout_s), round(spin_us * 1000)))
+
     @property
     def dragons(self) -> Dragons:
         """The dragons of the newest frame, by name or number: `show.dragons["gold"].benches`.

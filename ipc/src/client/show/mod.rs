@@ -7,12 +7,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::client::command_client::{accepted, await_reply};
+use crate::client::source_state::monotonic_ns;
 use crate::client::{
     AlertSubscriber, CommandClient, CommandEventReader, Continuity, Description, Frame, FrameSubscriber, SourceState,
 };
 use crate::domain::{BusError, Domain, DomainError, SourceLock};
 use crate::service::{Member, Role};
-use crate::wake::{self, WakeDescriptor};
+use crate::wake::{self, DueWindow, Polled, WakeDescriptor};
 use crate::wire::{Alert, CommandEvent, CommandReply, Request, Status};
 
 mod confined;
@@ -103,6 +104,25 @@ impl Show {
     /// As [`Show::receive`]. [`BusError::Closed`] as soon as another thread closes the client.
     pub fn wait(&self, timeout: Duration) -> Result<Option<LentFrame>, BusError> {
         wake::wait(&*self.shared.wake, timeout, || self.receive())
+    }
+
+    /// Does the same as [`Show::wait`], but sleeps by the clock until `spin` before the next frame is due; see
+    /// [`FrameSubscriber::wait_until_due`].
+    ///
+    /// # Errors
+    /// As [`Show::wait`].
+    pub fn wait_until_due(&self, timeout: Duration, spin: Duration) -> Result<Option<LentFrame>, BusError> {
+        let begun = Instant::now();
+        if let Some(due_ns) = self.with_ports(|ports| Ok(ports.frames.schedule().next_due_ns()))? {
+            let window = DueWindow { due_ns, spin, timeout };
+            let Polled { found, is_punctual, is_interrupted } =
+                wake::poll_when_due(&*self.shared.wake, monotonic_ns, window, || self.receive())?;
+            self.with_ports(|ports| Ok(ports.frames.schedule().settle(is_punctual)))?;
+            if found.is_some() || is_interrupted {
+                return Ok(found);
+            }
+        }
+        self.wait(timeout.saturating_sub(begun.elapsed()))
     }
 
     /// Number of frames that the client has lost; see [`FrameSubscriber::lost`].
@@ -283,7 +303,7 @@ impl Show {
             return;
         }
         // A thread that waits with the descriptor is woken by it.
-        shared.wake.raise();
+        shared.wake.raise_for_all();
         drop(shared.descriptor.lock().unwrap_or_else(PoisonError::into_inner).take());
         shared.commands.lock().close();
         shared.alerts.lock().take();
