@@ -33,14 +33,18 @@ pub(crate) enum Linkage {
 pub(crate) fn prefix() -> &'static Path {
     static PREFIX: OnceLock<PathBuf> = OnceLock::new();
     PREFIX.get_or_init(|| {
-        let program = env::current_exe().expect("a process knows its program");
-        let libraries = program.parent().expect("a program is in a folder");
         let prefix = Path::new(env!("CARGO_TARGET_TMPDIR")).join("c-library");
         let mut install = Command::new(format!("{SOURCES}/install.sh"));
-        install.arg("--libraries").arg(libraries).arg(&prefix);
+        install.arg("--libraries").arg(built_libraries()).arg(&prefix);
         succeed(install);
         prefix
     })
+}
+
+/// The folder with the libraries that cargo has built beside the test.
+pub(crate) fn built_libraries() -> PathBuf {
+    let program = env::current_exe().expect("a process knows its program");
+    program.parent().expect("a program is in a folder").to_owned()
 }
 
 /// Compiles a client of `ipc/c/tests` into a test's folder.

@@ -21,6 +21,7 @@ mod commands;
 mod companion;
 mod ctl_status;
 mod cues;
+mod debian_package;
 mod directory;
 mod doctor;
 mod documented_keys;
