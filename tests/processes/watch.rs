@@ -112,6 +112,8 @@ fn the_screen_shows_what_is_on_the_bus_and_its_keys_steer_the_show() {
     terminal.type_text("H");
     terminal.until_shown("HELD");
     reader.read_until("the show is held", |header| header.show_state() == Some(ShowState::Held));
+    // The reply may arrive after the frame.
+    terminal.until_shown("hold: accepted, from tick");
     terminal.press("Space");
     terminal.until_shown("resume: not sent: the show is held: release it first");
     let release = "release the hold? press r again";
