@@ -206,7 +206,8 @@ fn a_night_is_steered_by_companion_a_desk_http_and_the_page_at_once_with_kills_b
     surfaces.companion.end();
     let counts = bridge.terminate().expect_clean().last_json();
     assert_eq!(counts["strangers"], 2, "{counts}");
-    surfaces.view.process.terminate().expect_clean();
+    let viewed = surfaces.view.process.terminate();
+    assert!(viewed.code() == Some(0) && viewed.stderr.contains("1 wrong token from 127.0.0.1"), "{viewed:?}");
 
     let summary = ended.last_json();
     let cues = summary["cues"].as_array().expect("cues");
