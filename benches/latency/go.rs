@@ -5,9 +5,11 @@
 //! turns. GO comes at any instant of a period, so the server's own share is from nearly nothing to a period. *Ticks* count from
 //! the tick from which the server has accepted GO to that of the first moving frame.
 
+use std::any::Any;
 use std::fs;
-use std::io::{self, BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{Read as _, Write as _};
 use std::net::{TcpStream, UdpSocket};
+use std::rc::Rc;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -37,12 +39,16 @@ enum Seen {
     Moves { tick: u64, read_ns: u64 },
 }
 
-/// A way to send GO. It returns when GO is sent; the bus's own client, when it has the reply.
+/// A way to send GO.
 struct Contestant {
     name: &'static str,
     title: &'static str,
-    send: Box<dyn FnMut()>,
+    /// Connects, as far as its user is connected before GO.
+    prepare: Box<dyn Fn() -> SendGo>,
 }
+
+/// Sends GO. Returns the connection, which is closed after the turn. The client of the bus returns when it has the reply.
+type SendGo = Box<dyn FnOnce() -> Box<dyn Any>>;
 
 /// Plays all turns, writes the figures of the bench `latency_go`, and prints them.
 pub(crate) fn measure() {
@@ -57,7 +63,7 @@ pub(crate) fn measure() {
         Program::start(&domain, &["bridge", "osc", "--listen", "127.0.0.1:0", "--allow", "127.0.0.1", "--full"]);
     let page = view.line();
     let listening = bridge.line();
-    let mut contestants = contestants(&domain, &page, &listening);
+    let contestants = contestants(&domain, &page, &listening);
     let client = CommandClient::open(&domain, "bench").expect("the server runs");
     let events = CommandEventReader::open(&domain, "bench").expect("the server runs");
     let seen = watch(&domain);
@@ -67,8 +73,9 @@ pub(crate) fn measure() {
         client.call(Request::Seek { show_time_s: WAIT_S }, TIMEOUT).expect("a seek to the wait");
         while seen.recv_timeout(TIMEOUT).expect("the show waits") != Seen::Waits {}
         while events.receive().expect("the bus is readable").is_some() {}
+        let send = (contestants[index].prepare)();
         let sent_ns = monotonic_ns();
-        (contestants[index].send)();
+        let _connection = send();
         let Seen::Moves { tick, read_ns } = seen.recv_timeout(TIMEOUT).expect("GO moves the show") else {
             panic!("the show waits already")
         };
@@ -132,69 +139,70 @@ fn look(domain: &Domain, seen: &Sender<Seen>) {
     }
 }
 
-fn contestants(domain: &Domain, page: &serde_json::Value, listening: &serde_json::Value) -> Vec<Contestant> {
+fn contestants(domain: &Domain, page: &serde_json::Value, listening: &serde_json::Value) -> [Contestant; 4] {
     let text = |value: &serde_json::Value| value.as_str().expect("a text").to_owned();
     let address = text(&page["address"]);
     let token = text(&page["url"]).split_once("#token=").expect("the page has a token").1.to_owned();
-    let client = CommandClient::open(domain, "bench-go").expect("the server runs");
-    let osc = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    osc.connect(text(&listening["listen"])).expect("an address");
-    let (mut http, mut stream) = (connect(&address), page_stream(&address, &token));
+    let client = Rc::new(CommandClient::open(domain, "bench-go").expect("the server runs"));
+    let bus = move || {
+        let client = Rc::clone(&client);
+        let send = move || Box::new(client.call(Request::Go, TIMEOUT).expect("GO is accepted")) as Box<dyn Any>;
+        Box::new(send) as SendGo
+    };
     let body = r#"{"command":"go"}"#;
     let post = format!(
         "POST /command HTTP/1.1\r\nHost: {address}\r\nX-Bench-Dragon-Token: {token}\r\nContent-Type: application/json\r\n\
          Content-Length: {}\r\n\r\n{body}",
         body.len()
     );
+    let to = address.clone();
+    let http = move || sending(connect(&to), post.clone().into_bytes());
     // A text of a client, whose mask changes nothing.
     let message = [&[0x81, 0x80 | body.len() as u8, 0, 0, 0, 0], body.as_bytes()].concat();
-    let contestant = |name, title, send: Box<dyn FnMut()>| Contestant { name, title, send };
-    vec![
-        contestant(
-            "bus",
-            "client of the bus",
-            Box::new(move || {
-                client.call(Request::Go, TIMEOUT).expect("GO is accepted");
-            }),
-        ),
-        contestant("http", "page, HTTP", Box::new(move || http.write_all(post.as_bytes()).expect("the view reads"))),
-        contestant("stream", "page, stream", Box::new(move || stream.write_all(&message).expect("the view reads"))),
-        contestant(
-            "osc",
-            "OSC packet",
-            Box::new(move || {
-                osc.send(b"/dragon/go\0\0,\0\0\0").expect("loopback takes it");
-            }),
-        ),
+    let stream = move || sending(page_stream(&address, &token), message.clone());
+    let listener = text(&listening["listen"]);
+    let osc = move || {
+        let desk = UdpSocket::bind("127.0.0.1:0").expect("a port");
+        desk.connect(&listener).expect("an address");
+        let send = move || {
+            desk.send(b"/dragon/go\0\0,\0\0\0").expect("loopback takes it");
+            Box::new(desk) as Box<dyn Any>
+        };
+        Box::new(send) as SendGo
+    };
+    [
+        Contestant { name: "bus", title: "client of the bus", prepare: Box::new(bus) },
+        Contestant { name: "http", title: "page, HTTP", prepare: Box::new(http) },
+        Contestant { name: "stream", title: "page, stream", prepare: Box::new(stream) },
+        Contestant { name: "osc", title: "OSC packet", prepare: Box::new(osc) },
     ]
 }
 
-/// Connects to the view. A thread reads all replies.
+fn sending(mut stream: TcpStream, bytes: Vec<u8>) -> SendGo {
+    Box::new(move || {
+        stream.write_all(&bytes).expect("the view reads");
+        Box::new(stream)
+    })
+}
+
 fn connect(address: &str) -> TcpStream {
     let stream = TcpStream::connect(address).expect("the view listens");
     stream.set_nodelay(true).expect("a socket");
-    drain(stream.try_clone().expect("a socket"));
+    stream.set_read_timeout(Some(TIMEOUT)).expect("a timeout");
     stream
-}
-
-fn drain(mut stream: TcpStream) {
-    thread::spawn(move || io::copy(&mut stream, &mut io::sink()));
 }
 
 /// Opens a stream as a page does.
 fn page_stream(address: &str, token: &str) -> TcpStream {
-    let mut stream = TcpStream::connect(address).expect("the view listens");
-    stream.set_nodelay(true).expect("a socket");
+    let mut stream = connect(address);
     // The example key of RFC 6455.
     let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n\
                    Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: bench-dragon.view.v1, ";
     write!(stream, "GET /stream HTTP/1.1\r\nHost: {address}\r\n{upgrade}bench-dragon.token.{token}\r\n\r\n")
         .expect("the view reads");
-    let mut reader = BufReader::new(stream.try_clone().expect("a socket"));
-    let mut line = String::new();
-    reader.read_line(&mut line).expect("a reply");
-    assert!(line.starts_with("HTTP/1.1 101 "), "{line}");
-    thread::spawn(move || reader.read_to_end(&mut Vec::new()));
+    let mut status = [0; 13];
+    stream.read_exact(&mut status).expect("a reply");
+    assert_eq!(&status, b"HTTP/1.1 101 ", "{}", String::from_utf8_lossy(&status));
     stream
 }
 
