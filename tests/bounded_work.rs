@@ -143,7 +143,7 @@ fn is_bounded(text: &str) -> bool {
     if !dragon.route().is_on_ground() {
         let limits = RunLimits { handle_mps: 2.0, head_mps: 2.0, accel_mps2: 0.5 };
         ask("the quickest run", &|meter| {
-            let _ = black_box(QuickestRun::of(&dragon.metered(meter), &limits, 0.01));
+            let _ = black_box(QuickestRun::of(&dragon.metered(meter), &limits, &[], 0.01));
         });
     }
     ask("the pitch", &|meter| {

@@ -110,6 +110,22 @@ fn a_show_follows_its_cues_and_waits_until_go() {
 }
 
 #[test]
+fn a_speed_of_0_is_a_stand_until_a_later_cue() {
+    // Half of each ramp is at the slower speed: the start loses as much travel as the stand gains.
+    for head in ["", "accel_mps2 = 0.5"] {
+        let cues = "{ name = \"stand\", at_s = 10, speed_mps = 0 }, { name = \"on\", at_s = 30, speed_mps = 1 }";
+        let config = config(&straight(head, cues));
+        let mut night = Night::new(&config);
+        while night.play().show_time_s() < 29.0 {}
+        let standing = night.play();
+        assert_eq!((standing.head_speed_mps, standing.show_state()), (0.0, Some(ShowState::Running)));
+        assert!((standing.head_travel_m - 10.0).abs() < 1e-9, "{} m", standing.head_travel_m);
+        let end = night.play_to(ShowState::Finished);
+        assert_eq!((end.head_travel_m, night.reached.as_slice()), (60.0, &[0, 1][..]));
+    }
+}
+
+#[test]
 fn with_ramps_no_tick_changes_the_speed_at_once() {
     let config = config(&straight("accel_mps2 = 0.5", THREE));
     let mut night = Night::new(&config);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use bench_dragon::config::Config;
 use bench_dragon::safety::guard::{ClearanceCheck, Guard};
 use bench_dragon::source::server::motion::{HeadState, Motion, MotionPlan, MotionSettings};
+use bench_dragon_geometry::clearance::play_reach_m;
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::planner::least_clearance;
 use bench_dragon_geometry::stage::Border;
@@ -355,6 +356,34 @@ fn the_head_rests_before_a_board_is_too_near_to_a_border() {
                 rehearsal.play();
             }
             assert!(rehearsal.play().travel_m < rest_m);
+        }
+    }
+}
+
+#[test]
+fn with_play_the_head_rests_before_a_pose_that_the_play_allows_is_too_near() {
+    for (stage, border) in
+        [("crowd = [[40, -9], [40, 9]]", 0), ("outline = [[-30, -9], [40, -9], [40, 9], [-30, 9]]", 0)]
+    {
+        let rigid = on_stage(&format!("{stage}\nclear_m = 2.0"), "").to_toml();
+        let text = rigid.replacen("[dragon]\n", "[dragon]\npole_diameter_m = 0.05\n", 1);
+        let config = Config::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        let (play_m, reach_m) = (0.0025, play_reach_m(config.lead(), 0).expect("a straight run"));
+        assert!((config.lead().dimensions().play_m() - play_m).abs() < 1e-12 && reach_m < 5.0 * play_m, "{reach_m} m");
+        let mut rehearsal = Rehearsal::new(&config, 0.0, 3);
+        let head = rehearsal.play_to_rest();
+        assert_eq!(head.state, ShowState::Held, "{stage}");
+        // The head's board may be off by the play, straight ahead.
+        let nominal_m = 40.0 - 0.275 - 2.0;
+        let rest_m = nominal_m - reach_m..=nominal_m - play_m;
+        assert!(rest_m.contains(&(head.travel_m + 1e-8)), "{stage}: {} m, expected in {rest_m:?}", head.travel_m);
+        let header = head.header(RUN_ID, rehearsal.tick, 0, 1.0, 0);
+        let standing = rehearsal.guard.final_rest(&header).border.expect("a border is the reason");
+        assert_eq!((standing.bench, standing.border), (0, border), "{stage}");
+        for _ in 0..10 {
+            let beyond = Request::Seek { show_time_s: nominal_m };
+            assert_eq!(rehearsal.motion.request(beyond), Err(Refusal::NotProved), "{stage}");
+            rehearsal.play();
         }
     }
 }

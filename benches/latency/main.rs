@@ -15,6 +15,8 @@
 //! Contestants take turns of half a second each, for several rounds. A turn counts only if all its frames are right: a reader
 //! sums the values of each frame, and compares the sums with the exact solver after the turn. Percentiles cover all turns
 //! together; a ratio is the median of the turns' ratios.
+//!
+//! Then follows the latency of GO (see `go`). `cargo bench --bench latency -- go` measures this alone.
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
 #[path = "../shared/mod.rs"]
@@ -24,6 +26,7 @@ mod arrival;
 mod contest;
 mod frame_bytes;
 mod frame_source;
+mod go;
 mod outcome;
 mod process;
 mod publishing;
@@ -38,5 +41,12 @@ use transport::{BARE, OURS, Transport, UDP, UNIX};
 static CONTESTANTS: [Transport; 4] = [OURS, BARE, UNIX, UDP];
 
 fn main() {
-    contest::play_part("latency");
+    match std::env::args().nth(1).as_deref() {
+        Some(go::GO) => go::measure(),
+        Some(process::PUBLISH | process::READ) => contest::play_part("latency"),
+        _ => {
+            contest::play_part("latency");
+            go::measure();
+        }
+    }
 }

@@ -10,10 +10,11 @@ use std::sync::Arc;
 use std::thread;
 
 use bench_dragon_geometry::clearance::{
-    ClearanceSearch, PlayEnd, PlaySearch, PossibleTouch, ProvenTravel, first_possible_touch,
+    ClearanceSearch, PlayEnd, PlaySearch, PossibleTouch, ProvenTravel, first_breach, first_possible_touch, play_reach_m,
 };
 use bench_dragon_geometry::dragon::{Board, Dimensions, Dragon, Meter};
 use bench_dragon_geometry::route::Route;
+use bench_dragon_geometry::stage::{Border, Outline, Stage};
 use fastrand::Rng;
 use glam::DVec2;
 use test_support::dragons::paper_benches;
@@ -245,6 +246,79 @@ fn the_guards_proof_ends_where_a_pose_may_come_under_the_margin() {
         };
         assert!((0..60).map(|step| touch.travel_m + 0.1 * f64::from(step)).any(|travel_m| differs(&travel_m)));
     }
+}
+
+/// A square about the centre of the spiral that no board may enter.
+fn stage(clear_m: f64) -> Stage {
+    let corners = [[-0.8, -0.8], [0.8, -0.8], [0.8, 0.8], [-0.8, 0.8]];
+    Stage::new(vec![Border::keep_out(Outline::new(&corners).expect("a square"))], clear_m)
+}
+
+/// The least distance from the borders of a stage in random poses, with the head up to 3 m before a travel.
+fn least_distance_m(dimensions: &Dimensions, stage: &Stage, to_m: f64, poses: u32, seed: u64) -> f64 {
+    let (mut random, mut least_m) = (Rng::with_seed(seed), f64::INFINITY);
+    for _ in 0..poses {
+        let (mut angle, style) = (head_angle(to_m - 3.0 * random.f64().powi(2)), random.u8(..4));
+        // Benches further behind are further out.
+        for bench in 0..4 {
+            let rear = behind(angle, random_length(&mut random, dimensions, bench, style));
+            let poles = [at(angle), at(rear)];
+            let lie = random_lie(&mut random, dimensions, bench, poles);
+            let board = board(dimensions, bench, poles, lie).expect("an allowed lie");
+            let distances_m = stage.borders().iter().map(|border| border.distance_m(&board));
+            least_m = distances_m.fold(least_m, f64::min);
+            angle = rear;
+        }
+    }
+    least_m
+}
+
+#[test]
+fn no_pose_that_the_play_allows_comes_too_near_to_a_border_on_proven_travel() {
+    let run = Route::spiral(PITCH_M, START_TURNS).and_then(|spiral| spiral.between(0.0, 400.0));
+    let run = Arc::new(run.expect("the paper's spiral"));
+    let dimensions = paper_benches(BENCHES).with_poles(0.055, 0.050).expect("valid poles");
+    let loose = Dragon::new(dimensions, Arc::clone(&run)).expect("it stands");
+    let rigid = Dragon::new(paper_benches(BENCHES), run).expect("it stands");
+    let reach_m = play_reach_m(&loose, 0).expect("wide bends").max(play_reach_m(&loose, 1).expect("wide bends"));
+    assert!(reach_m > 0.005 && reach_m < 0.015 && play_reach_m(&rigid, 0) == Some(0.0), "{reach_m} m");
+    for clear_m in [1.3, 1.6] {
+        let border = stage(clear_m);
+        let proven_m = |dragon: &Dragon, from_m: f64| {
+            let proven = ProvenTravel::at(dragon, 0.0, from_m).expect("it stands free");
+            let mut proven = proven.within_borders(&border).expect("it is far from the centre");
+            proven.extend(dragon.end_travel_m(), usize::MAX);
+            assert!(proven.is_whole(), "{}", proven.end_m());
+            proven.end_m()
+        };
+        let [end_m, rigid_m] = [&loose, &rigid].map(|dragon| proven_m(dragon, 200.0));
+        let nominal = |clear_m: f64| {
+            let breach = first_breach(&rigid, &stage(clear_m), clear_m).expect("no limit").expect("it comes near");
+            breach.travel_m
+        };
+        // The play takes some travel, and not more than its bound does.
+        assert!(end_m < rigid_m - 1e-3 && (rigid_m - nominal(clear_m)).abs() < 1e-6, "{end_m} m, {rigid_m} m");
+        assert!(end_m > nominal(clear_m + reach_m) - 0.05, "{end_m} m, {} m", nominal(clear_m + reach_m));
+        assert!((proven_m(&loose, end_m - 1.0) - end_m).abs() < 1e-3, "a later proof ends at the same place");
+        let least = |to_m: f64| least_distance_m(loose.dimensions(), &border, to_m, 100_000, 3);
+        let (least_m, later_m) = (least(end_m), least(rigid_m));
+        println!(
+            "clear {clear_m} m: proven to {end_m} m, without play to {rigid_m} m; least {least_m} m, then {later_m} m"
+        );
+        assert!(least_m >= clear_m - 1e-9, "a pose is {least_m} m near on proven travel");
+        assert!(later_m < clear_m - 1e-3, "without the play in the proof, poses would be too near: {later_m} m");
+        // A corner of the square may be behind the dragon soon, but not at once.
+        let refused = (1..=1000_u32).find_map(|step| {
+            let proven = ProvenTravel::at(&loose, 0.0, end_m + 0.001 * f64::from(step)).ok()?;
+            proven.within_borders(&border).err()
+        });
+        assert!(refused.is_some_and(|breach| breach.bench < 2), "nothing is proved behind {end_m} m: {refused:?}");
+    }
+    // The whole spiral has bends that are too tight for the bound.
+    let tight = dragon(BENCHES, 0.050);
+    assert_eq!(play_reach_m(&tight, 0), None);
+    let proven = ProvenTravel::at(&tight, 0.0, 100.0).expect("it stands free");
+    assert!(proven.within_borders(&stage(1.0)).is_err(), "nothing is proved without a bound");
 }
 
 #[test]

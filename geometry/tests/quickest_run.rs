@@ -113,7 +113,7 @@ fn check_speeds(dragon: &Dragon, limits: &RunLimits, run: &QuickestRun, steps: u
 }
 
 fn run_of(dragon: &Dragon, limits: &RunLimits, within: f64) -> QuickestRun {
-    QuickestRun::of(dragon, limits, within).expect("the dragon walks its whole route")
+    QuickestRun::of(dragon, limits, &[], within).expect("the dragon walks its whole route")
 }
 
 fn on_path(segments: Vec<PathSegment>, benches: usize) -> Dragon {
@@ -176,13 +176,46 @@ fn the_papers_dragon_turns_much_quicker_than_at_an_even_speed() {
 }
 
 #[test]
+fn with_rests_the_quickest_run_is_that_of_each_piece_after_the_other() {
+    let limits = RunLimits { handle_mps: 2.0, head_mps: 1.5, accel_mps2: 0.5 };
+    let line = on_path(vec![PathSegment::Line { length_m: 50.0 }], 4);
+    let run = QuickestRun::of(&line, &limits, &[3.0, 20.0], 0.01).expect("the dragon walks its whole route");
+    let exact_s: f64 = [3.0, 17.0, 30.0].into_iter().map(|length_m| trapezoid_s(length_m, 1.5, 0.5)).sum();
+    assert!((run.optimum_s - exact_s).abs() < 1e-9 * exact_s, "{run:?} {exact_s}");
+    assert_eq!(run.cues.iter().map(|cue| cue.leaves_rest).collect::<Vec<_>>(), [false, true, true]);
+
+    // Each part of a turn as a run of its own.
+    let ends_m = [-40.0, -3.0, 5.0, 60.0];
+    let part = |from_m: f64, to_m: f64| {
+        dragon_on(paper_turnaround(2.0).between(from_m, to_m).expect("two travels").route(), paper_benches(20))
+    };
+    let whole = part(ends_m[0], ends_m[3]);
+    let run = QuickestRun::of(&whole, &limits, &ends_m[1..3], 0.01).expect("no handle jumps");
+    let parts: Vec<QuickestRun> =
+        ends_m.windows(2).map(|ends_m| run_of(&part(ends_m[0], ends_m[1]), &limits, 0.01)).collect();
+    let [optimum_s, least_s] = [|run: &QuickestRun| run.optimum_s, |run: &QuickestRun| run.least_s]
+        .map(|time_s: fn(&QuickestRun) -> f64| parts.iter().map(time_s).sum::<f64>());
+    println!("{} s, of {} parts {optimum_s} s, without rests less", run.optimum_s, parts.len());
+    assert!((run.optimum_s / optimum_s - 1.0).abs() < 1e-4 && (run.least_s / least_s - 1.0).abs() < 1e-4, "{run:?}");
+    assert!(run.duration_s <= 1.01 * run.optimum_s && run.least_s <= run.optimum_s, "{run:?}");
+    assert!(run_of(&whole, &limits, 0.01).optimum_s < run.least_s, "rests cost time");
+    for rest_m in &ends_m[1..3] {
+        assert_eq!([run.optimum_mps(*rest_m), run.walk_mps(*rest_m)], [0.0; 2]);
+        let leaves = run.cues.iter().find(|cue| cue.leaves_rest && (cue.at_s - run.time_s(*rest_m)).abs() < 1e-9);
+        assert!(leaves.is_some(), "{rest_m} m: {:?}", run.cues);
+    }
+    assert!((run.time_s(ends_m[3]) - run.cues[0].at_s - run.duration_s).abs() < 1e-9, "{run:?}");
+    check_speeds(&whole, &limits, &run, 20_000).expect("the cap is safe");
+}
+
+#[test]
 fn a_run_that_ends_with_a_fault_has_no_quickest_one() {
     let dragon = dragon_on(paper_turnaround(3.0).route(), paper_benches(223));
     let limits = RunLimits { handle_mps: 2.0, head_mps: 2.0, accel_mps2: 0.5 };
-    let fault = QuickestRun::of(&dragon, &limits, 0.01).expect_err("handle 1 stops");
+    let fault = QuickestRun::of(&dragon, &limits, &[], 0.01).expect_err("handle 1 stops");
     assert!(matches!(fault, Infeasible::Fault { .. }), "{fault}");
     let dragon = dragon_on(paper_turnaround(2.0).route(), paper_benches(223));
-    let spent = QuickestRun::of(&dragon.metered(&Meter::of(100_000)), &limits, 0.01).expect_err("too little work");
+    let spent = QuickestRun::of(&dragon.metered(&Meter::of(100_000)), &limits, &[], 0.01).expect_err("too little work");
     assert!(matches!(spent, Infeasible::TooMuchWork(_)), "{spent}");
 }
 
@@ -199,7 +232,7 @@ fn a_fine_tolerance_on_a_tight_turn_has_its_walk() {
         accel_mps2: 0.360_948_926_548_192_6,
     };
     for within in [0.004, 0.01, 0.03, 0.1] {
-        let run = QuickestRun::of(&dragon, &limits, within).expect("no handle jumps");
+        let run = QuickestRun::of(&dragon, &limits, &[], within).expect("no handle jumps");
         assert!(
             run.duration_s <= run.optimum_s * (1.0 + within),
             "{within}: {} s, {} s",
@@ -244,7 +277,7 @@ proptest! {
         // Excludes jumps too short to end the run.
         let Ok(largest) = largest_speed_ratio(&dragon) else { return Ok(()) };
         let limits = RunLimits { handle_mps, head_mps, accel_mps2 };
-        let run = QuickestRun::of(&dragon, &limits, within).expect("no handle jumps");
+        let run = QuickestRun::of(&dragon, &limits, &[], within).expect("no handle jumps");
         check_speeds(&dragon, &limits, &run, 3000)?;
         check_walk(&dragon, &limits, &run, 3000)?;
         prop_assert!(run.duration_s >= run.optimum_s, "{run:?}");

@@ -25,8 +25,8 @@ use crate::source::timecode::{
 /// Arguments for the timecode to follow.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct TimecodeArgs {
-    /// Timecode to follow: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]], without ADDRESS only from this machine; or sound
-    /// in WAV, ltc:- from stdin or ltc:FILE.wav.
+    /// Timecode to follow: osc:[ADDRESS:]PORT[/MESSAGE] or artnet[:ADDRESS[:PORT]], without ADDRESS only from this machine; or, for
+    /// serve alone, sound in WAV: ltc:- from stdin or ltc:FILE.wav.
     #[arg(long = "timecode", value_name = "SOURCE")]
     pub(crate) source: Option<TimecodeInput>,
     /// Show time minus the timecode's position, in seconds from -1000000 to 1000000 [default: 0].
@@ -80,7 +80,9 @@ pub(super) struct FollowedTimecode {
 pub(crate) fn check_show(args: &TimecodeArgs, config: &Config) -> Result<(), BadInput> {
     match &args.source {
         Some(source @ TimecodeInput::Ltc(_)) => {
-            Err(BadInput(format!("--timecode is {source}, must be osc or artnet in a show: ltc is only for serve")))
+            let instead =
+                format!("start `bench-dragon serve --timecode {source}`, with `monitor` and `record` beside it");
+            Err(BadInput(format!("--timecode is {source}, must be osc or artnet in a show: for sound, {instead}")))
         }
         _ => check(args, config),
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use bench_dragon_geometry::clearance::play_reach_m;
 use bench_dragon_geometry::dragon::{Dimensions, Dragon, DragonError, Meter};
 use bench_dragon_geometry::formation::{Formation, Layout, Planned};
 use bench_dragon_geometry::ground::{Ground, HeightMap};
@@ -164,6 +165,7 @@ impl ConfigDocument {
             DragonError::Ground(gap) => ConfigError(format!("[ground] {gap}{}", self.origin_hint())),
             error => ConfigError(unplaced(&error)),
         })?;
+        self.require_bounded_play(&dragon)?;
         let timetable = self.tables.head.timetable(self.route.start_s, dragon.end_travel_m());
         let planned = Planned { dragon: Arc::new(dragon), timetable };
         let (cues, mut timetables) = cue::apply(&self.tables.cues, &[(None, &planned)])?;
@@ -175,6 +177,20 @@ impl ConfigDocument {
             _ => Formation::of_one(planned),
         };
         Ok(Config { document: self, formation: Arc::new(formation), cues: cues.into(), named: None })
+    }
+
+    /// Fails for a guard of borders that could prove nothing about the poses that the play of the hinges allows.
+    fn require_bounded_play(&self, dragon: &Dragon) -> Result<(), ConfigError> {
+        let benches = 0..dragon.dimensions().benches().min(2);
+        if !self.tables.stage.guard || benches.clone().all(|bench| play_reach_m(dragon, bench).is_some()) {
+            return Ok(());
+        }
+        let needed = if dragon.route().is_on_ground() {
+            "hinges without play on ground: remove [dragon] pole_diameter_m"
+        } else {
+            "wider bends than this run has, with play in the hinges: end it earlier ([route] end_s), remove [dragon] pole_diameter_m"
+        };
+        Err(ConfigError(format!("[stage] guard is true, needs {needed}, or guard")))
     }
 
     /// Places the dragon on the curve of its route.
@@ -213,10 +229,6 @@ impl ConfigDocument {
         let route = RouteSpec { ground, ..tables.route.plan()? };
         let dimensions = dimensions(&tables.dragon)?;
         let stage = Arc::new(tables.stage.stage()?);
-        if tables.stage.guard && dimensions.play_m() > 0.0 {
-            let text = "[stage] guard is true, needs hinges without play: remove [dragon] pole_diameter_m, or guard";
-            return Err(ConfigError(text.to_owned()));
-        }
         Ok(Self { tables, dimensions, route, drawing: None, stage, placing_steps: None })
     }
 

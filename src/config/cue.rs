@@ -89,6 +89,13 @@ impl Cued<'_> {
         self.planned.timetable.with_changes(&self.changes, [self.planned.dragon.start_travel_m(), end_m])
     }
 
+    /// Plan time at which its run ends, with the cues so far; infinity where it stands until a later cue.
+    fn end_s(&self) -> f64 {
+        let last = self.changes.iter().rev().find(|change| matches!(change, Change::Speed { .. }));
+        let stands = matches!(last, Some(Change::Speed { speed_mps: 0.0, .. }));
+        if stands { f64::INFINITY } else { self.timetable().end_s() }
+    }
+
     /// The dragon in a message: ` of gold`, or nothing for the only one.
     fn suffix(&self) -> String {
         self.name.map_or_else(String::new, |name| format!(" of {name}"))
@@ -165,7 +172,7 @@ fn cue(table: &CueTable, dragons: &[Cued<'_>], last: Option<&Cue>) -> Result<Cue
         let (at, before) = (Fixed::<3>(at_s), Fixed::<3>(last.at_s));
         return Err(format!("it is at {at} s, must be after \"{}\" at {before} s", last.name));
     }
-    let is_past = |dragon: &Cued<'_>| at_s >= dragon.timetable().end_s();
+    let is_past = |dragon: &Cued<'_>| at_s >= dragon.end_s();
     if let Some(dragon) =
         dragon.map(|number| &dragons[number]).filter(|dragon| table.speed_mps.is_some() && is_past(dragon))
     {
@@ -192,7 +199,7 @@ fn at_s(table: &CueTable, dragon: &Cued<'_>, dragons: &[Cued<'_>]) -> Result<f64
     match (table.at_s, table.at_m) {
         (Some(at_s), None) => {
             let begin_s = if dragon.name.is_some() { 0.0 } else { starts_s.fold(f64::INFINITY, f64::min) };
-            let end_s = ends_s.map(|dragon| dragon.timetable().end_s()).fold(begin_s, f64::max);
+            let end_s = ends_s.map(Cued::end_s).fold(begin_s, f64::max);
             if (begin_s..end_s).contains(&at_s) {
                 return Ok(at_s);
             }

@@ -520,7 +520,12 @@ mod tests {
             ("[stage]\ncrowd = [[0, 9], [9, 9]]\nguard = true", "[stage] guard is true, needs clear_m: the distance"),
             (
                 "[dragon]\npole_diameter_m = 0.05\n[stage]\ncrowd = [[0, 9], [9, 9]]\nclear_m = 2\nguard = true",
-                "[stage] guard is true, needs hinges without play: remove [dragon] pole_diameter_m, or guard",
+                "[stage] guard is true, needs wider bends than this run has, with play in the hinges: end it earlier ([route] end_s)",
+            ),
+            (
+                "[dragon]\npole_diameter_m = 0.05\n[route]\nend_s = 300\n[ground]\nrise_x = 0.01\n[stage]\ncrowd = [[0, 9], [9, 9]]\n\
+                 clear_m = 2\nguard = true",
+                "[stage] guard is true, needs hinges without play on ground: remove [dragon] pole_diameter_m, or guard",
             ),
         ] {
             assert_one_line(text, start);

@@ -12,7 +12,7 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::{
-    ClearanceSearch, CourseSearch, PairClearance, ProvenCourse, Standing, nearest_to_borders,
+    ClearanceSearch, CourseSearch, PairClearance, ProvenCourse, Standing, most_play_reach_m, nearest_to_borders,
 };
 use bench_dragon_geometry::dragon::{Board, ChainSolver, Handle, Meter};
 use bench_dragon_geometry::formation::Formation;
@@ -173,7 +173,7 @@ impl<'a> Guard<'a> {
         let show_time_s = header.show_time_s();
         let forecast_s = contact.map(|contact| show_time_s + (contact.travel_m - travel_m) / self.planned_speed_mps);
         let border = self.stage.and_then(|stage| {
-            let near_m = stage.clear_m() + BORDER_TOLERANCE_M;
+            let near_m = stage.clear_m() + most_play_reach_m(self.formation.lead()) + BORDER_TOLERANCE_M;
             nearest_to_borders(self.formation, stage, travel_m, near_m)
         });
         FinalRest { travel_m, show_time_s, is_free: self.present.is_some(), forecast_s, border }

@@ -138,7 +138,7 @@ pub(crate) fn clearance_over_time() -> ClearanceOverTime {
 
 fn speed_profile() -> SpeedProfile {
     let limits = RunLimits { handle_mps: 2.0, head_mps: 2.0, accel_mps2: 0.5 };
-    let run = QuickestRun::of(&turning_dragon(), &limits, 0.1).expect("the paper's dragon turns");
+    let run = QuickestRun::of(&turning_dragon(), &limits, &[], 0.1).expect("the paper's dragon turns");
     let line = |name: &str, speed_mps: &dyn Fn(f64) -> f64| {
         let points = |from_m: i32, to_m: i32| {
             let travels_m = (8 * from_m..=8 * to_m).map(|step| f64::from(step) / 8.0);

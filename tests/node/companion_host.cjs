@@ -32,7 +32,7 @@ function initialise() {
 
 /** Watches the feedbacks and presses the buttons of a module that has been initialised. */
 function begin() {
-    const states = ["ready", "running", "held", "paused", "silent"].map((state) => feedback(state, "state", { state }));
+    const states = ["ready", "running", "held", "waiting", "paused", "silent"].map((state) => feedback(state, "state", { state }));
     call("updateFeedbacks", { feedbacks: Object.fromEntries([...states, feedback("refused", "refused", {})]) });
     const orders = readline.createInterface({ input: process.stdin });
     orders.on("line", (line) => {

@@ -58,7 +58,7 @@ impl Desk {
 
     /// Returns the next message with this address, without the address.
     #[track_caller]
-    fn next(&mut self, address: &str) -> Vec<Value> {
+    pub(crate) fn next(&mut self, address: &str) -> Vec<Value> {
         let messages = self.process.json_until(&format!("{address} arrives"), |message| message[0] == address);
         messages.last().and_then(Value::as_array).expect("a message")[1..].to_vec()
     }
@@ -81,7 +81,7 @@ impl Desk {
 
     /// Sends a message that is refused. Returns the reason.
     #[track_caller]
-    fn refuse(&mut self, message: &Value) -> String {
+    pub(crate) fn refuse(&mut self, message: &Value) -> String {
         let reply = self.ask(message);
         assert_eq!((&reply[1], &reply[2]), (&json!(0), &json!(0)), "{message}: {reply:?}");
         reply[3].as_str().expect("a reason").to_owned()

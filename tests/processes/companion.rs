@@ -17,7 +17,7 @@ use crate::reader::Reader;
 use crate::stage::Stage;
 
 /// Builds the module in a stage's folder, as `npm run package` does. Skips the test if its packages are not installed.
-fn build(stage: &Stage) -> Option<PathBuf> {
+pub(crate) fn build(stage: &Stage) -> Option<PathBuf> {
     let node = env::var_os("BENCH_DRAGON_NODE").map(PathBuf::from);
     let Some(node) = node.filter(|folder| folder.join("node_modules/@companion-module/tools").exists()) else {
         skip("tests/run has not installed the packages of tests/node");
@@ -48,13 +48,13 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// Companion with a connection to a bridge.
-struct Companion {
+pub(crate) struct Companion {
     process: Process,
     buttons: ChildStdin,
 }
 
 impl Companion {
-    fn start(module: &Path, address: &str, secret: &str) -> Self {
+    pub(crate) fn start(module: &Path, address: &str, secret: &str) -> Self {
         let (host, port) = address.rsplit_once(':').expect("an address and a port");
         let mut command = Command::new("node");
         command.arg("tests/node/companion_host.cjs").arg(module).args([host, port, secret]);
@@ -63,14 +63,19 @@ impl Companion {
         Self { process, buttons }
     }
 
-    fn press(&mut self, action: &str, options: &Value) {
+    pub(crate) fn press(&mut self, action: &str, options: &Value) {
         writeln!(self.buttons, "{}", json!([action, options])).expect("the host reads its orders");
     }
 
     /// Waits for a line.
     #[track_caller]
-    fn expect(&mut self, line: &Value) {
+    pub(crate) fn expect(&mut self, line: &Value) {
         self.process.json_until(&format!("{line} is printed"), |printed| printed == line);
+    }
+
+    pub(crate) fn end(self) {
+        drop(self.buttons);
+        self.process.end();
     }
 }
 
@@ -105,8 +110,7 @@ fn buttons_of_companion_steer_a_show_and_light_by_its_state() {
     bridge.terminate().expect_clean();
     companion.expect(&json!(["light", "silent", true]));
     companion.expect(&json!(["status", "connection_failure"]));
-    drop(companion.buttons);
-    companion.process.end();
+    companion.end();
     server.stop();
 }
 
@@ -120,8 +124,7 @@ fn a_module_with_a_wrong_secret_knows_nothing_of_the_show() {
     companion.press("hold", &json!({}));
     companion.expect(&json!(["status", "connection_failure"]));
     companion.expect(&json!(["light", "silent", true]));
-    drop(companion.buttons);
-    companion.process.end();
+    companion.end();
     let counts = bridge.terminate().expect_clean().last_json();
     assert!(counts["accepted"] == 0 && counts["strangers"].as_u64() >= Some(2), "{counts}");
     server.stop();

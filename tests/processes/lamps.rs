@@ -105,12 +105,14 @@ fn a_killed_recorder_or_bridge_and_a_stopped_monitor_are_red() {
     let recorder = stage.start(&["record", "show.mcap"]);
     let monitor = stage.start(&["monitor"]);
     let bridge = stage.start(&["bridge", "osc", "--to", "127.0.0.1:9"]);
-    let parts = ["recorder", "monitor", "osc"];
+    let timecode = stage.start(&["bridge", "timecode", "--art-net", "127.0.0.1:9"]);
+    let parts = ["recorder", "monitor", "osc", "timecode-out"];
     for name in parts {
         await_level(&exporter, name, 1);
     }
     recorder.kill();
     bridge.kill();
+    timecode.kill();
     monitor.signal(Signal::STOP);
     for name in parts {
         await_level(&exporter, name, 3);

@@ -181,7 +181,10 @@ fn impossible_sounds_are_refused_in_one_line() {
         (&["serve", "--timecode", "ltc:"], &["'ltc:'", "must be ltc:- for stdin, or ltc:FILE.wav"]),
         (&["serve", "--timecode", "ltc:text.wav"], &["--timecode ltc:text.wav must be sound in WAV"]),
         (&["serve", "--timecode", "ltc:missing.wav"], &["--timecode ltc:missing.wav", "No such file or directory"]),
-        (&["show", "--timecode", "ltc:-"], &["--timecode is ltc:-, must be osc or artnet in a show"]),
+        (
+            &["show", "--timecode", "ltc:-"],
+            &["--timecode is ltc:-, must be osc or artnet in a show", "start `bench-dragon serve --timecode ltc:-`"],
+        ),
         (&["bridge", "timecode", "--ltc", "-", "--format", "json"], &["--format is json, must be text with --ltc -"]),
         (&["bridge", "timecode", "--ltc", "-", "--art-net", "10.0.0.255"], &["--ltc <-|FILE.wav>", "--art-net"]),
         (

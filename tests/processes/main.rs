@@ -103,6 +103,7 @@ mod signals;
 mod slow_readers;
 mod stage;
 mod steady_desk;
+mod steered_night;
 mod steering_page;
 mod stock_clients;
 mod stuck_output;

@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::fs;
 
 use bench_dragon::config::Config;
+use bench_dragon_geometry::dragon::ChainSolver;
 use serde_json::Value;
 use test_support::process::{Ended, Process};
 use test_support::pytest;
@@ -88,6 +89,47 @@ fn the_saved_show_has_the_cues_and_walks_the_same_part_of_the_route() {
     }
 }
 
+/// The night of the example: two of its cues wait, and others change the speed.
+#[test]
+fn a_night_with_waits_rests_at_them_and_keeps_its_cues() {
+    let stage = Stage::new();
+    let night = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/night.toml");
+    let asked = ["--limit", "1.6", "--within", "2", "--config", night, "--save-config", "saved.toml"];
+    let found = answer(&stage, &asked);
+    let waits = |cue: &&Value| cue["waits"] == true;
+    assert_eq!(found["cues"].as_array().expect("cues").iter().filter(waits).count(), 2, "{found}");
+    assert!(number(&found["duration_s"]) <= 1.02 * number(&found["optimum_s"]), "{found}");
+    let text = run(&stage, &asked[..6]).expect_clean().stdout;
+    assert_eq!(text.matches(", after GO").count(), 2, "{text}");
+
+    let saved = fs::read_to_string(stage.path("saved.toml")).expect("a configuration");
+    let [planned, quick] = [fs::read_to_string(night).expect("the example"), saved.clone()]
+        .map(|text| Config::from_toml(&text).expect("a show that a server plays"));
+    let duration_s = quick.end_s() - quick.start_s();
+    assert!((duration_s - number(&found["duration_s"])).abs() < 1e-6, "{duration_s} s, {found}");
+    for cue in planned.cues() {
+        let kept = quick.cues().iter().find(|kept| kept.name == cue.name).expect("each cue is kept");
+        assert_eq!((&kept.note, kept.waits), (&cue.note, cue.waits));
+        let travels_m = [planned.timetable().travel_m(cue.at_s), quick.timetable().travel_m(kept.at_s)];
+        assert!((travels_m[0] - travels_m[1]).abs() < 1e-6, "{}: {travels_m:?}", cue.name);
+        assert!(!cue.waits || quick.timetable().speed_mps(kept.at_s) == 0.0, "{} rests", cue.name);
+    }
+    let (dragon, mut solver) = (quick.lead(), ChainSolver::new(quick.lead()));
+    for step in 0..=20_000 {
+        let time_s = quick.start_s() + duration_s * f64::from(step) / 20_000.0;
+        let handles = solver.solve(dragon, quick.timetable().travel_m(time_s)).expect("within the run");
+        let ratio = handles.iter().map(|handle| handle.speed_ratio).fold(0.0, f64::max);
+        let fastest_mps = ratio * quick.timetable().speed_mps(time_s);
+        assert!(fastest_mps <= 1.6 * (1.0 + 1e-9), "{fastest_mps} m/s at {time_s} s");
+    }
+    // An answer about the answer keeps the same cues.
+    let again = ["--limit", "1.6", "--within", "2", "--config", "saved.toml", "--save-config", "again.toml"];
+    let again_s = number(&answer(&stage, &again)["duration_s"]);
+    assert!((again_s / duration_s - 1.0).abs() < 0.02, "{again_s} {duration_s}");
+    let again = Config::from_toml(&fs::read_to_string(stage.path("again.toml")).expect("a file")).expect("a show");
+    assert_eq!(again.cues().iter().filter(|cue| cue.waits).count(), 2);
+}
+
 #[test]
 fn the_profile_is_drawn_with_its_limit_and_its_optimum() {
     let stage = stage_with(SHORT);
@@ -105,12 +147,20 @@ fn the_profile_is_drawn_with_its_limit_and_its_optimum() {
 #[test]
 fn questions_without_a_profile_get_the_reason() {
     let two = "[[dragons]]\nname = \"gold\"\n[[dragons]]\nname = \"silver\"\n[dragons.route]\nstart_x_m = 90\n";
+    let stands = &format!(
+        "{SHORT}[[cues]]\nname = \"stand\"\nat_s = 10\nspeed_mps = 0\n[[cues]]\nname = \"on\"\nat_s = 20\nspeed_mps = 1\n"
+    );
     let hill = "[dragon]\nbenches = 3\n[ground]\nrise_x = 0.1\n";
     for (text, args, line) in [
         ("", &["--limit", "2"][..], "--accel is absent, must be present: [head] accel_mps2 is not configured either"),
         (SHORT, &["--limit", "2", "--within", "0"], "must be from 0.1% to 100%"),
         (SHORT, &["--limit", "2", "--speed", "11"], "must be from 0.001 to 10"),
         (two, &["--limit", "2", "--accel", "1"], "[[dragons]] has 2 dragons, must be absent for solve profile"),
+        (
+            stands,
+            &["--limit", "2"],
+            "[[cues]] \"stand\": speed_mps is 0, must be above 0 for solve profile; `wait = true` lets the show stand there",
+        ),
         (hill, &["--limit", "2", "--accel", "1"], "[ground] is present, must be absent for solve profile"),
     ] {
         let ended = run(&stage_with(text), &[args, &["--config", "asked.toml"]].concat());

@@ -44,7 +44,10 @@ pub use course_search::CourseSearch;
 pub use formation_search::{Meeting, Unfinished, first_between, first_meeting, standing_in_each_other};
 pub use meeting_zone::{DragonPair, MeetingZone, Tip};
 pub use own_time::Nearest;
-pub use play::{PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose};
+pub use play::{
+    PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose, most_play_reach_m,
+    play_reach_m,
+};
 pub use proven_course::{ProvenCourse, Violation};
 pub use proven_travel::ProvenTravel;
 pub use search::{ClearanceSearch, PairClearance};

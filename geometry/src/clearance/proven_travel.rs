@@ -8,7 +8,7 @@
 //! nearer than the stage allows.
 //!
 //! *Loose hinges.* The proof is then about every pose that the play of the hinges allows (see `play`), and ends where the bracket
-//! of a pole does. That about borders is about the poses without play.
+//! of a pole does. So is that about borders (see `proven_borders`).
 //!
 //! *Guarantee.* No clearance is under the margin on proven travel, up to the rounding of the poses, about 10⁻¹² m. Proven
 //! travel ends at most [`RESOLUTION_M`] before the first violation that the bound detects.

@@ -1,5 +1,6 @@
 //! `solve profile`: finds the quickest show under limits, from rest to rest, as a list of planned speeds.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use anyhow::Context as _;
@@ -15,7 +16,7 @@ use serde::Serialize;
 
 use super::figure::even_travels;
 use super::turn::{TurnPlanArgs, asks_for_turn, planned_turn};
-use super::{AnswerArgs, load_any_plan, require_no_cues, require_no_ground, save_config};
+use super::{AnswerArgs, load_any_plan, require_no_ground, save_config};
 use crate::cli::flags::{BadInput, ConfigArgs, within};
 use crate::cli::in_file;
 use crate::cli::print::print_report;
@@ -28,7 +29,7 @@ use crate::system::whole_file;
 ///
 /// The head's acceleration and speed are limited too. The answer has as few cues as --within allows. Between them the head
 /// walks evenly, after a ramp. No handle exceeds the limit anywhere: this is proved, also between samples. With --config the planned
-/// run counts; without it, or with flags for a turn, the whole passage of all benches through the turn.
+/// run counts, with a rest where a cue waits; without it, or with flags for a turn, the whole passage of all benches through the turn.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve profile --limit 2 --accel 0.5
@@ -85,6 +86,15 @@ struct CueRow {
     /// Plan time.
     at_s: f64,
     speed_mps: f64,
+    /// Whether the show waits there until GO.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    waits: bool,
+}
+
+/// The run that counts: a dragon, and the configured cues with the travels of the head at which they are.
+struct PlannedRun {
+    dragon: Arc<Dragon>,
+    cues: Vec<(f64, Cue)>,
 }
 
 /// The quickest run of a dragon, and its run at a constant speed.
@@ -95,13 +105,13 @@ struct Profile {
 }
 
 pub(super) fn run(args: &ProfileArgs) -> anyhow::Result<()> {
-    let (config, dragon) = planned(args)?;
+    let (config, planned) = planned(args)?;
     args.answer.keep_files_apart(config.document())?;
     let limits = limits(args, &config)?;
-    let found = dragon.and_then(|dragon| Ok((profile(&dragon, &limits, args.within)?, dragon)));
+    let found = planned.and_then(|run| Ok((profile(&run, &limits, args.within)?, run)));
     let answer = answer(found.as_ref().map(|(profile, _)| profile));
     print_report(args.answer.format.format, &answer, text(args, &limits, &answer))?;
-    let (profile, dragon) = match &found {
+    let (profile, run) = match &found {
         Ok(found) => found,
         Err(reason) => {
             args.answer.figure.refuse(&reason.to_string())?;
@@ -109,21 +119,21 @@ pub(super) fn run(args: &ProfileArgs) -> anyhow::Result<()> {
         }
     };
     if args.answer.figure.is_asked() {
-        let view = speeds(args, &config, dragon, &limits, profile);
+        let view = speeds(args, &config, &run.dragon, &limits, profile);
         args.answer.figure.save_and_tell(view.draw(), args.answer.format.format)?;
     }
     let Some(path) = &args.answer.save_config else { return Ok(()) };
-    whole_file::write(path, saved(&config, dragon, &limits, &profile.quickest.cues)?.as_bytes())
+    whole_file::write(path, saved(&config, run, &limits, &profile.quickest)?.as_bytes())
 }
 
 /// The configuration, and its dragon on the planned run or on the whole passage through a turn.
-fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, Infeasible>)> {
+fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<PlannedRun, Infeasible>)> {
     let (plan, meter) = (&args.plan, args.answer.work.long_meter());
     let file = ConfigArgs { config: plan.config.clone() };
     let Some(path) = plan.config.as_ref().filter(|_| !asks_for_turn(plan)) else {
         let (config, _, turnaround) = planned_turn(plan, args.answer.work)?;
         let passage = passage_through(turnaround, *config.lead().dimensions(), &meter);
-        return Ok((config, passage.map(Arc::new)));
+        return Ok((config, passage.map(|dragon| PlannedRun { dragon: Arc::new(dragon), cues: Vec::new() })));
     };
     let config = match load_any_plan(&file, args.answer.work)? {
         PlanDocument::OneDragon(document) => in_file(&file, document.build())?,
@@ -134,9 +144,29 @@ fn planned(args: &ProfileArgs) -> anyhow::Result<(Config, Result<Arc<Dragon>, In
         }
     };
     in_file(&file, require_no_ground(&config, "solve profile"))?;
-    in_file(&file, require_no_cues(config.cues(), "solve profile"))?;
+    in_file(&file, require_waits(config.cues()))?;
+    let timetable = config.timetable();
+    let cues = config.cues().iter().map(|cue| (timetable.travel_m(cue.at_s), cue.clone())).collect();
     let dragon = Arc::new(config.lead().metered(&meter));
-    Ok((config, Ok(dragon)))
+    Ok((config, Ok(PlannedRun { dragon, cues })))
+}
+
+/// Fails for a cue at which the dragon is to stand for a planned time: the answer has other times.
+fn require_waits(cues: &[Cue]) -> Result<(), BadInput> {
+    match cues.iter().find(|cue| cue.speed_mps == Some(0.0)) {
+        Some(Cue { name, .. }) => Err(BadInput(format!(
+            "[[cues]] \"{name}\": speed_mps is 0, must be above 0 for solve profile; `wait = true` lets the show stand there"
+        ))),
+        None => Ok(()),
+    }
+}
+
+impl PlannedRun {
+    /// The cues that wait within the run, with their travels.
+    fn waits(&self) -> impl Iterator<Item = &(f64, Cue)> {
+        let within_m = self.dragon.start_travel_m() + LEAST_PIECE_M..=self.dragon.end_travel_m() - LEAST_PIECE_M;
+        self.cues.iter().filter(move |(travel_m, cue)| cue.waits && within_m.contains(travel_m))
+    }
 }
 
 fn limits(args: &ProfileArgs, config: &Config) -> Result<RunLimits, BadInput> {
@@ -147,12 +177,22 @@ fn limits(args: &ProfileArgs, config: &Config) -> Result<RunLimits, BadInput> {
     Ok(RunLimits { handle_mps: args.limit, head_mps, accel_mps2 })
 }
 
-fn profile(dragon: &Dragon, limits: &RunLimits, within: f64) -> Result<Profile, Infeasible> {
+fn profile(run: &PlannedRun, limits: &RunLimits, within: f64) -> Result<Profile, Infeasible> {
+    let dragon = &run.dragon;
     let largest = largest_speed_ratio(dragon)?;
     let constant_mps = limits.head_mps.min(limits.handle_mps / largest.ratio);
-    let [start_m, end_m] = [dragon.start_travel_m(), dragon.end_travel_m()];
-    let constant_s = Timetable::leaving(0.0, start_m, constant_mps, Some(limits.accel_mps2), end_m).end_s();
-    Ok(Profile { quickest: QuickestRun::of(dragon, limits, within)?, constant_mps, constant_s })
+    let rests_m: Vec<f64> = run.waits().map(|&(travel_m, _)| travel_m).collect();
+    let places_m = [&[dragon.start_travel_m()], &*rests_m, &[dragon.end_travel_m()]].concat();
+    let walk_s =
+        |ends_m: &[f64]| Timetable::leaving(0.0, ends_m[0], constant_mps, Some(limits.accel_mps2), ends_m[1]).end_s();
+    let constant_s = places_m.windows(2).map(walk_s).sum();
+    Ok(Profile { quickest: QuickestRun::of(dragon, limits, &rests_m, within)?, constant_mps, constant_s })
+}
+
+impl CueRow {
+    fn of(&SpeedCue { at_s, speed_mps, leaves_rest: waits }: &SpeedCue) -> Self {
+        Self { at_s, speed_mps, waits }
+    }
 }
 
 fn answer(found: Result<&Profile, &Infeasible>) -> ProfileAnswer {
@@ -160,7 +200,7 @@ fn answer(found: Result<&Profile, &Infeasible>) -> ProfileAnswer {
         Ok(Profile { quickest, constant_mps, constant_s }) => ProfileAnswer {
             duration_s: Some(quickest.duration_s),
             largest_speed_mps: Some(quickest.largest_mps),
-            cues: quickest.cues.iter().map(|&SpeedCue { at_s, speed_mps }| CueRow { at_s, speed_mps }).collect(),
+            cues: quickest.cues.iter().map(CueRow::of).collect(),
             optimum_s: Some(quickest.optimum_s),
             least_s: Some(quickest.least_s),
             constant_speed_mps: Some(*constant_mps),
@@ -206,24 +246,47 @@ fn text(args: &ProfileArgs, limits: &RunLimits, answer: &ProfileAnswer) -> Strin
         ),
         format!("{}, at show time in s, to m/s:", Counted(answer.cues.len() as u64, "cue")),
     ];
-    lines.extend(answer.cues.iter().map(|cue| format!("{:>14} {}", Fixed::<6>(cue.at_s), cue.speed_mps)));
+    lines.extend(answer.cues.iter().map(|&CueRow { at_s, speed_mps, waits }| {
+        format!("{:>14} {speed_mps}{}", Fixed::<6>(at_s), if waits { ", after GO" } else { "" })
+    }));
     lines.join("\n")
 }
 
-/// The configuration that walks the cues. The first one is the planned speed of the head.
-fn saved(config: &Config, dragon: &Dragon, limits: &RunLimits, cues: &[SpeedCue]) -> anyhow::Result<String> {
-    let ends_m = [dragon.start_travel_m(), dragon.end_travel_m()];
-    let named = |(number, cue): (usize, &SpeedCue)| Cue {
-        name: format!("profile {number}"),
-        at_s: cue.at_s,
-        dragon: None,
-        speed_mps: Some(cue.speed_mps),
-        waits: false,
-        note: None,
+/// The configuration that walks the cues. The first one is the planned speed of the head. The configured cues stay at their travels;
+/// those that change the speed become marks.
+fn saved(config: &Config, run: &PlannedRun, limits: &RunLimits, quickest: &QuickestRun) -> anyhow::Result<String> {
+    let ends_m = [run.dragon.start_travel_m(), run.dragon.end_travel_m()];
+    // The speeds of an earlier answer are replaced.
+    let is_earlier = |cue: &Cue| {
+        let number = cue.name.strip_prefix(SAVED_NAME).and_then(|number| number.parse::<u32>().ok());
+        number.is_some() && cue.note.is_none() && !cue.waits
     };
-    let named: Vec<Cue> = cues.iter().enumerate().skip(1).map(named).collect();
-    Ok(config.with_run(cues[0].speed_mps, limits.accel_mps2, ends_m, &named)?.to_toml())
+    let kept = run.cues.iter().filter(|(_, cue)| !is_earlier(cue));
+    let mut cues: Vec<Cue> = kept
+        .map(|(travel_m, cue)| Cue { at_s: quickest.time_s(*travel_m), dragon: None, speed_mps: None, ..cue.clone() })
+        .collect();
+    let names: BTreeSet<String> = cues.iter().map(|cue| cue.name.clone()).collect();
+    let mut free = (1..).map(|number| format!("{SAVED_NAME}{number}")).filter(|name| !names.contains(name));
+    let mut waits = run.waits();
+    for &SpeedCue { at_s, speed_mps, leaves_rest } in &quickest.cues[1..] {
+        let waiting = if leaves_rest { waits.next() } else { None };
+        match waiting.and_then(|(_, wait)| cues.iter_mut().find(|cue| cue.name == wait.name)) {
+            Some(cue) => (cue.at_s, cue.speed_mps) = (at_s, Some(speed_mps)),
+            None => {
+                let name = free.next().expect("there is always another number");
+                cues.push(Cue { name, at_s, dragon: None, speed_mps: Some(speed_mps), waits: false, note: None });
+            }
+        }
+    }
+    cues.sort_by(|one, next| one.at_s.total_cmp(&next.at_s));
+    Ok(config.with_run(quickest.cues[0].speed_mps, limits.accel_mps2, ends_m, &cues)?.to_toml())
 }
+
+/// Names of saved speeds, before their number.
+const SAVED_NAME: &str = "profile ";
+
+/// Travel from a rest to an end of the run, in metres, below which the rest is that end.
+const LEAST_PIECE_M: f64 = 1e-6;
 
 /// Metres of travel, before and behind the slowest place, that are drawn enlarged.
 const DETAIL_M: f64 = 12.0;

@@ -1,6 +1,6 @@
 //! A run as its description defines it, and the clearance measured in it so far.
 
-use bench_dragon_geometry::clearance::standing_at;
+use bench_dragon_geometry::clearance::{most_play_reach_m, standing_at};
 use bench_dragon_geometry::dragon::Dragon;
 use bench_dragon_geometry::stage::{Border, BorderKind, Stage};
 use glam::DVec2;
@@ -47,7 +47,9 @@ impl DescribedRun {
     pub(super) fn is_too_near_at(&self, course_m: f64) -> bool {
         let formation = self.config.formation();
         let course_m = course_m.clamp(formation.begin_m(), formation.end_m());
-        let is_near = |stage: &Stage, kind| !standing_at(formation, stage, kind, stage.clear_m(), course_m).is_empty();
+        let reach_m = most_play_reach_m(formation.lead());
+        let is_near =
+            |stage: &Stage, kind| !standing_at(formation, stage, kind, stage.clear_m() + reach_m, course_m).is_empty();
         let kinds = [BorderKind::KeepOut, BorderKind::Crowd];
         self.config.guarded_stage().is_some_and(|stage| kinds.into_iter().any(|kind| is_near(stage, kind)))
     }

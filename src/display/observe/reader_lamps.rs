@@ -188,9 +188,14 @@ mod tests {
 
     #[test]
     fn a_reader_that_no_longer_reports_is_red() {
-        let runs = snapshot(&Status::default(), &[report("monitor", 3), report("bridge-psn", 0)]);
+        let runs = snapshot(
+            &Status::default(),
+            &[report("monitor", 3), report("bridge-psn", 0), report("bridge-timecode", 1)],
+        );
         check(&runs, "monitor", LampLevel::Good, "runs");
         check(&runs, "psn", LampLevel::Good, "runs");
+        check(&runs, "timecode-out", LampLevel::Good, "runs");
+        check(&runs, "timecode", LampLevel::Off, "not followed");
         let hangs = snapshot(&Status::default(), &[report("monitor", 4)]);
         check(&hangs, "monitor", LampLevel::Danger, "silent for 4 s");
     }

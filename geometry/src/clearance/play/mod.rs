@@ -15,10 +15,12 @@
 //! it at once, so it is too early, in a narrow gap by seconds: see `tests/play.rs`.
 
 mod board_range;
+mod board_reach;
 mod pole_range;
 mod witness;
 
 use board_range::BoardRange;
+pub use board_reach::{most_play_reach_m, play_reach_m};
 use pole_range::PoleRange;
 pub use witness::{TouchingPose, first_touching_pose};
 

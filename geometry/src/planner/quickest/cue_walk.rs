@@ -22,6 +22,8 @@ pub(super) struct CueWalk {
     /// Squared speed over travel.
     pub(super) walk: Curve,
     pub(super) duration_s: f64,
+    /// Time at which the head rests at the end.
+    pub(super) end_s: f64,
 }
 
 /// The head while it walks.
@@ -35,12 +37,12 @@ struct Head {
 }
 
 impl CueWalk {
-    /// The walk of a head with a largest slope of its squared speed.
-    pub(super) fn of(plateaus: &Plateaus, slope: f64) -> Self {
+    /// The walk of a head with a largest slope of its squared speed. It begins at `begin_s`; without, its run begins, and the travel at
+    /// time 0 is 0 for a head that always walks at its first planned speed.
+    pub(super) fn of(plateaus: &Plateaus, slope: f64, begin_s: Option<f64>) -> Self {
         let [start_m, end_m] = plateaus.ends_m();
         let (turns, accel_mps2, knots) = (plateaus.turns(), 0.5 * slope, vec![[start_m, 0.0]]);
-        // The travel at time 0 is 0 for a head that always walks at its first planned speed.
-        let start_s = start_m / rounded_down(turns[0].square.sqrt());
+        let start_s = begin_s.unwrap_or_else(|| start_m / rounded_down(turns[0].square.sqrt()));
         let mut head = Head { time_s: start_s, travel_m: start_m, speed_mps: 0.0, target_mps: 0.0, accel_mps2, knots };
         let mut cues: Vec<SpeedCue> = Vec::with_capacity(turns.len());
         for turn in turns {
@@ -55,10 +57,10 @@ impl CueWalk {
             let at_s = if cues.is_empty() { start_s } else { (rounded / STEPS_PER_S).max(head.time_s) };
             head.walk_until(at_s);
             head.target_mps = speed_mps;
-            cues.push(SpeedCue { at_s, speed_mps });
+            cues.push(SpeedCue { at_s, speed_mps, leaves_rest: false });
         }
         head.walk_to_rest(end_m);
-        Self { cues, duration_s: head.time_s - start_s, walk: Curve::new(head.knots) }
+        Self { cues, duration_s: head.time_s - start_s, walk: Curve::new(head.knots), end_s: head.time_s }
     }
 }
 

@@ -15,6 +15,18 @@ impl Curve {
         Self { knots }
     }
 
+    /// The curves of intervals that follow each other.
+    pub(super) fn joined(curves: impl Iterator<Item = Self>) -> Self {
+        Self { knots: curves.flat_map(|curve| curve.knots).collect() }
+    }
+
+    /// The part of the curve from one travel to another.
+    pub(super) fn between(&self, [from_m, to_m]: [f64; 2]) -> Self {
+        let inside = self.knots.iter().filter(|knot| from_m < knot[0] && knot[0] < to_m);
+        let ends = [from_m, to_m].map(|travel_m| [travel_m, self.at(travel_m)]);
+        Self { knots: [&ends[..1], &inside.copied().collect::<Vec<_>>(), &ends[1..]].concat() }
+    }
+
     /// Travel at both ends.
     pub(super) fn ends_m(&self) -> [f64; 2] {
         [self.knots[0][0], self.knots[self.knots.len() - 1][0]]
