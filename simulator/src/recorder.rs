@@ -161,6 +161,12 @@ impl RecorderProcess {
         Ok(if self.jobs.is_empty() { due_ns } else { Some(now_ns) }.map(|at_ns| at_ns.max(self.busy_until_ns)))
     }
 
+    /// Whether its only file has frames. Such a file has the room for its end.
+    pub(crate) fn has_one_file(&self) -> bool {
+        let progress = self.writer.progress();
+        progress.files == 1 && progress.frames > 0
+    }
+
     /// Ends the process. Returns the book of what it leaves.
     pub(crate) fn kill(self) -> RecordingBook {
         self.process.kill_after(0);

@@ -154,6 +154,9 @@ impl RunBook {
     fn take_requests(&mut self, ticked: &Ticked<'_>, report: Report<'_>) -> Option<f64> {
         let (mut travel_m, mut speed_mps) = (ticked.before.travel_m, ticked.before.speed_mps);
         let mut sought_s = None;
+        // A hold hides the end of a show.
+        let is_at_end = travel_m >= self.settings.end_travel_m
+            || ticked.before.show_time_ns as f64 * 1e-9 >= self.settings.last_s - ROUNDING_M;
         for &decided in &ticked.decided {
             let place = Place {
                 travel_m,
@@ -161,7 +164,7 @@ impl RunBook {
                 is_ready: self.ready,
                 is_paused: self.paused,
                 is_ending: self.ending,
-                may_be_over: is_over(ticked.before.state) || sought_s.is_some(),
+                may_be_over: is_over(ticked.before.state) || is_at_end || sought_s.is_some(),
             };
             self.check_reply(decided, place, report);
             if decided.outcome.is_err() {
