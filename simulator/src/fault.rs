@@ -167,6 +167,33 @@ fn draw_recorder(seed: u64, until_ns: u64) -> Vec<Fault> {
     })
 }
 
+/// Draws the commands of a plan with several dragons or with cues. Without GO, a show that waits once would wait for the rest.
+pub(crate) fn draw_plan_commands(seed: u64, until_ns: u64, cues_s: &[f64]) -> Vec<Fault> {
+    /// Longest time from a GO to the second press of it.
+    const SECOND_PRESS_S: f64 = 0.6;
+    let mut dice = Dice::new(seed, 16);
+    let kinds: Vec<usize> = (2..6).filter(|_| dice.chance(0.5)).collect();
+    let kinds = [vec![0, 1], kinds].concat();
+    let (mean_s, presses_twice) = (dice.scaled(2.0, 60.0), dice.chance(0.5));
+    let mut faults = instants(&mut dice, mean_s, until_ns, |dice| {
+        let operator = dice.one_of(&[Operator::Tool, Operator::Desk(0), Operator::Desk(1)]);
+        let request = match dice.one_of(&kinds) {
+            2 => Request::Pace { factor: dice.scaled(0.2, 4.0) },
+            3 => Request::Pace { factor: dice.one_of(&[0.0, 1.0, 1.0, -1.0, 1e4, f64::NAN]) },
+            4 | 5 if !cues_s.is_empty() => Request::Seek { show_time_s: dice.one_of(cues_s) },
+            _ => Request::Go,
+        };
+        FaultKind::Command(operator, request)
+    });
+    if presses_twice {
+        let again = faults.iter().filter(|fault| matches!(fault.kind, FaultKind::Command(_, Request::Go)));
+        let again = again.map(|go| Fault { at_ns: go.at_ns + (dice.within(0.0, SECOND_PRESS_S) * 1e9) as u64, ..*go });
+        let again: Vec<Fault> = again.collect();
+        faults.extend(again);
+    }
+    faults
+}
+
 /// Draws faults at random instants with a mean distance.
 fn instants(dice: &mut Dice, mean_s: f64, until_ns: u64, mut kind: impl FnMut(&mut Dice) -> FaultKind) -> Vec<Fault> {
     let mut faults = Vec::new();

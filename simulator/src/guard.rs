@@ -183,8 +183,8 @@ impl<'a> Watched<'a> {
             let walks = |header: &FrameHeader| header.show_state().is_some_and(ShowState::walks);
             let is_next =
                 |last: &FrameHeader| last.tick + 1 == header.tick && !is_sought && walks(last) && walks(header);
-            let walked_from_m = last.filter(is_next).map(|last| last.head_travel_m);
-            let walked_from_m = walked_from_m.filter(|&from_m| from_m <= header.head_travel_m);
+            let walked_from_m = last.filter(is_next).map(|last| last.course_m);
+            let walked_from_m = walked_from_m.filter(|&from_m| from_m <= header.course_m);
             let is_late =
                 |alert: &Alert| alert.alert_kind() == Some(AlertKind::Contact) && alert.clearance_m < -OVERLAP_M;
             let is_swept = walked_from_m.is_some() && self.monitor.unswept == 0;

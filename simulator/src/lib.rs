@@ -6,7 +6,7 @@
 //! [`Liveness`](bench_dragon::supervision::Liveness) and [`Resumption`](bench_dragon::supervision::Resumption). Simulated are the
 //! clock, the bus, the kernel's signals, and the people.
 //!
-//! A [`Scenario`] is a function of its seed: the dragon, its route, the settings, and a list of [`Fault`]s with their instants.
+//! A [`Scenario`] is a function of its seed: the dragons, their plan, the settings, and a list of [`Fault`]s with their instants.
 //! [`play`] is a function of the scenario: the same scenario gives the same trace, to the bit. [`Promise`] lists what must hold.
 //! [`shortest`] reduces the faults of a broken promise to those that matter.
 
@@ -16,6 +16,7 @@ mod disk;
 mod fault;
 mod guard;
 mod observer;
+mod plan;
 mod promises;
 mod recorder;
 mod scenario;

@@ -24,6 +24,12 @@ struct Args {
     /// Play only the faults of these numbers, and print them.
     #[arg(long, value_delimiter = ',', num_args = 0..)]
     only: Option<Vec<usize>>,
+    /// One dragon without cues in each seed.
+    #[arg(long)]
+    plain: bool,
+    /// Print the configuration of each seed.
+    #[arg(long)]
+    show: bool,
     /// Do not reduce the faults of a broken promise.
     #[arg(long)]
     no_shrink: bool,
@@ -36,7 +42,10 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let (mut totals, mut broken) = (Totals::default(), 0_u64);
     for seed in args.seed..args.seed.saturating_add(args.seeds) {
-        let whole = Scenario::of(seed, args.hours);
+        let whole = if args.plain { Scenario::plain(seed, args.hours) } else { Scenario::of(seed, args.hours) };
+        if args.show {
+            println!("# seed {seed}\n{}", whole.toml);
+        }
         let scenario = args.only.as_ref().map_or_else(|| whole.clone(), |numbers| whole.only(numbers));
         let outcome = play(&scenario);
         totals.add(&outcome);
@@ -111,5 +120,6 @@ fn report(args: &Args, scenario: &Scenario, outcome: &Outcome) {
     }
     let list: Vec<String> = numbers.iter().map(usize::to_string).collect();
     let (seed, hours, list) = (scenario.seed, args.hours, list.join(","));
-    println!("again: cargo run --release -p simulator -- --seed {seed} --hours {hours} --only {list}");
+    let plain = if args.plain { " --plain" } else { "" };
+    println!("again: cargo run --release -p simulator -- --seed {seed}{plain} --hours {hours} --only {list}");
 }

@@ -26,6 +26,8 @@ pub(crate) struct RecorderProcess {
     pub(crate) process: Arc<ProcessLife>,
     pub(crate) syncs: WaitingSyncs,
     pub(crate) has_planned_sync: bool,
+    /// The newest file and the number of written frames at the request of each waiting sync, at the latest.
+    requested: VecDeque<(PathBuf, u64)>,
     /// Unread frames, events and alerts on the bus.
     frames: VecDeque<(FrameHeader, Vec<HandleState>)>,
     pub(crate) events: VecDeque<CommandEvent>,
@@ -71,6 +73,7 @@ impl RecorderProcess {
             process,
             syncs,
             has_planned_sync: false,
+            requested: VecDeque::new(),
             frames: VecDeque::new(),
             events: VecDeque::new(),
             alerts: VecDeque::new(),
@@ -138,6 +141,7 @@ impl RecorderProcess {
     /// instant of the next step.
     pub(crate) fn write(&mut self, disk: &SimulatedDisk, slow: u64, now_ns: u64) -> Result<Option<u64>, WriterFault> {
         let now = self.now(now_ns);
+        let before = self.writer.progress();
         let mut spent_ns = 0;
         while spent_ns == 0
             && let Some(job) = self.jobs.pop_front()
@@ -148,10 +152,19 @@ impl RecorderProcess {
         }
         self.writer.act_if_due(now)?;
         spent_ns += disk.spent_ns();
+        while self.requested.len() < self.syncs.len() {
+            self.requested.push_back((before.file.clone(), before.frames));
+        }
         self.book.note_written(self.writer.progress().frames);
         self.busy_until_ns = now_ns + spent_ns.saturating_mul(slow);
         let due_ns = self.writer.due().map(|due| self.started_ns + due.as_nanos() as u64);
         Ok(if self.jobs.is_empty() { due_ns } else { Some(now_ns) }.map(|at_ns| at_ns.max(self.busy_until_ns)))
+    }
+
+    /// Whether its only file has frames. Such a file has the room for its end.
+    pub(crate) fn has_one_file(&self) -> bool {
+        let progress = self.writer.progress();
+        progress.files == 1 && progress.frames > 0
     }
 
     /// Ends the process. Returns the book of what it leaves.
@@ -164,11 +177,13 @@ impl RecorderProcess {
 
     /// Syncs the first waiting file.
     pub(crate) fn sync_first(&mut self) {
-        let is_last = self.syncs.len() == 1;
-        let written = self.writer.progress().frames;
+        let newest = self.writer.progress();
+        let requested = self.requested.pop_front();
         self.syncs.sync_first();
-        if is_last && !self.process.is_over() {
-            self.book.note_synced(written);
+        if !self.process.is_over() {
+            // The sync of a finished file says nothing of the frames in the next one.
+            let is_finished = |(file, _): &(PathBuf, u64)| *file != newest.file;
+            self.book.note_synced(requested.filter(is_finished).map_or(newest.frames, |(_, frames)| frames));
         }
     }
 

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use bench_dragon::source::server::motion::{HeadState, Limits};
 use bench_dragon::source::server::schedule::Schedule;
-use bench_dragon::source::server::{Simulation, Steering, TickInputs, TimecodeFollowing};
+use bench_dragon::source::server::{ReachedCue, Simulation, Steering, TickInputs, TimecodeFollowing};
 use bench_dragon::source::timecode::{FollowerSettings, Position, SampleQueue, ShowPosition, TimecodeSample};
 use bench_dragon::source::{CommandLog, Moment, answer_command};
 use bench_dragon_ipc::service::MAX_ACTIVE_REQUESTS;
@@ -64,6 +64,8 @@ pub(crate) struct Ticked<'a> {
     pub(crate) before: HeadState,
     pub(crate) decided: Vec<Decided>,
     pub(crate) steering: Option<Steering>,
+    /// Numbers of the cues that the show has reached.
+    pub(crate) reached: Vec<usize>,
     pub(crate) behind_ns: u64,
     pub(crate) stops: Stops,
     pub(crate) limits: Limits,
@@ -81,6 +83,7 @@ struct Inputs<'a> {
     before: Option<HeadState>,
     decided: Vec<Decided>,
     steering: Option<Steering>,
+    reached: Vec<usize>,
 }
 
 impl Inputs<'_> {
@@ -120,6 +123,11 @@ impl TickInputs for Inputs<'_> {
         let record = |event: CommandEvent| log.record(CommandEvent { tick, ..event }, moment);
         self.steering = Some(following.steer(self.due_ns, show, &mut seek, record));
         self.steering
+    }
+
+    fn reached(&mut self, head: HeadState, cue: ReachedCue) {
+        self.reached.push(cue.number);
+        self.log.record(cue.event(self.tick), self.moment(head));
     }
 }
 
@@ -185,9 +193,10 @@ impl Server {
             before: None,
             decided: Vec::new(),
             steering: None,
+            reached: Vec::new(),
         };
         self.simulation.tick(missed, &mut inputs);
-        let Inputs { before, decided, steering, .. } = inputs;
+        let Inputs { before, decided, steering, reached, .. } = inputs;
         let header = self.simulation.header(self.run_id, self.tick, self.schedule.due_ns());
         self.simulation.write(&mut self.handles);
         if header.show_state() == Some(ShowState::Ended) {
@@ -203,6 +212,7 @@ impl Server {
             before: before.expect("every tick asks for its requests"),
             decided,
             steering,
+            reached,
             behind_ns: self.simulation.behind_ns()[0],
             stops: motion.stops(),
             limits: motion.limits(),

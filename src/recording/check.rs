@@ -11,7 +11,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use bench_dragon_ipc::dragon_names;
 use mcap::{
     McapError, McapResult, Writer,
     records::{Channel, Header, Record},
@@ -26,7 +25,7 @@ use super::{
     records::{Ending, Records},
     repair::{Locked, Repair, RepairError, open_ours, repair},
     summary::Contents,
-    topics::{Channels, LIBRARY, Topic},
+    topics::{Channels, LIBRARY, Topic, channel_names},
 };
 use crate::system::whole_file::folder_of;
 
@@ -188,7 +187,7 @@ impl<W: io::Write + Seek> Copier<W> {
             Record::Metadata(metadata) => {
                 self.writer.write_metadata(&metadata)?;
                 if let Some(configuration) = Configuration::from_metadata(metadata).filter(|_| !self.has_channels) {
-                    self.dragons = dragon_names(&configuration.toml).into_iter().map(str::to_owned).collect();
+                    self.dragons = channel_names(&configuration.toml);
                 }
             }
             // The writer writes its own header and indexes.

@@ -17,7 +17,6 @@ use std::{
     sync::Arc,
 };
 
-use bench_dragon_ipc::dragon_names;
 use mcap::{
     McapError, McapResult, WriteOptions, Writer,
     records::{MessageHeader, Metadata},
@@ -30,7 +29,7 @@ use super::{
     progress::DiskSpace,
     reader::Configuration,
     repair::Locked,
-    topics::{CONFIGURATION, Channels, LIBRARY, MessageCounts, PROFILE, Topic},
+    topics::{CONFIGURATION, Channels, LIBRARY, MessageCounts, PROFILE, Topic, channel_names},
 };
 use crate::system::whole_file::folder_of;
 
@@ -200,7 +199,7 @@ impl McapFile {
     pub(super) fn describe(&mut self, Configuration { run_id, toml }: &Configuration) -> McapResult<()> {
         self.flush()?;
         if !self.holds_messages() {
-            self.dragons = dragon_names(toml).into_iter().map(str::to_owned).collect();
+            self.dragons = channel_names(toml);
         }
         let metadata = [("run_id".to_owned(), run_id.to_string()), ("toml".to_owned(), toml.clone())];
         self.summary_bytes += self.summary_entry_bytes();

@@ -9,7 +9,7 @@ use std::{
     io::{Seek, Write},
 };
 
-use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState, IntoBytes as _};
+use bench_dragon_ipc::{Alert, CommandEvent, FrameHeader, HandleState, IntoBytes as _, dragon_names};
 use mcap::{McapResult, Writer};
 
 use super::{
@@ -152,6 +152,16 @@ impl MessageCounts {
     pub(super) fn add(&mut self, Self(others): Self) {
         self.0.iter_mut().zip(others).for_each(|(count, other)| *count += other);
     }
+}
+
+/// Names of the dragons whose channels a description needs: none for the short form for one dragon. With cues, that dragon has the
+/// frames of a plan, and a number as its name.
+pub(super) fn channel_names(toml: &str) -> Vec<String> {
+    let names = dragon_names(toml);
+    if names.is_empty() && toml.lines().any(|line| line == "[[cues]]") {
+        return vec!["1".to_owned()];
+    }
+    names.into_iter().map(str::to_owned).collect()
 }
 
 /// The numbers of a file's channels: one for each topic; of a plan, one for the poses of each dragon.

@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bench_dragon_ipc::{FrameHeader, dragon_names};
+use bench_dragon_ipc::FrameHeader;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
 use mcap::McapError;
 
@@ -21,7 +21,7 @@ use super::{
     reader::Configuration,
     recorder::{FrameBuffer, RecorderSettings, SizeLimits, WriterJob},
     rotation::{FileNames, FinishedFiles},
-    topics::{Message, Topic},
+    topics::{Message, Topic, channel_names},
 };
 
 /// Longest time from a message to the close of its chunk: half of the second that a killed recorder may lose.
@@ -261,7 +261,7 @@ impl RecordingWriter {
 
     fn describe(&mut self, configuration: Configuration, now: Duration) -> Result<(), WriterFault> {
         self.close_chunk(now)?;
-        let has_channels = !self.file.holds_messages() || dragon_names(&configuration.toml) == self.file.dragons();
+        let has_channels = !self.file.holds_messages() || channel_names(&configuration.toml) == self.file.dragons();
         let configuration = self.configuration.insert(configuration);
         if has_channels {
             self.file.describe(configuration)?;

@@ -4,6 +4,7 @@
 //! a new random number.
 
 mod command_log;
+mod loop_counters;
 mod reporter;
 mod source_ports;
 mod source_report;

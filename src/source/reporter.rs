@@ -107,7 +107,7 @@ impl Reporter {
     pub(super) fn publish(&mut self, most_commands: usize) {
         let gauges = Arc::clone(&self.gauges);
         // The tick is loaded first: then the histograms contain every earlier tick, and its events are in the queue.
-        let tick = gauges.tick.load(Ordering::Acquire);
+        let tick = gauges.tick.see();
         self.publish_commands(most_commands);
         let (lateness, tick_time) = (gauges.lateness.histogram(), gauges.duration.histogram());
         let status = Status {

@@ -7,12 +7,12 @@ use std::thread::{self, JoinHandle};
 use bench_dragon_geometry::number::Fixed;
 use bench_dragon_ipc::service;
 use bench_dragon_ipc::{
-    BusError, Description, Domain, FrameHeader, ShowState, SourceKind, Status, Stops, TimeHistogram, TimecodeKind,
-    TimecodeState,
+    BusError, Description, Domain, FrameHeader, ShowState, SourceKind, Status, Stops, TimecodeKind, TimecodeState,
 };
 use crossbeam::channel::{self, Sender};
 
 use super::command_log::CommandLog;
+use super::loop_counters::{ShownTick, TimeCounter};
 use super::reporter::Reporter;
 use super::server::motion::Limits;
 use crate::output::histogram::Percentiles;
@@ -70,7 +70,7 @@ impl SourceReport {
     /// Reports the values of the last frame, and how many periods have been missed so far.
     pub(crate) fn report_frame(&self, frame: &FrameHeader, overruns: u64) {
         self.beat();
-        self.gauges.tick.store(frame.tick, Ordering::Release);
+        self.gauges.tick.show(frame.tick);
         self.gauges.show_time_ns.store(frame.show_time_ns, Ordering::Relaxed);
         self.gauges.state.store(frame.state, Ordering::Relaxed);
         self.gauges.overruns.store(overruns, Ordering::Relaxed);
@@ -150,7 +150,7 @@ pub(crate) struct TimesOfAll {
 #[derive(Debug, Default)]
 pub(super) struct LoopGauges {
     /// Last tick published.
-    pub(super) tick: AtomicU64,
+    pub(super) tick: ShownTick,
     /// Show time of that tick in nanoseconds.
     pub(super) show_time_ns: AtomicI64,
     /// State of the show at that tick, as its wire number.
@@ -194,57 +194,9 @@ impl LoopGauges {
     pub(super) fn in_words(&self) -> String {
         let state = ShowState::from_wire(self.state.load(Ordering::Relaxed)).map_or("", ShowState::name);
         let show_time_s = self.show_time_ns.load(Ordering::Relaxed) as f64 / 1e9;
-        let [tick, overruns, behind_ns] =
-            [&self.tick, &self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
+        let tick = self.tick.see();
+        let [overruns, behind_ns] = [&self.overruns, &self.behind_ns].map(|gauge| gauge.load(Ordering::Relaxed));
         let behind = if behind_ns > 0 { format!(", {:.1} s behind", behind_ns as f64 * 1e-9) } else { String::new() };
         format!("{state} at {} s{behind}, tick {tick}, {overruns} overruns", Fixed::<1>(show_time_s))
-    }
-}
-
-/// A [`TimeHistogram`] that one thread updates while other threads read it.
-#[derive(Debug)]
-pub(super) struct TimeCounter {
-    max_ns: AtomicU64,
-    counts: [AtomicU64; TimeHistogram::BUCKETS],
-}
-
-impl TimeCounter {
-    /// The present distribution. A tick that the loop is counting may be missing.
-    pub(super) fn histogram(&self) -> TimeHistogram {
-        let mut histogram = TimeHistogram { max_ns: self.max_ns.load(Ordering::Acquire), ..TimeHistogram::default() };
-        for (count, counter) in histogram.counts.iter_mut().zip(&self.counts) {
-            *count = counter.load(Ordering::Relaxed);
-        }
-        histogram
-    }
-
-    /// Counts a time. Only one thread counts, so the load and the store need not be one atomic operation.
-    fn record(&self, time_ns: u64) {
-        let counter = &self.counts[TimeHistogram::bucket_of(time_ns)];
-        counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
-        if time_ns > self.max_ns.load(Ordering::Relaxed) {
-            self.max_ns.store(time_ns, Ordering::Release);
-        }
-    }
-}
-
-impl Default for TimeCounter {
-    fn default() -> Self {
-        Self { max_ns: AtomicU64::new(0), counts: [const { AtomicU64::new(0) }; TimeHistogram::BUCKETS] }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn another_thread_reads_the_times_that_the_loop_counts() {
-        let (counter, mut histogram) = (TimeCounter::default(), TimeHistogram::default());
-        for time_ns in [0, 5, 31_000, 31_001, 1 << 50] {
-            counter.record(time_ns);
-            histogram.record(time_ns);
-        }
-        assert_eq!(counter.histogram(), histogram);
     }
 }

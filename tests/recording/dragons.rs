@@ -76,6 +76,31 @@ fn a_file_has_a_channel_of_poses_for_each_dragon_and_a_repair_keeps_them() {
 }
 
 #[test]
+fn one_dragon_with_cues_is_recorded_in_one_file_also_over_a_restart() {
+    let folder = tempdir().expect("a folder");
+    let settings = dance::settings(folder.path());
+    let path = settings.file.clone();
+    let mut recorder = Recorder::start(settings).expect("a recorder");
+    let toml = "[dragon]\nbenches = 10\n\n[[cues]]\nname = \"bow\"\nat_s = 1.0\n";
+    let of_plan = |header: FrameHeader| {
+        let bench_count = header.bench_count;
+        let motion = DragonMotion { first_handle: 0, bench_count, state: 1, ..DragonMotion::default() };
+        header.of_plan([header.head_travel_m, header.head_speed_mps], &[motion]).expect("one dragon")
+    };
+    for run_id in [RUN_ID, RUN_ID + 1] {
+        recorder.describe(run_id, toml).expect("the configuration");
+        // An event precedes the frames, as at the start of a server.
+        recorder.record(&dance::alert(0), 0).expect("an alert");
+        for Frame { header, handles } in dance::frames(FRAMES, 10) {
+            recorder.frame(&of_plan(FrameHeader { run_id, ..header }), &handles).expect("a frame");
+        }
+    }
+    let summary = recorder.finish().expect("a finished recording");
+    assert_eq!((summary.frames, fs::read_dir(folder.path()).expect("the folder").count()), (2 * FRAMES, 1));
+    assert!(topics(&path).iter().any(|(name, count)| name == "/dragon/1/poses" && *count > 0));
+}
+
+#[test]
 fn damage_in_the_first_chunk_costs_its_one_frame_of_all_dragons() {
     let folder = tempdir().expect("a folder");
     let path = record(folder.path());

@@ -9,6 +9,7 @@ use crate::guard::ReadFrame;
 use crate::scenario::Scenario;
 use crate::server::Ticked;
 
+mod cues;
 mod queue;
 mod recording;
 mod run;
@@ -117,6 +118,14 @@ promises! {
     StaleIsTrue = "docs/how-it-is-tested/reliability.md", "A silent server is reported, also to the desk";
     /// No recorded frame differs from its simulation.
     RecordingIsVerified = "docs/reference/recordings.md", "simulates each recorded run again and compares every frame bit for bit";
+    /// A show leaves and passes no wait without GO.
+    WaitsForGo = "docs/how-it-works/cues.md", "The show goes along its course, and stops where a cue waits.";
+    /// GO at a wait moves the next frame.
+    GoMovesNextFrame = "docs/how-it-works/cues.md", "sends GO. The next frame moves.";
+    /// Each reached cue is an event, in its order and once.
+    CueIsAnEvent = "docs/how-it-works/cues.md", "Each cue that the show reaches, by walking or by a seek to it, is an event of the run";
+    /// Each dragon of a plan is where its timetable has it, and none goes back.
+    PlacesFollowPlan = "docs/how-it-works/cues.md", "the place of every dragon still depends on plan time alone";
 }
 
 impl Promise {
@@ -158,7 +167,7 @@ impl<'a> Promises<'a> {
             broken: None,
             run: None,
             last: None,
-            clearances: ClearanceSearch::default(),
+            clearances: ClearanceSearch::of(scenario.config.formation().layout()),
             boards: Vec::new(),
             check: ClearanceCheck::new(scenario.config.formation().clone()),
             grid: Vec::new(),
@@ -180,7 +189,7 @@ impl<'a> Promises<'a> {
     /// Begins a run of the server. `told` has the run and the tick of the last status.
     pub(crate) fn begin_run(&mut self, run_id: u64, start: RunStart, told: Option<(u64, u64)>, now_ns: u64) {
         if let Some(last) = self.last {
-            let is_same = start.travel_m == last.head_travel_m && start.start_s == last.show_time_s();
+            let is_same = start.travel_m == last.course_m && start.start_s == last.show_time_s();
             self.require(Promise::ResumesWhereItStood, now_ns, is_same, || {
                 format!("the run begins at {} m, {} s after {last:?}", start.travel_m, start.start_s)
             });
@@ -213,11 +222,11 @@ impl<'a> Promises<'a> {
     pub(crate) fn take_final_rest(&mut self, header: &FrameHeader, now_ns: u64) {
         let margin_m = self.scenario.config.tables().monitor.margin_m;
         // Further on, the clearance must fall below the margin, at once or after the resolution of the proof.
-        let beyond_m = (1..=20).map(|step| header.head_travel_m + f64::from(step) * 1e-4);
+        let beyond_m = (1..=20).map(|step| header.course_m + f64::from(step) * 1e-4);
         let least_m = beyond_m.filter_map(|travel_m| self.check.nearest(travel_m)).map(|pair| pair.clearance_m);
         let least_m = least_m.fold(f64::INFINITY, f64::min);
         self.require(Promise::RestsAtMargin, now_ns, least_m <= margin_m + 1e-5, || {
-            format!("the head rests at {} m, and further on the clearance is {least_m} m", header.head_travel_m)
+            format!("the head rests at {} m, and further on the clearance is {least_m} m", header.course_m)
         });
     }
 
@@ -226,12 +235,11 @@ impl<'a> Promises<'a> {
         if read.has_reported {
             return;
         }
-        let begin_m = self.scenario.config.lead().start_travel_m();
+        let begin_m = self.scenario.config.formation().begin_m();
         let cell = |travel_m: f64| (travel_m - begin_m) / GRID_M;
         let mut least_m = self.clearance_m(&read.frame.handles);
         if let Some(from_m) = read.walked_from_m {
-            for number in cell(from_m).ceil() as usize..=cell(read.frame.header.head_travel_m).floor().max(0.0) as usize
-            {
+            for number in cell(from_m).ceil() as usize..=cell(read.frame.header.course_m).floor().max(0.0) as usize {
                 least_m = least_m.min(self.clearance_on_grid_m(number, begin_m + number as f64 * GRID_M));
             }
         }
@@ -253,14 +261,14 @@ impl<'a> Promises<'a> {
     }
 
     fn clearance_m(&mut self, handles: &[HandleState]) -> f64 {
-        let dragon = self.scenario.config.lead();
-        dragon.place_boards_at(handles, |handle| handle.position_m.into(), &mut self.boards);
+        let formation = self.scenario.config.formation();
+        formation.place_boards(handles, |handle| handle.position_m.into(), &mut self.boards);
         self.clearances.nearest(&self.boards).map_or(f64::INFINITY, |pair| pair.clearance_m)
     }
 
     fn check_grant(&mut self, from_m: f64, to_m: f64, now_ns: u64) {
         let margin_m = self.scenario.config.tables().monitor.margin_m;
-        let begin_m = self.scenario.config.lead().start_travel_m();
+        let begin_m = self.scenario.config.formation().begin_m();
         let cell = |travel_m: f64| (travel_m - begin_m) / GRID_M;
         for number in cell(from_m).ceil() as usize..=cell(to_m).floor().max(0.0) as usize {
             let travel_m = begin_m + number as f64 * GRID_M;

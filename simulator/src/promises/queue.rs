@@ -77,6 +77,22 @@ impl QueueBook {
         })
     }
 
+    /// Checks that no command before an accepted hold has taken effect after it in this run of the server, when the queue answers
+    /// the hold.
+    pub(crate) fn check_hold(&self, number: u64, outcome: &Outcome, run_id: Option<u64>) -> Checked {
+        let is_now = outcome.as_ref().is_ok_and(|reply| reply.outcome().is_ok() && Some(reply.run_id) == run_id);
+        let hold = self.commands.get(&number).filter(|entry| entry.request == Request::Hold && !entry.is_given_up);
+        let Some(place) = self.accepted.iter().position(|&one| one == number).filter(|_| is_now && hold.is_some())
+        else {
+            return Ok(());
+        };
+        let is_undoing = |&&one: &&u64| one < number && self.commands.get(&one).is_some_and(|entry| !entry.is_given_up);
+        let undone = self.accepted[place..].iter().find(is_undoing);
+        require(Promise::CommandsKeepTheirOrder, undone.is_none(), || {
+            format!("command {undone:?} takes effect after the hold {number}, which is answered")
+        })
+    }
+
     /// The queue answers a command.
     pub(crate) fn answer(&mut self, number: u64, outcome: &Outcome) -> Checked {
         let waiting = self.commands.values().filter(|entry| !entry.is_answered).count();

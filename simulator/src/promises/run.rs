@@ -1,7 +1,11 @@
 //! The promises about one run of the server: a book of what was accepted, and what must follow from it.
 
+use std::sync::Arc;
+
+use bench_dragon_geometry::formation::Formation;
 use bench_dragon_ipc::{FrameHeader, Refusal, Request, RunStart, ShowState, Stop};
 
+use super::cues::{CueBook, Place, Walked, is_over};
 use super::{Promise, ROUNDING_M};
 use crate::scenario::Scenario;
 use crate::server::{Decided, Ticked};
@@ -11,6 +15,8 @@ use crate::server::{Decided, Ticked};
 #[expect(clippy::struct_excessive_bools, reason = "each is a stop of its own")]
 pub(super) struct RunBook {
     settings: RunSettings,
+    formation: Arc<Formation>,
+    cues: CueBook,
     run_id: u64,
     next_tick: u64,
     held: bool,
@@ -60,7 +66,7 @@ impl RunBook {
         let settings = RunSettings {
             is_guarded: tables.monitor.guard,
             margin_m: tables.monitor.margin_m,
-            accel_mps2: tables.head.accel_mps2,
+            accel_mps2: config.accel_mps2(),
             time_scale: tables.serve.time_scale,
             period_ns: 1e9 / f64::from(tables.serve.rate_hz),
             most_jumped: config.most_jumped(),
@@ -68,10 +74,12 @@ impl RunBook {
             first_s: config.start_s(),
             last_s: start.until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
             speed_mps: tables.head.speed_mps,
-            end_travel_m: config.lead().end_travel_m(),
+            end_travel_m: config.formation().end_m(),
         };
         let mut run = Self {
             settings,
+            formation: Arc::clone(config.formation()),
+            cues: CueBook::new(scenario),
             run_id,
             next_tick: 0,
             held: start.is_held,
@@ -113,12 +121,15 @@ impl RunBook {
             report(Promise::TicksWithoutHole, format!("tick {} of run {} is due", self.next_tick, self.run_id));
         }
         self.next_tick = header.tick + 1;
+        self.cues.begin_tick(ticked.missed);
         let sought_s = self.take_requests(ticked, report);
         let has_sought = sought_s.is_some();
         if let Some(show_time_s) = sought_s {
             self.check_sought(&header, show_time_s, report);
         }
         self.check_stops(ticked, report);
+        self.check_cues(ticked, sought_s, report);
+        self.check_places(&header, has_sought, report);
         self.check_stand(&header, report);
         self.check_travel(ticked, clearance_m, has_sought, report);
         self.check_steps(ticked, has_sought, report);
@@ -132,7 +143,7 @@ impl RunBook {
 
     /// Checks that the frame of a seek shows its target.
     fn check_sought(&self, header: &FrameHeader, show_time_s: f64, report: Report<'_>) {
-        let off_m = header.head_travel_m - self.travel_at(show_time_s);
+        let off_m = header.course_m - self.travel_at(show_time_s);
         let off_ns = header.show_time_ns as f64 - show_time_s * 1e9;
         if off_m.abs() > ROUNDING_M || off_ns.abs() > 1.0 {
             report(Promise::RepliesAreTrue, format!("a seek to {show_time_s} s is off by {off_m} m, {off_ns} ns"));
@@ -143,8 +154,19 @@ impl RunBook {
     fn take_requests(&mut self, ticked: &Ticked<'_>, report: Report<'_>) -> Option<f64> {
         let (mut travel_m, mut speed_mps) = (ticked.before.travel_m, ticked.before.speed_mps);
         let mut sought_s = None;
+        // A hold hides the end of a show.
+        let is_at_end = travel_m >= self.settings.end_travel_m
+            || ticked.before.show_time_ns as f64 * 1e-9 >= self.settings.last_s - ROUNDING_M;
         for &decided in &ticked.decided {
-            self.check_reply(decided, report);
+            let place = Place {
+                travel_m,
+                is_held: self.held,
+                is_ready: self.ready,
+                is_paused: self.paused,
+                is_ending: self.ending,
+                may_be_over: is_over(ticked.before.state) || is_at_end || sought_s.is_some(),
+            };
+            self.check_reply(decided, place, report);
             if decided.outcome.is_err() {
                 continue;
             }
@@ -155,11 +177,12 @@ impl RunBook {
                 Request::Hold => (self.held, self.ready) = (true, false),
                 Request::Release => (self.held, self.ready) = (false, false),
                 Request::Stop => self.ending = true,
-                Request::Speed { speed_mps } => self.speed_mps = speed_mps,
+                Request::Speed { speed_mps } => self.speed_mps = self.along_mps(travel_m, speed_mps),
                 Request::Seek { show_time_s } => {
                     (travel_m, speed_mps) = (self.travel_at(show_time_s), 0.0);
                     (self.stand, sought_s) = (None, Some(show_time_s));
                     self.exempt_m = None;
+                    self.cues.seek();
                 }
                 Request::Grant { from_m, to_m, .. } => {
                     self.granted.push([from_m, to_m]);
@@ -167,7 +190,7 @@ impl RunBook {
                     self.join_grants();
                 }
                 Request::Pace { factor } => self.speed_mps = factor * self.settings.speed_mps,
-                Request::Go => {}
+                Request::Go => self.cues.go(travel_m),
             }
             if stops != [self.paused, self.held, self.ready] {
                 self.stopped_tick = ticked.header.tick;
@@ -201,11 +224,13 @@ impl RunBook {
     }
 
     /// Whether the reply to a request is true.
-    fn check_reply(&self, decided: Decided, report: Report<'_>) {
+    fn check_reply(&self, decided: Decided, place: Place, report: Report<'_>) {
         let Decided { request, outcome, .. } = decided;
         let RunSettings { first_s, last_s, is_guarded, .. } = self.settings;
         let is_valid = match request {
-            Request::Speed { speed_mps } => (0.0..=Request::MAX_SPEED_MPS).contains(&speed_mps),
+            Request::Speed { speed_mps } => {
+                (0.0..=Request::MAX_SPEED_MPS).contains(&self.along_mps(place.travel_m, speed_mps))
+            }
             Request::Seek { show_time_s } => (first_s..=last_s).contains(&show_time_s),
             Request::Pace { factor } => (0.0..=Request::MAX_SPEED_MPS / self.settings.speed_mps).contains(&factor),
             _ => true,
@@ -223,14 +248,12 @@ impl RunBook {
             }
             (Request::Seek { .. }, Err(Refusal::NotProved)) => is_guarded,
             (Request::Seek { .. }, Err(Refusal::Followed)) => self.settings.follows_timecode,
+            (Request::Go, outcome) => self.cues.is_true(outcome, place),
             (Request::Release, Ok(())) => self.held || self.ready,
-            // The plan has no cues.
-            (Request::Release, Err(Refusal::NotHeld))
-            | (Request::Resume, Ok(()))
-            | (Request::Go, Err(Refusal::NothingWaits | Refusal::Finished)) => !self.held && !self.ready,
+            (Request::Release, Err(Refusal::NotHeld)) | (Request::Resume, Ok(())) => !self.held && !self.ready,
             (Request::Release | Request::Resume, Err(Refusal::HeldByGuard)) => is_guarded && !self.held && !self.ready,
-            (Request::Resume | Request::Go, Err(Refusal::Held)) => self.held,
-            (Request::Resume | Request::Go, Err(Refusal::Ready)) => self.ready,
+            (Request::Resume, Err(Refusal::Held)) => self.held,
+            (Request::Resume, Err(Refusal::Ready)) => self.ready,
             (Request::Resume, Err(Refusal::Finished)) => self.ending || !self.held && !self.ready,
             (Request::Grant { run_id, .. }, Ok(())) => is_guarded && run_id == self.run_id,
             (Request::Grant { run_id, .. }, Err(Refusal::OtherRun)) => run_id != self.run_id,
@@ -248,15 +271,66 @@ impl RunBook {
         let state = ticked.header.show_state();
         let must_stand = self.held || self.paused || self.ready || self.ending || steered;
         let is_true = (held, paused, ready, ending) == (self.held, self.paused, self.ready, self.ending)
+            && ticked.stops.has(Stop::Waiting) == self.cues.waits_at(ticked.header.course_m)
             && (!must_stand || state != Some(ShowState::Running));
         if !is_true {
             report(Promise::StopsAreTrue, format!("the stops are {:?} of {self:?}", ticked.stops));
         }
     }
 
+    /// The speed along the course at which the leading head walks at a speed.
+    fn along_mps(&self, course_m: f64, speed_mps: f64) -> f64 {
+        let planned_mps = self.settings.speed_mps;
+        let is_plan = self.formation.has_plan_course();
+        let ordered_mps = if is_plan { self.formation.ordered_mps(course_m) } else { planned_mps };
+        if ordered_mps == 0.0 || ordered_mps == planned_mps {
+            speed_mps
+        } else {
+            speed_mps * (planned_mps / ordered_mps)
+        }
+    }
+
+    /// Checks that no wait is left without GO, that GO moves the next frame, and the events of cues.
+    fn check_cues(&self, ticked: &Ticked<'_>, sought_s: Option<f64>, report: Report<'_>) {
+        let (header, before_m) = (ticked.header, ticked.before.travel_m);
+        let from_m = self.last.map(|last| last.header.course_m);
+        let put_m = sought_s.map(|show_time_s| self.travel_at(show_time_s));
+        let passed_m = self.cues.passed(put_m.or(from_m).unwrap_or(before_m), header.course_m);
+        if let Some(passed_m) = passed_m {
+            report(Promise::WaitsForGo, format!("the show passes the wait at {passed_m} m, {self:?}"));
+        }
+        let may_walk = !(self.held || self.paused || self.ready || self.ending || self.settings.is_guarded);
+        let must_move = may_walk && header.tick > 0 && put_m.is_none() && self.speed_mps > 0.0;
+        let stands = header.course_m == before_m && !header.show_state().is_some_and(is_over);
+        if must_move && stands && self.cues.has_gone() {
+            report(Promise::GoMovesNextFrame, format!("the show stands at {before_m} m, {self:?}"));
+        }
+        let walk = Walked { from_m, before_m, put_m, to_m: header.course_m };
+        if let Err(what) = self.cues.check_reached(&ticked.reached, &walk) {
+            report(Promise::CueIsAnEvent, what);
+        }
+    }
+
+    /// Checks that each dragon of a plan is where its timetable has it, and that none goes back.
+    fn check_places(&self, header: &FrameHeader, has_sought: bool, report: Report<'_>) {
+        if !self.formation.has_plan_course() {
+            return;
+        }
+        let plan_s = header.course_m / self.settings.speed_mps;
+        let last = self.last.filter(|_| !has_sought);
+        for (number, (shown, planned)) in header.dragons().iter().zip(self.formation.dragons()).enumerate() {
+            let off_m = shown.travel_m - planned.travel_m(plan_s);
+            let back_m = last.map_or(0.0, |last| last.header.dragons()[number].travel_m - shown.travel_m);
+            if off_m.abs() > ROUNDING_M || back_m > ROUNDING_M {
+                let text = format!("dragon {number} is {off_m} m off at plan time {plan_s} s, and {back_m} m behind");
+                report(Promise::PlacesFollowPlan, text);
+            }
+        }
+    }
+
     fn check_stand(&self, header: &FrameHeader, report: Report<'_>) {
         if let Some([from_m, braking_m]) = self.stand {
-            let moved_m = header.head_travel_m - from_m;
+            let moved_m = header.course_m - from_m;
             if moved_m < -ROUNDING_M || moved_m > braking_m + ROUNDING_M {
                 report(
                     Promise::StandsUntilRelease,
@@ -270,7 +344,7 @@ impl RunBook {
         if !self.settings.is_guarded {
             return;
         }
-        let travel_m = ticked.header.head_travel_m;
+        let travel_m = ticked.header.course_m;
         if self.exempt_m != Some(travel_m) {
             self.exempt_m = None;
         }
@@ -294,14 +368,20 @@ impl RunBook {
         let RunSettings { time_scale, period_ns, most_jumped, follows_timecode, .. } = self.settings;
         let (header, missed) = (ticked.header, ticked.missed);
         let show_ns = (header.show_time_ns - last.header.show_time_ns) as f64;
-        let travel_m = header.head_travel_m - last.header.head_travel_m;
+        let travel_m = header.course_m - last.header.course_m;
         let state = |state: ShowState| header.show_state() == Some(state);
         if let Some(accel_mps2) =
             self.settings.accel_mps2.filter(|_| !self.settings.is_guarded && !ticked.stops.has(Stop::RunEnd))
         {
-            let change_mps = (header.head_speed_mps - last.header.head_speed_mps).abs();
+            let change_mps = (header.course_mps - last.header.course_mps).abs();
             let most_mps = accel_mps2 * (show_ns + 4.0) * 1e-9 + ROUNDING_M;
-            if change_mps > most_mps && !state(ShowState::Finished) && !state(ShowState::Ended) {
+            // The plan itself has the ramps of its rests.
+            let is_rest = |travel_m: f64| {
+                self.formation.has_plan_course()
+                    && (travel_m == self.formation.begin_m() || self.cues.is_wait(travel_m))
+            };
+            let may_jump = is_rest(last.header.course_m) || is_rest(header.course_m);
+            if change_mps > most_mps && !may_jump && !state(ShowState::Finished) && !state(ShowState::Ended) {
                 report(Promise::RampsAreKept, format!("the speed changes by {change_mps} m/s, at most {most_mps} m/s"));
             }
         }
@@ -340,7 +420,7 @@ impl RunBook {
                 ),
             );
         }
-        if self.settings.accel_mps2.is_none() && (header.head_speed_mps - self.speed_mps).abs() > ROUNDING_M {
+        if self.settings.accel_mps2.is_none() && (header.course_mps - self.speed_mps).abs() > ROUNDING_M {
             report(Promise::RepliesAreTrue, format!("the head walks at another speed than ordered, {self:?}"));
         }
     }

@@ -76,7 +76,7 @@ impl World<'_> {
 
     /// Whether the guard must prove the captain's seek: its target keeps the margin, and no timecode leads.
     pub(super) fn is_seek_due(&mut self) -> bool {
-        let travel_m = self.scenario.config.tables().head.speed_mps * self.scenario.seek_s();
+        let travel_m = self.scenario.config.course_m(self.scenario.seek_s());
         let is_within = self.scenario.flags.until_s.is_none_or(|until_s| self.scenario.seek_s() < until_s);
         !self.scenario.flags.timecode && is_within && self.promises.is_clear_at(travel_m)
     }
@@ -88,11 +88,10 @@ impl World<'_> {
             return false;
         };
         let is_live = header.run_id == server.run_id && status.run_id == server.run_id;
-        let is_final =
-            status.guard_end_m == header.head_travel_m || self.guards.iter().any(|guard| guard.is_final(&header));
+        let is_final = status.guard_end_m == header.course_m || self.guards.iter().any(|guard| guard.is_final(&header));
         is_live
             && match header.show_state() {
-                Some(ShowState::Running) => header.head_speed_mps > 0.0 && header.tick > 5,
+                Some(ShowState::Running) => header.course_mps > 0.0 && header.tick > 5,
                 Some(ShowState::Held) => is_final && !status.stops().has(Stop::Held),
                 Some(ShowState::Finished) => true,
                 Some(ShowState::Paused) => {
@@ -111,7 +110,7 @@ impl World<'_> {
         let at_s = self.sender.position_s;
         let last_s = self.scenario.flags.until_s.unwrap_or(f64::INFINITY).min(config.last_seek_s());
         let is_within = (config.start_s()..last_s - 1.0).contains(&at_s);
-        is_within && (!self.scenario.is_guarded() || self.promises.is_clear_at(config.tables().head.speed_mps * at_s))
+        is_within && (!self.scenario.is_guarded() || self.promises.is_clear_at(config.course_m(at_s)))
     }
 
     /// Sends the command that lets the show walk on.
@@ -125,6 +124,8 @@ impl World<'_> {
             Request::Release
         } else if stops.has(Stop::Paused) {
             Request::Resume
+        } else if stops.has(Stop::Waiting) {
+            Request::Go
         } else {
             Request::Speed { speed_mps: self.scenario.config.tables().head.speed_mps }
         };

@@ -102,6 +102,7 @@ impl World<'_> {
     pub(super) fn end_call(&mut self, of: DeskCall, reply: Option<CommandReply>) {
         let no_answer = || BusError::NoServer { instance: "simulated".to_owned() };
         let reply: Outcome = reply.ok_or_else(|| CommandQueueError::Bus(no_answer()));
+        let run_id = self.server.as_ref().map(|server| server.run_id);
         let Desk { order, book, in_flight, .. } = &mut self.desks[of.desk];
         let (lane, place) = match of.lane {
             Lane::Others => (LaneKind::Others, 0),
@@ -109,7 +110,7 @@ impl World<'_> {
         };
         let answered = if let Some((number, (), outcome)) = order.take_reply(lane, reply) {
             in_flight[place] = None;
-            let answered = book.answer(number, &outcome);
+            let answered = book.check_hold(number, &outcome, run_id).and_then(|()| book.answer(number, &outcome));
             order.forget(number);
             answered
         } else {

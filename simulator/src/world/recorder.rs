@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use bench_dragon::recording::on_disk::repair_on;
-use bench_dragon::recording::{Parts, PartsReader, RecordError, Recorded, RepairError, repair_checked};
+use bench_dragon::recording::{Kept, Parts, PartsReader, RecordError, Recorded, RepairError, repair_checked};
 use bench_dragon::source::replay::verify::{RunVerdict, verify};
 use bench_dragon_ipc::CommandEvent;
 use bench_dragon_ipc::service::COMMAND_EVENT_BUFFER;
@@ -188,13 +188,17 @@ impl<'a> World<'a> {
 
     fn fail_recorder(&mut self, fault: bench_dragon::recording::on_disk::WriterFault) {
         let Some(recorder) = self.recorder.take() else { return };
-        let mut report = recorder.report.clone();
+        let (mut report, has_one_file) = (recorder.report.clone(), recorder.has_one_file());
         let (book, ended) = recorder.fail_or_end(Err(fault));
         let is_full = ended.as_ref().is_err_and(RecordError::is_disk_full);
         if is_full {
             report.set_disk_full();
         }
         self.watch.take_report(report.take_last());
+        let is_cut = matches!(ended, Err(RecordError::DiskFull { kept: Kept::Unfinished, .. }));
+        self.promises.require(Promise::FullDiskIsReported, self.now_ns, !is_cut || !has_one_file, || {
+            format!("a full disk leaves a file without an end: {ended:?}")
+        });
         self.promises
             .require(Promise::FullDiskIsReported, self.now_ns, is_full, || format!("a recorder ends: {ended:?}"));
         self.bury_recorder(book);

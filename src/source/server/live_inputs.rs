@@ -54,9 +54,8 @@ impl TickInputs for LiveInputs<'_> {
         Some(steering)
     }
 
-    fn reached(&mut self, head: HeadState, ReachedCue { number, at_s }: ReachedCue) {
-        let event = CommandEvent::plain(EventKind::Cue, Sender::Server, self.tick);
+    fn reached(&mut self, head: HeadState, cue: ReachedCue) {
         let moment = self.moment(head);
-        self.ports.report.commands.record(CommandEvent { values: [number as f64, at_s, 0.0, 0.0], ..event }, moment);
+        self.ports.report.commands.record(cue.event(self.tick), moment);
     }
 }

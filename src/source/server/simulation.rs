@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use bench_dragon_geometry::formation::{Formation, FormationStepper};
-use bench_dragon_ipc::{DragonMotion, DragonState, FrameHeader, HandleState, Refusal, Request, RunStart};
+use bench_dragon_ipc::{
+    CommandEvent, DragonMotion, DragonState, EventKind, FrameHeader, HandleState, Refusal, Request, RunStart, Sender,
+};
 use glam::DVec3;
 
 use super::cue_track::CueTrack;
@@ -38,6 +40,14 @@ pub struct ReachedCue {
     pub number: usize,
     /// Its plan time in seconds.
     pub at_s: f64,
+}
+
+impl ReachedCue {
+    /// Returns its event for the record of commands.
+    pub fn event(&self, tick: u64) -> CommandEvent {
+        let event = CommandEvent::plain(EventKind::Cue, Sender::Server, tick);
+        CommandEvent { values: [self.number as f64, self.at_s, 0.0, 0.0], ..event }
+    }
 }
 
 /// A tick without requests and timecode.

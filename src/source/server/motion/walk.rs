@@ -64,7 +64,11 @@ impl Walk {
     /// A near limit may make the head brake harder than the greatest acceleration. The head never passes the limit.
     pub(super) fn steer(&mut self, ticks: f64, target_mps: f64, limit_m: f64, rests_at_limit: bool) {
         if (target_mps, limit_m, rests_at_limit) != (self.target_mps, self.limit_m, self.rests_at_limit) {
-            let now = self.at(ticks);
+            let mut now = self.at(ticks);
+            // A head that leaves a rest of the plan stands there until time goes on.
+            if ticks == self.phase.start.ticks && self.rests_at_m == Some(now.travel_m) {
+                now.speed_mps = 0.0;
+            }
             (self.target_mps, self.limit_m, self.rests_at_limit) = (target_mps, limit_m, rests_at_limit);
             self.phase = self.plan(now, false);
         }
@@ -308,6 +312,15 @@ mod tests {
             let just_before_m = walk.travel_m(rest.ticks * (1.0 - f64::EPSILON));
             assert!(just_before_m <= rest.travel_m, "{just_before_m} m, then {} m", rest.travel_m);
         }
+    }
+
+    #[test]
+    fn a_head_that_leaves_a_rest_of_the_plan_and_is_stopped_at_the_same_instant_stays_there() {
+        let mut walk = Walk::at_rest(TICK_S, Some(1.0), 0.0);
+        walk.leave_at_once(Some(0.0));
+        walk.steer(0.0, 2.0, 10.0, true);
+        walk.steer(0.0, 0.0, 10.0, true);
+        assert_eq!(after(walk, 1.0), (0.0, 0.0));
     }
 
     #[test]

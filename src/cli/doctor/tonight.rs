@@ -1,0 +1,190 @@
+//! `doctor --tonight`: what the show of a configuration needs beside the machine: a plan that a guard can prove to its end, room for
+//! its recording, free ports for the commands beside it, and a way to each desk.
+
+use std::fs::File;
+
+use bench_dragon_geometry::clearance::{ProvenCourse, Violation};
+use bench_dragon_geometry::number::Fixed;
+
+use super::resources::existing;
+use super::{Check, Finding, Target};
+use crate::cli::endpoint::Endpoint;
+use crate::cli::show::AlsoCommand;
+use crate::config::Config;
+use crate::recording::{DiskSpace, Size, walking_bytes_per_s};
+
+/// The checks, in the order of the report.
+pub(super) const CHECKS: &[(&str, Check)] = &[
+    ("plan", |target| judge_plan(&target.config)),
+    ("room for the show", room),
+    ("ports", |target| ports(&target.beside)),
+    ("desks", |target| desks(&target.beside)),
+];
+
+/// Greatest number of handles placed in one call of the proof.
+const HANDLES_AT_A_TIME: usize = 1_000_000;
+/// Share of the disk's room that a recording should leave free.
+const SPARE: f64 = 1.25;
+
+/// Whether the guard can let the show walk to its end.
+fn judge_plan(config: &Config) -> Finding {
+    let (from_m, end_s) = (config.course_m(config.start_s()), config.end_s());
+    let margin_m = config.tables().monitor.margin_m;
+    let margin = format!("{} mm", Fixed::<1>(margin_m * 1e3));
+    let mut proven = match ProvenCourse::at(config.formation(), config.guarded_stage(), margin_m, from_m) {
+        Ok(proven) => proven,
+        Err(violation) => {
+            let message = format!("{} at the start", words(config, violation));
+            return Finding::problem("0 s", message, "move the start, or lower `[monitor] margin_m`");
+        }
+    };
+    let end_m = config.course_m(end_s);
+    loop {
+        let before_m = proven.end_m();
+        proven.extend(end_m, HANDLES_AT_A_TIME);
+        if proven.end_m() >= end_m {
+            let message = format!("{margin} or more are proved from the start to the end at {} s", Fixed::<1>(end_s));
+            return Finding::ok(format!("{} s", Fixed::<1>(end_s)), message);
+        }
+        if proven.is_whole() || proven.end_m() <= before_m {
+            break;
+        }
+    }
+    let stop_s = config.formation().plan_s(proven.end_m());
+    Finding::warning(
+        format!("{} s", Fixed::<1>(stop_s)),
+        format!(
+            "a guard with a margin of {margin} stops the show at {} s of {} s",
+            Fixed::<1>(stop_s),
+            Fixed::<1>(end_s)
+        ),
+        "`bench-dragon solve contact --config FILE` says what is there; end the show before, or change the plan",
+    )
+}
+
+fn words(config: &Config, violation: Violation) -> String {
+    match violation {
+        Violation::Pair(nearest) => {
+            let clearance = Fixed::<1>(nearest.clearance_m * 1e3);
+            format!("benches {} and {} are {clearance} mm apart", nearest.benches[0], nearest.benches[1])
+        }
+        Violation::Border(breach) => {
+            let clear = Fixed::<2>(config.stage().clear_m);
+            format!("bench {} is nearer than {clear} m to a border of the stage", breach.bench)
+        }
+    }
+}
+
+/// Whether the disk has room for the recording of the whole run, and a quarter more.
+fn room(target: &Target) -> Finding {
+    let Target { config, out, .. } = target;
+    let space = File::open(existing(out)).and_then(|folder| DiskSpace::around(&folder));
+    let free_bytes = match space {
+        Ok(space) => space.free_bytes,
+        Err(error) => return Finding::not_known(format!("the disk cannot be read: {error}")),
+    };
+    let serve = &config.tables().serve;
+    let wall_s = (config.end_s() - config.start_s()) / serve.time_scale;
+    let needed = walking_bytes_per_s(config.formation().layout(), serve.rate_hz) * wall_s * SPARE;
+    let message = format!("the run of {} min needs some {}", Fixed::<1>(wall_s / 60.0), Size(needed as u64));
+    let value = format!("{} free", Size(free_bytes));
+    if (free_bytes as f64) < needed {
+        let remedy = "free some space, record elsewhere, or limit the recording: `record FILE --max-total-mb MB`";
+        return Finding::problem(value, format!("{message}, {} are free", Size(free_bytes)), remedy);
+    }
+    Finding::ok(value, message)
+}
+
+/// Whether each port at which a command beside the show listens is free.
+fn ports(beside: &[AlsoCommand]) -> Finding {
+    let listens = ends(beside, |end| matches!(end, Endpoint::Listens(..)));
+    let taken = listens.iter().find_map(|(name, end)| Some((name, *end, end.probe().err()?)));
+    match taken {
+        Some((name, end, error)) => {
+            let (address, transport) = (end.address(), end.transport());
+            let message = format!("{name} cannot listen on {address} ({transport}): {error}");
+            Finding::problem(address.to_string(), message, "end the program that has the port, or choose another port")
+        }
+        None if listens.is_empty() => Finding::ok("none", "no command beside the show listens"),
+        None => {
+            let names: Vec<String> =
+                listens.iter().map(|(name, end)| format!("{} for {name}", end.address())).collect();
+            Finding::ok(names.len().to_string(), format!("free: {}", names.join(", ")))
+        }
+    }
+}
+
+/// Whether this machine has a way to each desk. Whether the desk listens cannot be known: UDP has no answer.
+fn desks(beside: &[AlsoCommand]) -> Finding {
+    let sends = ends(beside, |end| matches!(end, Endpoint::Sends(..)));
+    let mut ways = Vec::new();
+    for (name, end) in &sends {
+        let address = end.address();
+        match end.probe() {
+            Ok(from) => ways.push(format!("{name} to {address} from {}", from.ip())),
+            Err(error) => {
+                let message = format!("{name} has no way to {address}: {error}");
+                return Finding::problem(address.to_string(), message, "plug in or set up the network of the desks");
+            }
+        }
+    }
+    if ways.is_empty() {
+        return Finding::ok("none", "no command beside the show sends to a desk");
+    }
+    Finding::ok(ways.len().to_string(), format!("{}; look at each desk whether it receives", ways.join(", ")))
+}
+
+fn ends(beside: &[AlsoCommand], is_wanted: impl Fn(&Endpoint) -> bool) -> Vec<(&str, Endpoint)> {
+    let of = |command: &AlsoCommand| command.endpoints().into_iter().filter(&is_wanted).collect::<Vec<_>>();
+    beside.iter().flat_map(|command| of(command).into_iter().map(|end| (command.name(), end))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::{TcpListener, UdpSocket};
+
+    use bench_dragon_ipc::Instance;
+
+    use super::*;
+    use crate::cli::doctor::Verdict;
+
+    fn config(toml: &str) -> Config {
+        Config::from_toml(toml).expect("a valid configuration")
+    }
+
+    fn beside(lines: &[String]) -> Vec<AlsoCommand> {
+        let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
+        AlsoCommand::read_all(&lines, &Instance::default()).expect("commands beside a show")
+    }
+
+    #[test]
+    fn a_plan_is_ok_up_to_an_end_before_the_margin_and_a_warning_beyond_it() {
+        let short = judge_plan(&config("[run]\nend_s = 400.0\n"));
+        assert_eq!((short.status, short.value.as_str()), (Verdict::Ok, "400.0 s"), "{short:?}");
+        let whole = judge_plan(&config(""));
+        assert_eq!(whole.status, Verdict::Warning, "{whole:?}");
+        let stop_s: f64 = whole.value.trim_end_matches(" s").parse().expect("a number");
+        assert!((400.0..412.474).contains(&stop_s), "{whole:?}");
+    }
+
+    #[test]
+    fn a_taken_port_is_a_problem_that_names_command_and_address() {
+        let tcp = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let taken = tcp.local_addr().expect("an address");
+        let finding = ports(&beside(&[format!("view --listen {taken}")]));
+        assert_eq!((finding.status, finding.value), (Verdict::Problem, taken.to_string()));
+        assert!(finding.message.starts_with(&format!("view cannot listen on {taken} (TCP): ")), "{}", finding.message);
+        let udp = UdpSocket::bind("127.0.0.1:0").expect("a free port").local_addr().expect("an address");
+        let finding = ports(&beside(&[format!("bridge osc --listen {udp} --allow 127.0.0.1")]));
+        assert_eq!((finding.status, finding.message), (Verdict::Ok, format!("free: {udp} for bridge osc")));
+        assert_eq!(ports(&[]).status, Verdict::Ok);
+    }
+
+    #[test]
+    fn each_desk_has_a_way() {
+        let finding = desks(&beside(&["bridge psn --to 127.0.0.1:56565".to_owned(), "hz".to_owned()]));
+        let words = "bridge psn to 127.0.0.1:56565 from 127.0.0.1; look at each desk whether it receives";
+        assert_eq!((finding.status, finding.message.as_str()), (Verdict::Ok, words));
+        assert_eq!(desks(&[]).value, "none");
+    }
+}

@@ -1,0 +1,56 @@
+//! The network ends of the commands that run beside a show.
+
+use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::{fmt, io};
+
+/// Transport of an end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Transport {
+    Tcp,
+    Udp,
+}
+
+/// An address at which a command listens, or to which it sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Endpoint {
+    Listens(Transport, SocketAddr),
+    Sends(Transport, SocketAddr),
+}
+
+impl Endpoint {
+    pub(crate) fn address(self) -> SocketAddr {
+        let (Self::Listens(_, address) | Self::Sends(_, address)) = self;
+        address
+    }
+
+    pub(crate) fn transport(self) -> Transport {
+        let (Self::Listens(transport, _) | Self::Sends(transport, _)) = self;
+        transport
+    }
+
+    /// Opens and closes the end, without sending anything. Returns the address of this machine that it used.
+    pub(crate) fn probe(self) -> io::Result<SocketAddr> {
+        match self {
+            Self::Listens(Transport::Tcp, address) => TcpListener::bind(address)?.local_addr(),
+            Self::Listens(Transport::Udp, address) => UdpSocket::bind(address)?.local_addr(),
+            Self::Sends(_, address) => {
+                let unspecified: SocketAddr =
+                    if address.is_ipv4() { ([0; 4], 0).into() } else { ([0_u16; 8], 0).into() };
+                let socket = UdpSocket::bind(unspecified)?;
+                socket.set_broadcast(true)?;
+                // Asks the routing table; no packet leaves.
+                socket.connect(address)?;
+                socket.local_addr()
+            }
+        }
+    }
+}
+
+impl fmt::Display for Transport {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Tcp => "TCP",
+            Self::Udp => "UDP",
+        })
+    }
+}
