@@ -29,6 +29,7 @@ mod ctl;
 mod cues;
 mod doctor;
 mod echo;
+mod endpoint;
 mod exit_status;
 mod export;
 mod flags;

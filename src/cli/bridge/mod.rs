@@ -8,6 +8,7 @@ use clap::{Args, Subcommand};
 
 use crate::bridge::stage_transform::{StageOffset, StageRotation};
 use crate::bridge::{AxisOrder, BenchSelection, Outlet, StageTransform, StaleAfter, UdpSender, UdpTarget};
+use crate::cli::endpoint::{Endpoint, Transport};
 #[cfg(not(feature = "zenoh"))]
 use crate::cli::flags::BadInput;
 use crate::cli::flags::{BusArgs, FormatArgs, within};
@@ -68,6 +69,22 @@ impl Bridge {
             Self::Zenoh(_) => Ok("bridge zenoh"),
             #[cfg(not(feature = "zenoh"))]
             Self::Zenoh(_) => Err(WITHOUT_ZENOH),
+        }
+    }
+
+    /// Where the bridge listens and sends to. zenoh finds its peers itself.
+    pub(crate) fn endpoints(&self) -> Vec<Endpoint> {
+        let udp = |to: SocketAddrV4| Endpoint::Sends(Transport::Udp, to.into());
+        match self {
+            Self::Psn(psn) => vec![udp(psn.to)],
+            Self::Osc(osc) => {
+                let transport = if osc.tcp { Transport::Tcp } else { Transport::Udp };
+                let to = osc.to.map(|to| Endpoint::Sends(transport, to.into()));
+                let listen = osc.steering.listen.map(|listen| Endpoint::Listens(Transport::Udp, listen));
+                to.into_iter().chain(listen).collect()
+            }
+            Self::Timecode(timecode) => timecode.output.art_net.map(udp).into_iter().collect(),
+            Self::Zenoh(_) => Vec::new(),
         }
     }
 }

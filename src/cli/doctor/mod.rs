@@ -8,6 +8,7 @@
 //! | `logout` | systemd's removal of shared memory |
 //! | `real_time` | real-time priority and throttling |
 //! | `machine` | versions, processor governor, clock source, timers |
+//! | `tonight` | with `--tonight`: plan, room for the recording, ports, desks |
 //!
 //! Each check reads its facts and judges them in a pure function. The checks change nothing and do not disturb a running show:
 //! they take no lock and join no bus. There is one exception: if a server runs without a guard, a check reads the server's
@@ -23,9 +24,10 @@ use clap::builder::styling::{AnsiColor, Style};
 use clap::{Args, ValueHint};
 use serde::Serialize;
 
-use crate::cli::flags::{BusArgs, ConfigArgs, Format, FormatArgs};
+use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs};
 use crate::cli::load_config;
 use crate::cli::print::{print_json, print_line};
+use crate::cli::show::AlsoCommand;
 use crate::config::Config;
 use crate::output::terminal_text::Painted;
 
@@ -35,12 +37,14 @@ mod machine;
 mod real_time;
 mod resources;
 mod server;
+mod tonight;
 
 /// Check the machine and the installation, and print a remedy for each problem.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon doctor
   bench-dragon doctor --config stage.toml --instance main --out /mnt/show/tonight
+  bench-dragon doctor --tonight --config stage.toml
   bench-dragon doctor --fix
   bench-dragon doctor --format json | jq .healthy
 
@@ -49,6 +53,10 @@ pub(crate) struct DoctorArgs {
     /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
+    /// Also check what the show of the configuration needs: a plan that a guard can prove to its end, room for the recording, free
+    /// ports and a way to each desk of `[[show.also]]`.
+    #[arg(long)]
+    pub(crate) tonight: bool,
     /// Folder of the show, as for `show`, whose disk is checked [default: the current folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
@@ -74,9 +82,10 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
         Err(error) => (Vec::new(), Some(error)),
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("."));
-    let target = Target::new(args.bus.instance.clone(), config, out);
+    let target = Target::new(args.bus.instance.clone(), config, out)?;
+    let tonight = if args.tonight { tonight::CHECKS } else { &[] };
     let checks: Vec<Examined> =
-        CHECKS.iter().map(|&(name, check)| Examined { name, finding: check(&target) }).collect();
+        CHECKS.iter().chain(tonight).map(|&(name, check)| Examined { name, finding: check(&target) }).collect();
     let healthy = checks.iter().all(|check| check.finding.status != Verdict::Problem);
     let examination = Examination { checks, fixed, healthy };
     match args.format.format {
@@ -226,15 +235,18 @@ struct Target {
     config: Config,
     /// The folder in which the show would record.
     out: PathBuf,
+    /// The commands of `[[show.also]]`.
+    beside: Vec<AlsoCommand>,
 }
 
 impl Target {
     /// Takes a census of the instance. The checks read all other facts.
-    fn new(instance: Instance, config: Config, out: PathBuf) -> Self {
+    fn new(instance: Instance, config: Config, out: PathBuf) -> Result<Self, BadInput> {
+        let beside = AlsoCommand::read_all(&config.also(), &instance)?;
         let domain = Domain::new(instance.clone());
         let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
         let census = domain.and_then(|domain| Census::take(&domain));
-        Self { instance, root, census, config, out }
+        Ok(Self { instance, root, census, config, out, beside })
     }
 
     /// The finding of a check that judges the census.

@@ -118,7 +118,7 @@ pub(super) fn disk(target: &Target) -> Finding {
 }
 
 /// The folder itself, or its nearest parent that exists: `show` creates the folder there.
-fn existing(folder: &Path) -> &Path {
+pub(super) fn existing(folder: &Path) -> &Path {
     let is_there = |path: &&Path| !path.as_os_str().is_empty() && path.is_dir();
     folder.ancestors().find(is_there).unwrap_or(Path::new("."))
 }

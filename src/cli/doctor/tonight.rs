@@ -69,7 +69,7 @@ fn words(config: &Config, violation: Violation) -> String {
             format!("benches {} and {} are {clearance} mm apart", nearest.benches[0], nearest.benches[1])
         }
         Violation::Border(breach) => {
-            let clear = Fixed::<2>(config.stage().clear_m);
+            let clear = Fixed::<2>(config.stage().clear_m());
             format!("bench {} is nearer than {clear} m to a border of the stage", breach.bench)
         }
     }

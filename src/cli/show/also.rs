@@ -3,6 +3,7 @@
 use bench_dragon_ipc::Instance;
 use clap::Parser as _;
 
+use crate::cli::endpoint::{Endpoint, Transport};
 use crate::cli::flags::BadInput;
 use crate::cli::{Cli, Subcommand, without_usage};
 
@@ -10,16 +11,17 @@ const ALLOWED: &str = "one of bridge, view, metrics, monitor, hz and echo";
 
 /// A checked command of the configuration.
 #[derive(Debug)]
-pub(super) struct AlsoCommand {
+pub(crate) struct AlsoCommand {
     /// Name in messages: the command, and a number if several commands have this name.
     pub(super) name: String,
+    endpoints: Vec<Endpoint>,
     /// Arguments, including the command itself and the show's instance.
     pub(super) args: Vec<String>,
 }
 
 impl AlsoCommand {
     /// Reads the configured command lines.
-    pub(super) fn read_all(lines: &[&str], instance: &Instance) -> Result<Vec<Self>, BadInput> {
+    pub(crate) fn read_all(lines: &[&str], instance: &Instance) -> Result<Vec<Self>, BadInput> {
         let mut commands: Vec<Self> = Vec::new();
         for line in lines {
             let refuse = |reason: String| BadInput(format!("[[show.also]] command is {line:?}{reason}"));
@@ -31,6 +33,15 @@ impl AlsoCommand {
             commands.push(command);
         }
         Ok(commands)
+    }
+
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Where the command listens and sends to.
+    pub(crate) fn endpoints(&self) -> Vec<Endpoint> {
+        self.endpoints.clone()
     }
 
     fn read(line: &str, instance: &Instance) -> Result<Self, String> {
@@ -47,7 +58,7 @@ impl AlsoCommand {
         args.extend(["--instance".to_owned(), instance.to_string()]);
         let program = "bench-dragon".to_owned();
         let cli = Cli::try_parse_from(std::iter::once(&program).chain(&args)).map_err(|error| in_one_line(&error))?;
-        Ok(Self { name: name(&cli.subcommand)?.to_owned(), args })
+        Ok(Self { name: name(&cli.subcommand)?.to_owned(), endpoints: endpoints(&cli.subcommand), args })
     }
 }
 
@@ -57,6 +68,15 @@ fn lines_of(commands: &[AlsoCommand], name: &str) -> usize {
         command.name.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
     };
     commands.iter().filter(is_of).count()
+}
+
+fn endpoints(subcommand: &Subcommand) -> Vec<Endpoint> {
+    match subcommand {
+        Subcommand::Bridge(bridge) => bridge.bridge.endpoints(),
+        Subcommand::View(view) => vec![Endpoint::Listens(Transport::Tcp, view.listen)],
+        Subcommand::Metrics(metrics) => vec![Endpoint::Listens(Transport::Tcp, metrics.listen)],
+        _ => Vec::new(),
+    }
 }
 
 /// The name of a subcommand that reads until it is stopped. The error of any other is the reason for which it is refused.

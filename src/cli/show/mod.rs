@@ -50,7 +50,7 @@ pub use liveness::{LONGEST_DISK_SILENCE, LONGEST_LOOK, LONGEST_SILENCE, Liveness
 pub use resumption::{Resumption, ResumptionSettings};
 pub use supervise::LEAST_ROOM_BYTES;
 
-use also::AlsoCommand;
+pub(crate) use also::AlsoCommand;
 use auto_go::AutoGo;
 use bus::ShowPorts;
 use children::{ChildNews, ChildRole, Children};
