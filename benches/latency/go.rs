@@ -67,7 +67,7 @@ pub(crate) fn measure() {
     let client = CommandClient::open(&domain, "bench").expect("the server runs");
     let events = CommandEventReader::open(&domain, "bench").expect("the server runs");
     let seen = watch(&domain);
-    let mut all: Vec<(Vec<f64>, Vec<f64>)> = vec![Default::default(); contestants.len()];
+    let mut all: Vec<(Vec<f64>, Vec<f64>)> = vec![(Vec::new(), Vec::new()); contestants.len()];
     for turn in 0..TURNS * contestants.len() {
         let index = (turn + turn / contestants.len()) % contestants.len();
         client.call(Request::Seek { show_time_s: WAIT_S }, TIMEOUT).expect("a seek to the wait");

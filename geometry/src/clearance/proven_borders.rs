@@ -14,6 +14,7 @@ use glam::DVec2;
 use super::bench_search::{BenchSearch, Moment, Stride};
 use super::border_search::{Breach, own_ground, parameters};
 use super::play::play_reach_m;
+use crate::dragon::loose::Loose;
 use crate::dragon::{Dragon, Spent};
 use crate::stage::{BorderKind, Stage};
 
@@ -137,7 +138,7 @@ fn chains(dragon: &Dragon) -> [&Dragon; 2] {
 
 /// Travel up to which the poles are known.
 fn known_to_m(dragon: &Dragon) -> f64 {
-    dragon.loose().map_or_else(|| dragon.end_travel_m(), |loose| loose.end_travel_m())
+    dragon.loose().map_or_else(|| dragon.end_travel_m(), Loose::end_travel_m)
 }
 
 impl Track {
