@@ -1,5 +1,7 @@
 //! The plan of a scenario as text: dragons on their routes, the settings of the show, and cues.
 
+#![allow(clippy::format_push_string, reason = "the texts are short")]
+
 use bench_dragon::config::{Config, ConfigDocument};
 
 use crate::dice::Dice;

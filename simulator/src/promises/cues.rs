@@ -21,6 +21,7 @@ pub(super) struct CueBook {
 
 /// Where a request finds the show.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a stop of its own")]
 pub(super) struct Place {
     pub(super) travel_m: f64,
     pub(super) is_held: bool,
@@ -131,6 +132,7 @@ impl CueBook {
 
 /// Where a tick has walked.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_field_names, reason = "each is a place in metres")]
 pub(super) struct Walked {
     /// Where the last frame stood; `None` at the start.
     pub(super) from_m: Option<f64>,
