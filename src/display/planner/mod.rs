@@ -54,26 +54,8 @@ use crate::config::MAX_CONFIG_BYTES;
 
 /// The page's own files.
 static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/planner/page");
-/// The files that it shares with the page of a show.
-const SHARED: [&str; 17] = [
-    "boards.js",
-    "camera.js",
-    "canvas.js",
-    "dragon_paths.js",
-    "element.js",
-    "format.js",
-    "frame.js",
-    "icon.svg",
-    "palette.js",
-    "pointer.js",
-    "route_layer.js",
-    "scale_bar.js",
-    "storage.js",
-    "style.css",
-    "theme.js",
-    "token.js",
-    "words.js",
-];
+/// Files of the page of a show that this page has of its own. It shares all others.
+const OWN: [&str; 2] = ["index.html", "main.js"];
 /// The WebSocket protocol of the questions.
 const PROTOCOL: &str = "bench-dragon.plan.v1";
 /// Most open pages: each has two threads.
@@ -118,7 +100,7 @@ impl Planner {
 
     /// The router of the planner's requests.
     pub fn router(&self) -> Router {
-        let shared = SHARED.iter().map(|name| view::PAGE.get_file(name).expect("the page of a show has this file"));
+        let shared = view::PAGE.files().filter(|file| OWN.iter().all(|own| file.path() != Path::new(own)));
         let pages = PAGE.files().chain(shared).fold(Router::new(), add_page_file);
         pages
             .route("/access", get(report_access))
