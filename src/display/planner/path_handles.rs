@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use bench_dragon_geometry::route::{PathSegment, Placement};
 use glam::DVec2;
 
-use super::change::{Change, Owner, between, numbers_of};
+use super::change::{Change, Owner, between, heading_deg, numbers_of};
 use super::corner_run::{CornerRun, runs};
 use super::handle::{Field, Handle, HandleId, HandleKind, headed, place_fields, placed_at};
 
@@ -132,7 +132,7 @@ pub(super) fn moved(
             let run = runs.first().filter(|run| run.is_first && (run.corners() > 0 || run.is_last));
             Some(match run {
                 Some(run) => {
-                    [placed_at(owner, to), of_new_run(owner, segments, &run.clone().with_point(0, to))].concat()
+                    [placed_at(owner, to), of_new_run(owner, segments, begin, &run.clone().with_point(0, to))].concat()
                 }
                 None => placed_at(owner, to),
             })
@@ -141,18 +141,18 @@ pub(super) fn moved(
         HandleKind::Heading => Some(vec![headed(owner, (begin.position - to).to_angle())]),
         HandleKind::Corner => {
             let run = run_of(id.at)?;
-            Some(of_new_run(owner, segments, &run.clone().with_point(index(run), to)))
+            Some(of_new_run(owner, segments, begin, &run.clone().with_point(index(run), to)))
         }
         HandleKind::End => {
             let run = run_of(id.at)?;
-            Some(of_new_run(owner, segments, &run.clone().with_point(run.end(), to)))
+            Some(of_new_run(owner, segments, begin, &run.clone().with_point(run.end(), to)))
         }
         HandleKind::Middle => {
             let run = run_of(id.at)?;
             let line = (id.at - run.first) / 2;
             let beside = run.radii_m.get(line).or(line.checked_sub(1).map(|corner| &run.radii_m[corner]));
             let radius_m = beside.copied().unwrap_or(NEW_RADIUS_M);
-            Some(of_longer_run(owner, segments, &run.clone().with_corner(line + 1, to, radius_m), line))
+            Some(of_longer_run(owner, segments, begin, &run.clone().with_corner(line + 1, to, radius_m), line))
         }
         HandleKind::ArcRadius | HandleKind::ArcEnd | HandleKind::SpiralEnd => {
             let segment = segments.get(id.at)?;
@@ -175,28 +175,34 @@ pub(super) fn deleted(owner: Owner, segments: &[PathSegment], begin: &Placement,
     let shorter = run.clone().without_corner(index);
     let taken = Change::Splice { keys: owner.route("segments"), at: id.at, removed: 2, inserted: Vec::new() };
     let kept = [&segments[..id.at], &segments[id.at + 2..]].concat();
-    Some([vec![taken], of_new_run(owner, &kept, &shorter)].concat())
+    Some([vec![taken], of_new_run(owner, &kept, begin, &shorter)].concat())
 }
 
 /// The changes that give a path's segments the measures of a run.
-fn of_new_run(owner: Owner, segments: &[PathSegment], run: &CornerRun) -> Vec<Change> {
+fn of_new_run(owner: Owner, segments: &[PathSegment], begin: &Placement, run: &CornerRun) -> Vec<Change> {
     let new = run.segments();
     let numbered = (run.first..).zip(&new);
     let mut changes: Vec<Change> =
         numbered.flat_map(|(number, after)| between(owner, number, &segments[number], after)).collect();
-    if run.is_first {
+    if run.is_first && heading_deg(run.heading()) != heading_deg(begin.heading) {
         changes.push(headed(owner, run.heading()));
     }
     changes
 }
 
 /// The same for a run with a corner more on one of its lines.
-fn of_longer_run(owner: Owner, segments: &[PathSegment], run: &CornerRun, line: usize) -> Vec<Change> {
+fn of_longer_run(
+    owner: Owner,
+    segments: &[PathSegment],
+    begin: &Placement,
+    run: &CornerRun,
+    line: usize,
+) -> Vec<Change> {
     let (new, at) = (run.segments(), run.first + 2 * line + 1);
     let inserted = new[2 * line + 1..2 * line + 3].to_vec();
     let longer = [&segments[..at], &inserted[..], &segments[at..]].concat();
     let put_in = Change::Splice { keys: owner.route("segments"), at, removed: 0, inserted };
-    [vec![put_in], of_new_run(owner, &longer, run)].concat()
+    [vec![put_in], of_new_run(owner, &longer, begin, run)].concat()
 }
 
 /// An arc or a part of a spiral whose dragged point is at a place, or as near as it can be.

@@ -126,21 +126,47 @@ fn splice_tables(tables: &mut ArrayOfTables, at: usize, removed: usize, inserted
     Some(())
 }
 
+/// In an array, the comment after an entry is before the next one, or before the end. It stays after its entry.
 fn splice_array(array: &mut Array, at: usize, removed: usize, inserted: &[PathSegment]) -> Option<()> {
     if at.checked_add(removed)? > array.len() {
         return None;
     }
-    // New entries stand in their lines as their neighbour does.
-    let decor = array.get(at.min(array.len().saturating_sub(1))).map(|value| value.decor().clone());
+    let before = prefix(array, at);
+    let plain = line_break(&prefix(array, at.min(array.len().saturating_sub(1))));
     (0..removed).for_each(|_| drop(array.remove(at)));
     for (index, segment) in (at..).zip(inserted) {
-        let mut value = Value::InlineTable(pairs(segment).collect::<InlineTable>());
-        if let Some(decor) = &decor {
-            *value.decor_mut() = decor.clone();
-        }
-        array.insert_formatted(index, value);
+        array.insert_formatted(index, Value::InlineTable(pairs(segment).collect::<InlineTable>()));
+        set_prefix(array, index, plain.clone());
     }
+    if at + inserted.len() < array.len() {
+        set_prefix(array, at + inserted.len(), plain);
+    } else if !inserted.is_empty() {
+        array.set_trailing(line_break(&before));
+    }
+    set_prefix(array, at, before);
     Some(())
+}
+
+/// The spaces and comments before an entry, or before the end.
+fn prefix(array: &Array, index: usize) -> String {
+    let raw = match array.get(index) {
+        Some(value) => value.decor().prefix(),
+        None => Some(array.trailing()),
+    };
+    raw.and_then(|raw| raw.as_str()).unwrap_or_default().to_owned()
+}
+
+fn set_prefix(array: &mut Array, index: usize, prefix: String) {
+    match array.get_mut(index) {
+        Some(value) => value.decor_mut().set_prefix(prefix),
+        None => array.set_trailing(prefix),
+    }
+}
+
+/// The line break and the indent of a prefix, without its comments.
+fn line_break(prefix: &str) -> String {
+    let last = prefix.rfind('\n').map_or(prefix, |at| &prefix[at..]);
+    if last.contains('#') { String::new() } else { last.to_owned() }
 }
 
 /// The keys of a segment, as TOML.
