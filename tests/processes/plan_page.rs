@@ -14,7 +14,7 @@ use crate::stage::{Stage, program};
 /// A loop that the dragon's head closes: it walks into its own body.
 const LOOP: &str = "# a loop
 [dragon]
-benches = 40 # all that we have
+benches = 60 # all that we have
 
 [route]
 kind = \"path\"
@@ -52,9 +52,9 @@ kind = \"line\"
 length_m = 40.0
 ";
 
-fn planner(stage: &Stage, file: &Path) -> View {
+fn planner(file: &Path) -> View {
     let file = file.display().to_string();
-    View::announced_by(stage.start(&["plan", &file, "--listen", "127.0.0.1:0", "--format", "json"]))
+    View::announced_by(Process::start(program(&["plan", &file, "--listen", "127.0.0.1:0", "--format", "json"])))
 }
 
 fn solve(question: &[&str], file: &Path) -> Value {
@@ -75,7 +75,7 @@ fn a_plan_is_dragged_undone_and_saved_and_its_numbers_are_those_of_solve() {
     let stage = Stage::new();
     let file = stage.path("loop.toml");
     fs::write(&file, LOOP).expect("a file");
-    let planner = planner(&stage, &file);
+    let planner = planner(&file);
     let pictures = std::env::var("BENCH_DRAGON_PICTURES").map_or_else(|_| stage.path("."), Into::into);
     let args = [&*planner.url, &file.display().to_string(), &pictures.display().to_string()];
     let mut page = browser.play("planner_drags.mjs", &args);
@@ -118,7 +118,7 @@ fn saving_needs_the_token_and_stays_in_the_folder() {
     let stage = Stage::new();
     let file = stage.path("loop.toml");
     fs::write(&file, LOOP).expect("a file");
-    let planner = planner(&stage, &file);
+    let planner = planner(&file);
     let (status, text) = request(&planner.address, "GET /text HTTP/1.1", "");
     assert_eq!(status, 200, "a browser on this machine may look: {text}");
     let told: Value = serde_json::from_str(&text).expect("JSON");
@@ -149,7 +149,7 @@ fn a_configuration_that_is_not_valid_is_one_line_and_exit_status_2() {
     let file = stage.path("bad.toml");
     fs::write(&file, "[route]\nkind = \"spirale\"\n").expect("a file");
     for config in [file.display().to_string(), stage.path("missing.toml").display().to_string()] {
-        let ended = stage.run(&["plan", &config, "--listen", "127.0.0.1:0"]);
+        let ended = Process::start(program(&["plan", &config, "--listen", "127.0.0.1:0"])).end();
         assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{}", ended.stderr);
         assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
         assert!(ended.stderr.contains(&config), "{}", ended.stderr);

@@ -60,7 +60,7 @@ export class Curve {
     this.#screen.clear(palette.panel);
     this.#screen.begin();
     axis.drawLevels(context, levels, near_m, palette);
-    axis.drawTimes(context, palette);
+    axis.drawTimes(context, palette, 'plan time');
     context.lineWidth = 2;
     context.lineJoin = 'round';
     context.strokeStyle = isOld ? palette.edge : palette.accent;

@@ -17,6 +17,8 @@ import { Plan } from './plan.js';
 const [HANDLE_PX, SMALL_PX, MOUSE_PX, FINGER_PX] = [7, 5, 11, 24];
 /** Least distance of the ends of a line, in pixels, from which on the handle in its middle is offered. */
 const ROOM_PX = 56;
+/** Handles of dragons that are not chosen. */
+const ALWAYS = ['start', 'whole', 'outline', 'keep_out', 'crowd'];
 
 /** @param {HandleId} one @param {HandleId | null} other */
 export const isSame = (one, other) =>
@@ -56,36 +58,43 @@ export class Drawing {
   draw(plan, pose, contact, chosen) {
     const show = { frame: frameOf(plan.run, pose), runOfFrame: () => plan.run };
     this.#plan.draw(/** @type {import('./show.js').Show} */ (/** @type {unknown} */ (show)), null);
-    this.#drawFrames(plan.handles);
+    const handles = this.#offered(plan, chosen);
+    this.#drawFrames(handles);
     this.#drawContact(contact);
-    for (const handle of plan.handles) {
-      if (this.#isOffered(plan.handles, handle)) this.#drawHandle(handle, isSame(handle, chosen));
-    }
+    for (const handle of handles) this.#drawHandle(handle, isSame(handle, chosen));
   }
 
   /**
    * The handle at a place; `null` without one. Corners are preferred to the middles of lines.
    * @param {PlanMessage} plan
+   * @param {HandleId | null} chosen
    * @param {{x: number, y: number}} place
    * @param {boolean} isTouch
    */
-  handleAt(plan, { x, y }, isTouch) {
+  handleAt(plan, chosen, { x, y }, isTouch) {
     const reach = isTouch ? FINGER_PX : MOUSE_PX;
     /** @type {Handle | null} */ let found = null;
     let least = Infinity;
-    for (const handle of plan.handles) {
+    for (const handle of this.#offered(plan, chosen)) {
       const [hx, hy] = this.#camera.toScreen(handle.x_m, handle.y_m);
       const distance = Math.hypot(hx - x, hy - y);
-      if (distance > reach || !this.#isOffered(plan.handles, handle)) continue;
+      if (distance > reach) continue;
       const cost = distance + (handle.kind === 'middle' ? reach : 0);
       if (cost < least) [found, least] = [handle, cost];
     }
     return found;
   }
 
+  /** The handles that are shown: of several dragons, all of the chosen one, and the others' beginnings. @param {PlanMessage} plan @param {HandleId | null} chosen */
+  #offered(plan, chosen) {
+    const isOwn = (/** @type {Handle} */ { dragon, kind }) =>
+      plan.routes.length === 1 || dragon === chosen?.dragon || ALWAYS.includes(kind);
+    const own = plan.handles.filter(isOwn);
+    return own.filter((handle) => handle.kind !== 'middle' || this.#hasRoom(own, handle));
+  }
+
   /** A short line has no room for a new corner. @param {Handle[]} handles @param {Handle} handle */
-  #isOffered(handles, handle) {
-    if (handle.kind !== 'middle') return true;
+  #hasRoom(handles, handle) {
     const [x, y] = this.#camera.toScreen(handle.x_m, handle.y_m);
     return handles.every((other) => {
       if (other.kind === 'middle' || other.dragon !== handle.dragon) return true;
@@ -122,7 +131,7 @@ export class Drawing {
     const context = this.#context;
     const [x, y] = this.#camera.toScreen(x_m, y_m);
     const isBorder = ['outline', 'keep_out', 'crowd'].includes(kind);
-    const size = kind === 'middle' || isBorder ? SMALL_PX : HANDLE_PX;
+    const size = kind === 'middle' || kind === 'heading' || isBorder ? SMALL_PX : HANDLE_PX;
     context.beginPath();
     if (kind === 'middle') diamond(context, x, y, size);
     else if (isBorder) context.rect(x - size, y - size, 2 * size, 2 * size);

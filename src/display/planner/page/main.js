@@ -160,7 +160,7 @@ function step(isDone) {
 /** Takes hold of a handle. @param {{x: number, y: number}} place @param {PointerEvent} event */
 function grab(place, { pointerType, shiftKey }) {
   if (state.plan === null || state.mistake !== null || base !== null) return null;
-  const handle = drawing.handleAt(state.plan, place, pointerType !== 'mouse');
+  const handle = drawing.handleAt(state.plan, chosen, place, pointerType !== 'mouse');
   if (handle === null) return null;
   area.focus({ preventScroll: true });
   const id = shiftKey && handle.kind === 'start' ? { ...idOf(handle), kind: /** @type {const} */ ('whole') } : idOf(handle);
@@ -226,9 +226,9 @@ listenToPointers(area, {
     camera.zoom(factor, x, y);
     redraw();
   },
-  tap: (place, isTouch) => choose(state.plan === null ? null : drawing.handleAt(state.plan, place, isTouch)),
+  tap: (place, isTouch) => choose(state.plan === null ? null : drawing.handleAt(state.plan, chosen, place, isTouch)),
   hover(place) {
-    const isOver = place !== null && state.plan !== null && drawing.handleAt(state.plan, place, false) !== null;
+    const isOver = place !== null && state.plan !== null && drawing.handleAt(state.plan, chosen, place, false) !== null;
     area.dataset.over = isOver ? 'handle' : '';
   },
   grab,
