@@ -108,6 +108,9 @@ impl Planner {
             .route("/stream", any(open_stream))
             .route("/save", post(save))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
+            .method_not_allowed_fallback(async || {
+                refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
+            })
             .with_state(self.clone())
             .layer(middleware::from_fn_with_state(Arc::clone(&self.0.gate), judge_token))
     }

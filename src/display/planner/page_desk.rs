@@ -23,7 +23,8 @@ const MAX_ANSWERS: usize = 4;
 const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
 const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The questions of a page, and the work for them. Dropping it ends the threads after the step in progress; they are not joined.
+/// The questions of a page, and the work for them. Dropping it ends the threads after the step in progress; they are not joined. Each
+/// thread has one too, so that both end if one fails.
 struct Work {
     questions: Newest<Question>,
     studies: Newest<Study>,
@@ -37,11 +38,24 @@ impl Work {
             move |answer: &Value| answers.blocking_send(answer.to_string()).is_ok()
         };
         let (questions, studies, send) = (work.questions.clone(), work.studies.clone(), send_to(answers));
-        let answer = move || Answerer::new(folder, &studies).answer_all(&questions, send);
+        let ends = work.same();
+        let answer = move || {
+            let _ends = ends;
+            Answerer::new(folder, &studies).answer_all(&questions, send);
+        };
         thread::Builder::new().name("answers".to_owned()).spawn(answer)?;
         let (studies, send) = (work.studies.clone(), send_to(answers));
-        thread::Builder::new().name("study".to_owned()).spawn(move || study_all(&studies, send))?;
+        let ends = work.same();
+        let study = move || {
+            let _ends = ends;
+            study_all(&studies, send);
+        };
+        thread::Builder::new().name("study".to_owned()).spawn(study)?;
         Ok(work)
+    }
+
+    fn same(&self) -> Self {
+        Self { questions: self.questions.clone(), studies: self.studies.clone() }
     }
 }
 
