@@ -4,7 +4,8 @@
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, first_breach, least_distance};
 use bench_dragon_geometry::dragon::{ChainSolver, Meter};
-use bench_dragon_geometry::planner::{largest_speed_ratio, near_misses, on_one_core};
+use bench_dragon_geometry::formation::Planned;
+use bench_dragon_geometry::planner::{ClosestApproach, largest_speed_ratio, near_misses, on_one_core};
 use bench_dragon_geometry::stage::{BorderKind, Stage};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -56,7 +57,7 @@ impl Study {
         };
         self.curve(end_s, tell)?;
         tell(json!({ "type": "borders", "borders": self.borders() }))?;
-        tell(json!({ "type": "misses", "misses": self.misses(end_s) }))?;
+        self.misses(end_s, tell)?;
         tell(json!({ "type": "speeds", "speeds": self.speeds() }))
     }
 
@@ -113,35 +114,45 @@ impl Study {
         Ok(())
     }
 
-    /// The near misses before the contact; of one dragon only.
-    fn misses(&self, end_s: f64) -> Vec<Value> {
+    /// The near misses before the contact, in parts; of one dragon only.
+    fn misses(&self, end_s: f64, tell: Tell<'_>) -> Result<(), Ended> {
         let config = &self.plan.config;
         if config.named().is_some() {
-            return Vec::new();
+            return Ok(());
         }
         let (dragon, planned) = (config.lead().metered(&Meter::of(WORK)), &self.plan.planned()[0]);
         let (start_m, to_m) = (dragon.start_travel_m(), planned.travel_m(end_s));
-        let found = near_misses(&dragon, start_m, to_m.max(start_m), config.tables().monitor.near_m, |_| ());
-        let mut misses = found.approaches;
-        misses.sort_by(|one, other| one.pair.clearance_m.total_cmp(&other.pair.clearance_m));
-        misses.truncate(MOST_MISSES);
-        misses.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
-        let miss = |miss: &bench_dragon_geometry::planner::ClosestApproach| {
-            json!({
-                "time_s": config.timetable().time_s(miss.travel_m),
-                "clearance_m": miss.pair.clearance_m,
-                "pair": self.plan.benches(miss.pair.benches),
-                "point_m": miss.pair.point.to_array(),
-            })
-        };
-        misses.iter().map(miss).collect()
+        let at =
+            |part: usize| if part == PARTS { to_m } else { start_m + (to_m - start_m) * part as f64 / PARTS as f64 };
+        let near_m = config.tables().monitor.near_m;
+        // No minimum is lost where two parts meet.
+        let overlap_m = dragon.dimensions().link_m(0);
+        let mut misses: Vec<ClosestApproach> = Vec::new();
+        for part in 0..PARTS {
+            let (from_m, until_m) = (at(part), at(part + 1));
+            dragon.meter().restart();
+            let span_m = [(from_m - overlap_m).max(start_m), (until_m + overlap_m).min(to_m)];
+            let found = near_misses(&dragon, span_m[0], span_m[1].max(span_m[0]), near_m, |_| ());
+            misses.extend(found.approaches.into_iter().filter(|miss| (from_m..until_m).contains(&miss.travel_m)));
+            keep_nearest(&mut misses);
+            let known = misses.iter().map(|miss| self.miss(miss)).collect::<Vec<_>>();
+            tell(json!({ "type": "misses", "misses": known }))?;
+        }
+        Ok(())
+    }
+
+    fn miss(&self, miss: &ClosestApproach) -> Value {
+        json!({
+            "time_s": self.plan.config.timetable().time_s(miss.travel_m),
+            "clearance_m": miss.pair.clearance_m,
+            "pair": self.plan.benches(miss.pair.benches),
+            "point_m": miss.pair.point.to_array(),
+        })
     }
 
     /// The largest speed of a handle of each dragon.
     fn speeds(&self) -> Vec<Value> {
-        let speed = |planned: &bench_dragon_geometry::formation::Planned| match largest_speed_ratio(
-            &planned.dragon.metered(&Meter::of(WORK)),
-        ) {
+        let speed = |planned: &Planned| match largest_speed_ratio(&planned.dragon.metered(&Meter::of(WORK))) {
             Ok(largest) => json!({
                 "ratio": largest.ratio,
                 "handle": largest.handle,
@@ -185,4 +196,11 @@ impl Study {
         }
         found
     }
+}
+
+/// Keeps the nearest ones, in the order of travel.
+fn keep_nearest(misses: &mut Vec<ClosestApproach>) {
+    misses.sort_by(|one, other| one.pair.clearance_m.total_cmp(&other.pair.clearance_m));
+    misses.truncate(MOST_MISSES);
+    misses.sort_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
 }

@@ -272,12 +272,15 @@ fn a_long_search_ends_with_the_contact_of_one_search() {
     let study = super::study::Study { number: 9, plan: plan.clone(), touch: plan.touch(plan.times_s(), 2_000) };
     assert!(matches!(study.touch, Touch::Free { to_s } if to_s < time_s), "the quick search does not reach it");
     studies.put(study, |_, newer| newer);
-    let (mut contact, mut kinds) = (Value::Null, Vec::new());
+    let (mut contact, mut misses, mut kinds) = (Value::Null, Value::Null, Vec::new());
     super::study::study_all(&studies, |answer| {
         assert_eq!(answer["number"], 9);
         kinds.push(answer["type"].as_str().expect("a type").to_owned());
         if answer["type"] == "contact" {
             contact = answer["contact"].clone();
+        }
+        if answer["type"] == "misses" {
+            misses = answer["misses"].clone();
         }
         if answer["type"] == "speeds" {
             studies.close();
@@ -286,5 +289,6 @@ fn a_long_search_ends_with_the_contact_of_one_search() {
     });
     assert!((contact["time_s"].as_f64().expect("a time") - time_s).abs() < 1e-6, "{contact}, not {time_s}");
     assert_eq!(contact["pair"]["benches"], json!(benches));
+    assert_eq!(misses.as_array().map(Vec::len), Some(3), "the published near misses: {misses}");
     assert_eq!(kinds.last().map(String::as_str), Some("speeds"));
 }
