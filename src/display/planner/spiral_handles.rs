@@ -42,14 +42,14 @@ pub(super) fn of_turnaround(dragon: usize, owner: Owner, turn: &TurnaroundSpec, 
     let on_spiral = FRAC_PI_2 + TAU * lap as f64;
     let numbers = vec![
         Field::length(owner.route("pitch_m"), "pitch", turn.pitch_m),
-        Field::length(owner.route("turn_diameter_m"), "turning circle", turn.turn_diameter_m),
+        Field::length(owner.route("turn_diameter_m"), "circle", turn.turn_diameter_m),
         Field {
             keys: owner.route("radius_ratio"),
             label: "ratio of radii",
             value: round(turn.radius_ratio, 1e5),
             unit: "",
         },
-        Field::length(owner.route("turn_line_m"), "line between", turn.line_m),
+        Field::length(owner.route("turn_line_m"), "line", turn.line_m),
     ];
     let outside_m = OUTSIDE * (radius_m + turn.pitch_m);
     vec![
