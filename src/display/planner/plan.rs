@@ -3,10 +3,11 @@
 use bench_dragon_geometry::clearance::{first_meeting, first_within};
 use bench_dragon_geometry::dragon::{ChainSolver, Meter};
 use bench_dragon_geometry::formation::Planned;
+use glam::DVec2;
 use serde_json::{Value, json};
 
 use super::handle::{documents, handles};
-use crate::config::Config;
+use crate::config::{Config, ConfigDocument};
 use crate::display::observe::DescribedRun;
 use crate::display::view::run_message;
 
@@ -145,7 +146,7 @@ impl Plan {
             let mut solver = ChainSolver::new(&planned.dragon);
             let chain = solver.solve(&planned.dragon, planned.travel_m(time_s)).expect("the travel is in the run");
             let board = planned.dragon.board(index, &chain[index], &chain[index + 1]);
-            board.corners().iter().flat_map(|corner| corner.to_array()).collect()
+            board.corners().iter().flat_map(DVec2::to_array).collect()
         };
         benches.map(corners).into()
     }
@@ -165,32 +166,33 @@ impl Plan {
         json!({ "time_s": time_s, "handles": handles })
     }
 
-    /// Length, end and tightest bend of each route, and why its dragon stops.
+    /// Length and tightest bend of each route, and why its dragon stops.
     fn facts(&self) -> Vec<Value> {
-        let documents = documents(&self.config).into_iter().zip(self.planned()).enumerate();
-        let fact = |(number, ((_, document), planned)): (usize, (_, &Planned))| {
-            let document: &crate::config::ConfigDocument = document;
-            let (dragon, route) = (&planned.dragon, planned.dragon.route());
-            let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
-            let tightest = route.tightest_bend(start_m, end_m);
-            let stops = dragon.tight_spot().map(|spot| {
-                json!({
-                    "because": format!("{}: {spot}", dragon.feasible_end()),
-                    "time_s": planned.timetable.end_s(),
-                    "point_m": spot.point.to_array(),
-                })
-            });
-            json!({
-                "name": self.config.named().map(|named| named.dragons()[number].name.clone()),
-                "kind": document.route_kind(),
-                "closed": document.route().as_path().is_some_and(|path| path.laps.is_some()),
-                "length_m": end_m - start_m,
-                "tightest_radius_m": tightest.map(|tightest| tightest.radius_m),
-                "tightest_m": tightest.map(|tightest| tightest.point.to_array()),
-                "tightest_s": tightest.map(|tightest| planned.timetable.time_s(tightest.travel_m)),
-                "stops": stops,
-            })
-        };
-        documents.map(fact).collect()
+        let documents = documents(&self.config).into_iter().map(|(_, document)| document);
+        let names = self.config.named().map(|named| named.dragons().iter().map(|dragon| dragon.name.clone()));
+        let mut names = names.into_iter().flatten();
+        documents.zip(self.planned()).map(|(document, planned)| facts(names.next(), document, planned)).collect()
     }
+}
+
+/// The facts of a dragon's route; its name, if there are several.
+fn facts(name: Option<String>, document: &ConfigDocument, planned: &Planned) -> Value {
+    let (dragon, route) = (&planned.dragon, planned.dragon.route());
+    let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
+    let tightest = route.tightest_bend(start_m, end_m);
+    let stops = dragon.tight_spot().map(|spot| {
+        json!({
+            "because": format!("{}: {spot}", dragon.feasible_end()),
+            "time_s": planned.timetable.end_s(),
+            "point_m": spot.point.to_array(),
+        })
+    });
+    json!({
+        "name": name,
+        "kind": document.route_kind(),
+        "closed": document.route().as_path().is_some_and(|path| path.laps.is_some()),
+        "length_m": end_m - start_m,
+        "tightest_radius_m": tightest.map(|tightest| tightest.radius_m),
+        "stops": stops,
+    })
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use toml_edit::{DocumentMut, Item};
+use toml_edit::{DocumentMut, Item, TableLike, Value};
 
 use crate::config::{Config, ConfigError, MAX_CONFIG_BYTES, PlanDocument};
 use crate::system::{input_file, whole_file};
@@ -77,7 +77,7 @@ impl PlanFolder {
         // A text that is no TOML reads no file.
         let Ok(document) = text.parse::<DocumentMut>() else { return Ok(()) };
         let entries = document.get("dragons").map(tables).unwrap_or_default();
-        let all = std::iter::once(document.as_table() as &dyn toml_edit::TableLike).chain(entries);
+        let all = std::iter::once(document.as_table() as &dyn TableLike).chain(entries);
         for table in all {
             for (name, key) in [("route", "file"), ("ground", "heights")] {
                 let value = table.get(name).and_then(Item::as_table_like).and_then(|table| table.get(key));
@@ -131,11 +131,11 @@ impl PlanFolder {
 }
 
 /// The tables of an array of tables, or of an array of inline tables.
-fn tables(item: &Item) -> Vec<&dyn toml_edit::TableLike> {
+fn tables(item: &Item) -> Vec<&dyn TableLike> {
     match item {
-        Item::ArrayOfTables(tables) => tables.iter().map(|table| table as &dyn toml_edit::TableLike).collect(),
-        Item::Value(toml_edit::Value::Array(values)) => {
-            values.iter().filter_map(|value| value.as_inline_table()).map(|table| table as _).collect()
+        Item::ArrayOfTables(tables) => tables.iter().map(|table| table as &dyn TableLike).collect(),
+        Item::Value(Value::Array(values)) => {
+            values.iter().filter_map(Value::as_inline_table).map(|table| table as _).collect()
         }
         _ => Vec::new(),
     }

@@ -1,7 +1,7 @@
 //! The handles of the stage: the points of its outline, of the areas to keep out of, and of the line of the crowd.
 
 use glam::DVec2;
-use toml_edit::{Array, DocumentMut, TableLike};
+use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
 use super::change::{Change, Key, rounded_m};
 use super::handle::{Field, Handle, HandleId, HandleKind};
@@ -9,7 +9,7 @@ use super::handle::{Field, Handle, HandleId, HandleKind};
 /// The handles of the borders in a text.
 pub(super) fn handles(text: &str) -> Vec<Handle> {
     let Ok(document) = text.parse::<DocumentMut>() else { return Vec::new() };
-    let Some(stage) = document.get("stage").and_then(|stage| stage.as_table_like()) else { return Vec::new() };
+    let Some(stage) = document.get("stage").and_then(Item::as_table_like) else { return Vec::new() };
     let outline = border(stage, "outline").into_iter().flat_map(|line| of_line(line, HandleKind::Outline, 0));
     let areas = border(stage, "keep_out").into_iter().flat_map(|areas| areas.iter().enumerate());
     let keep_out = areas.filter_map(|(at, area)| Some((at, area.as_array()?)));
@@ -23,7 +23,7 @@ fn border<'a>(stage: &'a dyn TableLike, key: &str) -> Option<&'a Array> {
 }
 
 fn of_line(line: &Array, kind: HandleKind, at: usize) -> Vec<Handle> {
-    let handle = |(point, value): (usize, &toml_edit::Value)| {
+    let handle = |(point, value): (usize, &Value)| {
         let numbers: Vec<f64> = value.as_array()?.iter().filter_map(number).collect();
         let &[x, y] = &numbers[..] else { return None };
         let id = HandleId { dragon: 0, kind, at, point };
@@ -34,7 +34,7 @@ fn of_line(line: &Array, kind: HandleKind, at: usize) -> Vec<Handle> {
     line.iter().enumerate().filter_map(handle).collect()
 }
 
-fn number(value: &toml_edit::Value) -> Option<f64> {
+fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 

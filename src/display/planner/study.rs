@@ -3,7 +3,7 @@
 //! A study works in steps. Before each it looks whether there is a newer plan, which takes its place.
 
 use bench_dragon_geometry::clearance::{ClearanceSearch, first_breach, least_distance};
-use bench_dragon_geometry::dragon::{ChainSolver, Meter};
+use bench_dragon_geometry::dragon::{ChainSolver, Handle, Meter};
 use bench_dragon_geometry::formation::Planned;
 use bench_dragon_geometry::planner::{ClosestApproach, largest_speed_ratio, near_misses, on_one_core};
 use bench_dragon_geometry::stage::{BorderKind, Stage};
@@ -100,7 +100,7 @@ impl Study {
             let mut handles: Vec<DVec3> = Vec::with_capacity(formation.layout().handles());
             for (planned, solver) in plan.planned().iter().zip(&mut solvers) {
                 let chain = solver.solve(&planned.dragon, planned.travel_m(time_s)).expect("the travel is in the run");
-                handles.extend(chain.iter().map(|handle| handle.in_space()));
+                handles.extend(chain.iter().map(Handle::in_space));
             }
             formation.place_boards(&handles, |&at| at, &mut boards);
             let nearest = search.nearest(&boards);

@@ -198,7 +198,7 @@ fn random_edits_neither_panic_nor_lose_a_comment() {
                 assert_eq!(comments(&edited), comments(&now), "{edit:?}\n{now}\n{edited}");
             }
             // A plan that no dragon can walk is reported, and the last good one stays.
-            if let Ok(config) = folder.config(&edited).filter_short() {
+            if let Ok(config) = folder.config(&edited).and_then(if_short) {
                 (now, known) = (edited, config);
             }
         }
@@ -206,20 +206,12 @@ fn random_edits_neither_panic_nor_lose_a_comment() {
 }
 
 /// Keeps random plans small, so that the test stays short.
-trait FilterShort {
-    fn filter_short(self) -> Result<Config, String>;
-}
-
-impl FilterShort for Result<Config, String> {
-    fn filter_short(self) -> Result<Config, String> {
-        self.and_then(|config| {
-            let is_short = config.formation().dragons().iter().all(|planned| {
-                let route = planned.dragon.route();
-                route.end_travel_m() - route.start_travel_m() < 300.0
-            });
-            if is_short { Ok(config) } else { Err("long".to_owned()) }
-        })
-    }
+fn if_short(config: Config) -> Result<Config, String> {
+    let is_short = config.formation().dragons().iter().all(|planned| {
+        let route = planned.dragon.route();
+        route.end_travel_m() - route.start_travel_m() < 300.0
+    });
+    if is_short { Ok(config) } else { Err("long".to_owned()) }
 }
 
 fn ask(answerer: &mut Answerer<'_>, question: Value) -> Value {

@@ -1,7 +1,7 @@
 //! A configuration as text, in which numbers change and all else stays: comments, order, spaces.
 
 use bench_dragon_geometry::route::PathSegment;
-use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value};
 
 use super::change::{Change, Key, numbers_of};
 
@@ -153,7 +153,7 @@ fn prefix(array: &Array, index: usize) -> String {
         Some(value) => value.decor().prefix(),
         None => Some(array.trailing()),
     };
-    raw.and_then(|raw| raw.as_str()).unwrap_or_default().to_owned()
+    raw.and_then(RawString::as_str).unwrap_or_default().to_owned()
 }
 
 fn set_prefix(array: &mut Array, index: usize, prefix: String) {

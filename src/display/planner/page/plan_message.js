@@ -27,8 +27,6 @@
  * @property {boolean} closed
  * @property {number} length_m
  * @property {number | null} tightest_radius_m
- * @property {[number, number] | null} tightest_m
- * @property {number | null} tightest_s
  * @property {{because: string, time_s: number, point_m: [number, number]} | null} stops
  */
 /**
