@@ -141,7 +141,9 @@ await withBrowser(async (browser) => {
   await page.screenshot({ path: path.join(pictures, 'dark.png') });
   await page.keyboard.press('Control+s');
   await reads(page, '#saved', /^saved$/);
-  say({ type: 'saved', text: good, mistake, numbers: await numbers(page) });
+  const copy = path.join(path.dirname(file), 'saved.toml');
+  fs.copyFileSync(file, copy);
+  say({ type: 'saved', text: good, copy, mistake, numbers: await numbers(page) });
 
   // Another program changes the file.
   fs.appendFileSync(file, '# another program\n');
