@@ -169,14 +169,14 @@ impl Plan {
     /// Length and tightest bend of each route, and why its dragon stops.
     fn facts(&self) -> Vec<Value> {
         let documents = documents(&self.config).into_iter().map(|(_, document)| document);
-        let names = self.config.named().map(|named| named.dragons().iter().map(|dragon| dragon.name.clone()));
+        let names = self.config.named().map(|named| named.dragons().iter().map(|dragon| &*dragon.name));
         let mut names = names.into_iter().flatten();
         documents.zip(self.planned()).map(|(document, planned)| facts(names.next(), document, planned)).collect()
     }
 }
 
 /// The facts of a dragon's route; its name, if there are several.
-fn facts(name: Option<String>, document: &ConfigDocument, planned: &Planned) -> Value {
+fn facts(name: Option<&str>, document: &ConfigDocument, planned: &Planned) -> Value {
     let (dragon, route) = (&planned.dragon, planned.dragon.route());
     let (start_m, end_m) = (route.start_travel_m(), route.end_travel_m());
     let tightest = route.tightest_bend(start_m, end_m);

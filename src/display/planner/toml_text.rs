@@ -40,7 +40,7 @@ enum Place<'a> {
 impl<'a> Place<'a> {
     fn of(document: &'a mut DocumentMut, keys: &[Key]) -> Option<Self> {
         let top = Place::Table(document.as_table_mut());
-        keys.iter().try_fold(top, |place, key| place.step(key))
+        keys.iter().try_fold(top, Place::step)
     }
 
     fn table(self) -> Option<&'a mut dyn TableLike> {
@@ -122,7 +122,7 @@ fn splice_tables(tables: &mut ArrayOfTables, at: usize, removed: usize, inserted
     });
     all.splice(range, new.collect::<Vec<_>>());
     tables.clear();
-    all.into_iter().for_each(|table| tables.push(table));
+    tables.extend(all);
     Some(())
 }
 
