@@ -38,6 +38,7 @@ mod latency;
 mod monitor;
 mod parent;
 mod parts;
+mod plan;
 mod print;
 mod reading;
 mod record;
@@ -68,6 +69,7 @@ pub use show::{
   bench-dragon serve --config stage.toml      only a server
   bench-dragon ctl pause                      a command to the server
   bench-dragon solve contact --format json    the first contact
+  bench-dragon plan street.toml               the plan in a browser, to drag
 
 Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact with --fail-on-contact, 4 disk full while recording.
 RUST_LOG=debug logs more detail. NO_COLOR=1 turns colours off.")]
@@ -97,6 +99,7 @@ pub(crate) enum Subcommand {
     Hz(hz::HzArgs),
     Latency(latency::LatencyArgs),
     Solve(solve::SolveArgs),
+    Plan(plan::PlanArgs),
     Doctor(doctor::DoctorArgs),
     /// Print the iceoryx2 configuration of an instance, as TOML.
     #[command(after_help = "Example, with the iox2 command:
@@ -166,6 +169,7 @@ fn run_subcommand(cli: Cli) -> anyhow::Result<ExitCode> {
         Subcommand::Hz(args) => hz::run(&args),
         Subcommand::Latency(args) => latency::run(&args),
         Subcommand::Solve(args) => solve::run(args.question),
+        Subcommand::Plan(args) => plan::run(&args),
         Subcommand::Doctor(args) => doctor::run(&args),
         Subcommand::Iox2Config(args) => print_iox2_config(&args),
         Subcommand::Completions(args) => shell::completions(args),

@@ -125,7 +125,7 @@ fn read_outcome(view: &View) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn token() -> anyhow::Result<Token> {
+pub(super) fn token() -> anyhow::Result<Token> {
     match env::var(TOKEN_VARIABLE) {
         Ok(text) => {
             text.parse().map_err(|error| BadInput(format!("the environment's {TOKEN_VARIABLE} {error}")).into())
@@ -174,7 +174,7 @@ pub(super) struct ListeningLine {
     pub(super) address: SocketAddr,
 }
 
-fn listen(address: SocketAddr, args: &SiteArgs) -> anyhow::Result<Site> {
+pub(super) fn listen(address: SocketAddr, args: &SiteArgs) -> anyhow::Result<Site> {
     let name = rustix::system::uname();
     let machine = name.nodename().to_str().ok();
     Site::open(address, machine, &args.allowed_hosts).map_err(|error| cannot_listen(address, &error))

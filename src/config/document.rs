@@ -17,7 +17,7 @@ use super::stage_table::StageTable;
 use crate::system::input_file;
 
 /// Greatest length of a document in bytes: the greatest length of a description.
-const MAX_LEN: u64 = MAX_DESCRIPTION_LEN as u64;
+pub const MAX_CONFIG_BYTES: u64 = MAX_DESCRIPTION_LEN as u64;
 
 /// The document. Its written form contains every key that applies.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -167,10 +167,10 @@ impl Default for MonitorTable {
 }
 
 pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
-    let bytes =
-        input_file::read_any(path, MAX_LEN + 1).map_err(|error| ConfigError(format!("cannot be read: {error}")))?;
-    if bytes.len() as u64 > MAX_LEN {
-        return Err(ConfigError(format!("is longer than {MAX_LEN} bytes, the most that is allowed")));
+    let bytes = input_file::read_any(path, MAX_CONFIG_BYTES + 1)
+        .map_err(|error| ConfigError(format!("cannot be read: {error}")))?;
+    if bytes.len() as u64 > MAX_CONFIG_BYTES {
+        return Err(ConfigError(format!("is longer than {MAX_CONFIG_BYTES} bytes, the most that is allowed")));
     }
     String::from_utf8(bytes).map_err(|_| ConfigError("cannot be read: stream did not contain valid UTF-8".to_owned()))
 }

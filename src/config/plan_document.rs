@@ -43,6 +43,14 @@ impl PlanDocument {
         FormationDocument::build(tables, Path::new(""), None).map(Self::Formation)
     }
 
+    /// Parses the text of a file in a folder, as [`load`](Self::load) reads the file.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load).
+    pub fn of_file_text(text: &str, folder: &Path) -> Result<Self, ConfigError> {
+        Self::of_tables(parse(text)?, folder, None)
+    }
+
     /// Places the dragon on its route, and computes how far it can walk. Those of a formation have been placed.
     ///
     /// # Errors

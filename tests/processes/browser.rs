@@ -62,7 +62,11 @@ impl Browser {
 
 impl View {
     pub(crate) fn start(stage: &Stage, args: &[&str]) -> Self {
-        let mut process = stage.start(&[&["view", "--format", "json"], args].concat());
+        Self::announced_by(stage.start(&[&["view", "--format", "json"], args].concat()))
+    }
+
+    /// The page of a process that announces its address as a view does.
+    pub(crate) fn announced_by(mut process: Process) -> Self {
         let listening = process.json();
         let text = |key: &str| listening[key].as_str().unwrap_or_else(|| panic!("{listening}")).to_owned();
         Self { url: text("url"), address: text("address"), process }

@@ -64,6 +64,7 @@ mod paper_page;
 mod path;
 mod performance;
 mod periods;
+mod plan_page;
 mod planner;
 mod pose_times;
 mod poses;

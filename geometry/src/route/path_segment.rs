@@ -64,7 +64,7 @@ impl PathSegment {
     }
 
     /// Where a segment that begins at a placement ends.
-    pub(crate) fn end(&self, begin: &Placement) -> Placement {
+    pub fn end(&self, begin: &Placement) -> Placement {
         let turned = match *self {
             Self::Line { .. } => 0.0,
             Self::Arc { turn, .. } => turn,

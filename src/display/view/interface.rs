@@ -18,7 +18,6 @@ use serde_json::json;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use super::access::Rights;
 use super::messages::{read_command, status_message};
 use super::page_stream::{FrameForm, MAX_MESSAGE_BYTES, NumberedSnapshot, PageStream};
 use super::viewers::MAX_VIEWERS;
@@ -26,7 +25,7 @@ use super::{View, refuse_look};
 use crate::command_queue::CommandQueueError;
 use crate::config::Config;
 use crate::display::metrics;
-use crate::display::web::{Connection, JSON, json_reply, refuse, text};
+use crate::display::web::{Connection, JSON, Rights, json_reply, refuse, text};
 use crate::system::clock::monotonic_ns;
 
 /// The WebSocket protocols of a stream with binary frames, and of one with frames as JSON.
@@ -53,11 +52,11 @@ pub(super) const INTERFACE: [(&str, MakeHandler); 7] = [
 ];
 
 async fn report_access(State(View(view)): State<View>, headers: HeaderMap) -> Response {
-    let Rights { has_token, may_view, may_control } = view.access.rights(&headers);
+    let Rights { has_token, may_view, may_control } = view.gate.rights(&headers);
     let report = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "instance": if may_view { &view.instance } else { "" },
-        "read_only": view.access.is_read_only,
+        "read_only": view.gate.is_read_only(),
         "may_view": may_view,
         "may_control": may_control,
         "viewers": view.viewers.count(),

@@ -23,7 +23,7 @@ use crate::output::histogram::Percentiles;
 pub(super) const UNKNOWN: &str = "unknown";
 
 /// Encodes the constant properties of a run. The view sends it once per run. Units are metres and seconds.
-pub(super) fn run_message(run: &DescribedRun) -> Value {
+pub(in crate::display) fn run_message(run: &DescribedRun) -> Value {
     let config = &run.config;
     let dimensions = config.lead().dimensions();
     let message = json!({

@@ -5,7 +5,7 @@
 //! - *Commands* are requests that contain the token. A queue ([`CommandQueue`]) sends them to the server in their order; a hold
 //!   overtakes all others.
 //! - *Access:* commands need the token. Off loopback, viewing needs the token too. A page with the token takes the place of one
-//!   without (`viewers`). Wrong tokens are slowed and reported (`guesses`).
+//!   without (`viewers`). Wrong tokens are slowed and reported.
 //!
 //! The page's files are in `page/` and are embedded in the program; the page loads nothing from elsewhere. The page sends
 //! `{"ack":N}` for each frame, with its sequence number, and commands. The view sends frames, and JSON with a `type`. A program
@@ -13,9 +13,7 @@
 //!
 //! Other programs get the frames as JSON. `docs/reference/openapi.yaml` describes every path and message.
 
-mod access;
 mod frame_message;
-mod guesses;
 mod interface;
 mod messages;
 mod outcome;
@@ -25,39 +23,33 @@ mod viewers;
 
 use std::io;
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::sync::Arc;
 
 use axum::Router;
-use axum::extract::{Request as HttpRequest, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
-use axum::middleware::{self, Next};
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware;
 use axum::response::Response;
-use axum::routing::get;
 use bench_dragon_ipc::{Domain, Request, Sender};
-use include_dir::{Dir, File, include_dir};
+use include_dir::{Dir, include_dir};
 use tokio::sync::watch;
-use tokio::time::sleep;
 
-use self::access::{Access, Rights, Shown, shows_token};
-use self::guesses::{ANSWER_DELAY, Guesses, Wrong};
 use self::interface::INTERFACE;
 use self::outcome::KnownOutcome;
 use self::page_senders::PageSenders;
 use self::page_stream::NumberedSnapshot;
 use self::viewers::Viewers;
 use super::observe::Snapshot;
-use super::web::{Connection, refuse, text};
+use super::web::{Gate, Rights, add_page_file, is_json, judge_token, refuse};
 use crate::command_queue::{CommandQueue, HOLD_PATIENCE, Outcome};
-use crate::output::Counted;
 
-pub use self::access::{Token, TokenError};
+pub(super) use self::messages::run_message;
 pub use self::outcome::ShowOutcome;
 pub use self::viewers::MAX_VIEWERS;
+pub use super::web::{Token, TokenError};
 
 /// The page's files, embedded in the program.
-static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
+pub(super) static PAGE: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/src/display/view/page");
 
 /// A view of one instance.
 #[derive(Clone, Debug)]
@@ -66,14 +58,13 @@ pub struct View(Arc<Inner>);
 #[derive(Debug)]
 struct Inner {
     instance: String,
-    access: Access,
+    gate: Arc<Gate>,
     commands: CommandQueue,
     senders: PageSenders,
     snapshots: watch::Sender<Arc<NumberedSnapshot>>,
     closing: watch::Sender<bool>,
     outcome: watch::Sender<KnownOutcome>,
     viewers: Viewers,
-    guesses: Mutex<Guesses>,
 }
 
 impl View {
@@ -85,14 +76,13 @@ impl View {
     pub fn open(domain: Domain, token: Token, is_read_only: bool, address: IpAddr) -> io::Result<Self> {
         Ok(Self(Arc::new(Inner {
             instance: domain.instance().to_string(),
-            access: Access { token, is_read_only, is_exposed: !address.is_loopback() },
+            gate: Arc::new(Gate::new(token, is_read_only, address)),
             commands: CommandQueue::open(domain, "view-command", Sender::Page)?,
             senders: PageSenders::default(),
             snapshots: watch::Sender::new(Arc::default()),
             closing: watch::Sender::new(false),
             outcome: watch::Sender::default(),
             viewers: Viewers::default(),
-            guesses: Mutex::default(),
         })))
     }
 
@@ -125,7 +115,7 @@ impl View {
 
     /// The router of the view's requests.
     pub fn router(&self) -> Router {
-        let pages = PAGE.files().fold(Router::new(), add_page);
+        let pages = PAGE.files().fold(Router::new(), add_page_file);
         INTERFACE
             .iter()
             .fold(pages, |router, (path, handler)| router.route(path, handler()))
@@ -134,11 +124,11 @@ impl View {
                 refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
             })
             .with_state(self.clone())
-            .layer(middleware::from_fn_with_state(self.clone(), judge_token))
+            .layer(middleware::from_fn_with_state(Arc::clone(&self.0.gate), judge_token))
     }
 
     fn rights(&self, headers: &HeaderMap) -> Rights {
-        self.0.access.rights(headers)
+        self.0.gate.rights(headers)
     }
 
     fn newest(&self) -> Arc<NumberedSnapshot> {
@@ -154,7 +144,7 @@ impl View {
     /// Checks a command's headers, before its body is read.
     #[expect(clippy::result_large_err, reason = "the error is the reply")]
     fn check_command(&self, headers: &HeaderMap) -> Result<(), Response> {
-        if self.0.access.is_read_only {
+        if self.0.gate.is_read_only() {
             return Err(refuse(
                 StatusCode::FORBIDDEN,
                 "this view accepts no commands: it was started with --read-only",
@@ -173,65 +163,8 @@ impl View {
     }
 }
 
-/// Whether a media type is that of JSON, with or without a character set.
-fn is_json(media_type: &HeaderValue) -> bool {
-    let media_type = media_type.to_str().unwrap_or_default();
-    media_type.split(';').next().is_some_and(|essence| essence.trim().eq_ignore_ascii_case("application/json"))
-}
-
 fn refuse_look() -> Response {
     refuse(StatusCode::UNAUTHORIZED, "this view needs the token that `bench-dragon view` printed")
-}
-
-/// Adds a file of the page to the router. Cargo embeds a new file only when an existing file changes, for example to import it.
-fn add_page(router: Router<View>, file: &'static File<'_>) -> Router<View> {
-    let media_type = match file.path().extension().and_then(|extension| extension.to_str()) {
-        Some("css") => "text/css; charset=utf-8",
-        Some("html") => "text/html; charset=utf-8",
-        Some("js") => "text/javascript; charset=utf-8",
-        Some("svg") => "image/svg+xml",
-        other => unreachable!("a page has no files of the kind {other:?}"),
-    };
-    let name = file.path().display().to_string();
-    let path = if name == "index.html" { "/".to_owned() } else { format!("/{name}") };
-    let page = async move || {
-        let mut response = text(StatusCode::OK, media_type, file.contents());
-        // Another version of the program has other files with the same names.
-        response.headers_mut().insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
-        response
-    };
-    router.route(&path, get(page))
-}
-
-/// Protects the connections of operators from being replaced by others. Slows and reports wrong tokens.
-async fn judge_token(State(View(view)): State<View>, request: HttpRequest, next: Next) -> Response {
-    let Some(connection) = request.extensions().get::<Connection>().filter(|_| shows_token(request.headers())) else {
-        return next.run(request).await;
-    };
-    if !connection.is_kept() {
-        match view.judge(connection, request.headers(), Instant::now()) {
-            Judgement::Operator => connection.keep(),
-            Judgement::Known => {}
-            Judgement::Guess => sleep(ANSWER_DELAY).await,
-            Judgement::NotCompared => {
-                return refuse(
-                    StatusCode::TOO_MANY_REQUESTS,
-                    "too many wrong tokens have come from this address: wait a minute",
-                );
-            }
-        }
-    }
-    next.run(request).await
-}
-
-/// The judgement of a request with a token.
-enum Judgement {
-    Operator,
-    /// The address has shown this wrong token before.
-    Known,
-    Guess,
-    /// The address has shown too many wrong tokens.
-    NotCompared,
 }
 
 impl Inner {
@@ -245,27 +178,5 @@ impl Inner {
             }
             answer(outcome);
         });
-    }
-
-    fn judge(&self, connection: &Connection, headers: &HeaderMap, now: Instant) -> Judgement {
-        let address = connection.address();
-        // The counts are consistent even after a panic.
-        let mut guesses = self.guesses.lock().unwrap_or_else(PoisonError::into_inner);
-        if !guesses.allows(address, now) {
-            return Judgement::NotCompared;
-        }
-        let Shown::Wrong(token) = self.access.token_of(headers) else { return Judgement::Operator };
-        match guesses.note(address, token, now) {
-            Wrong::Known => Judgement::Known,
-            Wrong::Guess(unreported) => {
-                if let Some(count) = unreported {
-                    tracing::warn!(
-                        "{} from {address}: a guess, or a page of an earlier view",
-                        Counted(count, "wrong token")
-                    );
-                }
-                Judgement::Guess
-            }
-        }
     }
 }

@@ -6,11 +6,21 @@
 //! - *Limits:* a [limit](MAX_CONNECTIONS) of connections, and a smaller one for each other machine. The first line and the
 //!   headers have a greatest length and a timeout. At the limit, a new connection replaces the one that has been idle the
 //!   longest.
+//! - *Token:* changes need the site's token; off loopback, viewing needs it too (`gate`).
 
+mod access;
 mod connection_limit;
+mod gate;
+mod guesses;
+mod page_file;
 mod same_site;
 mod site;
 
+pub use access::{Token, TokenError};
 pub use connection_limit::{Connection, MAX_CONNECTIONS, MAX_FROM_ADDRESS};
 pub use same_site::Hosts;
 pub use site::{JSON, Site, closed, json_reply, refuse, text};
+
+pub(super) use access::Rights;
+pub(super) use gate::{Gate, is_json, judge_token};
+pub(super) use page_file::add_page_file;

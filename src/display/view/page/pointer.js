@@ -12,7 +12,9 @@ const LINE_PX = 16;
  * @property {(factor: number, x: number, y: number) => void} zoom
  * @property {(place: Place, isTouch: boolean) => void} tap
  * @property {(place: Place | null) => void} hover
+ * @property {(place: Place, event: PointerEvent) => Grabbed | null} [grab] takes hold of what is at a place, instead of panning
  */
+/** @typedef {{move: (place: Place) => void, drop: () => void}} Grabbed what a hand holds */
 
 /**
  * @param {HTMLElement} area
@@ -21,6 +23,7 @@ const LINE_PX = 16;
 export function listenToPointers(area, hands) {
   /** @type {Map<number, Place>} */ const down = new Map();
   /** @type {Place | null} */ let pressed = null;
+  /** @type {{id: number, held: Grabbed} | null} */ let grabbed = null;
   const place = (/** @type {MouseEvent} */ event) => {
     const { left, top } = area.getBoundingClientRect();
     return { x: event.clientX - left, y: event.clientY - top };
@@ -29,11 +32,17 @@ export function listenToPointers(area, hands) {
   area.addEventListener('pointerdown', (event) => {
     if (event.button !== 0) return;
     area.setPointerCapture(event.pointerId);
+    const held = down.size === 0 && grabbed === null ? hands.grab?.(place(event), event) : null;
+    if (held) {
+      grabbed = { id: event.pointerId, held };
+      return;
+    }
     down.set(event.pointerId, place(event));
     pressed = down.size === 1 ? place(event) : null;
   });
   area.addEventListener('pointermove', (event) => {
     const now = place(event);
+    if (grabbed?.id === event.pointerId) return grabbed.held.move(now);
     const before = down.get(event.pointerId);
     if (before === undefined) {
       if (event.pointerType === 'mouse') hands.hover(now);
@@ -48,6 +57,10 @@ export function listenToPointers(area, hands) {
     down.set(event.pointerId, now);
   });
   const up = (/** @type {PointerEvent} */ event) => {
+    if (grabbed?.id === event.pointerId) {
+      grabbed.held.drop();
+      grabbed = null;
+    }
     if (!down.delete(event.pointerId)) return;
     area.classList.remove('is-dragged');
     if (pressed !== null && event.type === 'pointerup') hands.tap(pressed, event.pointerType !== 'mouse');

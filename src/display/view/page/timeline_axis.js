@@ -83,8 +83,13 @@ export class Axis {
     context.setLineDash([]);
   }
 
-  /** Draws the times at the bottom, and their caption. @param {CanvasRenderingContext2D} context @param {Palette} palette */
-  drawTimes(context, palette) {
+  /**
+   * Draws the times at the bottom, and their caption.
+   * @param {CanvasRenderingContext2D} context
+   * @param {Palette} palette
+   * @param {string} [what] the kind of time
+   */
+  drawTimes(context, palette, what = 'show time') {
     const length_s = this.end_s - this.start_s;
     const least_s = (length_s * TICK_PX) / (this.right - this.left);
     const step_s = TICKS.find((tick_s) => tick_s >= least_s) ?? least_s;
@@ -94,7 +99,7 @@ export class Axis {
     context.fillStyle = palette.quiet;
     context.textBaseline = 'alphabetic';
     context.textAlign = 'right';
-    const caption = isLong ? 'show time, min:s' : 'show time, s';
+    const caption = `${what}, ${isLong ? 'min:s' : 's'}`;
     context.fillText(caption, this.right, y);
     const free = this.right - context.measureText(caption).width - 10;
     for (let time_s = Math.ceil(this.start_s / step_s) * step_s; time_s <= this.end_s; time_s += step_s) {

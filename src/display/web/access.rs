@@ -35,10 +35,10 @@ pub(super) enum Shown<'a> {
 
 /// The rights of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Rights {
-    pub(super) has_token: bool,
-    pub(super) may_view: bool,
-    pub(super) may_control: bool,
+pub(in crate::display) struct Rights {
+    pub(in crate::display) has_token: bool,
+    pub(in crate::display) may_view: bool,
+    pub(in crate::display) may_control: bool,
 }
 
 impl Access {

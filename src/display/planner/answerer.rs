@@ -1,0 +1,84 @@
+//! Answers the questions of one page, always the newest.
+
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+
+use super::newest::Newest;
+use super::plan::Plan;
+use super::plan_folder::PlanFolder;
+use super::question::Question;
+use super::study::Study;
+
+/// Answers for one page.
+pub(super) struct Answerer<'a> {
+    pub(super) folder: Arc<PlanFolder>,
+    pub(super) studies: &'a Newest<Study>,
+    /// The text that a hand began to drag.
+    base: Option<Plan>,
+    /// The plan of the last answer.
+    shown: Option<Plan>,
+}
+
+impl<'a> Answerer<'a> {
+    pub(super) fn new(folder: Arc<PlanFolder>, studies: &'a Newest<Study>) -> Self {
+        Self { folder, studies, base: None, shown: None }
+    }
+
+    /// Answers the newest questions until the place is closed. `send` returns whether the page is still there.
+    pub(super) fn answer_all(&mut self, questions: &Newest<Question>, mut send: impl FnMut(&Value) -> bool) {
+        while let Some(question) = questions.take() {
+            let answer = self.answer(question);
+            if !send(&answer) {
+                return;
+            }
+        }
+    }
+
+    fn answer(&mut self, question: Question) -> Value {
+        let Question { number, text, edit, at_s } = question;
+        let Some(text) = text else { return self.pose(number, at_s) };
+        let plan = match &edit {
+            None => self.plan(text),
+            Some(edit) => self.based(text).and_then(|base| {
+                let edited = edit.apply(&base.text, &base.config)?;
+                self.plan(edited)
+            }),
+        };
+        match plan {
+            Err(reason) => json!({ "type": "mistake", "number": number, "reason": reason }),
+            Ok(plan) => {
+                let touch = plan.quick_touch();
+                let message = plan.message(number, touch, at_s);
+                self.studies.put(Study { number, plan: plan.clone(), touch }, |_, newer| newer);
+                self.shown = Some(plan);
+                message
+            }
+        }
+    }
+
+    /// The dragons at another time.
+    fn pose(&self, number: u64, at_s: Option<f64>) -> Value {
+        let Some(plan) = &self.shown else {
+            return json!({ "type": "mistake", "number": number, "reason": "there is no plan yet" });
+        };
+        let at_s = at_s.unwrap_or(plan.times_s()[1]);
+        json!({ "type": "pose", "number": number, "pose": plan.pose(at_s) })
+    }
+
+    fn plan(&self, text: String) -> Result<Plan, String> {
+        let config = self.folder.config(&text)?;
+        Ok(Plan { text, config })
+    }
+
+    /// The plan of a text that is edited. While a hand drags, the text stays the same.
+    fn based(&mut self, text: String) -> Result<Plan, String> {
+        let known = [&self.base, &self.shown].into_iter().flatten().find(|plan| plan.text == text).cloned();
+        let plan = match known {
+            Some(plan) => plan,
+            None => self.plan(text)?,
+        };
+        self.base = Some(plan.clone());
+        Ok(plan)
+    }
+}

@@ -1,0 +1,114 @@
+// @ts-check
+// The connection to the planner. One question is under way at a time; of those that come meanwhile, the newest is asked next.
+
+import { tokenHeaders } from './token.js';
+
+/** @typedef {import('./plan_message.js').Answer} Answer */
+/** @typedef {import('./plan_message.js').Edit} Edit */
+/** @typedef {{text?: string, edit?: Edit, at_s?: number}} Question */
+/** @typedef {{version: string, may_view: boolean, may_save: boolean}} Access */
+
+const PROTOCOL = 'bench-dragon.plan.v1';
+const TOKEN_PROTOCOL = 'bench-dragon.token.';
+const RETRY_MS = 700;
+
+export class Desk {
+  #token;
+  #listener;
+  /** @type {WebSocket | null} */ #socket = null;
+  #number = 0;
+  /** Number of the question under way; 0 without one. */
+  #asked = 0;
+  #asksText = false;
+  /** @type {Question | null} */ #next = null;
+  /** Numbers of the questions with a text: studies of earlier ones are outdated. */
+  planned = 0;
+
+  /**
+   * @param {string | null} token
+   * @param {{answer: (answer: Answer) => void, open: () => void, lost: () => void}} listener
+   */
+  constructor(token, listener) {
+    this.#token = token;
+    this.#listener = listener;
+  }
+
+  get headers() {
+    return this.#token === null ? {} : tokenHeaders(this.#token);
+  }
+
+  /** The rights of this page. @returns {Promise<Access>} */
+  async access() {
+    const response = await fetch('access', { headers: this.headers, cache: 'no-store' });
+    return await response.json();
+  }
+
+  /** The file on the disk. @returns {Promise<{name: string | null, text: string, mark: string | null, error?: string}>} */
+  async file() {
+    const response = await fetch('text', { headers: this.headers, cache: 'no-store' });
+    return await response.json();
+  }
+
+  /**
+   * Saves a text. Returns the mark of the file, or why it was refused.
+   * @param {{name: string, text: string, known: string | null}} file
+   * @returns {Promise<{mark?: string, error?: string}>}
+   */
+  async save(file) {
+    const headers = { ...this.headers, 'Content-Type': 'application/json' };
+    try {
+      const response = await fetch('save', { method: 'POST', headers, body: JSON.stringify(file) });
+      return await response.json();
+    } catch {
+      return { error: 'the planner does not answer: is it still running?' };
+    }
+  }
+
+  open() {
+    const protocols = [PROTOCOL, ...(this.#token === null ? [] : [TOKEN_PROTOCOL + this.#token])];
+    const address = new URL('stream', document.baseURI);
+    address.protocol = address.protocol === 'https:' ? 'wss:' : 'ws:';
+    const socket = new WebSocket(address, protocols);
+    this.#socket = socket;
+    this.#asked = 0;
+    socket.addEventListener('open', () => this.#listener.open());
+    socket.addEventListener('message', ({ data }) => this.#take(JSON.parse(data)));
+    socket.addEventListener('close', () => {
+      this.#socket = null;
+      this.#listener.lost();
+      setTimeout(() => this.open(), RETRY_MS);
+    });
+  }
+
+  /** @param {Question} question */
+  ask(question) {
+    // A text that was not asked yet is still asked, at the newest time.
+    const kept = question.text === undefined && this.#next?.text !== undefined ? { ...this.#next } : {};
+    this.#next = { ...kept, ...question };
+    this.#send();
+  }
+
+  /** Whether every text has its answer. */
+  get isIdle() {
+    return !(this.#asked !== 0 && this.#asksText) && this.#next?.text === undefined;
+  }
+
+  #send() {
+    if (this.#asked !== 0 || this.#next === null || this.#socket?.readyState !== WebSocket.OPEN) return;
+    this.#number += 1;
+    this.#asked = this.#number;
+    this.#asksText = this.#next.text !== undefined;
+    this.#socket.send(JSON.stringify({ number: this.#number, ...this.#next }));
+    this.#next = null;
+  }
+
+  /** @param {Answer} answer */
+  #take(answer) {
+    if (answer.type === 'plan') this.planned = answer.number;
+    const isStudy = !['plan', 'pose', 'mistake'].includes(answer.type);
+    if (isStudy && answer.number !== this.planned) return;
+    if (!isStudy && answer.number === this.#asked) this.#asked = 0;
+    this.#listener.answer(answer);
+    this.#send();
+  }
+}

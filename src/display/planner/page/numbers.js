@@ -1,0 +1,71 @@
+// @ts-check
+// The numbers of a plan. Those that are still searched are grey.
+
+import { element, write } from './element.js';
+import { fixed, millimetres } from './format.js';
+
+/** @typedef {import('./state.js').State} State */
+/** @typedef {{name: string, value: string, isSearched: boolean}} Row */
+
+const list = element('numbers', HTMLDListElement);
+
+/** @param {State} state @returns {Row[]} */
+export function numbersOf(state) {
+  const { plan, samples, contact } = state;
+  if (plan === null) return [];
+  const named = (/** @type {number} */ at) => (plan.routes.length > 1 ? ` (${plan.routes[at].name})` : '');
+  const longest = most(plan.routes.map(({ length_m }) => length_m));
+  const tightest = most(plan.routes.map(({ tightest_radius_m }) => -(tightest_radius_m ?? Infinity)));
+  const fastest = most(state.speeds.map(({ ratio }) => ratio ?? -Infinity));
+  const crowd = state.borders.filter(({ kind }) => kind === 'crowd').map(({ distance_m }) => distance_m ?? Infinity);
+  const least = samples.reduce((least_m, { clearance_m }) => Math.min(least_m, clearance_m), Infinity);
+  const rows = [
+    row('Route', `${fixed(longest.value, 3)} m${named(longest.at)}`, false),
+    row('Duration', `${fixed(plan.times_s[1] - plan.times_s[0], 3)} s`, false),
+    row('Tightest bend', Number.isFinite(tightest.value) ? `${fixed(-tightest.value, 3)} m${named(tightest.at)}` : 'straight', false),
+    row('First contact', contactWord(contact), contact.state === 'searching'),
+    row('Fastest handle', speedWord(state, fastest, named), !state.isStudied),
+    row('Least clearance', Number.isFinite(least) ? `${millimetres(Math.max(least, 0))} mm` : '–', state.isCurveOld || !state.isCurveComplete),
+  ];
+  if (crowd.length > 0) rows.push(row('Crowd', `${fixed(Math.min(...crowd), 3)} m`, !state.isStudied));
+  return rows;
+}
+
+/** @param {string} name @param {string} value @param {boolean} isSearched @returns {Row} */
+const row = (name, value, isSearched) => ({ name, value, isSearched });
+
+/** The largest of some values, and its index. @param {number[]} values */
+function most(values) {
+  const value = Math.max(...values, -Infinity);
+  return { value, at: Math.max(values.indexOf(value), 0) };
+}
+
+/** @param {import('./plan_message.js').Contact} contact */
+function contactWord({ state, time_s, to_s }) {
+  if (state === 'found') return `${fixed(time_s, 6)} s`;
+  if (state === 'none') return 'none';
+  return `none up to ${fixed(to_s, 1)} s`;
+}
+
+/** @param {State} state @param {{value: number, at: number}} fastest @param {(at: number) => string} named */
+function speedWord(state, fastest, named) {
+  if (Number.isFinite(fastest.value)) return `${fixed(fastest.value, 3)} × head${named(fastest.at)}`;
+  return state.speeds.length > 0 ? 'unknown' : '–';
+}
+
+/** @param {Row[]} rows */
+export function showNumbers(rows) {
+  while (list.children.length > rows.length) list.lastElementChild?.remove();
+  rows.forEach(({ name, value, isSearched }, at) => {
+    const item = /** @type {HTMLElement} */ (list.children[at] ?? list.appendChild(newItem()));
+    item.dataset.searched = String(isSearched);
+    write(item.children[0], name);
+    write(item.children[1], value);
+  });
+}
+
+function newItem() {
+  const item = document.createElement('div');
+  item.append(document.createElement('dt'), document.createElement('dd'));
+  return item;
+}

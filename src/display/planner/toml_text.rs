@@ -1,0 +1,181 @@
+//! A configuration as text, in which numbers change and all else stays: comments, order, spaces.
+
+use bench_dragon_geometry::route::PathSegment;
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value};
+
+use super::change::{Change, Key, numbers_of};
+
+/// Applies changes to a text.
+///
+/// # Errors
+/// The text is not TOML, or has no such place, in one line.
+pub(super) fn changed(text: &str, changes: &[Change]) -> Result<String, String> {
+    let mut document: DocumentMut = text.parse().map_err(|_| "the text is not TOML".to_owned())?;
+    for change in changes {
+        let is_done = match change {
+            Change::Set { keys, value } => set(&mut document, keys, *value),
+            Change::Splice { keys, at, removed, inserted } => splice(&mut document, keys, *at, *removed, inserted),
+        };
+        is_done.ok_or_else(|| format!("the text has no place for {}", words(change)))?;
+    }
+    Ok(document.to_string())
+}
+
+fn words(change: &Change) -> String {
+    let (Change::Set { keys, .. } | Change::Splice { keys, .. }) = change;
+    let word = |key: &Key| match key {
+        Key::Index(index) => (index + 1).to_string(),
+        Key::Name(name) => name.clone(),
+    };
+    keys.iter().map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// A part of a document.
+enum Place<'a> {
+    Item(&'a mut Item),
+    Table(&'a mut dyn TableLike),
+    Value(&'a mut Value),
+}
+
+impl<'a> Place<'a> {
+    fn of(document: &'a mut DocumentMut, keys: &[Key]) -> Option<Self> {
+        let top = Place::Table(document.as_table_mut());
+        keys.iter().try_fold(top, Place::step)
+    }
+
+    fn table(self) -> Option<&'a mut dyn TableLike> {
+        match self {
+            Place::Item(item) => item.as_table_like_mut(),
+            Place::Table(table) => Some(table),
+            Place::Value(value) => value.as_inline_table_mut().map(|table| table as &mut dyn TableLike),
+        }
+    }
+
+    fn step(self, key: &Key) -> Option<Self> {
+        match (key, self) {
+            (Key::Name(name), place) => {
+                let table = place.table()?;
+                // A route without keys has the values of the paper.
+                if name == "route" && table.get(name).is_none() {
+                    table.insert(name, Item::Table(Table::new()));
+                }
+                table.get_mut(name).map(Place::Item)
+            }
+            (Key::Index(index), Place::Item(Item::ArrayOfTables(tables))) => {
+                tables.get_mut(*index).map(|table| Place::Table(table))
+            }
+            (Key::Index(index), Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array))) => {
+                array.get_mut(*index).map(Place::Value)
+            }
+            _ => None,
+        }
+    }
+}
+
+fn set(document: &mut DocumentMut, keys: &[Key], number: f64) -> Option<()> {
+    let (last, path) = keys.split_last()?;
+    let place = Place::of(document, path)?;
+    match last {
+        Key::Name(name) => {
+            let table = place.table()?;
+            match table.get_mut(name) {
+                Some(item) => put(item.as_value_mut()?, number),
+                None => drop(table.insert(name, Item::Value(number.into()))),
+            }
+        }
+        Key::Index(_) => match place.step(last)? {
+            Place::Value(value) => put(value, number),
+            Place::Item(_) | Place::Table(_) => return None,
+        },
+    }
+    Some(())
+}
+
+/// Replaces a value, and keeps the spaces and comments around it. A whole number stays whole if it can.
+fn put(value: &mut Value, number: f64) {
+    let is_whole = value.is_integer() && number.fract() == 0.0 && number.abs() < 1e9;
+    let decor = value.decor().clone();
+    *value = if is_whole { (number as i64).into() } else { number.into() };
+    *value.decor_mut() = decor;
+}
+
+fn splice(document: &mut DocumentMut, keys: &[Key], at: usize, removed: usize, inserted: &[PathSegment]) -> Option<()> {
+    match Place::of(document, keys)? {
+        Place::Item(Item::ArrayOfTables(tables)) => splice_tables(tables, at, removed, inserted),
+        Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array)) => {
+            splice_array(array, at, removed, inserted)
+        }
+        _ => None,
+    }
+}
+
+fn splice_tables(tables: &mut ArrayOfTables, at: usize, removed: usize, inserted: &[PathSegment]) -> Option<()> {
+    let mut all: Vec<Table> = tables.iter().cloned().collect();
+    let range = at..at.checked_add(removed).filter(|&end| end <= all.len())?;
+    // Tables are written in the order of their positions. A new one follows the one before it.
+    let position = all[..at].last().or(all.first()).and_then(Table::position);
+    let new = inserted.iter().map(|segment| {
+        let mut table: Table = pairs(segment).map(|(key, value)| (key, Item::Value(value))).collect();
+        table.decor_mut().set_prefix("\n");
+        table.set_position(position);
+        table
+    });
+    all.splice(range, new.collect::<Vec<_>>());
+    tables.clear();
+    tables.extend(all);
+    Some(())
+}
+
+/// In an array, the comment after an entry is before the next one, or before the end. It stays after its entry.
+fn splice_array(array: &mut Array, at: usize, removed: usize, inserted: &[PathSegment]) -> Option<()> {
+    if at.checked_add(removed)? > array.len() {
+        return None;
+    }
+    let before = prefix(array, at);
+    let plain = line_break(&prefix(array, at.min(array.len().saturating_sub(1))));
+    (0..removed).for_each(|_| drop(array.remove(at)));
+    for (index, segment) in (at..).zip(inserted) {
+        array.insert_formatted(index, Value::InlineTable(pairs(segment).collect::<InlineTable>()));
+        set_prefix(array, index, plain.clone());
+    }
+    if at + inserted.len() < array.len() {
+        set_prefix(array, at + inserted.len(), plain);
+    } else if !inserted.is_empty() {
+        array.set_trailing(line_break(&before));
+    }
+    set_prefix(array, at, before);
+    Some(())
+}
+
+/// The spaces and comments before an entry, or before the end.
+fn prefix(array: &Array, index: usize) -> String {
+    let raw = match array.get(index) {
+        Some(value) => value.decor().prefix(),
+        None => Some(array.trailing()),
+    };
+    raw.and_then(RawString::as_str).unwrap_or_default().to_owned()
+}
+
+fn set_prefix(array: &mut Array, index: usize, prefix: String) {
+    match array.get_mut(index) {
+        Some(value) => value.decor_mut().set_prefix(prefix),
+        None => array.set_trailing(prefix),
+    }
+}
+
+/// The line break and the indent of a prefix, without its comments.
+fn line_break(prefix: &str) -> String {
+    let last = prefix.rfind('\n').map_or(prefix, |at| &prefix[at..]);
+    if last.contains('#') { String::new() } else { last.to_owned() }
+}
+
+/// The keys of a segment, as TOML.
+fn pairs(segment: &PathSegment) -> impl Iterator<Item = (&'static str, Value)> {
+    let kind = match segment {
+        PathSegment::Line { .. } => "line",
+        PathSegment::Arc { .. } => "arc",
+        PathSegment::Spiral { .. } => "spiral",
+    };
+    let numbers = numbers_of(segment).into_iter().map(|(key, value)| (key, value.into()));
+    [("kind", kind.into())].into_iter().chain(numbers)
+}

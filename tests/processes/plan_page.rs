@@ -1,0 +1,159 @@
+//! The planner's page: in Chromium, compared with `solve`, and its requests.
+
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::path::Path;
+
+use serde_json::{Value, json};
+use test_support::process::Process;
+
+use crate::browser::{Browser, View};
+use crate::stage::{Stage, program};
+
+/// A loop that the dragon's head closes: it walks into its own body.
+const LOOP: &str = "# a loop
+[dragon]
+benches = 60 # all that we have
+
+[route]
+kind = \"path\"
+start_x_m = -30.0
+
+[[route.segments]]
+kind = \"line\"
+length_m = 30.0
+
+[[route.segments]]
+kind = \"arc\"
+radius_m = 4.0 # at the well
+turn_deg = 90.0
+
+[[route.segments]]
+kind = \"line\"
+length_m = 12.0
+
+[[route.segments]]
+kind = \"arc\"
+radius_m = 4.0
+turn_deg = 90.0
+
+[[route.segments]]
+kind = \"line\"
+length_m = 12.0
+
+[[route.segments]]
+kind = \"arc\"
+radius_m = 4.0
+turn_deg = 90.0
+
+[[route.segments]]
+kind = \"line\"
+length_m = 40.0
+";
+
+fn planner(file: &Path) -> View {
+    let file = file.display().to_string();
+    View::announced_by(Process::start(program(&["plan", &file, "--listen", "127.0.0.1:0", "--format", "json"])))
+}
+
+fn solve(question: &[&str], file: &Path) -> Value {
+    let config = file.display().to_string();
+    let args = [&["solve"], question, &["--config", &config, "--format", "json"]].concat();
+    Process::start(program(&args)).end().expect_clean().last_json()
+}
+
+/// A number of the answer as the page writes it.
+fn shown(answer: &Value, key: &str, digits: usize, unit: &str) -> Value {
+    let number = answer[key].as_f64().unwrap_or_else(|| panic!("{answer} has no {key}"));
+    json!(format!("{number:.digits$}{unit}"))
+}
+
+#[test]
+fn a_plan_is_dragged_undone_and_saved_and_its_numbers_are_those_of_solve() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let file = stage.path("loop.toml");
+    fs::write(&file, LOOP).expect("a file");
+    let planner = planner(&file);
+    let pictures = std::env::var("BENCH_DRAGON_PICTURES").map_or_else(|_| stage.path("."), Into::into);
+    let args = [&*planner.url, &file.display().to_string(), &pictures.display().to_string()];
+    let mut page = browser.play("planner_drags.mjs", &args);
+
+    let dragged = page.json();
+    println!("a dragged corner is drawn after {} ms (p50), {} ms (p95)", dragged["p50_ms"], dragged["p95_ms"]);
+    let saved = page.json();
+    // The file itself changes again.
+    let copy = stage.path("saved.toml");
+    assert_eq!(saved["text"], fs::read_to_string(&copy).expect("the file"), "{saved}");
+    let (contact, route) = (solve(&["contact"], &copy), solve(&["route"], &copy));
+    let numbers = &saved["numbers"];
+    assert_eq!(numbers["First contact"], shown(&contact, "time_s", 6, " s"));
+    assert_eq!(numbers["Route"], shown(&route, "length_m", 3, " m"));
+    assert_eq!(numbers["Tightest bend"], shown(&route, "tightest_radius_m", 3, " m"));
+    let speed = solve(&["speed-limit", "--limit", "2"], &copy);
+    assert_eq!(numbers["Fastest handle"], shown(&speed, "largest_ratio", 3, " × head"));
+
+    let refused = page.json();
+    assert!(refused["reason"].as_str().is_some_and(|reason| reason.starts_with("loop.toml has changed")), "{refused}");
+    let done = page.json();
+    assert!(fs::read_to_string(&file).expect("the file").ends_with("# another program\n"));
+    assert_eq!(done["text"], fs::read_to_string(stage.path("other.toml")).expect("the other file"));
+    page.end().expect_clean();
+    planner.process.terminate().expect_clean();
+}
+
+/// Sends a request, and returns its status and its body.
+fn request(address: &str, head: &str, body: &str) -> (u16, String) {
+    let mut stream = TcpStream::connect(address).expect("the planner listens");
+    let length = body.len();
+    let request = format!("{head}\r\nHost: {address}\r\nConnection: close\r\nContent-Length: {length}\r\n\r\n{body}");
+    stream.write_all(request.as_bytes()).expect("it reads the request");
+    let mut reply = String::new();
+    stream.read_to_string(&mut reply).expect("it replies");
+    let status = reply.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
+    (status, reply.split_once("\r\n\r\n").expect("a body").1.to_owned())
+}
+
+#[test]
+fn saving_needs_the_token_and_stays_in_the_folder() {
+    let stage = Stage::new();
+    let file = stage.path("loop.toml");
+    fs::write(&file, LOOP).expect("a file");
+    let planner = planner(&file);
+    let (status, text) = request(&planner.address, "GET /text HTTP/1.1", "");
+    assert_eq!(status, 200, "a browser on this machine may look: {text}");
+    let told: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!((&told["name"], &told["text"]), (&json!("loop.toml"), &json!(LOOP)));
+
+    let json = "Content-Type: application/json";
+    let token = planner.url.split_once("#token=").expect("the address has the token").1;
+    let with_token = format!("POST /save HTTP/1.1\r\n{json}\r\nX-Bench-Dragon-Token: {token}");
+    let save = |head: &str, name: &str, known: &Value| {
+        request(&planner.address, head, &json!({ "name": name, "text": "# mine\n", "known": known }).to_string())
+    };
+    let (status, reason) = save(&format!("POST /save HTTP/1.1\r\n{json}"), "loop.toml", &told["mark"]);
+    assert_eq!(status, 401, "{reason}");
+    let (status, reason) = save(&with_token, "../outside.toml", &Value::Null);
+    assert_eq!(status, 400, "{reason}");
+    let (status, reason) = save(&with_token, "loop.toml", &json!("00000000-0"));
+    assert_eq!(status, 409, "{reason}");
+    assert_eq!(fs::read_to_string(&file).expect("the file"), LOOP);
+    let (status, reason) = save(&with_token, "loop.toml", &told["mark"]);
+    assert_eq!(status, 200, "{reason}");
+    assert_eq!(fs::read_to_string(&file).expect("the file"), "# mine\n");
+    planner.process.terminate().expect_clean();
+}
+
+#[test]
+fn a_configuration_that_is_not_valid_is_one_line_and_exit_status_2() {
+    let stage = Stage::new();
+    let file = stage.path("bad.toml");
+    fs::write(&file, "[route]\nkind = \"spirale\"\n").expect("a file");
+    for config in [file.display().to_string(), stage.path("missing.toml").display().to_string()] {
+        let ended = Process::start(program(&["plan", &config, "--listen", "127.0.0.1:0"])).end();
+        assert_eq!((ended.code(), ended.stdout.as_str()), (Some(2), ""), "{}", ended.stderr);
+        assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+        assert!(ended.stderr.contains(&config), "{}", ended.stderr);
+    }
+}
