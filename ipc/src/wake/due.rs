@@ -120,7 +120,7 @@ mod tests {
 
     /// The frame that is there once the word was raised.
     fn wait(model: &Model, due_ns: u64, timeout: Duration) -> Polled<&'static str> {
-        let window = DueWindow { due_ns, spin: Duration::from_nanos(1_000), timeout };
+        let window = DueWindow { due_ns, spin: Duration::from_micros(1), timeout };
         let look = || Ok::<_, Infallible>((model.word.get() & !WAITING != 0).then_some("frame"));
         let Ok(polled) = poll_when_due(model, || model.tick(10), window, look);
         polled
@@ -153,7 +153,7 @@ mod tests {
     #[test]
     fn the_timeout_ends_the_sleep_and_the_busy_loop() {
         let sleeps = Model { raised_at_ns: u64::MAX, ..Model::default() };
-        assert_eq!(wait(&sleeps, 50_000, Duration::from_nanos(20_000)).found, None);
+        assert_eq!(wait(&sleeps, 50_000, Duration::from_micros(20)).found, None);
         assert!((20_000..20_060).contains(&sleeps.now_ns.get()), "{}", sleeps.now_ns.get());
         let spins = Model { raised_at_ns: u64::MAX, ..Model::default() };
         assert_eq!(wait(&spins, 50_000, Duration::from_nanos(50_100)).found, None);

@@ -270,12 +270,11 @@ fn saved(config: &Config, run: &PlannedRun, limits: &RunLimits, quickest: &Quick
     let mut waits = run.waits();
     for &SpeedCue { at_s, speed_mps, leaves_rest } in &quickest.cues[1..] {
         let waiting = if leaves_rest { waits.next() } else { None };
-        match waiting.and_then(|(_, wait)| cues.iter_mut().find(|cue| cue.name == wait.name)) {
-            Some(cue) => (cue.at_s, cue.speed_mps) = (at_s, Some(speed_mps)),
-            None => {
-                let name = free.next().expect("there is always another number");
-                cues.push(Cue { name, at_s, dragon: None, speed_mps: Some(speed_mps), waits: false, note: None });
-            }
+        if let Some(cue) = waiting.and_then(|(_, wait)| cues.iter_mut().find(|cue| cue.name == wait.name)) {
+            (cue.at_s, cue.speed_mps) = (at_s, Some(speed_mps));
+        } else {
+            let name = free.next().expect("there is always another number");
+            cues.push(Cue { name, at_s, dragon: None, speed_mps: Some(speed_mps), waits: false, note: None });
         }
     }
     cues.sort_by(|one, next| one.at_s.total_cmp(&next.at_s));

@@ -117,7 +117,10 @@ impl Show {
             let window = DueWindow { due_ns, spin, timeout };
             let Polled { found, is_punctual, is_interrupted } =
                 wake::poll_when_due(&*self.shared.wake, monotonic_ns, window, || self.receive())?;
-            self.with_ports(|ports| Ok(ports.frames.schedule().settle(is_punctual)))?;
+            self.with_ports(|ports| {
+                ports.frames.schedule().settle(is_punctual);
+                Ok(())
+            })?;
             if found.is_some() || is_interrupted {
                 return Ok(found);
             }
