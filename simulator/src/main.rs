@@ -11,6 +11,7 @@ use simulator::{Outcome, Scenario, play, shortest};
 /// Plays the whole show under a simulated clock, with faults from a seed. Exit status 1: a promise is broken.
 #[derive(Debug, Parser)]
 #[command(name = "simulator")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 struct Args {
     /// The first seed.
     #[arg(long, default_value_t = 1)]
