@@ -1,6 +1,7 @@
 //! The doctor: its findings on real remains and on a running server, its clean-up, and that it disturbs no other process.
 
 use std::fs::{self, Permissions};
+use std::net::TcpListener;
 use std::os::unix::fs::{PermissionsExt as _, lchown, symlink};
 use std::path::Path;
 
@@ -27,6 +28,30 @@ fn finding<'a>(examination: &'a Value, name: &str) -> &'a Value {
 
 fn status<'a>(examination: &'a Value, name: &str) -> &'a str {
     finding(examination, name)["status"].as_str().expect("a word")
+}
+
+#[test]
+fn tonight_the_plan_the_ports_and_the_desks_of_a_show_are_checked() {
+    let stage = Stage::new();
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let port = taken.local_addr().expect("an address").port();
+    let config = stage.path("stage.toml");
+    let beside = format!("[[show.also]]\ncommand = \"view --listen 127.0.0.1:{port}\"\n");
+    let desk = "[[show.also]]\ncommand = \"bridge psn --to 127.0.0.1:56565\"\n";
+    fs::write(&config, format!("[run]\nend_s = 400.0\n{beside}{desk}")).expect("a file");
+    let flags = ["--tonight", "--config", &config.to_string_lossy()];
+    let examination = examine(&stage, &flags);
+    let found = ["plan", "room for the show", "ports", "desks"].map(|name| status(&examination, name));
+    assert_eq!(found, ["ok", "ok", "problem", "ok"], "{examination}");
+    drop(taken);
+    assert_eq!(status(&examine(&stage, &flags), "ports"), "ok");
+    let [plain, tonight] =
+        [&flags[1..], &flags].map(|flags| examine(&stage, flags)["checks"].as_array().map_or(0, Vec::len));
+    assert_eq!(tonight, plain + 4);
+    fs::write(&config, format!("{beside}[[show.also]]\ncommand = \"dance\"\n")).expect("a file");
+    let refused = stage.run(&["doctor", "--tonight", "--config", &config.to_string_lossy()]);
+    assert_eq!(refused.code(), Some(2), "{}", refused.stderr);
+    assert!(refused.stderr.contains("[[show.also]] command is \"dance\""), "{}", refused.stderr);
 }
 
 /// Leaves the service file of a server that was killed while it wrote: unfinished, so still writable.

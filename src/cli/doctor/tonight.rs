@@ -17,7 +17,9 @@ use crate::recording::{DiskSpace, Size, walking_bytes_per_s};
 pub(super) const CHECKS: &[(&str, Check)] = &[
     ("plan", |target| judge_plan(&target.config)),
     ("room for the show", room),
-    ("ports", |target| ports(&target.beside)),
+    ("ports", |target| {
+        if has_server(target) { Finding::not_known("the show runs, and has its ports") } else { ports(&target.beside) }
+    }),
     ("desks", |target| desks(&target.beside)),
 ];
 
@@ -25,6 +27,10 @@ pub(super) const CHECKS: &[(&str, Check)] = &[
 const HANDLES_AT_A_TIME: usize = 1_000_000;
 /// Share of the disk's room that a recording should leave free.
 const SPARE: f64 = 1.25;
+
+fn has_server(target: &Target) -> bool {
+    target.census.as_ref().is_ok_and(|census| census.has_source)
+}
 
 /// Whether the guard can let the show walk to its end.
 fn judge_plan(config: &Config) -> Finding {

@@ -63,10 +63,7 @@ impl CurrentRun {
     ) -> io::Result<Self> {
         earlier = earlier.filter(|earlier| earlier.run.config.to_toml() == config.to_toml());
         let planner = match earlier.as_mut().and_then(|earlier| earlier.planner.take()) {
-            // The planned clearance is that of one dragon.
-            None if plans && !config.formation().has_plan_course() => {
-                Some(ClearancePlanner::start(config.lead(), config.tables().monitor.near_m)?)
-            }
+            None if plans => Some(ClearancePlanner::start(config.formation(), config.tables().monitor.near_m)?),
             planner => planner,
         };
         let forecaster = forecasts.then(|| Forecaster::start(config.formation(), 0.0, header.course_m)).transpose()?;

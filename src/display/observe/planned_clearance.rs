@@ -1,13 +1,15 @@
 //! The clearance over a whole run, computed by the planner before the head walks it.
 //!
-//! All values are functions of the head's travel, because the state of a dragon is a function of its travel alone. A
+//! All values are functions of the head's travel, because the state of a dragon is a function of its travel alone; of a formation, of
+//! its place on the course. A
 //! [`TravelClock`](super::TravelClock) converts travel to show time.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::{io, thread};
 
-use bench_dragon_geometry::clearance::{Contact, ContactSearch, PairClearance};
+use bench_dragon_geometry::clearance::{ClearanceSearch, Contact, ContactSearch, CourseSearch, PairClearance};
 use bench_dragon_geometry::dragon::{Dragon, Meter};
+use bench_dragon_geometry::formation::Formation;
 use bench_dragon_geometry::planner::{ClosestApproach, clearance_profile, near_misses, on_one_core};
 use rustix::process::setpriority_process;
 
@@ -122,9 +124,40 @@ fn work_out(dragon: &Dragon, near_m: f64, mut show: impl FnMut(&PlannedClearance
     }
 }
 
+/// The same of a formation, whose `travel_m` is a place of its course: the nearest pairs of all its benches, and the first contact.
+/// Its near misses are not searched.
+fn work_out_course(formation: &Formation, mut show: impl FnMut(&PlannedClearance) -> bool) {
+    let formation = formation.metered(&Meter::of(WORK_PER_STEP));
+    let [begin_m, end_m] = [formation.begin_m(), formation.end_m()];
+    let mut plan = PlannedClearance::default();
+    let mut nearest = ClearanceSearch::of(formation.layout());
+    for point in 0..POINTS {
+        let course_m = part_m([begin_m, end_m], point, POINTS - 1);
+        let pair = nearest.nearest(&formation.boards_at(course_m));
+        plan.points.extend(pair.map(|pair| ClosestApproach { travel_m: course_m, pair }));
+        if (point + 1) % POINTS_PER_STEP == 0 && !show(&plan) {
+            return;
+        }
+    }
+    let mut contacts = CourseSearch::within(&formation, 0.0);
+    for part in 0..STEPS {
+        formation.lead().meter().restart();
+        let [from_m, to_m] = [part, part + 1].map(|part| part_m([begin_m, end_m], part, STEPS));
+        let found = contacts.first(from_m, to_m);
+        plan.is_complete = part + 1 == STEPS || !matches!(found, Ok(None));
+        plan.contact = found.ok().flatten();
+        if !show(&plan) || plan.is_complete {
+            return;
+        }
+    }
+}
+
 /// Returns the travel at `part` of `of` equal parts from the start to `to_m`.
 fn share_m(dragon: &Dragon, part: usize, of: usize, to_m: f64) -> f64 {
-    let from_m = dragon.start_travel_m();
+    part_m([dragon.start_travel_m(), to_m], part, of)
+}
+
+fn part_m([from_m, to_m]: [f64; 2], part: usize, of: usize) -> f64 {
     if part >= of { to_m } else { from_m + (to_m - from_m) * (part as f64 / of as f64) }
 }
 
@@ -138,14 +171,14 @@ pub(super) struct ClearancePlanner {
 }
 
 impl ClearancePlanner {
-    /// Starts a thread that plans the dragon's run, with the near misses under `near_m`.
+    /// Starts a thread that plans the run of a formation; of one dragon without cues with the near misses under `near_m`.
     ///
     /// # Errors
     /// The operating system's reason if the thread cannot start.
-    pub(super) fn start(dragon: &Dragon, near_m: f64) -> io::Result<Self> {
+    pub(super) fn start(formation: &Arc<Formation>, near_m: f64) -> io::Result<Self> {
         let latest = Arc::default();
         let shown = Arc::downgrade(&latest);
-        let dragon = dragon.clone();
+        let formation = Arc::clone(formation);
         let show = move |plan: &PlannedClearance| {
             let owner = shown.upgrade();
             owner.map(|latest| *locked(&latest) = Arc::new(plan.clone())).is_some()
@@ -153,7 +186,13 @@ impl ClearancePlanner {
         let work = move || {
             // On Linux this changes only the calling thread. If the kernel refuses, the thread works at normal priority.
             let _ = setpriority_process(None, NICENESS);
-            on_one_core(|| work_out(&dragon, near_m, show));
+            on_one_core(|| {
+                if formation.has_plan_course() {
+                    work_out_course(&formation, show);
+                } else {
+                    work_out(formation.lead(), near_m, show);
+                }
+            });
         };
         thread::Builder::new().name("plan".to_owned()).spawn(work)?;
         Ok(Self { latest })
@@ -209,6 +248,27 @@ mod tests {
         assert!((curve[0].pair.clearance_m - 0.169_279).abs() < 1e-6);
         assert!((plan.near_misses[2].pair.clearance_m - 0.000_865).abs() < 1e-6);
         assert_eq!(plans.iter().filter(|plan| plan.is_complete).count(), 1);
+    }
+
+    #[test]
+    fn the_plan_of_a_formation_has_its_contact_and_its_clearances() {
+        let mut plans = Vec::new();
+        let text = include_str!("../../../examples/two-dragons.toml");
+        let config = Config::from_toml(text).expect("a valid text");
+        let formation = config.formation();
+        work_out_course(formation, |plan| {
+            plans.push(plan.clone());
+            true
+        });
+        let plan = plans.last().expect("a plan");
+        assert!(plan.is_complete && plan.near_misses.is_empty(), "{plan:?}");
+        assert_eq!(plan.contact, CourseSearch::within(formation, 0.0).first(0.0, f64::MAX).expect("enough work"));
+        assert_eq!(plan.points.len(), POINTS);
+        let ends = [formation.begin_m(), formation.end_m()];
+        assert_eq!([plan.points[0].travel_m, plan.points[POINTS - 1].travel_m], ends);
+        let point = plan.points[POINTS / 3];
+        let nearest = ClearanceSearch::of(formation.layout()).nearest(&formation.boards_at(point.travel_m));
+        assert_eq!(Some(point.pair), nearest);
     }
 
     #[test]

@@ -57,7 +57,12 @@ test('at half the pace, the rest of the show takes twice as long', () => {
   // Plan time 20 s of 100 s, at 1.25 m/s planned and 0.625 m/s now.
   const clock = { travel_m: 25, time_s: 30, speed_mps: 0.625 };
   const run = { start_s: 0, end_s: 100, planned_speed_mps: 1.25 };
-  assert.equal(endOf(run, timesOfFormation(clock, run)), 30 + 160);
+  assert.equal(endOf(run, timesOfFormation(null, clock, run)), 30 + 160);
+  // Of the plan, what is ahead is known.
+  const plan = { curve: [0, 0.9, 25, 0.5, 125, 0.25], near_misses: [], near_misses_dropped: 0, contact: null, is_complete: true };
+  const times = timesOfFormation(plan, clock, run);
+  assert.deepEqual(times.curve, [{ time_s: 30, clearance_m: 0.5 }, { time_s: 190, clearance_m: 0.25 }]);
+  assert.equal(times.end_s, 190);
 });
 
 test('a shorter or longer message is no frame', () => {

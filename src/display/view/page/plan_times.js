@@ -21,19 +21,25 @@
  */
 const SAME_START = 0.01;
 
+/** No plan is known. @type {PlanTimes} */
+export const NO_PLAN = { isComplete: false, curve: [], nearMisses: [], contact: null };
+
 /** Show time at which the head is at a travel. @param {Clock} clock @param {number} travel_m */
 export function timeAt(clock, travel_m) {
   return clock.time_s + (travel_m - clock.travel_m) / clock.speed_mps;
 }
 
 /**
- * The times of several dragons: only the end is known. The place of their show is plan time × the leading dragon's planned speed.
+ * The times of several dragons, with the end. The place of their show is plan time × the leading dragon's planned speed, so the
+ * travel of their plan is that place.
+ * @param {PlannedClearance | null} plan
  * @param {Clock} clock
- * @param {{end_s: number, planned_speed_mps: number}} run
+ * @param {{start_s: number, end_s: number, planned_speed_mps: number}} run
  * @returns {PlanTimes}
  */
-export function timesOfFormation(clock, { end_s, planned_speed_mps }) {
-  return { isComplete: false, curve: [], nearMisses: [], contact: null, end_s: timeAt(clock, end_s * planned_speed_mps) };
+export function timesOfFormation(plan, clock, run) {
+  const times = plan === null ? NO_PLAN : planOverTime(plan, clock, run);
+  return { ...times, end_s: timeAt(clock, run.end_s * run.planned_speed_mps) };
 }
 
 /**

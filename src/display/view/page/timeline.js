@@ -8,7 +8,7 @@ import { element, write } from './element.js';
 import { placeFlags } from './flags.js';
 import * as format from './format.js';
 import { Levels } from './levels.js';
-import { planInWords, planOverTime, plannedAt, timesOfFormation } from './plan_times.js';
+import { NO_PLAN, planInWords, planOverTime, plannedAt, timesOfFormation } from './plan_times.js';
 import { Axis, line } from './timeline_axis.js';
 import { drawMeasured, drawPlan } from './timeline_curves.js';
 
@@ -22,8 +22,6 @@ const FLAG_ROW_PX = 20;
 const FLAG_HIGH_PX = 18;
 /** Distance in pixels up to which a time counts as that of a mark. */
 const MARK_REACH_PX = 5;
-/** @type {PlanTimes} */
-const NO_PLAN = { isComplete: false, curve: [], nearMisses: [], contact: null };
 
 export class Timeline {
   #area = element('timeline-area', HTMLElement);
@@ -276,6 +274,6 @@ export class Timeline {
 /** The plan over show time. @param {Show['plan']} plan @param {import('./plan_times.js').Clock | null} clock @param {Run} run */
 function timesOf(plan, clock, run) {
   if (clock === null) return NO_PLAN;
-  if (run.dragons !== undefined) return timesOfFormation(clock, run);
+  if (run.dragons !== undefined) return timesOfFormation(plan, clock, run);
   return plan === null ? NO_PLAN : planOverTime(plan, clock, run);
 }
