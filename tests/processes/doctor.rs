@@ -38,7 +38,7 @@ fn tonight_the_plan_the_ports_and_the_desks_of_a_show_are_checked() {
     let config = stage.path("stage.toml");
     let beside = format!("[[show.also]]\ncommand = \"view --listen 127.0.0.1:{port}\"\n");
     let desk = "[[show.also]]\ncommand = \"bridge psn --to 127.0.0.1:56565\"\n";
-    fs::write(&config, format!("[run]\nend_s = 400.0\n{beside}{desk}")).expect("a file");
+    fs::write(&config, format!("[route]\nend_s = 400.0\n{beside}{desk}")).expect("a file");
     let flags = ["--tonight", "--config", &config.to_string_lossy()];
     let examination = examine(&stage, &flags);
     let found = ["plan", "room for the show", "ports", "desks"].map(|name| status(&examination, name));

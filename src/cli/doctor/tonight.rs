@@ -56,12 +56,19 @@ fn judge_plan(config: &Config) -> Finding {
             break;
         }
     }
-    let stop_s = config.formation().plan_s(proven.end_m());
+    // Rounded down: what is told is proved.
+    let formation = config.formation();
+    let stop_s = if formation.has_plan_course() {
+        formation.plan_s(proven.end_m())
+    } else {
+        config.timetable().time_s(proven.end_m())
+    };
+    let stop_s = (stop_s * 1e3).floor() / 1e3;
     Finding::warning(
-        format!("{} s", Fixed::<1>(stop_s)),
+        format!("{} s", Fixed::<3>(stop_s)),
         format!(
             "a guard with a margin of {margin} stops the show at {} s of {} s",
-            Fixed::<1>(stop_s),
+            Fixed::<3>(stop_s),
             Fixed::<1>(end_s)
         ),
         "`bench-dragon solve contact --config FILE` says what is there; end the show before, or change the plan",
@@ -165,7 +172,7 @@ mod tests {
 
     #[test]
     fn a_plan_is_ok_up_to_an_end_before_the_margin_and_a_warning_beyond_it() {
-        let short = judge_plan(&config("[run]\nend_s = 400.0\n"));
+        let short = judge_plan(&config("[route]\nend_s = 400.0\n"));
         assert_eq!((short.status, short.value.as_str()), (Verdict::Ok, "400.0 s"), "{short:?}");
         let whole = judge_plan(&config(""));
         assert_eq!(whole.status, Verdict::Warning, "{whole:?}");
