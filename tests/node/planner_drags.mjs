@@ -16,8 +16,12 @@ const DRAGS = 100;
 const numbers = (page) =>
   page.evaluate(() => Object.fromEntries([...document.querySelectorAll('#numbers div')].map(({ children: [name, value] }) => [name.textContent, value.textContent])));
 
+/** Waits until the page is drawn with all that has happened before: what is read from it is then of now. */
+const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+
 /** Waits until the planner has answered every question about the text. */
 async function settled(page) {
+  await drawn(page);
   await page.waitForFunction(() => {
     const { idle, studied } = document.querySelector('#plan-area').dataset;
     return idle === 'true' && studied === 'true';
@@ -32,7 +36,7 @@ const number = (page) => page.evaluate(() => Number(document.querySelector('#pla
 /** Chooses a point by its name, and returns its place on the screen. */
 async function place(page, name) {
   await page.selectOption('#point', { label: name });
-  await page.waitForFunction(() => document.querySelector('#plan-area').dataset.chosen !== '');
+  await drawn(page);
   return page.evaluate(() => {
     const area = document.querySelector('#plan-area');
     const [, x_m, y_m] = area.dataset.chosen.split(' ').map(Number);
@@ -114,8 +118,9 @@ await withBrowser(async (browser) => {
   const corners = await page.locator('#point option').count();
   const [one, other] = [await place(page, 'Corner 1'), await place(page, 'Corner 2')];
   await drag(page, { x: (one.x + other.x) / 2, y: (one.y + other.y) / 2 }, { x: (one.x + other.x) / 2 + 20, y: (one.y + other.y) / 2 + 25 });
+  // A dragged middle is a new corner.
+  await page.waitForFunction((count) => document.querySelectorAll('#point option').length === count, corners + 1);
   await settled(page);
-  expect((await page.locator('#point option').count()) === corners + 1, 'a dragged middle is a new corner');
   await page.focus('#plan-area');
   await page.keyboard.press('Delete');
   await page.waitForFunction((count) => document.querySelectorAll('#point option').length === count, corners);
