@@ -133,7 +133,7 @@ impl FrameSubscriber {
     /// come in that time is waited for as by [`FrameSubscriber::wait`].
     ///
     /// It takes up to `spin` twice in each period of one processor; 100 µs is right for most machines. A reader whose processor is
-    /// too busy for that, so that it misses three frames one after the other, is woken for the next thousand frames.
+    /// too busy for that, so that it misses eight frames one after the other, is woken for the next hundred frames.
     ///
     /// # Errors
     /// As [`FrameSubscriber::receive`].

@@ -43,7 +43,12 @@ pub(crate) fn poll_when_due<Found, Failure>(
         return Ok(Polled { found, is_punctual: true, is_interrupted: false });
     }
     let [spin_ns, timeout_ns] = [window.spin, window.timeout].map(nanoseconds);
-    let end_ns = now_ns().saturating_add(timeout_ns);
+    let begun_ns = now_ns();
+    if begun_ns > window.due_ns.saturating_add(spin_ns) {
+        // The source is late: that says nothing of this reader.
+        return Ok(Polled { found: None, is_punctual: true, is_interrupted: false });
+    }
+    let end_ns = begun_ns.saturating_add(timeout_ns);
     let spin_from_ns = window.due_ns.saturating_sub(spin_ns).min(end_ns);
     loop {
         let left_ns = spin_from_ns.saturating_sub(now_ns());
@@ -140,6 +145,16 @@ mod tests {
         let model = Model { raised_at_ns: 50_200, late_ns: 5_000, ..Model::default() };
         let polled = wait(&model, 50_000, Duration::MAX);
         assert_eq!(polled, Polled { found: Some("frame"), is_punctual: false, is_interrupted: false });
+    }
+
+    #[test]
+    fn a_frame_that_is_long_overdue_is_not_looked_for_in_a_busy_loop() {
+        let model = Model { raised_at_ns: u64::MAX, now_ns: Cell::new(60_000), ..Model::default() };
+        assert_eq!(
+            wait(&model, 50_000, Duration::MAX),
+            Polled { found: None, is_punctual: true, is_interrupted: false }
+        );
+        assert_eq!(model.now_ns.get(), 60_010);
     }
 
     #[test]
