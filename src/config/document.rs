@@ -166,7 +166,11 @@ impl Default for MonitorTable {
     }
 }
 
-pub(super) fn read(path: &Path) -> Result<String, ConfigError> {
+/// Reads the text of a configuration file.
+///
+/// # Errors
+/// The file cannot be read, is too long, or is not UTF-8.
+pub fn read_document(path: &Path) -> Result<String, ConfigError> {
     let bytes = input_file::read_any(path, MAX_CONFIG_BYTES + 1)
         .map_err(|error| ConfigError(format!("cannot be read: {error}")))?;
     if bytes.len() as u64 > MAX_CONFIG_BYTES {

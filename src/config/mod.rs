@@ -33,7 +33,7 @@ use bench_dragon_geometry::stage::{BorderKind, Stage};
 
 pub use config_document::{ConfigDocument, unplaced};
 pub use cue::{Cue, MAX_CUES};
-pub use document::{Document, HeadTable, MAX_CONFIG_BYTES, MonitorTable, ServeTable};
+pub use document::{Document, HeadTable, MAX_CONFIG_BYTES, MonitorTable, ServeTable, read_document};
 pub use drawn_route::DrawingFit;
 pub use formation_document::{FormationDocument, NamedDragon};
 pub use named_benches::NamedBenches;

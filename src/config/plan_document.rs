@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::document::{Document, parse, read};
+use super::document::{Document, parse, read_document};
 use super::{Config, ConfigDocument, ConfigError, FormationDocument};
 
 /// A checked document of one dragon, or a configuration of several.
@@ -25,7 +25,7 @@ impl PlanDocument {
         set_flags: impl FnOnce(&mut Document),
         placing_steps: Option<u64>,
     ) -> Result<Self, ConfigError> {
-        let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read(path)?))?;
+        let mut tables = path.map_or_else(|| Ok(Document::default()), |path| parse(&read_document(path)?))?;
         set_flags(&mut tables);
         let folder = path.and_then(Path::parent).unwrap_or(Path::new(""));
         Self::of_tables(tables, folder, placing_steps)

@@ -24,7 +24,7 @@ use clap::builder::styling::{AnsiColor, Style};
 use clap::{Args, ValueHint};
 use serde::Serialize;
 
-use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs};
+use crate::cli::flags::{BusArgs, ConfigArgs, Format, FormatArgs};
 use crate::cli::load_config;
 use crate::cli::print::{print_json, print_line};
 use crate::cli::show::AlsoCommand;
@@ -82,7 +82,8 @@ pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
         Err(error) => (Vec::new(), Some(error)),
     };
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("."));
-    let target = Target::new(args.bus.instance.clone(), config, out)?;
+    let beside = if args.tonight { AlsoCommand::read_all(&config.also(), &args.bus.instance)? } else { Vec::new() };
+    let target = Target::new(args.bus.instance.clone(), config, out, beside);
     let tonight = if args.tonight { tonight::CHECKS } else { &[] };
     let checks: Vec<Examined> =
         CHECKS.iter().chain(tonight).map(|&(name, check)| Examined { name, finding: check(&target) }).collect();
@@ -235,18 +236,17 @@ struct Target {
     config: Config,
     /// The folder in which the show would record.
     out: PathBuf,
-    /// The commands of `[[show.also]]`.
+    /// The commands of `[[show.also]]`; none without `--tonight`.
     beside: Vec<AlsoCommand>,
 }
 
 impl Target {
     /// Takes a census of the instance. The checks read all other facts.
-    fn new(instance: Instance, config: Config, out: PathBuf) -> Result<Self, BadInput> {
-        let beside = AlsoCommand::read_all(&config.also(), &instance)?;
+    fn new(instance: Instance, config: Config, out: PathBuf, beside: Vec<AlsoCommand>) -> Self {
         let domain = Domain::new(instance.clone());
         let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
         let census = domain.and_then(|domain| Census::take(&domain));
-        Ok(Self { instance, root, census, config, out, beside })
+        Self { instance, root, census, config, out, beside }
     }
 
     /// The finding of a check that judges the census.

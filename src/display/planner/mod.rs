@@ -81,10 +81,9 @@ impl Planner {
     /// A planner of a configuration file, or of the paper's dragon.
     ///
     /// # Errors
-    /// The file or its folder cannot be read.
+    /// The file's folder cannot be read, or its name is not UTF-8.
     pub fn open(file: Option<&Path>, token: Token, address: IpAddr) -> io::Result<Self> {
         let folder = PlanFolder::of(file)?;
-        folder.name.as_deref().map_or(Ok(()), |name| folder.read(name).map(drop))?;
         Ok(Self(Arc::new(Inner {
             folder: Arc::new(folder),
             gate: Arc::new(Gate::new(token, false, address)),
@@ -144,7 +143,7 @@ async fn report_text(State(Planner(planner)): State<Planner>, request: Request) 
         Ok(saved) => {
             unkept(json_reply(StatusCode::OK, &json!({ "name": name, "text": saved.text, "mark": saved.mark })))
         }
-        Err(error) => refuse(StatusCode::INTERNAL_SERVER_ERROR, &format!("{name} cannot be read: {error}")),
+        Err(error) => refuse(StatusCode::INTERNAL_SERVER_ERROR, &format!("{name} {error}")),
     }
 }
 

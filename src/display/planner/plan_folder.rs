@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
-use crate::config::{Config, ConfigError, MAX_CONFIG_BYTES, PlanDocument};
-use crate::system::{input_file, whole_file};
+use crate::config::{Config, ConfigError, MAX_CONFIG_BYTES, PlanDocument, read_document};
+use crate::system::whole_file;
 
 /// The folder, and the name of the file that was opened.
 #[derive(Debug)]
@@ -52,10 +52,9 @@ impl PlanFolder {
     /// The text of a file in the folder.
     ///
     /// # Errors
-    /// The operating system's reason.
-    pub(super) fn read(&self, name: &str) -> io::Result<Saved> {
-        let bytes = input_file::read_any(&self.folder.join(name), MAX_CONFIG_BYTES)?;
-        let text = String::from_utf8(bytes).map_err(|_| io::Error::other("it is not UTF-8"))?;
+    /// As of [`read_document`].
+    pub(super) fn read(&self, name: &str) -> Result<Saved, ConfigError> {
+        let text = read_document(&self.folder.join(name))?;
         Ok(Saved { mark: mark(&text), text })
     }
 
@@ -176,6 +175,17 @@ mod tests {
         fs::write(outer.path().join("plans/a.toml"), "# mine\n").expect("a file");
         assert!(matches!(folder.save("a.toml", "", Some(&mark)), Err(Refusal::Conflict(_))));
         assert_eq!(folder.read("a.toml").expect("the file").text, "# mine\n");
+    }
+
+    #[test]
+    fn a_file_that_has_become_too_long_is_neither_read_in_part_nor_overwritten() {
+        let (outer, folder) = folder();
+        let long = outer.path().join("plans/a.toml");
+        fs::write(&long, "#".repeat(MAX_CONFIG_BYTES as usize + 1)).expect("a file");
+        assert!(folder.read("a.toml").expect_err("too long").to_string().starts_with("is longer than "));
+        let part = mark(&"#".repeat(MAX_CONFIG_BYTES as usize));
+        assert!(matches!(folder.save("a.toml", "", Some(&part)), Err(Refusal::Conflict(_))));
+        assert_eq!(fs::metadata(&long).expect("the file").len(), MAX_CONFIG_BYTES + 1);
     }
 
     #[test]
