@@ -15,6 +15,7 @@ mod bridge_troubles;
 mod browser;
 mod c_compiler;
 mod c_library;
+mod check;
 mod children;
 mod clients_page;
 mod commands;

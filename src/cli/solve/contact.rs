@@ -1,25 +1,30 @@
 //! `solve contact`: finds the first time at which two benches touch, or come within a clearance.
 
+use std::path::PathBuf;
+
 use anyhow::{Context as _, ensure};
 use bench_dragon_geometry::clearance::{Contact, first_within};
 use bench_dragon_geometry::dragon::Spent;
 use bench_dragon_geometry::number::{Fixed, Place};
 use bench_dragon_geometry::planner::{ClosestApproach, LargestRatio, clearance_profile, first_faster, near_misses};
-use clap::Args;
+use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
 
 use super::figure::{FigureArgs, even_travels, in_plan, pair};
 use super::play::PlayAnswer;
-use super::poses::coarser_step_s;
+use super::poses::{PosesAnswer, coarser_step_s};
 use super::stage::StageAnswer;
-use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, formation, load_any_plan};
+use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, contest, formation, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
 use crate::cli::in_file;
 use crate::cli::print::{Progress, complain, print_json, print_line};
 use crate::config::{Config, NEAR_M, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
+use crate::output::table;
+use crate::output::terminal_text::Printable;
+use crate::system::whole_file;
 
 /// Find the first contact: its time, the two benches and the point.
 #[derive(Clone, Debug, Args)]
@@ -28,7 +33,8 @@ use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMis
   bench-dragon solve contact --clearance 0.05 --max-ratio 1.5
   bench-dragon solve contact --figure contact.svg
   bench-dragon solve contact --figure poster.png --title \"Dragon of the North Gate\" --paper a2
-  bench-dragon solve contact --profile --step 0.5 --figure clearance.svg")]
+  bench-dragon solve contact --profile --step 0.5 --figure clearance.svg
+  bench-dragon solve contact --contest result2.xlsx")]
 pub(crate) struct ContactArgs {
     /// Also print the clearance over time and its near misses, up to the contact or the run's end; with --figure, draw them
     /// instead of the boards at the contact.
@@ -46,6 +52,10 @@ pub(crate) struct ContactArgs {
     /// Clearance in metres under which a local minimum is a near miss, 0 to 10 [default: configured near_m, else 0.02].
     #[arg(long, value_name = "METRES", requires = "profile", allow_negative_numbers = true, value_parser = within(NEAR_M))]
     pub(crate) near: Option<f64>,
+    /// Write the poses at that time into a workbook as the contest of 2024 (CUMCM, problem A) asks for in result2.xlsx; an existing
+    /// file is replaced.
+    #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
+    pub(crate) contest: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
     #[command(flatten)]
@@ -154,6 +164,14 @@ fn of_one_dragon(args: &ContactArgs, config: &Config) -> anyhow::Result<()> {
             if let Some(profile) = &answer.profile {
                 print_line(profile.text())?;
             }
+        }
+    }
+    if let Some(path) = &args.contest {
+        let time_s = answer.time_s.context("--contest has nothing to write: no benches touch before the run ends")?;
+        let pose = &PosesAnswer::at(&[time_s], config).poses[0];
+        whole_file::write(path, &table::workbook(&[contest::sheet_at_end(&pose.handles)])?)?;
+        if args.format.format == Format::Text {
+            print_line(format_args!("poses at {} s written to {}", Fixed::<6>(time_s), Printable(path)))?;
         }
     }
     draw(args, config, to_m, contact.as_ref(), answer.profile.as_ref())

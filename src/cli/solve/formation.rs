@@ -60,6 +60,7 @@ impl<'a> Stopped<'a> {
 /// Answers `solve contact` for a formation.
 pub(super) fn contact(args: &ContactArgs, document: &FormationDocument) -> anyhow::Result<()> {
     refuse("--profile", args.profile, document)?;
+    refuse("--contest", args.contest.is_some(), document)?;
     refuse("--max-ratio", args.max_ratio.is_some(), document)?;
     let clearance_m = args.clearance.unwrap_or(0.0);
     let formation = document.formation().metered(&args.work.meter());
@@ -150,6 +151,7 @@ pub(super) fn formation_view(
 /// Answers `solve poses` for a formation.
 pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::Result<PosesAnswer> {
     refuse("--xlsx", args.xlsx.is_some(), document)?;
+    refuse("--contest", args.contest.is_some(), document)?;
     let most = MAX_POSITIONS / document.formation().layout().handles();
     let span: RangeInclusive<f64> = document.start_s()..=document.formation().end_s();
     let times_s = times_s(&args.times, &span, most)?;

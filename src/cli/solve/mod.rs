@@ -16,7 +16,9 @@ use crate::config::{Config, ConfigDocument, Cue, FormationDocument, PlanDocument
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
+mod check;
 mod contact;
+mod contest;
 mod figure;
 mod formation;
 mod formation_survey;
@@ -51,7 +53,8 @@ pub(super) use formation::dragons_in_plan;
   bench-dragon solve profile --limit 2 --accel 0.5 --save-config quick.toml
   bench-dragon solve sensitivity --figure sensitivity.svg
   bench-dragon solve schedule --config square.toml --clearance 0.5
-  bench-dragon solve sweep --config square.toml --figure floor.dxf")]
+  bench-dragon solve sweep --config square.toml --figure floor.dxf
+  bench-dragon solve check result1.xlsx")]
 #[command(subcommand_value_name = "QUESTION", subcommand_help_heading = "Questions")]
 pub(crate) struct SolveArgs {
     /// The question to answer.
@@ -72,6 +75,7 @@ pub(crate) enum Question {
     Sensitivity(sensitivity::SensitivityArgs),
     Schedule(schedule::ScheduleArgs),
     Sweep(sweep::SweepArgs),
+    Check(check::CheckArgs),
 }
 
 pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
@@ -86,6 +90,7 @@ pub(crate) fn run(question: Question) -> anyhow::Result<ExitCode> {
         Question::Sensitivity(args) => sensitivity::run(&args)?,
         Question::Schedule(args) => schedule::run(&args)?,
         Question::Sweep(args) => sweep::run(&args)?,
+        Question::Check(args) => check::run(&args)?,
     }
     Ok(ExitCode::SUCCESS)
 }

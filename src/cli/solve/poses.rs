@@ -9,7 +9,7 @@ use clap::{ArgGroup, Args, ValueEnum, ValueHint};
 use serde::Serialize;
 
 use super::figure::{FigureArgs, on_turn, plan_of};
-use super::{WorkArgs, formation, load_any_plan, xlsx};
+use super::{WorkArgs, contest, formation, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, finite, nanoseconds, step};
 use crate::cli::in_file;
 use crate::cli::print::{print_bytes, print_json, print_line};
@@ -24,13 +24,19 @@ use crate::system::whole_file;
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon solve poses --at 0,60,300 --format json
-  bench-dragon solve poses --from 0 --to 300 --xlsx poses.xlsx")]
+  bench-dragon solve poses --from 0 --to 300 --xlsx poses.xlsx
+  bench-dragon solve poses --from 0 --to 300 --contest result1.xlsx
+  bench-dragon solve poses --config turnaround.toml --from -100 --to 100 --contest result4.xlsx")]
 pub(crate) struct PosesArgs {
     #[command(flatten)]
     pub(crate) times: TimesArgs,
     /// Write a workbook with a sheet of positions and a sheet of speeds; an existing file is replaced.
     #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
     pub(crate) xlsx: Option<PathBuf>,
+    /// Write a workbook as the contest of 2024 (CUMCM, problem A) asks for in result1.xlsx and result4.xlsx; an existing file is
+    /// replaced.
+    #[arg(long, value_name = "FILE.xlsx", value_hint = ValueHint::FilePath, value_parser = xlsx)]
+    pub(crate) contest: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) figure: FigureArgs,
     #[command(flatten)]
@@ -40,6 +46,13 @@ pub(crate) struct PosesArgs {
     /// Format of the output.
     #[arg(long, value_enum, value_name = "FORMAT", default_value_t)]
     pub(crate) format: TableFormat,
+}
+
+impl PosesArgs {
+    /// Whether the answer goes into a workbook.
+    fn has_workbook(&self) -> bool {
+        self.xlsx.is_some() || self.contest.is_some()
+    }
 }
 
 /// The flags for the times: a list, or even steps.
@@ -95,10 +108,10 @@ pub(super) struct Handle {
     #[serde(skip_serializing_if = "Option::is_none")]
     dragon: Option<String>,
     index: usize,
-    x_m: f64,
-    y_m: f64,
+    pub(super) x_m: f64,
+    pub(super) y_m: f64,
     z_m: f64,
-    speed_mps: f64,
+    pub(super) speed_mps: f64,
 }
 
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
@@ -111,18 +124,21 @@ pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
 fn of_one_dragon(args: &PosesArgs, config: &Config) -> anyhow::Result<()> {
     args.figure.keep_drawing(config.document())?;
     let mut most = MAX_POSITIONS / config.lead().dimensions().handles();
-    if args.xlsx.is_some() {
+    if args.has_workbook() {
         // The first column has the row's name.
         most = most.min(table::MAX_COLUMNS - 1);
     }
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
     let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
     let answer = PosesAnswer::at(&times_s, config);
-    if args.format != TableFormat::Text || args.xlsx.is_none() {
+    if args.format != TableFormat::Text || !args.has_workbook() {
         answer.print(args.format)?;
     }
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &table::workbook(&answer.sheets())?)?;
+    }
+    if let Some(path) = &args.contest {
+        whole_file::write(path, &table::workbook(&contest::sheets_by_time(&answer))?)?;
     }
     if let Some(time_s) = figure_s {
         args.figure.save(plan_view(&args.figure, config, time_s)?.draw())?;
@@ -150,13 +166,13 @@ pub(super) fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
 }
 
 /// Travel at a time of the run, in metres, clamped to the run because rounding may exceed it.
-fn travel_m(time_s: f64, config: &Config) -> f64 {
+pub(super) fn travel_m(time_s: f64, config: &Config) -> f64 {
     let dragon = config.lead();
     config.timetable().travel_m(time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
 }
 
 impl PosesAnswer {
-    fn at(times_s: &[f64], config: &Config) -> Self {
+    pub(super) fn at(times_s: &[f64], config: &Config) -> Self {
         let mut chain = ChainSolver::new(config.lead());
         let poses = times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect();
         Self { poses, has_heights: config.lead().route().is_on_ground() }
@@ -225,7 +241,7 @@ impl PosesAnswer {
 
     /// Prints the names of the written files. With a workbook, nothing else is printed.
     fn print_files(&self, args: &PosesArgs) -> anyhow::Result<()> {
-        if let Some(path) = &args.xlsx {
+        for path in args.xlsx.iter().chain(&args.contest) {
             let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
             let times = self.poses.len();
             let (handles, times) = (Counted(handles as u64, "handle"), Counted(times as u64, "time"));
