@@ -8,6 +8,7 @@
 //! | [`bridge`] | frames for lighting desks, media servers and other machines |
 //! | [`display`] | views for people: browser page, terminal view, metrics |
 //! | [`command_queue`] | commands to a server, one at a time and in order; holds overtake all others |
+//! | `hand_over` | a plan as files: page, paper, floor, sheets, tables |
 //! | [`output`] | tables, figures, histograms, the log, and their printing |
 //! | [`config`] | the validated TOML document |
 //! | [`drawing`] | routes that are drawn, in SVG, DXF, CSV, GPX, KML and GeoJSON files |
@@ -24,6 +25,7 @@ pub mod command_queue;
 pub mod config;
 pub mod display;
 pub mod drawing;
+mod hand_over;
 pub mod height_map;
 pub mod output;
 pub mod recording;

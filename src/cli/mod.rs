@@ -33,6 +33,7 @@ mod endpoint;
 mod exit_status;
 mod export;
 mod flags;
+mod hand_over;
 mod hz;
 mod latency;
 mod monitor;
@@ -70,6 +71,7 @@ pub use show::{
   bench-dragon ctl pause                      a command to the server
   bench-dragon solve contact --format json    the first contact
   bench-dragon plan street.toml               the plan in a browser, to drag
+  bench-dragon hand-over street.toml --out crew   the plan as files, for others
 
 Exit status: 0 done, 1 failed, 2 bad arguments or configuration, 3 contact with --fail-on-contact, 4 disk full while recording.
 RUST_LOG=debug logs more detail. NO_COLOR=1 turns colours off.")]
@@ -100,6 +102,7 @@ pub(crate) enum Subcommand {
     Latency(latency::LatencyArgs),
     Solve(solve::SolveArgs),
     Plan(plan::PlanArgs),
+    HandOver(hand_over::HandOverArgs),
     Doctor(doctor::DoctorArgs),
     /// Print the iceoryx2 configuration of an instance, as TOML.
     #[command(after_help = "Example, with the iox2 command:
@@ -170,6 +173,7 @@ fn run_subcommand(cli: Cli) -> anyhow::Result<ExitCode> {
         Subcommand::Latency(args) => latency::run(&args),
         Subcommand::Solve(args) => solve::run(args.question),
         Subcommand::Plan(args) => plan::run(&args),
+        Subcommand::HandOver(args) => hand_over::run(&args),
         Subcommand::Doctor(args) => doctor::run(&args),
         Subcommand::Iox2Config(args) => print_iox2_config(&args),
         Subcommand::Completions(args) => shell::completions(args),
@@ -179,8 +183,8 @@ fn run_subcommand(cli: Cli) -> anyhow::Result<ExitCode> {
 
 /// Whether a subcommand only produces output and installs no signal handlers.
 fn is_only_output(subcommand: &Subcommand) -> bool {
-    use Subcommand::{Completions, Doctor, Export, Iox2Config, Man, Solve};
-    matches!(subcommand, Solve(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
+    use Subcommand::{Completions, Doctor, Export, HandOver, Iox2Config, Man, Solve};
+    matches!(subcommand, Solve(_) | HandOver(_) | Export(_) | Doctor(_) | Iox2Config(_) | Completions(_) | Man(_))
 }
 
 fn print_iox2_config(args: &BusArgs) -> anyhow::Result<ExitCode> {

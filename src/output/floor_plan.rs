@@ -17,10 +17,26 @@ pub struct FloorPlan {
     pub swept: Vec<Vec<Vec<DVec2>>>,
     /// The borders of the stage.
     pub stage: StageInPlan,
+    /// Places to be marked. GeoJSON does not have them.
+    pub marks: Vec<FloorMark>,
 }
 
+/// A place to be marked on the floor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FloorMark {
+    /// Its layer: up to 31 of A–Z, 0–9, _ and -.
+    pub layer: String,
+    /// The place in metres.
+    pub point: DVec2,
+    /// Words beside it, in ASCII.
+    pub words: Option<String>,
+}
+
+/// Height of the letters beside a mark, in metres.
+const LETTER_M: f64 = 0.1;
+
 impl FloorPlan {
-    /// All lines in a DXF file, on the layers `SWEPT`, `OUTLINE`, `KEEP_OUT` and `CROWD`.
+    /// All lines in a DXF file, on the layers `SWEPT`, `OUTLINE`, `KEEP_OUT` and `CROWD`, and the marks on theirs.
     ///
     /// ```
     /// use bench_dragon::output::floor_plan::FloorPlan;
@@ -50,6 +66,7 @@ impl FloorPlan {
         if !self.stage.crowd.is_empty() {
             dxf.polyline("CROWD", &self.stage.crowd, false);
         }
+        self.marks.iter().for_each(|mark| dxf.mark(mark));
         dxf.close();
         dxf.group(0, "EOF");
         dxf.text
@@ -112,6 +129,25 @@ impl Dxf {
         self.group(0, "ENDSEC");
     }
 
+    fn mark(&mut self, FloorMark { layer, point, words }: &FloorMark) {
+        self.group(0, "POINT");
+        self.group(8, layer);
+        self.place(*point);
+        if let Some(words) = words {
+            self.group(0, "TEXT");
+            self.group(8, layer);
+            self.place(*point + LETTER_M);
+            self.group(40, LETTER_M);
+            self.group(1, words);
+        }
+    }
+
+    fn place(&mut self, point: DVec2) {
+        self.group(10, point.x);
+        self.group(20, point.y);
+        self.group(30, 0);
+    }
+
     fn polyline(&mut self, layer: &str, points: &[DVec2], is_closed: bool) {
         self.group(0, "POLYLINE");
         self.group(8, layer);
@@ -121,9 +157,7 @@ impl Dxf {
         for point in points {
             self.group(0, "VERTEX");
             self.group(8, layer);
-            self.group(10, point.x);
-            self.group(20, point.y);
-            self.group(30, 0);
+            self.place(*point);
         }
         self.group(0, "SEQEND");
     }

@@ -3,9 +3,11 @@
 //! | module | contents |
 //! |---|---|
 //! | [`table`] | tables as text for people, as CSV, and as a workbook |
-//! | [`figure`] | figures for print, as SVG and PNG |
+//! | [`figure`] | figures for print, as SVG, PDF and PNG |
 //! | [`floor_plan`] | the floor of a show in metres, as DXF and GeoJSON |
 //! | [`report`] | reports for people, as one printable HTML file |
+//! | `in_plan` | dragons and stages as figures draw them |
+//! | `poses` | positions and speeds of all handles, as tables |
 //! | `dragon_colours()` | the colours of several dragons |
 //! | `visible_box()` | the part of the plane that a picture shows |
 //! | [`histogram`] | distributions of times: percentiles, bars, the text format of `HdrHistogram`'s tools |
@@ -21,9 +23,11 @@ mod dragon_colours;
 pub mod figure;
 pub mod floor_plan;
 pub mod histogram;
+pub(crate) mod in_plan;
 pub(crate) mod json;
 mod live_line;
 pub(crate) mod log;
+pub(crate) mod poses;
 mod printing;
 mod queue;
 pub mod report;

@@ -26,6 +26,8 @@ fn the_suffix_selects_the_kind_of_file() {
     assert!(begins(&folder.path().join("plan.svg"), b"<svg "));
     solve(&["poses", "--at", "300", "--figure", "plan.PNG"], folder.path()).expect_clean();
     assert!(begins(&folder.path().join("plan.PNG"), b"\x89PNG"));
+    solve(&["poses", "--at", "300", "--figure", "plan.pdf"], folder.path()).expect_clean();
+    assert!(begins(&folder.path().join("plan.pdf"), b"%PDF-1.4\n"));
 }
 
 #[test]
@@ -53,8 +55,8 @@ fn impossible_figures_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("pair.toml"), "[dragon]\nbenches = 2\n").expect("a file");
     let cases: &[(&[&str], i32, &str)] = &[
-        (&["poses", "--at", "0", "--figure", "plan.pdf"], 2, "must end in .svg or .png"),
-        (&["poses", "--at", "0", "--figure", "plan"], 2, "must end in .svg or .png"),
+        (&["poses", "--at", "0", "--figure", "plan.tif"], 2, "must end in .svg, .pdf or .png"),
+        (&["poses", "--at", "0", "--figure", "plan"], 2, "must end in .svg, .pdf or .png"),
         (&["poses", "--at", "0,1", "--figure", "plan.svg"], 2, "--figure shows one time, not 2: give one with --at"),
         (&["poses", "--at", "0", "--figure", "none/plan.svg"], 1, "cannot write none/plan.svg: No such file"),
         (

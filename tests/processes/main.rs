@@ -42,6 +42,7 @@ mod full_memory;
 mod gate;
 mod ground;
 mod guard;
+mod hand_over;
 mod hangup;
 mod http;
 mod killed_cleaners;

@@ -130,7 +130,7 @@ fn stock_readers_find_the_area_that_boards_sweep() {
 #[test]
 fn bad_arguments_are_refused_in_one_line() {
     for (args, reason) in [
-        (&["--figure", "floor.pdf"][..], "must end in .svg, .png, .dxf or .geojson"),
+        (&["--figure", "floor.tif"][..], "must end in .svg, .pdf, .png, .dxf or .geojson"),
         (&["--tolerance", "0"], "must be from 0.001 to 1"),
         (&["--tolerance", "nan"], "must be from 0.001 to 1"),
         (&["--title", "x"], "--figure"),

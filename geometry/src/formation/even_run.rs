@@ -93,6 +93,22 @@ impl EvenRun {
         (accel_mps2 * ramped_s).min(top_mps)
     }
 
+    /// The ramps, the walk between them, and the rest at the end.
+    pub(super) fn pieces(&self) -> Vec<[f64; 4]> {
+        let (start_s, end_s) = (self.start_s, self.end_s());
+        let rest = [end_s, self.end_m, 0.0, 0.0];
+        let Some(Ramps { accel_mps2, top_mps, length_m }) = self.ramps else {
+            return vec![[start_s, self.start_m, self.speed_mps, 0.0], rest];
+        };
+        let ramp_s = top_mps / accel_mps2;
+        vec![
+            [start_s, self.start_m, 0.0, accel_mps2],
+            [start_s + ramp_s, self.start_m + length_m, top_mps, 0.0],
+            [end_s - ramp_s, self.end_m - length_m, top_mps, -accel_mps2],
+            rest,
+        ]
+    }
+
     /// Time at which the head leaves.
     pub(super) fn start_s(&self) -> f64 {
         self.start_s

@@ -93,6 +93,11 @@ impl PlannedWalk {
         next.checked_sub(1).map_or(0.0, |last| self.pieces[last].speed_mps(time_s))
     }
 
+    pub(super) fn pieces(&self) -> Vec<[f64; 4]> {
+        let numbers = |piece: &Piece| [piece.from_s, piece.from_m, piece.speed_mps, piece.accel_mps2];
+        self.pieces.iter().map(numbers).collect()
+    }
+
     pub(super) fn start_s(&self) -> f64 {
         self.pieces[0].from_s
     }

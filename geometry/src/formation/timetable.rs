@@ -135,6 +135,22 @@ impl Timetable {
         }
     }
 
+    /// The whole walk in pieces of constant acceleration: of each, its beginning in seconds and metres, its speed there and its
+    /// acceleration. It lasts until the next one begins; the last is the rest at the end.
+    ///
+    /// ```
+    /// use bench_dragon_geometry::formation::Timetable;
+    ///
+    /// let pieces = Timetable::new(1.0, Some(0.5), 0.0, 10.0).pieces();
+    /// assert_eq!(pieces, [[0.0, 0.0, 0.0, 0.5], [2.0, 1.0, 1.0, 0.0], [10.0, 9.0, 1.0, -0.5], [12.0, 10.0, 0.0, 0.0]]);
+    /// ```
+    pub fn pieces(&self) -> Vec<[f64; 4]> {
+        match &self.0 {
+            Walk::Even(run) => run.pieces(),
+            Walk::Pieces(walk) => walk.pieces(),
+        }
+    }
+
     /// Time at which the head leaves.
     pub fn start_s(&self) -> f64 {
         match &self.0 {

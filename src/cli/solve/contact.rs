@@ -11,9 +11,9 @@ use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
 
-use super::figure::{FigureArgs, even_travels, in_plan, pair};
+use super::figure::{FigureArgs, even_travels, pair};
 use super::play::PlayAnswer;
-use super::poses::{PosesAnswer, coarser_step_s};
+use super::poses::coarser_step_s;
 use super::stage::StageAnswer;
 use super::{CLEARANCE_M, SPEED_RATIO, TooFast, WorkArgs, contest, formation, load_any_plan, xlsx};
 use crate::cli::flags::{BadInput, ConfigArgs, Format, FormatArgs, step, within};
@@ -22,6 +22,8 @@ use crate::cli::print::{Progress, complain, print_json, print_line};
 use crate::config::{Config, NEAR_M, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::{ClearanceOverTime, ContactMark, ContactView, NearMissMark};
+use crate::output::in_plan::in_plan;
+use crate::output::poses::Poses;
 use crate::output::table;
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
@@ -168,7 +170,7 @@ fn of_one_dragon(args: &ContactArgs, config: &Config) -> anyhow::Result<()> {
     }
     if let Some(path) = &args.contest {
         let time_s = answer.time_s.context("--contest has nothing to write: no benches touch before the run ends")?;
-        let pose = &PosesAnswer::at(&[time_s], config).poses[0];
+        let pose = &Poses::of(&[time_s], config).poses[0];
         whole_file::write(path, &table::workbook(&[contest::sheet_at_end(&pose.handles)])?)?;
         if args.format.format == Format::Text {
             print_line(format_args!("poses at {} s written to {}", Fixed::<6>(time_s), Printable(path)))?;

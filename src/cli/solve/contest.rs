@@ -3,7 +3,7 @@
 //! `result1.xlsx` and `result4.xlsx` have a sheet of positions and one of speeds, with a column for every second. `result2.xlsx`
 //! has a row for every handle at one time.
 
-use super::poses::{Handle, PosesAnswer};
+use crate::output::poses::{Handle, Poses};
 use crate::output::table::{Cell, Column, Table};
 
 /// What a number of a table is.
@@ -74,7 +74,7 @@ pub(super) fn name(index: usize, handles: usize) -> String {
 }
 
 /// The sheets of `result1.xlsx` and `result4.xlsx`.
-pub(super) fn sheets_by_time(answer: &PosesAnswer) -> [Table; 2] {
+pub(super) fn sheets_by_time(answer: &Poses) -> [Table; 2] {
     let times = || answer.poses.iter().map(|pose| numbers(format!("{} s", pose.time_s)));
     let columns = || std::iter::once(Column::text("")).chain(times()).collect();
     let (mut positions, mut speeds) = (Table::new("位置", columns()), Table::new("速度", columns()));

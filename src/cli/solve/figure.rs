@@ -1,32 +1,29 @@
 //! Shared parts of the figures of several questions: flags, captions, and the dragon in plan view.
 
-use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 use bench_dragon_geometry::clearance::ClearanceSearch;
-use bench_dragon_geometry::dragon::{Board, ChainSolver, Dimensions, Dragon, Handle};
+use bench_dragon_geometry::dragon::{Dimensions, Dragon};
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_geometry::route::{Coil, Route, RouteShape, RouteSpec, Turnaround};
-use bench_dragon_geometry::stage::{Border, Stage};
+use bench_dragon_geometry::route::{RouteShape, RouteSpec, Turnaround};
 use clap::{Args, ValueHint};
-use glam::DVec2;
 
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::print_line;
 use crate::config::{Config, ConfigDocument};
 use crate::output::Counted;
 use crate::output::figure::{
-    Caption, Circle, DragonInPlan, Drawing, FigureFormat, NearestPair, Paper, PlanView, StageInPlan, TurnMarks,
-    missing_letter,
+    Caption, Circle, Drawing, FigureFormat, NearestPair, Paper, PlanView, TurnMarks, missing_letter,
 };
+use crate::output::in_plan::{boards, handles, in_plan, polyline};
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
 /// The flags of a figure.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct FigureArgs {
-    /// Draw a figure into this file, .svg or .png; an existing file is replaced.
+    /// Draw a figure into this file, .svg, .pdf or .png; an existing file is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = figure)]
     pub(crate) figure: Option<FigureFile>,
     /// Heading in large letters above the figure, such as the name of the show, 1 to 80 letters [default: none].
@@ -92,7 +89,7 @@ impl FigureArgs {
 }
 
 /// Fails if a file to write is the drawing of the route.
-pub(super) fn keep_drawing(flag: &str, written: &Path, document: &ConfigDocument) -> Result<(), BadInput> {
+pub(in crate::cli) fn keep_drawing(flag: &str, written: &Path, document: &ConfigDocument) -> Result<(), BadInput> {
     match document.drawing() {
         Some(drawing) if is_same_file(written, &drawing.path) => {
             let file = Printable(&drawing.file);
@@ -116,14 +113,14 @@ pub(crate) struct FigureFile {
 
 fn figure(text: &str) -> Result<FigureFile, String> {
     let path = PathBuf::from(text);
-    let format = FigureFormat::of(&path).ok_or("must end in .svg or .png")?;
+    let format = FigureFormat::of(&path).ok_or("must end in .svg, .pdf or .png")?;
     Ok(FigureFile { path, format })
 }
 
 /// Most letters of a title. More would be too small to read.
 const MOST_LETTERS: usize = 80;
 
-pub(super) fn title(text: &str) -> Result<String, String> {
+pub(in crate::cli) fn title(text: &str) -> Result<String, String> {
     if text.trim().is_empty() || text.chars().count() > MOST_LETTERS {
         return Err(format!("must have 1 to {MOST_LETTERS} letters"));
     }
@@ -176,34 +173,8 @@ fn rounded(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Greatest distance of a drawn route from the true one, in metres. It is a fortieth of a millimetre on paper where the
-/// surroundings of a contact are drawn at 50 mm to the metre.
-const SAGITTA_M: f64 = 0.0005;
-/// Most points of a drawn route. A route that needs more points is drawn coarser.
-const MAX_POINTS: f64 = 20_000.0;
-
 pub(super) fn plan_of(config: &Config, dragon: &Dragon, caption: Caption, travel_m: f64) -> PlanView {
     PlanView { caption, dragon: in_plan(config, dragon, travel_m), circle: None, turn: None, pair: None }
-}
-
-pub(in crate::cli) fn in_plan(config: &Config, dragon: &Dragon, travel_m: f64) -> DragonInPlan {
-    let handles = handles(dragon, travel_m);
-    DragonInPlan {
-        stage: stage_in_plan(config.stage()),
-        route: route_around(dragon, &handles),
-        boards: corners(&boards(dragon, &handles)),
-        hinges: handles.iter().map(|handle| handle.position).collect(),
-    }
-}
-
-/// The borders of a stage.
-pub(super) fn stage_in_plan(stage: &Stage) -> StageInPlan {
-    let corners = |border: Option<&Border>| border.map_or_else(Vec::new, |border| border.corners().to_vec());
-    StageInPlan {
-        outline: corners(stage.outline()),
-        keep_out: stage.keep_out().iter().map(|area| area.corners().to_vec()).collect(),
-        crowd: corners(stage.crowd()),
-    }
 }
 
 pub(super) fn on_turn(plan: PlanView, turnaround: &Turnaround) -> PlanView {
@@ -234,37 +205,6 @@ const MAX_PLACED: usize = 10_000_000;
 pub(super) fn even_travels(dragon: &Dragon, from_m: f64, to_m: f64) -> Vec<f64> {
     let samples = SAMPLES.min((MAX_PLACED / dragon.dimensions().handles()) as u32);
     (0..=samples).map(|i| from_m + (to_m - from_m) * f64::from(i) / f64::from(samples)).collect()
-}
-
-fn handles(dragon: &Dragon, travel_m: f64) -> Vec<Handle> {
-    let mut solver = ChainSolver::new(dragon);
-    solver.solve(dragon, travel_m).expect("the travel lies within the run").to_vec()
-}
-
-fn boards(dragon: &Dragon, handles: &[Handle]) -> Vec<Board> {
-    let mut boards = Vec::new();
-    dragon.place_boards(handles, &mut boards);
-    boards
-}
-
-fn corners(boards: &[Board]) -> Vec<[DVec2; 4]> {
-    boards.iter().map(Board::corners).collect()
-}
-
-/// The visible route: from behind the tail to the route's end.
-fn route_around(dragon: &Dragon, handles: &[Handle]) -> Vec<DVec2> {
-    let route = dragon.route();
-    let tail = handles.last().expect("a dragon has handles");
-    // On a coil: the length of at least one turn behind the tail.
-    let coil = route.coil().filter(|coil| tail.parameter <= coil.end);
-    let turn_m = |coil: Coil| TAU * (tail.position.distance(coil.centre) + TAU * coil.radius_per_radian_m);
-    let behind_m = coil.map_or(dragon.dimensions().link_m(0), turn_m);
-    polyline(route, route.travel(tail.parameter) - behind_m, route.end_travel_m())
-}
-
-/// Points of a route. Their distance follows from the curvature and [`SAGITTA_M`].
-pub(super) fn polyline(route: &Route, from_m: f64, to_m: f64) -> Vec<DVec2> {
-    route.polyline(from_m, to_m, SAGITTA_M, (to_m - from_m) / MAX_POINTS..=f64::INFINITY)
 }
 
 fn turn_marks(turnaround: &Turnaround) -> TurnMarks {

@@ -3,20 +3,21 @@
 use std::ops::RangeInclusive;
 
 use bench_dragon_geometry::clearance::{Meeting, first_meeting};
-use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_geometry::formation::Planned;
 use bench_dragon_geometry::number::Fixed;
 use glam::DVec2;
 use serde::Serialize;
 
 use super::contact::ContactArgs;
-use super::figure::{FigureArgs, in_plan};
-use super::poses::{Handle, MAX_POSITIONS, Pose, PosesAnswer, PosesArgs, one_time, times_s};
+use super::figure::FigureArgs;
+use super::poses::{PosesArgs, one_time, times_s};
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{print_json, print_line};
 use crate::config::{FormationDocument, NamedDragon};
-use crate::output::figure::{Caption, FormationView, NamedInPlan};
-use crate::output::{Counted, dragon_colours};
+use crate::output::Counted;
+use crate::output::figure::{Caption, FormationView};
+use crate::output::in_plan::dragons_in_plan;
+use crate::output::poses::{MAX_POSITIONS, Poses};
 
 /// The first contact of several dragons.
 #[derive(Serialize)]
@@ -122,19 +123,6 @@ fn save(figure: &FigureArgs, view: Option<FormationView>, format: Format) -> any
     }
 }
 
-/// The dragons of a formation on their routes at a plan time, in their colours.
-pub(crate) fn dragons_in_plan(document: &FormationDocument, time_s: f64) -> Vec<NamedInPlan> {
-    let planned = document.formation().dragons();
-    let dragons = document.dragons().iter().zip(planned).zip(dragon_colours(document));
-    dragons
-        .map(|((named, planned), colour)| NamedInPlan {
-            name: named.name.clone(),
-            colour: Some(colour),
-            dragon: in_plan(&named.config, &planned.dragon, planned.travel_m(time_s)),
-        })
-        .collect()
-}
-
 /// All dragons on their routes at a plan time.
 pub(super) fn formation_view(
     figure: &FigureArgs,
@@ -149,7 +137,7 @@ pub(super) fn formation_view(
 }
 
 /// Answers `solve poses` for a formation.
-pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::Result<PosesAnswer> {
+pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::Result<Poses> {
     refuse("--xlsx", args.xlsx.is_some(), document)?;
     refuse("--contest", args.contest.is_some(), document)?;
     let most = MAX_POSITIONS / document.formation().layout().handles();
@@ -160,24 +148,7 @@ pub(super) fn poses(args: &PosesArgs, document: &FormationDocument) -> anyhow::R
         let title = format!("{} at {time_s} s", Counted(document.dragons().len() as u64, "dragon"));
         args.figure.save(formation_view(&args.figure, document, time_s, title, None).draw())?;
     }
-    let poses = times_s.into_iter().map(|time_s| pose(document, time_s)).collect();
-    let has_heights = document.dragons().iter().any(|dragon| dragon.config.lead().route().is_on_ground());
-    Ok(PosesAnswer { poses, has_heights })
-}
-
-/// The handles of all dragons at a plan time, dragon after dragon.
-fn pose(document: &FormationDocument, time_s: f64) -> Pose {
-    let mut handles = Vec::with_capacity(document.formation().layout().handles());
-    for (named, planned) in document.dragons().iter().zip(document.formation().dragons()) {
-        let mut solver = ChainSolver::new(&planned.dragon);
-        let head_speed_mps = planned.speed_mps(time_s);
-        let chain = solver.solve(&planned.dragon, planned.travel_m(time_s)).expect("the travel is in the run");
-        let name = Some(named.name.clone());
-        handles.extend(
-            chain.iter().enumerate().map(|(index, handle)| Handle::of(name.clone(), index, handle, head_speed_mps)),
-        );
-    }
-    Pose { time_s, handles }
+    Ok(Poses::of_formation(&times_s, document))
 }
 
 /// Fails for a flag that is for one dragon only.

@@ -9,7 +9,7 @@ use bench_dragon_geometry::dragon::Meter;
 use clap::{Args, Subcommand, ValueHint};
 use serde::Serialize;
 
-use self::figure::{FigureArgs, keep_drawing};
+use self::figure::FigureArgs;
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs, within};
 use crate::cli::{in_file, load_document, reading};
 use crate::config::{Config, ConfigDocument, Cue, FormationDocument, PlanDocument};
@@ -38,8 +38,7 @@ mod sweep;
 mod turn;
 mod turn_play;
 
-pub(super) use figure::{in_plan, pair};
-pub(super) use formation::dragons_in_plan;
+pub(super) use figure::{keep_drawing, pair, title};
 
 /// Answer a question about planning a show. Needs no server.
 #[derive(Clone, Debug, Args)]

@@ -3,10 +3,8 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use bench_dragon_geometry::dragon::{self, ChainSolver};
 use bench_dragon_geometry::number::Number;
 use clap::{ArgGroup, Args, ValueEnum, ValueHint};
-use serde::Serialize;
 
 use super::figure::{FigureArgs, on_turn, plan_of};
 use super::{WorkArgs, contest, formation, load_any_plan, xlsx};
@@ -16,7 +14,8 @@ use crate::cli::print::{print_bytes, print_json, print_line};
 use crate::config::{Config, PlanDocument};
 use crate::output::Counted;
 use crate::output::figure::PlanView;
-use crate::output::table::{self, Cell, Column, Table};
+use crate::output::poses::{MAX_POSITIONS, Poses, travel_m};
+use crate::output::table;
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
@@ -85,39 +84,10 @@ pub(crate) enum TableFormat {
     Csv,
 }
 
-/// Shown decimals of metres and of metres per second.
-const DECIMALS: usize = 6;
-
-#[derive(Serialize)]
-pub(super) struct PosesAnswer {
-    pub(super) poses: Vec<Pose>,
-    /// Whether tables show heights.
-    #[serde(skip)]
-    pub(super) has_heights: bool,
-}
-
-#[derive(Serialize)]
-pub(super) struct Pose {
-    pub(super) time_s: f64,
-    pub(super) handles: Vec<Handle>,
-}
-
-#[derive(Serialize)]
-pub(super) struct Handle {
-    /// Name of the dragon, of several.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    dragon: Option<String>,
-    index: usize,
-    pub(super) x_m: f64,
-    pub(super) y_m: f64,
-    z_m: f64,
-    pub(super) speed_mps: f64,
-}
-
 pub(super) fn run(args: &PosesArgs) -> anyhow::Result<()> {
     match load_any_plan(&args.config, args.work)? {
         PlanDocument::OneDragon(document) => of_one_dragon(args, &in_file(&args.config, document.build())?),
-        PlanDocument::Formation(document) => formation::poses(args, &document)?.print(args.format),
+        PlanDocument::Formation(document) => print(&formation::poses(args, &document)?, args.format),
     }
 }
 
@@ -130,9 +100,9 @@ fn of_one_dragon(args: &PosesArgs, config: &Config) -> anyhow::Result<()> {
     }
     let times_s = times_s(&args.times, &(config.start_s()..=config.end_s()), most)?;
     let figure_s = args.figure.figure.as_ref().map(|_| one_time(&times_s)).transpose()?;
-    let answer = PosesAnswer::at(&times_s, config);
+    let answer = Poses::of(&times_s, config);
     if args.format != TableFormat::Text || !args.has_workbook() {
-        answer.print(args.format)?;
+        print(&answer, args.format)?;
     }
     if let Some(path) = &args.xlsx {
         whole_file::write(path, &table::workbook(&answer.sheets())?)?;
@@ -143,7 +113,7 @@ fn of_one_dragon(args: &PosesArgs, config: &Config) -> anyhow::Result<()> {
     if let Some(time_s) = figure_s {
         args.figure.save(plan_view(&args.figure, config, time_s)?.draw())?;
     }
-    if args.format == TableFormat::Text { answer.print_files(args) } else { Ok(()) }
+    if args.format == TableFormat::Text { print_files(&answer, args) } else { Ok(()) }
 }
 
 /// The dragon on its route, which may be a turnaround.
@@ -165,156 +135,29 @@ pub(super) fn one_time(times_s: &[f64]) -> Result<f64, BadInput> {
     }
 }
 
-/// Travel at a time of the run, in metres, clamped to the run because rounding may exceed it.
-pub(super) fn travel_m(time_s: f64, config: &Config) -> f64 {
-    let dragon = config.lead();
-    config.timetable().travel_m(time_s).clamp(dragon.start_travel_m(), dragon.end_travel_m())
-}
-
-impl PosesAnswer {
-    pub(super) fn at(times_s: &[f64], config: &Config) -> Self {
-        let mut chain = ChainSolver::new(config.lead());
-        let poses = times_s.iter().map(|&time_s| Pose::at(time_s, config, &mut chain)).collect();
-        Self { poses, has_heights: config.lead().route().is_on_ground() }
-    }
-
-    pub(super) fn print(&self, format: TableFormat) -> anyhow::Result<()> {
-        match format {
-            TableFormat::Json => print_json(self),
-            TableFormat::Csv => print_bytes(table::csv(&[self.by_time()])),
-            TableFormat::Text => {
-                let tables: Vec<Table> = self.poses.iter().map(|pose| pose.table(self.has_heights)).collect();
-                print_bytes(table::text(&tables))
-            }
-        }
-    }
-
-    /// A table with a row for every handle at every time.
-    fn by_time(&self) -> Table {
-        let numbers = number_columns(["x_m", "y_m", "z_m", "speed_mps"], self.has_heights);
-        let time = std::iter::once(Column::number("time_s", DECIMALS));
-        let columns = time.chain(self.dragon_column()).chain([Column::whole("handle")]).chain(numbers);
-        let mut table = Table::new("poses", columns.collect());
-        for Pose { time_s, handles } in &self.poses {
-            for handle in handles {
-                let row = std::iter::once((*time_s).into()).chain(handle.dragon.clone().map(Cell::from));
-                table.push(
-                    row.chain([handle.index.into()]).chain(handle.numbers(self.has_heights).map(Cell::from)).collect(),
-                );
-            }
-        }
-        table
-    }
-
-    /// The column of the dragons' names, of several dragons.
-    fn dragon_column(&self) -> Option<Column> {
-        let handle = self.poses.first()?.handles.first()?;
-        handle.dragon.as_ref().map(|_| Column::text("dragon"))
-    }
-
-    /// Sheets of positions and speeds with a column for every time, as in the paper's workbook.
-    fn sheets(&self) -> [Table; 2] {
-        let mut positions = Table::new("positions", self.columns());
-        let mut speeds = Table::new("speeds", self.columns());
-        let count = self.poses.first().map_or(0, |pose| pose.handles.len());
-        for index in 0..count {
-            let name = name(index, count);
-            positions.push(self.row(format!("{name} x (m)"), index, |handle| handle.x_m));
-            positions.push(self.row(format!("{name} y (m)"), index, |handle| handle.y_m));
-            if self.has_heights {
-                positions.push(self.row(format!("{name} z (m)"), index, |handle| handle.z_m));
-            }
-            speeds.push(self.row(format!("{name} (m/s)"), index, |handle| handle.speed_mps));
-        }
-        [positions, speeds]
-    }
-
-    fn columns(&self) -> Vec<Column> {
-        let times = self.poses.iter().map(|pose| Column::number(format!("{} s", pose.time_s), DECIMALS));
-        std::iter::once(Column::text("handle")).chain(times).collect()
-    }
-
-    fn row(&self, label: String, index: usize, value: impl Fn(&Handle) -> f64) -> Vec<Cell> {
-        let values = self.poses.iter().map(|pose| Cell::from(value(&pose.handles[index])));
-        std::iter::once(Cell::from(label)).chain(values).collect()
-    }
-
-    /// Prints the names of the written files. With a workbook, nothing else is printed.
-    fn print_files(&self, args: &PosesArgs) -> anyhow::Result<()> {
-        for path in args.xlsx.iter().chain(&args.contest) {
-            let handles = self.poses.first().map_or(0, |pose| pose.handles.len());
-            let times = self.poses.len();
-            let (handles, times) = (Counted(handles as u64, "handle"), Counted(times as u64, "time"));
-            let path = Printable(path);
-            print_line(format_args!("positions and speeds of {handles} at {times} written to {path}"))?;
-        }
-        if let Some(file) = &args.figure.figure {
-            print_line(format_args!("the dragon at {} s drawn to {}", self.poses[0].time_s, Printable(&file.path)))?;
-        }
-        Ok(())
+/// Prints poses in a format.
+fn print(poses: &Poses, format: TableFormat) -> anyhow::Result<()> {
+    match format {
+        TableFormat::Json => print_json(poses),
+        TableFormat::Csv => print_bytes(table::csv(&[poses.by_time()])),
+        TableFormat::Text => print_bytes(table::text(&poses.tables())),
     }
 }
 
-impl Pose {
-    fn at(time_s: f64, config: &Config, chain: &mut ChainSolver) -> Self {
-        let head_speed_mps = config.timetable().speed_mps(time_s);
-        let handles = chain.solve(config.lead(), travel_m(time_s, config)).expect("the travel is in the run");
-        let handles = handles.iter().enumerate();
-        Self {
-            time_s,
-            handles: handles.map(|(index, handle)| Handle::of(None, index, handle, head_speed_mps)).collect(),
-        }
+/// Prints the names of the written files. With a workbook, nothing else is printed.
+fn print_files(poses: &Poses, args: &PosesArgs) -> anyhow::Result<()> {
+    for path in args.xlsx.iter().chain(&args.contest) {
+        let handles = poses.poses.first().map_or(0, |pose| pose.handles.len());
+        let times = poses.poses.len();
+        let (handles, times) = (Counted(handles as u64, "handle"), Counted(times as u64, "time"));
+        let path = Printable(path);
+        print_line(format_args!("positions and speeds of {handles} at {times} written to {path}"))?;
     }
-
-    fn table(&self, has_heights: bool) -> Table {
-        let numbers = number_columns(["x m", "y m", "z m", "m/s"], has_heights);
-        let dragon = self.handles.first().and_then(|handle| handle.dragon.as_ref()).map(|_| Column::text("dragon"));
-        let columns = dragon.into_iter().chain([Column::whole("handle")]).chain(numbers);
-        let mut table = Table::new(format!("at {} s", self.time_s), columns.collect());
-        for handle in &self.handles {
-            let row = handle.dragon.clone().map(Cell::from).into_iter().chain([handle.index.into()]);
-            table.push(row.chain(handle.numbers(has_heights).map(Cell::from)).collect());
-        }
-        table
+    if let Some(file) = &args.figure.figure {
+        print_line(format_args!("the dragon at {} s drawn to {}", poses.poses[0].time_s, Printable(&file.path)))?;
     }
+    Ok(())
 }
-
-impl Handle {
-    pub(super) fn of(dragon: Option<String>, index: usize, handle: &dragon::Handle, head_speed_mps: f64) -> Self {
-        Self {
-            dragon,
-            index,
-            x_m: handle.position.x,
-            y_m: handle.position.y,
-            z_m: handle.height_m,
-            speed_mps: handle.speed_ratio * head_speed_mps,
-        }
-    }
-
-    /// The numbers of a table's row, with or without the height.
-    fn numbers(&self, has_heights: bool) -> impl Iterator<Item = f64> {
-        let height = has_heights.then_some(self.z_m);
-        [self.x_m, self.y_m].into_iter().chain(height).chain([self.speed_mps])
-    }
-}
-
-/// The columns of these titles, with or without the height, which is the third.
-fn number_columns(titles: [&str; 4], has_heights: bool) -> impl Iterator<Item = Column> {
-    let shown = titles.into_iter().enumerate().filter(move |&(index, _)| has_heights || index != 2);
-    shown.map(|(_, title)| Column::number(title, DECIMALS))
-}
-
-/// Name of a handle for people: the bench whose front hinge it is, or "tail rear".
-fn name(index: usize, count: usize) -> String {
-    match index {
-        0 => "head".to_owned(),
-        _ if index + 1 == count => "tail rear".to_owned(),
-        _ => format!("bench {index}"),
-    }
-}
-
-/// Most positions of handles in one answer. A workbook of this size needs some 600 MB of memory, and 20 MB on the disk.
-pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
 /// The requested times, in seconds. They must lie within `run_s`; there may be at most `most`.
 ///

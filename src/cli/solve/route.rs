@@ -11,7 +11,6 @@ use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
 
-use super::figure::{in_plan, polyline, stage_in_plan};
 use super::stage::StageAnswer;
 use super::{AnswerArgs, formation_survey, list, load_any_plan, save_config};
 use crate::cli::flags::ConfigArgs;
@@ -20,6 +19,7 @@ use crate::cli::print::print_report;
 use crate::config::{Config, ConfigDocument, DrawingFit, PlanDocument, unplaced};
 use crate::output::Counted;
 use crate::output::figure::{DragonInPlan, RouteView};
+use crate::output::in_plan::{in_plan, polyline, stage_in_plan};
 
 /// Survey the route: its length, end, tightest bend and crossings, and how far the dragon gets on it.
 #[derive(Clone, Debug, Args)]

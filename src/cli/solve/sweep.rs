@@ -11,7 +11,7 @@ use clap::{Args, ValueHint};
 use glam::DVec2;
 use serde::Serialize;
 
-use super::figure::{FigureArgs, FigureFile, stage_in_plan, title};
+use super::figure::{FigureArgs, FigureFile, title};
 use super::{WorkArgs, load_any_plan};
 use crate::cli::flags::{ConfigArgs, Format, FormatArgs, within};
 use crate::cli::in_file;
@@ -20,6 +20,7 @@ use crate::config::Config;
 use crate::output::Counted;
 use crate::output::figure::{Caption, FigureFormat, Paper, SweepView};
 use crate::output::floor_plan::FloorPlan;
+use crate::output::in_plan::stage_in_plan;
 use crate::output::terminal_text::Printable;
 use crate::system::whole_file;
 
@@ -35,7 +36,7 @@ pub(crate) struct SweepArgs {
     pub(crate) tolerance: f64,
     #[command(flatten)]
     pub(crate) config: ConfigArgs,
-    /// Draw the area into this file, .svg or .png, or write its borders in metres, .dxf or .geojson; an existing file is replaced.
+    /// Draw the area into this file, .svg, .pdf or .png, or write its borders in metres, .dxf or .geojson; an existing file is replaced.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = floor_file)]
     pub(crate) figure: Option<FloorFile>,
     /// Heading in large letters above the figure, such as the name of the show, 1 to 80 letters [default: none].
@@ -72,7 +73,7 @@ fn floor_file(text: &str) -> Result<FloorFile, String> {
         (Some(format), _) => FloorFormat::Figure(format),
         (None, Some("dxf")) => FloorFormat::Dxf,
         (None, Some("geojson")) => FloorFormat::GeoJson,
-        _ => return Err("must end in .svg, .png, .dxf or .geojson".to_owned()),
+        _ => return Err("must end in .svg, .pdf, .png, .dxf or .geojson".to_owned()),
     };
     Ok(FloorFile { path, format })
 }
@@ -260,7 +261,7 @@ fn save(args: &SweepArgs, config: &Config, area: Option<&SweptArea>, answer: &Sw
     let area = area.context("--figure has nothing to show: the area takes too much work")?;
     let stage = stage_in_plan(config.stage());
     let FloorFormat::Figure(format) = *format else {
-        let plan = FloorPlan { swept: area.parts.clone(), stage };
+        let plan = FloorPlan { swept: area.parts.clone(), stage, marks: Vec::new() };
         let text = if matches!(format, FloorFormat::Dxf) { plan.to_dxf() } else { plan.to_geojson() };
         whole_file::write(path, text.as_bytes())?;
         return told(args);
@@ -280,6 +281,7 @@ fn save(args: &SweepArgs, config: &Config, area: Option<&SweptArea>, answer: &Sw
         stage,
         area: area.parts.concat(),
         nearest: answer.borders.iter().map(|near| near.who.point_m.into()).collect(),
+        marks: Vec::new(),
     };
     let figure = Some(FigureFile { path: path.clone(), format });
     FigureArgs { figure, title: None, paper: args.paper }.save(view.draw())?;

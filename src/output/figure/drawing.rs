@@ -7,7 +7,7 @@ use kurbo::{BezPath, Point, Rect, Size, Vec2};
 
 use super::style::{BLACK, Colour, LineStyle};
 use super::text::Text;
-use super::{FigureFormat, png, svg};
+use super::{FigureFormat, pdf, png, svg};
 
 /// A finished figure: marks on a white page. Later marks cover earlier ones. Lengths are millimetres, y is down.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,6 +78,7 @@ impl Drawing {
     pub fn encode(&self, format: FigureFormat) -> Vec<u8> {
         match format {
             FigureFormat::Svg => svg::document(self).into_bytes(),
+            FigureFormat::Pdf => pdf::document(&[self]),
             FigureFormat::Png => png::file(self),
         }
     }
@@ -154,6 +155,11 @@ impl FromStr for Paper {
         let found = Self::ALL.into_iter().find(|paper| paper.name.eq_ignore_ascii_case(text));
         found.ok_or_else(|| format!("must be one of {}", Self::ALL.map(|paper| paper.name).join(", ")))
     }
+}
+
+/// A PDF file with a page for each drawing. Equal drawings give equal bytes.
+pub fn pages_of(drawings: &[Drawing]) -> Vec<u8> {
+    pdf::document(&drawings.iter().collect::<Vec<_>>())
 }
 
 /// Straight lines from point to point.

@@ -12,7 +12,7 @@
 //! |---|---|
 //! | `plan_view`, `formation`, `route`, `contact`, `clearance`, `speeds`, `profile`, `sensitivity`, `timeline`, `coordination`, `time_distance`, `sweep` | the figures |
 //! | `page`, `plot`, `boards`, `stage`, `notes`, `text`, `style` | their parts |
-//! | `drawing`, `svg`, `png` | marks on a page, and their file formats |
+//! | `drawing`, `svg`, `pdf`, `png` | marks on a page, and their file formats |
 
 mod boards;
 mod clearance;
@@ -22,6 +22,7 @@ mod drawing;
 mod formation;
 mod notes;
 mod page;
+mod pdf;
 mod plan_view;
 mod plot;
 mod png;
@@ -43,7 +44,7 @@ pub use boards::DragonInPlan;
 pub use clearance::{ClearanceOverTime, ContactMark, NearMissMark};
 pub use contact::ContactView;
 pub use coordination::CoordinationDiagram;
-pub use drawing::{Drawing, Paper};
+pub use drawing::{Drawing, Paper, pages_of};
 pub use formation::{FormationView, NamedInPlan};
 pub use page::{Caption, missing_letter};
 pub use plan_view::{Circle, NearestPair, PlanView, TurnMarks};
@@ -61,6 +62,8 @@ pub use timeline::{ShowTimeline, StateLook, StateSpan};
 pub enum FigureFormat {
     /// Scalable Vector Graphics.
     Svg,
+    /// Portable Document Format.
+    Pdf,
     /// Portable Network Graphics, 300 dots per inch.
     Png,
 }
@@ -73,12 +76,13 @@ impl FigureFormat {
     /// use bench_dragon::output::figure::FigureFormat;
     ///
     /// assert_eq!(FigureFormat::of(Path::new("plan.svg")), Some(FigureFormat::Svg));
-    /// assert_eq!(FigureFormat::of(Path::new("plan.pdf")), None);
+    /// assert_eq!(FigureFormat::of(Path::new("plan.tif")), None);
     /// ```
     pub fn of(path: &Path) -> Option<Self> {
         let suffix = path.extension()?.to_str()?.to_ascii_lowercase();
         match suffix.as_str() {
             "svg" => Some(Self::Svg),
+            "pdf" => Some(Self::Pdf),
             "png" => Some(Self::Png),
             _ => None,
         }

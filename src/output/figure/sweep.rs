@@ -9,7 +9,8 @@ use super::drawing::{Mark, circle, polygon};
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::stage::StageInPlan;
-use super::style::{BLUE, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PALE_BLUE, PLOT_WIDTH, VERMILION};
+use super::style::{BLACK, BLUE, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PALE_BLUE, PLOT_WIDTH, VERMILION};
+use super::text::{Anchor, Text};
 use crate::output::visible_box;
 
 /// The swept area on its stage. Both axes have the same scale.
@@ -23,6 +24,8 @@ pub struct SweepView {
     pub area: Vec<Vec<DVec2>>,
     /// Where a board is nearest to a border.
     pub nearest: Vec<DVec2>,
+    /// Places to be marked, with their words.
+    pub marks: Vec<(DVec2, String)>,
 }
 
 /// Free margin around the area ÷ its extent.
@@ -30,6 +33,10 @@ const MARGIN: f64 = 0.03;
 /// Least and greatest height of the plan.
 const HEIGHTS: [f64; 2] = [50.0, 160.0];
 const RING_RADIUS: f64 = 1.3;
+const MARK_RADIUS: f64 = 0.4;
+/// Size of the words of a mark, and their distance from it.
+const MARK_SIZE: f64 = 1.6;
+const MARK_GAP: f64 = 0.8;
 
 impl SweepView {
     /// Draws the figure.
@@ -53,6 +60,11 @@ impl SweepView {
             let ring = Mark::stroked(circle(plot.at(point), RING_RADIUS), VERMILION, LINE_WIDTH);
             drawing.push(ring.clipped(plot.area).labelled("nearest to a border"));
         }
+        for (point, words) in &self.marks {
+            let at = plot.at(*point);
+            drawing.push(Mark::filled(circle(at, MARK_RADIUS), BLACK).labelled(words.as_str()));
+            drawing.write(&Text::new(words.as_str(), MARK_SIZE).anchored(Anchor::Left), at + (MARK_GAP, 0.0));
+        }
         plot.draw_frame(&mut drawing);
         plot.label(&mut drawing, "x (m)", "y (m)");
         drawing
@@ -60,6 +72,12 @@ impl SweepView {
 
     fn legend(&self) -> Vec<LegendEntry> {
         let mut entries = vec![LegendEntry::new(Swatch::Area(PALE_BLUE), "swept by boards")];
+        if !self.marks.is_empty() {
+            entries.push(LegendEntry::new(
+                Swatch::Dot { colour: BLACK, radius: MARK_RADIUS },
+                "H head, T tail, with the moment",
+            ));
+        }
         entries.extend(self.stage.legend());
         if !self.nearest.is_empty() {
             let ring = Swatch::Ring { colour: VERMILION, radius: RING_RADIUS };

@@ -5,9 +5,10 @@ use super::words::{clock, millimetres, seconds_of_day};
 use crate::cli::monitor::lines::ClearanceReport;
 use crate::cli::show::course::{CourseReport, LeastReport};
 use crate::cli::show::wall_time::WallTime;
-use crate::cli::solve::{dragons_in_plan, in_plan, pair};
+use crate::cli::solve::pair;
 use crate::config::{Config, FormationDocument};
 use crate::output::figure::{Caption, ContactView, Drawing, FormationView, ShowTimeline};
+use crate::output::in_plan::{dragons_in_plan, in_plan};
 use crate::output::report::Block;
 use bench_dragon_geometry::number::Fixed;
 

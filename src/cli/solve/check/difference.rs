@@ -1,13 +1,15 @@
 //! How far the numbers of a table are from the exact ones.
 
+use std::fmt::Write as _;
+
 use bench_dragon_geometry::dragon::ChainSolver;
 use bench_dragon_geometry::number::Fixed;
 use serde::Serialize;
 
 use super::given::GivenPose;
 use crate::cli::solve::contest::{self, DECIMALS, Quantity};
-use crate::cli::solve::poses::travel_m;
 use crate::config::Config;
+use crate::output::poses::travel_m;
 
 /// The differences of one kind of number.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -94,12 +96,14 @@ impl Differences {
 
     fn text(&self, name: &str, unit: &str) -> String {
         let Self { values, right, right_to_3, largest } = self;
+        // Writing into a String cannot fail.
         let mut text = format!("{name:<11} {right} of {values} are right to {DECIMALS} decimals");
         if right < values {
-            text += &format!(", {right_to_3} to 3");
+            let _ = write!(text, ", {right_to_3} to 3");
         }
         if let Some(Largest { difference, time_s, handle, name, quantity, given, exact }) = largest {
-            text += &format!(
+            let _ = write!(
+                text,
                 "; largest difference {} {unit} at {} s, handle {handle} ({name}), {quantity}: {}, exact {}",
                 Fixed::<9>(*difference),
                 (time_s * 1e6).round() / 1e6,

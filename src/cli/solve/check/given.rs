@@ -7,7 +7,7 @@ use anyhow::{Context as _, bail, ensure};
 
 use super::sheet::{Row, Sheet, Value, read};
 use crate::cli::solve::contest::{Quantity, handle};
-use crate::cli::solve::poses::MAX_POSITIONS;
+use crate::output::poses::MAX_POSITIONS;
 use crate::system::input_file::quoted;
 
 /// The poses of a table, in the order of their times.

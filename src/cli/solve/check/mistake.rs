@@ -14,8 +14,8 @@ use serde::Serialize;
 use super::given::GivenPose;
 use crate::cli::solve::WorkArgs;
 use crate::cli::solve::contest::Quantity;
-use crate::cli::solve::poses::travel_m;
 use crate::config::Config;
+use crate::output::poses::travel_m;
 
 /// A known mistake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

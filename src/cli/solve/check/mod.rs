@@ -7,7 +7,6 @@ mod sheet;
 
 use std::path::PathBuf;
 
-use bench_dragon_geometry::dragon::{ChainSolver, Handle};
 use bench_dragon_geometry::number::Fixed;
 use clap::{Args, ValueHint};
 use glam::DVec2;
@@ -16,13 +15,14 @@ use serde::Serialize;
 use self::difference::AllDifferences;
 use self::given::{GivenPose, GivenPoses};
 use self::mistake::{CONTACT_TOLERANCE_S, Mistake};
-use super::poses::travel_m;
 use super::{WorkArgs, formation, load_any_plan};
 use crate::cli::flags::{BadInput, ConfigArgs, FormatArgs};
 use crate::cli::print::print_report;
 use crate::cli::{in_file, reading};
 use crate::config::{Config, PlanDocument};
 use crate::output::Counted;
+use crate::output::in_plan::handles;
+use crate::output::poses::travel_m;
 use crate::output::terminal_text::Printable;
 
 /// Compare a table of poses with the exact poses: how many numbers are right, how far the worst is off, and which known mistakes
@@ -116,14 +116,9 @@ impl CheckAnswer {
         let own = Own::of(given, config);
         let contact = own.map(|own| ContactCheck::of(&own, &given[0], config, args.work));
         let own_s = contact.as_ref().map(|contact| contact.time_s.or(contact.exact_s).unwrap_or(config.start_s()));
-        let poses: Vec<(f64, &GivenPose)> = match own_s {
-            Some(own_s) => vec![(own_s, &given[0])],
-            None => {
-                let known = given.iter().map(|pose| Some((pose.time_s?, pose))).collect::<Option<_>>();
-                known
-                    .ok_or_else(|| BadInput(format!("{} has no head, which tells its time", Printable(&args.table))))?
-            }
-        };
+        let known = given.iter().map(|pose| Some((own_s.or(pose.time_s)?, pose))).collect::<Option<Vec<_>>>();
+        let no_time = || BadInput(format!("{} has no place of the head, which tells its time", Printable(&args.table)));
+        let poses = known.ok_or_else(no_time)?;
         let run_s = config.start_s()..=config.end_s();
         if let Some((time_s, _)) = poses.iter().find(|(time_s, _)| !run_s.contains(time_s)) {
             let (table, start_s, end_s) = (Printable(&args.table), run_s.start(), run_s.end());
@@ -175,6 +170,7 @@ impl CheckAnswer {
 }
 
 /// The time of a table that does not have it, from the place of its head.
+#[derive(Clone, Copy)]
 struct Own {
     time_s: f64,
     off_route_m: f64,
@@ -184,27 +180,24 @@ impl Own {
     /// `None` for a table with times, unless it has one that is not a whole second, as an event has.
     fn of(given: &[GivenPose], config: &Config) -> Option<Self> {
         let [GivenPose { time_s, handles }] = given else { return None };
-        match *time_s {
-            Some(time_s) => (time_s.fract() != 0.0).then_some(Self { time_s, off_route_m: 0.0 }),
-            None => {
-                let [x, y, _] = handles[0];
-                let head = DVec2::new(x?, y?);
-                let mirrored = DVec2::new(head.x, -head.y);
-                let found = Self::at(head, config);
-                // A table that is walked the other way round has a time too.
-                let found =
-                    if found.off_route_m > MOST_OFF_M { Self::at(mirrored, config).nearer(found) } else { found };
-                Some(found.refined(handles, config))
-            }
+        if let Some(time_s) = *time_s {
+            return (time_s.fract() != 0.0).then_some(Self { time_s, off_route_m: 0.0 });
         }
+        let [x, y, _] = handles[0];
+        let head = DVec2::new(x?, y?);
+        let found = Self::at(head, config);
+        // A table that is walked the other way round has a time too.
+        let mirrored = || Self::at(DVec2::new(head.x, -head.y), config).nearer(found);
+        let found = if found.off_route_m > MOST_OFF_M { mirrored() } else { found };
+        Some(found.refined(handles, config))
     }
 
     /// The time at which all handles together are nearest, by the method of least squares, unless it differs by more than rounding.
-    fn refined(self, handles: &[[Option<f64>; 3]], config: &Config) -> Self {
-        let exact = handles_at(config, self.time_s);
+    fn refined(self, given: &[[Option<f64>; 3]], config: &Config) -> Self {
+        let exact = handles(config.lead(), travel_m(self.time_s, config));
         let head_mps = config.timetable().speed_mps(self.time_s);
         let (mut along, mut squares) = (0.0, 0.0);
-        for (given, exact) in handles.iter().zip(&exact) {
+        for (given, exact) in given.iter().zip(&exact) {
             if let [Some(x), Some(y), _] = *given {
                 let velocity = exact.tangent * (exact.speed_ratio * head_mps);
                 along += (DVec2::new(x, y) - exact.position).dot(velocity);
@@ -240,11 +233,6 @@ impl Own {
         let time_s = config.timetable().time_s(travel_m).clamp(config.start_s(), config.end_s());
         Self { time_s, off_route_m: off_m(travel_m) }
     }
-}
-
-fn handles_at(config: &Config, time_s: f64) -> Vec<Handle> {
-    let mut solver = ChainSolver::new(config.lead());
-    solver.solve(config.lead(), travel_m(time_s, config)).expect("the travel is in the run").to_vec()
 }
 
 impl ContactCheck {

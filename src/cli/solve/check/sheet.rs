@@ -90,7 +90,9 @@ fn of_workbook(bytes: Vec<u8>) -> anyhow::Result<Vec<Sheet>> {
             }
             rows.last_mut().expect("a row was added").cells.push((column as usize, value));
         }
-        rows.iter_mut().for_each(|row| row.cells.sort_by_key(|(column, _)| *column));
+        for row in &mut rows {
+            row.cells.sort_by_key(|(column, _)| *column);
+        }
         sheets.push(Sheet { name, rows });
     }
     Ok(sheets)
