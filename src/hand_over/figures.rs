@@ -15,6 +15,8 @@ const TOLERANCE_M: f64 = 0.01;
 const MOST_BOARDS: usize = 100_000;
 /// Greatest number of marks of a floor.
 const MOST_MARKS: usize = 200_000;
+/// Greatest number of moments whose names are on the floor's figure.
+const NAMED_MOMENTS: usize = 20;
 /// In CAD, every handle of this many has its name and coordinates as text.
 const NAMED_HANDLES: usize = 10;
 
@@ -22,13 +24,14 @@ const NAMED_HANDLES: usize = 10;
 pub(super) fn plan(show: &HandOver<'_>, suffix: &str) -> Result<Vec<u8>, String> {
     require_boards(show, 1)?;
     let start = &show.moments[0];
-    Ok(encode(&drawing(show, start, true), suffix))
+    Ok(encode(&drawing(show, 0, start), suffix))
 }
 
 /// A page for each moment.
 pub(super) fn moments(show: &HandOver<'_>) -> Result<Vec<u8>, String> {
     require_boards(show, show.moments.len())?;
-    let drawings: Vec<Drawing> = show.moments.iter().map(|moment| drawing(show, moment, false)).collect();
+    let numbered = show.moments.iter().enumerate();
+    let drawings: Vec<Drawing> = numbered.map(|(number, moment)| drawing(show, number, moment)).collect();
     Ok(pages_of(&drawings))
 }
 
@@ -41,10 +44,13 @@ pub(super) fn floor(show: &HandOver<'_>, suffix: &str) -> Result<Vec<u8>, String
         let plan = FloorPlan { swept: area.parts, stage, marks: marks(show)? };
         return Ok(plan.to_dxf().into_bytes());
     }
-    let facts = vec![
+    let mut facts = vec![
         format!("{} m² swept by boards, at most {TOLERANCE_M} m too far", Fixed::<1>(area.area_m2())),
         Counted(show.config.formation().layout().benches() as u64, "bench").to_string(),
     ];
+    let numbered = show.moments.iter().zip(1..).take(NAMED_MOMENTS);
+    facts
+        .extend(numbered.map(|(moment, number)| format!("{number}: {}, {} s", moment.name, Fixed::<1>(moment.time_s))));
     let title = "The floor: heads and tails at each moment".to_owned();
     let caption = Caption { heading: Some(show.title.clone()), title, facts };
     let view = SweepView { caption, stage, area: area.parts.concat(), nearest: Vec::new(), marks: ends(show) };
@@ -67,21 +73,17 @@ fn encode(drawing: &Drawing, suffix: &str) -> Vec<u8> {
     })
 }
 
-/// All dragons at a moment, on paper.
-fn drawing(show: &HandOver<'_>, moment: &Moment, shows_routes: bool) -> Drawing {
+/// All dragons at a moment, on paper. All moments of a show have the same frame.
+fn drawing(show: &HandOver<'_>, number: usize, moment: &Moment) -> Drawing {
     let Moment { name, time_s, cue } = moment;
-    let title = if cue.is_some() || name != &format!("{time_s} s") {
-        format!("{name}, at {} s", Fixed::<3>(*time_s))
-    } else {
-        format!("At {name}")
-    };
+    let title = format!("{}: {name}, at {} s", number + 1, Fixed::<3>(*time_s));
     let benches = Counted(show.config.formation().layout().benches() as u64, "bench").to_string();
     let note = cue.iter().map(|(note, _)| note.clone()).filter(|note| !note.is_empty());
     let contact = show.contact.iter().map(FirstContact::words);
     let facts = std::iter::once(benches).chain(note).chain(contact).collect();
     let caption = Caption { heading: Some(show.title.clone()), title, facts };
     let dragons = dragons(show, *time_s);
-    FormationView { caption, dragons, mark: None, shows_routes }.draw().on_paper(show.paper)
+    FormationView { caption, dragons, mark: None, shows_routes: true }.draw().on_paper(show.paper)
 }
 
 /// All dragons with their whole routes.
@@ -124,7 +126,10 @@ fn ends(show: &HandOver<'_>) -> Vec<(glam::DVec2, String)> {
                 index if index == last => "T",
                 _ => continue,
             };
-            marks.push((place.into(), format!("{letter}{} {}", number + 1, Place::<2>(place))));
+            marks.push((
+                place.into(),
+                format!("{letter}{} {}, {}", number + 1, Fixed::<2>(place[0]), Fixed::<2>(place[1])),
+            ));
         }
     }
     marks

@@ -13,6 +13,7 @@ use std::borrow::Cow;
 use bench_dragon_geometry::clearance::{first_meeting, first_within};
 use bench_dragon_geometry::dragon::Meter;
 use bench_dragon_geometry::number::Fixed;
+use serde::Serialize;
 
 use crate::config::Config;
 use crate::output::dragon_colours;
@@ -22,7 +23,7 @@ use crate::output::figure::Paper;
 pub(crate) const MOST_MOMENTS: usize = 60;
 
 /// A file that is handed over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct File {
     /// Its name in the folder.
     pub(crate) name: &'static str,
@@ -65,6 +66,8 @@ pub(crate) struct FirstContact {
     pub(crate) time_s: f64,
     /// The two benches in words.
     pub(crate) benches: String,
+    /// The number of the dragon of each, and its index.
+    pub(crate) places: [(usize, usize); 2],
 }
 
 /// A plan that is handed over.
@@ -168,13 +171,14 @@ fn first_contact(config: &Config, meter: &Meter) -> Option<FirstContact> {
             let (dragon, bench) = named.named_bench(bench);
             format!("{dragon} bench {bench}")
         });
-        return Some(FirstContact { time_s: meeting.time_s, benches: benches.join(" and ") });
+        let places = meeting.benches.map(|bench| formation.layout().place(bench));
+        return Some(FirstContact { time_s: meeting.time_s, benches: benches.join(" and "), places });
     }
     let dragon = config.lead().metered(meter);
     let contact = first_within(&dragon, 0.0, dragon.start_travel_m(), dragon.end_travel_m()).ok()??;
     let [one, other] = contact.benches;
     let time_s = config.timetable().time_s(contact.travel_m);
-    Some(FirstContact { time_s, benches: format!("benches {one} and {other}") })
+    Some(FirstContact { time_s, benches: format!("benches {one} and {other}"), places: [(0, one), (0, other)] })
 }
 
 /// The start, the cues, further times, the first contact and the end, in their order.

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use test_support::process::{Ended, Process};
 use test_support::pytest;
 
-use crate::browser::Browser;
+use crate::browser::{Browser, View};
 use crate::stage::{Stage, program};
 
 /// Two dragons with a crowd, ramps, and cues of which one waits.
@@ -101,6 +101,21 @@ fn the_page_draws_the_poses_of_the_planner_in_a_browser_from_a_file() {
             browser.play("hand_over_plays.mjs", &[&page, solved, if config.is_some() { "two" } else { "paper" }]);
         scenario.end().expect_clean();
     }
+}
+
+#[test]
+fn the_planners_page_offers_the_files_of_the_plan_as_it_is_drawn() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let text = "[route]\nkind = \"path\"\nsegments = [{ kind = \"line\", length_m = 12 }]\n";
+    fs::write(stage.path("line.toml"), text).expect("the folder is writable");
+    hand_over(&stage, &["line.toml", "--out", "crew"]).expect_clean();
+    let config = stage.path("line.toml").display().to_string();
+    let plan = Process::start(program(&["plan", &config, "--listen", "127.0.0.1:0", "--format", "json"]));
+    let planner = View::announced_by(plan);
+    let crew = stage.path("crew").display().to_string();
+    browser.play("planner_hands_over.mjs", &[&planner.url, &crew]).end().expect_clean();
+    planner.process.terminate().expect_clean();
 }
 
 #[test]

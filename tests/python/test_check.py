@@ -7,6 +7,7 @@ import json
 import math
 import os
 import subprocess
+import zipfile
 
 import openpyxl
 import pytest
@@ -170,3 +171,57 @@ def test_a_wrong_contact_of_a_wrong_chain_has_both_names(tmp_path):
     path = tmp_path / "result2.xlsx"
     write_at_end(path, arc_for_chord(inward, 412.849997))
     assert check(path)[1] == ["arc_for_chord", "narrow_boards"]
+
+
+def test_a_table_of_some_handles_is_enough(tmp_path):
+    path = tmp_path / "paper.xlsx"
+    book = openpyxl.Workbook()
+    times = range(0, 301, 60)
+    poses = [arc_for_chord(inward, time) for time in times]
+    book.active.append(["表1"])
+    book.active.append([None, *times])
+    for handle in (0, 1, 51, 101, 151, 201, 223):
+        for axis, letter in enumerate("xy"):
+            book.active.append([f"{NAMES[handle]} {letter}（m）", *(places[handle][axis] for places, _ in poses)])
+    book.save(path)
+    answer, mistakes = check(path)
+    assert mistakes == ["arc_for_chord"] and answer["positions"]["values"] == 2 * 7 * len(times)
+    assert answer["speeds"]["values"] == 0 and answer["speeds"]["largest"] is None
+
+
+SHEET = '<?xml version="1.0"?><worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
+
+
+def hostile(path, rows, strings=()):
+    """A workbook of these rows, and of shared strings."""
+    empty = path.with_name("empty.xlsx")
+    openpyxl.Workbook().save(empty)
+    with zipfile.ZipFile(empty) as source, zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
+        for name in source.namelist():
+            if name not in ("xl/worksheets/sheet1.xml", "xl/sharedStrings.xml"):
+                book.writestr(name, source.read(name))
+        with book.open("xl/worksheets/sheet1.xml", "w", force_zip64=True) as sheet:
+            for part in (SHEET, *rows, "</sheetData></worksheet>"):
+                sheet.write(part.encode())
+        with book.open("xl/sharedStrings.xml", "w", force_zip64=True) as shared:
+            shared.write(b'<?xml version="1.0"?><sst xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><si><t>')
+            for part in strings:
+                shared.write(part)
+            shared.write(b"</t></si></sst>")
+
+
+@pytest.mark.parametrize(
+    ("rows", "strings", "reason"),
+    [
+        (['<row r="1"><c r="B1"><v>0</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>'], (), "row 1048576"),
+        (['<row r="1">' + '<c r="A1"><v>1</v></c>' * 100_000 + "</row>"] * 41, (), "more than 4000000 cells"),
+        ([], [b"a" * (1 << 24)] * 80, "more than 1024 MiB of memory"),
+    ],
+    ids=["far", "many", "long"],
+)
+def test_a_hostile_workbook_is_refused_in_one_line(tmp_path, rows, strings, reason):
+    path = tmp_path / "hostile.xlsx"
+    hostile(path, rows, strings)
+    done = subprocess.run([PROGRAM, "solve", "check", str(path)], capture_output=True, text=True)
+    assert done.returncode == 2 and done.stdout == ""
+    assert reason in done.stderr and done.stderr.count("\n") == 1, done.stderr

@@ -13,6 +13,7 @@ mod answerer;
 mod change;
 mod corner_run;
 mod edit;
+mod handing_over;
 mod handle;
 mod newest;
 mod page_desk;
@@ -75,6 +76,8 @@ struct Inner {
     gate: Arc<Gate>,
     closing: watch::Sender<bool>,
     places: Arc<Semaphore>,
+    /// One file is made at a time.
+    handing_over: Semaphore,
 }
 
 impl Planner {
@@ -89,6 +92,7 @@ impl Planner {
             gate: Arc::new(Gate::new(token, false, address)),
             closing: watch::Sender::new(false),
             places: Arc::new(Semaphore::new(MAX_PAGES)),
+            handing_over: Semaphore::new(1),
         })))
     }
 
@@ -106,6 +110,7 @@ impl Planner {
             .route("/text", get(report_text))
             .route("/stream", any(open_stream))
             .route("/save", post(save))
+            .route("/hand-over", get(handing_over::list).post(handing_over::hand_over))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
             .method_not_allowed_fallback(async || {
                 refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")

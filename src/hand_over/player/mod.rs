@@ -49,6 +49,8 @@ struct CueData {
 #[derive(Serialize)]
 struct ContactData {
     at: f64,
+    /// The two benches: the number of its dragon and its index.
+    benches: [(usize, usize); 2],
 }
 
 #[derive(Serialize)]
@@ -116,7 +118,7 @@ pub(super) fn html(show: &HandOver<'_>) -> Result<String, String> {
         end: show.config.formation().end_s().max(show.config.end_s()),
         stage: Lines { outline: pairs(&outline), keep_out, crowd: pairs(&crowd) },
         cues: show.moments.iter().filter_map(cue).collect(),
-        contact: show.contact.as_ref().map(|contact| ContactData { at: contact.time_s }),
+        contact: show.contact.as_ref().map(|contact| ContactData { at: contact.time_s, benches: contact.places }),
         dragons,
     };
     Ok(page(show, &data, error_m))
@@ -166,11 +168,19 @@ fn halfway(frames: &[Vec<f32>], interval: usize) -> Vec<f64> {
     let last = frames.len() - 1;
     let [before, from, to, after] =
         [interval.saturating_sub(1), interval, interval + 1, (interval + 2).min(last)].map(|at| &frames[at]);
-    let leaving = if interval > 0 { 0.5 } else { 1.0 };
-    let arriving = if interval + 2 <= last { 0.5 } else { 1.0 };
+    let (has_before, has_after) = (interval > 0, interval + 2 <= last);
     let number = |at: usize| {
         let [before, from, to, after] = [before, from, to, after].map(|frame| f64::from(frame[at]));
-        0.5 * (from + to) + 0.125 * (leaving * (to - before) - arriving * (after - from))
+        let rise = to - from;
+        let [leaving, arriving] = [0.5 * (to - before), 0.5 * (after - from)];
+        let [leaving, arriving] = match (has_before, has_after) {
+            (true, true) => [leaving, arriving],
+            // At an end, the curve is the parabola through three key frames.
+            (false, true) => [2.0 * rise - arriving, arriving],
+            (true, false) => [leaving, 2.0 * rise - leaving],
+            (false, false) => [rise, rise],
+        };
+        0.5 * (from + to) + 0.125 * (leaving - arriving)
     };
     (0..from.len()).map(number).collect()
 }

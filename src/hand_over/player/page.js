@@ -33,15 +33,17 @@ function handlesAt(dragon, time) {
   const part = place - one;
   const frame = (at) => Math.min(Math.max(at, 0), last) * 2 * handles;
   const [before, from, to, after] = [frame(one - 1), frame(one), frame(one + 1), frame(one + 2)];
-  // At an end, the tangent is that of the one interval.
-  const [leaving, arriving] = [one > 0 ? 0.5 : 1, one + 2 <= last ? 0.5 : 1];
+  const [hasBefore, hasAfter] = [one > 0, one + 2 <= last];
   const found = new Float64Array(2 * handles);
   for (let at = 0; at < 2 * handles; at++) {
     const start = places[from + at];
     const end = places[to + at];
-    const startTangent = leaving * (end - places[before + at]);
-    const endTangent = arriving * (places[after + at] - start);
     const rise = end - start;
+    let startTangent = 0.5 * (end - places[before + at]);
+    let endTangent = 0.5 * (places[after + at] - start);
+    // At an end, the curve is the parabola through three key frames.
+    if (!hasBefore) startTangent = hasAfter ? 2 * rise - endTangent : rise;
+    if (!hasAfter) endTangent = hasBefore ? 2 * rise - startTangent : rise;
     found[at] =
       start +
       part * (startTangent + part * (3 * rise - 2 * startTangent - endTangent + part * (startTangent + endTangent - 2 * rise)));
@@ -105,6 +107,9 @@ function board(handles, bench, dragon) {
   pen.closePath();
 }
 
+/** Whether the first contact is past. */
+const touches = () => show.contact !== null && now >= show.contact.at;
+
 function draw() {
   pen.setTransform(1, 0, 0, 1, 0, 0);
   pen.clearRect(0, 0, canvas.width, canvas.height);
@@ -146,6 +151,14 @@ function draw() {
     board(drawn[number], 0, dragon);
     pen.fill();
   });
+  if (!touches()) return;
+  pen.fillStyle = '#d5321e';
+  for (const [number, bench] of show.contact.benches) {
+    pen.beginPath();
+    board(drawn[number], bench, show.dragons[number]);
+    pen.fill();
+    pen.stroke();
+  }
 }
 
 const clock = (time) => {
@@ -184,7 +197,7 @@ function update() {
   find('seek').setAttribute('aria-valuetext', clock(now));
   find('time').textContent = `${clock(now)} of ${clock(show.end)}`;
   for (const cue of cues) cue.button.classList.toggle('reached', cue.at <= now + 1e-9);
-  find('contact').hidden = show.contact === null || now < show.contact.at;
+  find('contact').hidden = !touches();
 }
 
 function seek(time) {

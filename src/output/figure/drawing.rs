@@ -135,12 +135,14 @@ impl Mark {
 }
 
 impl Paper {
+    /// A poster that most copy shops print.
+    pub const A3: Self = Self { name: "a3", size_mm: [297.0, 420.0] };
     /// All sizes.
     pub const ALL: [Self; 7] = [
         Self { name: "a0", size_mm: [841.0, 1189.0] },
         Self { name: "a1", size_mm: [594.0, 841.0] },
         Self { name: "a2", size_mm: [420.0, 594.0] },
-        Self { name: "a3", size_mm: [297.0, 420.0] },
+        Self::A3,
         Self { name: "a4", size_mm: [210.0, 297.0] },
         Self { name: "letter", size_mm: [8.5 * INCH, 11.0 * INCH] },
         Self { name: "tabloid", size_mm: [11.0 * INCH, 17.0 * INCH] },

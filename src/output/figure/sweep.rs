@@ -1,7 +1,9 @@
 //! Plan of the area that boards sweep.
 
+use std::f64::consts::FRAC_PI_4;
+
 use glam::DVec2;
-use kurbo::{BezPath, Rect};
+use kurbo::{BezPath, Rect, Vec2};
 
 use super::Drawing;
 use super::boards::bounds;
@@ -63,7 +65,9 @@ impl SweepView {
         for (point, words) in &self.marks {
             let at = plot.at(*point);
             drawing.push(Mark::filled(circle(at, MARK_RADIUS), BLACK).labelled(words.as_str()));
-            drawing.write(&Text::new(words.as_str(), MARK_SIZE).anchored(Anchor::Left), at + (MARK_GAP, 0.0));
+            // Words at an angle do not cover each other along a line across the page.
+            let text = Text::new(words.as_str(), MARK_SIZE).anchored(Anchor::Left).turned(-FRAC_PI_4);
+            drawing.write(&text, at + MARK_GAP * Vec2::from_angle(-FRAC_PI_4));
         }
         plot.draw_frame(&mut drawing);
         plot.label(&mut drawing, "x (m)", "y (m)");

@@ -10,6 +10,7 @@ import { Drawing, isSame } from './drawing.js';
 import { element, write } from './element.js';
 import { Files, note } from './files.js';
 import { fixed } from './format.js';
+import { offerFiles } from './hand_over.js';
 import { numbersOf, showNumbers } from './numbers.js';
 import { readPalette } from './palette.js';
 import { listenToKeys } from './plan_keys.js';
@@ -43,6 +44,7 @@ let isHeld = false;
 const drawing = new Drawing(element('plan', HTMLCanvasElement), camera, palette, redraw);
 const curve = new Curve(element('timeline', HTMLCanvasElement), palette, redraw);
 const files = new Files(draft, desk, redraw);
+offerFiles(draft, desk);
 const player = new Player(seek, () => (state.plan === null ? null : { now_s: state.pose.time_s, times_s: state.plan.times_s }));
 const showChosen = listenToChosen({ choose, set: (keys, value) => edit({ kind: 'set', keys, value }), remove });
 
