@@ -46,7 +46,7 @@ fn log_time_is_unix_time_of_the_sending() {
 }
 
 #[test]
-fn poses_and_transforms_come_thirty_times_a_second() {
+fn poses_and_transforms_come_thirty_times_a_second_and_boards_ten_times() {
     let folder = tempdir().expect("a folder");
     let path = dance::record(dance::settings(folder.path()), &dance::frames(2_000, 5));
     let poses = dance::log_times_ns(&path, Topic::Poses.name());
@@ -54,6 +54,10 @@ fn poses_and_transforms_come_thirty_times_a_second() {
     let frames = dance::log_times_ns(&path, Topic::Frames.name());
     assert!(poses.iter().all(|pose| frames.binary_search(pose).is_ok()), "a pose has the time of its frame");
     assert_eq!(dance::log_times_ns(&path, Topic::Transforms.name()), poses);
+    let boards = dance::log_times_ns(&path, Topic::Boards.name());
+    assert!((20..=21).contains(&boards.len()), "{} messages of boards in 2 s", boards.len());
+    assert!(boards.iter().all(|time| poses.binary_search(time).is_ok()), "boards have the time of their poses");
+    assert_eq!(dance::log_times_ns(&path, Topic::Markers.name()), boards);
 }
 
 #[test]
