@@ -126,7 +126,7 @@ def test_the_benches_are_frames_of_reference_at_their_poses():
 def test_the_boards_are_cubes_at_the_poses_of_their_benches():
     poses = {message.log_time: array.poses for message, array in decoded("show.mcap", "/dragon/poses")}
     scenes, markers = decoded("show.mcap", "/dragon/boards"), decoded("show.mcap", "/dragon/markers")
-    assert len(scenes) == len(markers) and len(scenes) in (2, 3)  # a quarter of a second at 10 Hz
+    assert len(scenes) == len(markers) and len(scenes) in (3, 4)  # a quarter of a second at 10 Hz
     for (message, scene), (_, array) in zip(scenes, markers, strict=True):
         [entity] = scene.entities
         assert (entity.frame_id, entity.id, scene.deletions) == ("stage", "boards", [])
@@ -191,7 +191,8 @@ def test_the_configuration_is_metadata(name):
     with open(FOLDER / name, "rb") as stream:
         [metadata] = make_reader(stream).iter_metadata()
     assert metadata.name == "bench_dragon.configuration"
-    assert metadata.metadata == {"run_id": str(0x1FFFFF00000001), "toml": "[dragon]\nbenches = 223\n"}
+    toml = "[dragon]\nbenches = 223\nhead_length_m = 3.41\nbody_length_m = 2.2\nwidth_m = 0.3\n"
+    assert metadata.metadata == {"run_id": str(0x1FFFFF00000001), "toml": toml}
 
 
 def test_a_cut_recording_streams_its_whole_chunks_up_to_the_end_of_file():

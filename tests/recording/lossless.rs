@@ -105,7 +105,7 @@ fn a_finished_file_has_an_index_of_everything() {
     assert_eq!(recorded.bytes, path.metadata().expect("a file").len());
     let summary = dance::summary(&path).expect("a summary");
     let stats = summary.stats.expect("statistics");
-    assert_eq!(stats.message_count, 300 + 10 + 10 + 1, "frames, poses, transforms and the alert");
+    assert_eq!(stats.message_count, 300 + 10 + 10 + 4 + 4 + 1, "frames, poses, transforms, boards twice and the alert");
     assert!(summary.chunk_indexes.len() > 1 && summary.chunk_indexes.iter().all(|chunk| chunk.compression == "zstd"));
     assert_eq!(summary.metadata_indexes.len(), 1);
 }
@@ -158,4 +158,16 @@ fn a_part_that_is_reread_ends_with_the_chunk_of_its_last_frame() {
     let of_the_chunks = 1 + positions.iter().filter(|&&position| position <= last).count();
     assert_eq!(again.count(), of_the_chunks);
     assert!(of_the_chunks < 2_000, "there is more than one chunk");
+}
+
+#[test]
+fn topics_keep_the_numbers_that_earlier_versions_gave_them() {
+    let folder = tempdir().expect("a folder");
+    let path = dance::record(dance::settings(folder.path()), &dance::frames(10, 5));
+    let channels = dance::summary(&path).expect("a summary").channels;
+    let mut numbered: Vec<_> = channels.values().map(|channel| (channel.id, channel.topic.as_str())).collect();
+    numbered.sort_unstable();
+    let topics: Vec<_> = numbered.into_iter().map(|(_, topic)| topic).collect();
+    let earlier = ["/dragon/frames", "/dragon/poses", "/dragon/alerts", "/dragon/commands", "/tf"];
+    assert_eq!(topics, [&earlier[..], &["/dragon/boards", "/dragon/markers"]].concat());
 }
