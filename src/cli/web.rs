@@ -199,7 +199,7 @@ pub(crate) fn announce(format: Format, words: &str, url: String, address: Socket
 }
 
 /// The address by which other machines reach a machine that listens on all of its addresses.
-fn reachable(ip: IpAddr) -> IpAddr {
+pub(super) fn reachable(ip: IpAddr) -> IpAddr {
     if !ip.is_unspecified() {
         return ip;
     }

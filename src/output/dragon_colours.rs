@@ -5,7 +5,7 @@
 use crate::config::FormationDocument;
 
 /// Red, green and blue.
-type Rgb = [u8; 3];
+pub type Rgb = [u8; 3];
 
 const PALETTE: [Rgb; 7] = [
     [0x00, 0x72, 0xB2],
@@ -23,10 +23,11 @@ const ALIKE: f64 = 60.0;
 
 /// The colour of each dragon.
 pub fn dragon_colours(document: &FormationDocument) -> Vec<Rgb> {
-    of_configured(&document.dragons().iter().map(|dragon| dragon.colour).collect::<Vec<_>>())
+    colours_of(&document.dragons().iter().map(|dragon| dragon.colour).collect::<Vec<_>>())
 }
 
-fn of_configured(configured: &[Option<Rgb>]) -> Vec<Rgb> {
+/// The colour of each dragon, of which some have one.
+pub fn colours_of(configured: &[Option<Rgb>]) -> Vec<Rgb> {
     let taken: Vec<Rgb> = configured.iter().flatten().copied().collect();
     let all = SHADES.iter().flat_map(|shade| PALETTE.map(|colour| mixed(colour, *shade)));
     let mut free = all.filter(|colour| taken.iter().all(|other| distance(*colour, *other) > ALIKE)).cycle();
@@ -52,12 +53,12 @@ mod tests {
     #[test]
     fn a_configured_colour_stays_and_the_palette_leaves_it_out() {
         let vermilion = [0xD5, 0x5E, 0x10];
-        assert_eq!(of_configured(&[None, Some(vermilion), None]), [PALETTE[0], vermilion, PALETTE[2]]);
+        assert_eq!(colours_of(&[None, Some(vermilion), None]), [PALETTE[0], vermilion, PALETTE[2]]);
     }
 
     #[test]
     fn all_dragons_of_a_show_have_different_colours() {
-        let colours: BTreeSet<Rgb> = of_configured(&[None; 32]).into_iter().collect();
+        let colours: BTreeSet<Rgb> = colours_of(&[None; 32]).into_iter().collect();
         assert_eq!(colours.len(), 32);
     }
 }

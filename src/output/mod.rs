@@ -39,7 +39,7 @@ mod writer;
 
 use std::fmt;
 
-pub use dragon_colours::dragon_colours;
+pub use dragon_colours::{Rgb, colours_of, dragon_colours};
 pub(crate) use live_line::bar;
 pub(crate) use printing::{
     Screen, complain, finish_stderr, finish_stdout, hold_terminal, print, release_terminal, set_live_line, start,

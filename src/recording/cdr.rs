@@ -1,4 +1,4 @@
-//! Messages of a recording as little-endian CDR, the encoding of ROS 2, and the choice of frames whose poses are recorded.
+//! Messages of a recording as little-endian CDR, the encoding of ROS 2, and the choice of frames that are recorded for viewers.
 //!
 //! A message has four bytes that name the encoding, then the fields in the order of its topic's definition. Each field is
 //! aligned to its size, counted from after those four bytes. Every value keeps its bits. The types of the bus have the same
@@ -9,11 +9,9 @@ use std::{fmt, io::Write as _};
 use bench_dragon_ipc::{BenchState, DragonMotion, FrameHeader, FromBytes, HandleState, IntoBytes as _};
 
 /// Little-endian plain CDR, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+pub(super) const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// Frame of reference of the poses, and parent of the benches' frames.
-const STAGE: &str = "stage";
-/// Period of the poses: 30 Hz of wall time.
-const POSE_PERIOD_NS: u64 = 1_000_000_000 / 30;
+pub(super) const STAGE: &str = "stage";
 
 const _: () =
     assert!(cfg!(target_endian = "little"), "messages are the bytes of shared memory, and CDR is little-endian");
@@ -71,17 +69,17 @@ pub fn encode_transforms(
 }
 
 /// Returns the seconds and nanoseconds of a Unix time.
-fn stamp(unix_ns: u64) -> [u32; 2] {
+pub(super) fn stamp(unix_ns: u64) -> [u32; 2] {
     [unix_ns / 1_000_000_000, unix_ns % 1_000_000_000].map(|part| part as u32)
 }
 
-fn append_number(message: &mut Vec<u8>, number: u32) {
+pub(super) fn append_number(message: &mut Vec<u8>, number: u32) {
     align(message, size_of::<u32>());
     message.extend(number.to_le_bytes());
 }
 
 /// Appends a string: its length with the final zero, then its bytes and the zero.
-fn append_string(message: &mut Vec<u8>, text: fmt::Arguments<'_>) {
+pub(super) fn append_string(message: &mut Vec<u8>, text: fmt::Arguments<'_>) {
     append_number(message, 0);
     let begin = message.len();
     message.write_fmt(text).expect("a Vec takes every byte");
@@ -91,7 +89,7 @@ fn append_string(message: &mut Vec<u8>, text: fmt::Arguments<'_>) {
 }
 
 /// Pads a message with zeros, so that a field of this alignment can follow.
-fn align(message: &mut Vec<u8>, alignment: usize) {
+pub(super) fn align(message: &mut Vec<u8>, alignment: usize) {
     let length = (message.len() - ENCAPSULATION.len()).next_multiple_of(alignment);
     message.resize(ENCAPSULATION.len() + length, 0);
 }
@@ -123,7 +121,7 @@ fn of_plan(header: FrameHeader, rest: &[u8]) -> Option<FrameHeader> {
 }
 
 /// Replaces the contents of `message` with its encoding and first fields. For a type of the bus, these are all fields.
-pub(super) fn encode(message: &mut Vec<u8>, fields: &[u8]) {
+pub fn encode(message: &mut Vec<u8>, fields: &[u8]) {
     message.clear();
     message.extend(ENCAPSULATION);
     message.extend(fields);
@@ -144,29 +142,33 @@ fn split<T: FromBytes>(message: &[u8]) -> Option<(T, &[u8])> {
 ///
 /// The heading points from the rear handle to the front handle. A heading of +π/2, with the front handle in direction +y of the
 /// rear handle, is a quarter turn about z.
-fn pose(bench: &BenchState) -> [f64; 7] {
+pub(super) fn pose(bench: &BenchState) -> [f64; 7] {
     let [x, y, z] = bench.centre_m;
     let ((sine, cosine), (up, level)) = ((bench.heading_rad / 2.0).sin_cos(), (bench.pitch_rad / 2.0).sin_cos());
     // Adding 0 removes the sign of a zero.
     [x, y, z, sine * up + 0.0, 0.0 - cosine * up, sine * level, cosine * level]
 }
 
-/// Chooses the frames whose poses are recorded.
+/// Chooses the frames whose poses or boards are recorded: so many a second.
 ///
-/// A pose is due every thirtieth of a second. `PoseRate` chooses the first frame that is at most half a period early. So the
-/// mean rate is 30 Hz at any higher frame rate. At 30 Hz and below, every frame is chosen, even with jitter. After a pause, no
-/// extra frames are chosen.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PoseRate {
+/// It chooses the first frame that is at most half a period early. So its mean rate is kept at any higher frame rate. At that rate and
+/// below, every frame is chosen, even with jitter. After a pause, no extra frames are chosen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ViewedRate {
+    period_ns: u64,
     due_ns: u64,
 }
 
-impl PoseRate {
+impl ViewedRate {
+    pub(super) fn hz(hz: u64) -> Self {
+        Self { period_ns: 1_000_000_000 / hz, due_ns: 0 }
+    }
+
     /// Whether the frame for the instant `scheduled_ns` is chosen. Call it for frames in their order.
     pub(super) fn is_due(&mut self, scheduled_ns: u64) -> bool {
-        let is_due = scheduled_ns + POSE_PERIOD_NS / 2 >= self.due_ns;
+        let is_due = scheduled_ns + self.period_ns / 2 >= self.due_ns;
         if is_due {
-            self.due_ns = (self.due_ns + POSE_PERIOD_NS).max(scheduled_ns + POSE_PERIOD_NS / 2);
+            self.due_ns = (self.due_ns + self.period_ns).max(scheduled_ns + self.period_ns / 2);
         }
         is_due
     }
@@ -324,7 +326,7 @@ mod tests {
         assert_eq!(message[last..], *pose(&BenchState::between(&handles[3], &handles[4])).as_bytes());
     }
 
-    fn chosen_in(seconds: u64, rate_hz: u64, rate: &mut PoseRate) -> u64 {
+    fn chosen_in(seconds: u64, rate_hz: u64, rate: &mut ViewedRate) -> u64 {
         let published = |tick: u64| 1_000_000_000_000 + tick * 1_000_000_000 / rate_hz;
         (0..seconds * rate_hz).map(|tick| u64::from(rate.is_due(published(tick)))).sum()
     }
@@ -332,7 +334,7 @@ mod tests {
     #[test]
     fn thirty_frames_a_second_are_chosen_at_any_higher_rate() {
         for rate_hz in [31, 50, 59, 60, 100, 1_000, 10_000] {
-            let chosen = chosen_in(10, rate_hz, &mut PoseRate::default());
+            let chosen = chosen_in(10, rate_hz, &mut ViewedRate::hz(30));
             assert!((299..=301).contains(&chosen), "{chosen} poses in 10 s at {rate_hz} Hz");
         }
     }
@@ -340,13 +342,13 @@ mod tests {
     #[test]
     fn every_frame_is_chosen_at_thirty_hertz_and_below() {
         for rate_hz in [1, 20, 29, 30] {
-            assert_eq!(chosen_in(10, rate_hz, &mut PoseRate::default()), 10 * rate_hz, "at {rate_hz} Hz");
+            assert_eq!(chosen_in(10, rate_hz, &mut ViewedRate::hz(30)), 10 * rate_hz, "at {rate_hz} Hz");
         }
     }
 
     #[test]
     fn pause_adds_no_extra_poses() {
-        let mut rate = PoseRate::default();
+        let mut rate = ViewedRate::hz(30);
         rate.is_due(0);
         let chosen = chosen_in(1, 1_000, &mut rate);
         assert!((30..=31).contains(&chosen), "{chosen} poses in the second after a pause");

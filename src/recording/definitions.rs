@@ -64,13 +64,7 @@ pub(super) const COMMAND_EVENT: Definition = Definition {
 pub(super) const POSE_ARRAY: Definition = Definition {
     name: "geometry_msgs/msg/PoseArray",
     text: "std_msgs/Header header\ngeometry_msgs/Pose[] poses\n",
-    parts: &[
-        HEADER,
-        TIME,
-        ("geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n"),
-        ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
-        QUATERNION,
-    ],
+    parts: &[HEADER, TIME, POSE, POINT, QUATERNION],
 };
 
 /// Frames of reference, each in its parent.
@@ -85,13 +79,109 @@ pub(super) const TRANSFORMS: Definition = Definition {
         HEADER,
         TIME,
         ("geometry_msgs/Transform", "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"),
-        ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+        VECTOR,
         QUATERNION,
     ],
 };
 
+/// Boards as cubes, for Foxglove and Lichtblick.
+pub(super) const SCENE_UPDATE: Definition = Definition {
+    name: "foxglove_msgs/msg/SceneUpdate",
+    text: "foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities\n",
+    parts: &[
+        (
+            "foxglove_msgs/SceneEntityDeletion",
+            "builtin_interfaces/Time timestamp\nuint8 MATCHING_ID=0\nuint8 ALL=1\nuint8 type\nstring id\n",
+        ),
+        (
+            "foxglove_msgs/SceneEntity",
+            "builtin_interfaces/Time timestamp\nstring frame_id\nstring id\nbuiltin_interfaces/Duration lifetime\n\
+             bool frame_locked\nfoxglove_msgs/KeyValuePair[] metadata\nfoxglove_msgs/ArrowPrimitive[] arrows\n\
+             foxglove_msgs/CubePrimitive[] cubes\nfoxglove_msgs/SpherePrimitive[] spheres\n\
+             foxglove_msgs/CylinderPrimitive[] cylinders\nfoxglove_msgs/LinePrimitive[] lines\n\
+             foxglove_msgs/TriangleListPrimitive[] triangles\nfoxglove_msgs/TextPrimitive[] texts\n\
+             foxglove_msgs/ModelPrimitive[] models\n",
+        ),
+        ("foxglove_msgs/KeyValuePair", "string key\nstring value\n"),
+        (
+            "foxglove_msgs/ArrowPrimitive",
+            "geometry_msgs/Pose pose\nfloat64 shaft_length\nfloat64 shaft_diameter\nfloat64 head_length\n\
+             float64 head_diameter\nfoxglove_msgs/Color color\n",
+        ),
+        ("foxglove_msgs/CubePrimitive", SOLID),
+        ("foxglove_msgs/SpherePrimitive", SOLID),
+        (
+            "foxglove_msgs/CylinderPrimitive",
+            "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfloat64 bottom_scale\nfloat64 top_scale\n\
+             foxglove_msgs/Color color\n",
+        ),
+        (
+            "foxglove_msgs/LinePrimitive",
+            "uint8 LINE_STRIP=0\nuint8 LINE_LOOP=1\nuint8 LINE_LIST=2\nuint8 type\ngeometry_msgs/Pose pose\n\
+             float64 thickness\nbool scale_invariant\ngeometry_msgs/Point[] points\nfoxglove_msgs/Color color\n\
+             foxglove_msgs/Color[] colors\nuint32[] indices\n",
+        ),
+        (
+            "foxglove_msgs/TriangleListPrimitive",
+            "geometry_msgs/Pose pose\ngeometry_msgs/Point[] points\nfoxglove_msgs/Color color\n\
+             foxglove_msgs/Color[] colors\nuint32[] indices\n",
+        ),
+        (
+            "foxglove_msgs/TextPrimitive",
+            "geometry_msgs/Pose pose\nbool billboard\nfloat64 font_size\nbool scale_invariant\n\
+             foxglove_msgs/Color color\nstring text\n",
+        ),
+        (
+            "foxglove_msgs/ModelPrimitive",
+            "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nfoxglove_msgs/Color color\nbool override_color\n\
+             string url\nstring media_type\nuint8[] data\n",
+        ),
+        ("foxglove_msgs/Color", "float64 r\nfloat64 g\nfloat64 b\nfloat64 a\n"),
+        TIME,
+        DURATION,
+        POSE,
+        POINT,
+        VECTOR,
+        QUATERNION,
+    ],
+};
+
+/// Boards as cubes, for `rviz` and every other viewer of ROS.
+pub(super) const MARKER_ARRAY: Definition = Definition {
+    name: "visualization_msgs/msg/MarkerArray",
+    text: "visualization_msgs/Marker[] markers\n",
+    parts: &[
+        (
+            "visualization_msgs/Marker",
+            "int32 CUBE=1\nint32 ADD=0\nint32 DELETEALL=3\nstd_msgs/Header header\nstring ns\nint32 id\nint32 type\n\
+             int32 action\ngeometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n\
+             builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n\
+             std_msgs/ColorRGBA[] colors\nstring texture_resource\nsensor_msgs/CompressedImage texture\n\
+             visualization_msgs/UVCoordinate[] uv_coordinates\nstring text\nstring mesh_resource\n\
+             visualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials\n",
+        ),
+        ("std_msgs/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"),
+        ("sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"),
+        ("visualization_msgs/UVCoordinate", "float32 u\nfloat32 v\n"),
+        ("visualization_msgs/MeshFile", "string filename\nuint8[] data\n"),
+        HEADER,
+        TIME,
+        DURATION,
+        POSE,
+        POINT,
+        VECTOR,
+        QUATERNION,
+    ],
+};
+
+const SOLID: &str = "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfoxglove_msgs/Color color\n";
 const HEADER: (&str, &str) = ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n");
 const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
+const DURATION: (&str, &str) = ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n");
+const POSE: (&str, &str) =
+    ("geometry_msgs/Pose", "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n");
+const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
+const VECTOR: (&str, &str) = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n");
 const QUATERNION: (&str, &str) = ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n");
 
 #[cfg(test)]
@@ -104,7 +194,9 @@ mod tests {
             POSE_ARRAY.full_text().split(SEPARATOR).nth(2),
             Some("\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n")
         );
-        for definition in [FRAME, FORMATION_FRAME, ALERT, COMMAND_EVENT, POSE_ARRAY, TRANSFORMS] {
+        for definition in
+            [FRAME, FORMATION_FRAME, ALERT, COMMAND_EVENT, POSE_ARRAY, TRANSFORMS, SCENE_UPDATE, MARKER_ARRAY]
+        {
             let full = definition.full_text();
             let fields = full.lines().filter(|line| !line.starts_with(['#', '=']) && !line.starts_with("MSG: "));
             let types = fields.filter_map(|line| line.split([' ', '[']).next());

@@ -1,7 +1,7 @@
 //! Recording: every frame, without loss, into MCAP files that any ROS 2 viewer or reader opens.
 //!
 //! **Contents.** `/dragon/frames` has every frame, bit for bit. `/dragon/poses` has one pose per bench at 30 Hz, and `/tf` the
-//! same poses as frames of reference. `/dragon/alerts` has the alerts, and `/dragon/commands` the record of commands. A metadata
+//! same poses as frames of reference. `/dragon/boards` and `/dragon/markers` have the boards at 10 Hz. `/dragon/alerts` has the alerts, and `/dragon/commands` the record of commands. A metadata
 //! record in each file has the configuration. Messages are ROS 2 CDR; their definitions are in the file.
 //!
 //! **Times.** The log time of a frame, of its poses and of its transforms is the Unix time at which the frame was sent, and the
@@ -29,6 +29,7 @@
 //! **Full disks.** A forecast warns early ([`RecorderProgress`]). When the disk has no room for another chunk, the recorder
 //! finishes the file within the room reserved for its summary. The next call returns [`RecordError::DiskFull`].
 
+mod boards;
 pub mod cdr;
 pub mod export;
 
@@ -72,6 +73,7 @@ pub mod on_disk {
 pub(crate) use self::recorder::frames_in_flight;
 pub use self::{
     background_repair::{BackgroundRepair, repair_folder},
+    boards::{Boards, encode_markers, encode_scene},
     check::repair_checked,
     error::{Kept, RecordError},
     gaps::{Coverage, Gap},
@@ -84,5 +86,5 @@ pub use self::{
     recorder::{BYTES_IN_FLIGHT, Recorder, RecorderSettings},
     repair::{Repair, RepairError, repair},
     timeline::{Timeline, TimelinePlace},
-    topics::{Message, Recorded, RecordedAlert, RecordedFrame, Topic},
+    topics::{Message, Recorded, RecordedAlert, RecordedFrame, Topic, channel_names},
 };

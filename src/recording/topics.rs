@@ -14,7 +14,9 @@ use mcap::{McapResult, Writer};
 
 use super::{
     cdr,
-    definitions::{ALERT, COMMAND_EVENT, Definition, FORMATION_FRAME, FRAME, POSE_ARRAY, TRANSFORMS},
+    definitions::{
+        ALERT, COMMAND_EVENT, Definition, FORMATION_FRAME, FRAME, MARKER_ARRAY, POSE_ARRAY, SCENE_UPDATE, TRANSFORMS,
+    },
 };
 
 /// Name of the metadata record that carries the configuration: `run_id` and `toml`.
@@ -39,11 +41,16 @@ pub enum Topic {
     Commands,
     /// The benches as frames of reference, for viewers.
     Transforms,
+    /// The boards, for Foxglove and Lichtblick.
+    Boards,
+    /// The boards, for `rviz` and every other viewer of ROS.
+    Markers,
 }
 
 impl Topic {
     /// Add new topics at the end: readers of damaged files rely on the numbers.
-    const ALL: [Self; 5] = [Self::Frames, Self::Poses, Self::Alerts, Self::Commands, Self::Transforms];
+    const ALL: [Self; 7] =
+        [Self::Frames, Self::Poses, Self::Alerts, Self::Commands, Self::Transforms, Self::Boards, Self::Markers];
 
     /// Name of the topic, and definition of its messages.
     const fn declaration(self) -> (&'static str, Definition) {
@@ -54,6 +61,8 @@ impl Topic {
             Self::Commands => ("/dragon/commands", COMMAND_EVENT),
             // Viewers look for frames of reference on this topic only.
             Self::Transforms => ("/tf", TRANSFORMS),
+            Self::Boards => ("/dragon/boards", SCENE_UPDATE),
+            Self::Markers => ("/dragon/markers", MARKER_ARRAY),
         }
     }
 
@@ -61,7 +70,7 @@ impl Topic {
     /// message of the bus.
     pub(super) fn read(self, log_time_ns: u64, message: &[u8]) -> Option<Recorded> {
         match self {
-            Self::Frames | Self::Poses | Self::Transforms => None,
+            Self::Frames | Self::Poses | Self::Transforms | Self::Boards | Self::Markers => None,
             Self::Alerts => cdr::decode(message).map(|alert| Recorded::Alert(RecordedAlert { log_time_ns, alert })),
             Self::Commands => cdr::decode(message).map(Recorded::Command),
         }
@@ -70,6 +79,17 @@ impl Topic {
     /// The name of the topic.
     pub const fn name(self) -> &'static str {
         self.declaration().0
+    }
+
+    /// Name and definition of the type of the topic's messages.
+    pub fn schema(self) -> (&'static str, String) {
+        let (_, definition) = self.declaration();
+        (definition.name, definition.full_text())
+    }
+
+    /// Name of the topic with the poses of one dragon of a plan.
+    pub fn poses_of(dragon: &str) -> String {
+        format!("/dragon/{dragon}/poses")
     }
 
     /// The topic with a name; `None` for a foreign name.
@@ -156,7 +176,7 @@ impl MessageCounts {
 
 /// Names of the dragons whose channels a description needs: none for the short form for one dragon. With cues, that dragon has the
 /// frames of a plan, and a number as its name.
-pub(super) fn channel_names(toml: &str) -> Vec<String> {
+pub fn channel_names(toml: &str) -> Vec<String> {
     let names = dragon_names(toml);
     if names.is_empty() && toml.lines().any(|line| line == "[[cues]]") {
         return vec!["1".to_owned()];
@@ -184,7 +204,7 @@ impl Channels {
             match topic {
                 Topic::Poses if !dragons.is_empty() => {
                     for dragon in dragons {
-                        poses.push(add(&format!("/dragon/{dragon}/poses"), &definition)?);
+                        poses.push(add(&Topic::poses_of(dragon), &definition)?);
                     }
                 }
                 Topic::Frames if !dragons.is_empty() => numbers[topic as usize] = add(name, &FORMATION_FRAME)?,

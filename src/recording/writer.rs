@@ -6,12 +6,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use bench_dragon_ipc::FrameHeader;
+use bench_dragon_ipc::{FrameHeader, HandleState};
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
 use mcap::McapError;
 
 use super::{
-    cdr::{self, PoseRate},
+    boards::{Boards, encode_markers, encode_scene},
+    cdr::{self, ViewedRate},
     disk::RecordingDisk,
     disk_sync::{DiskSync, FileSyncs},
     error::RecordError,
@@ -26,6 +27,9 @@ use super::{
 
 /// Longest time from a message to the close of its chunk: half of the second that a killed recorder may lose.
 const FLUSH_AFTER: Duration = Duration::from_millis(500);
+/// Frames a second whose poses are recorded, and of these, whose boards are. Of wall time.
+const POSES_HZ: u64 = 30;
+const BOARDS_HZ: u64 = 10;
 
 /// The writer of a recording: encodes, compresses and writes. It reads no clock: each `now` is the time since its start.
 pub struct RecordingWriter {
@@ -40,7 +44,10 @@ pub struct RecordingWriter {
     finished: FinishedFiles,
     before: Totals,
     configuration: Option<Configuration>,
-    pose_rate: PoseRate,
+    /// The boards of the configuration.
+    boards: Option<Boards>,
+    pose_rate: ViewedRate,
+    board_rate: ViewedRate,
     message: Vec<u8>,
     flush_at: Option<Duration>,
     growth: Growth,
@@ -102,7 +109,9 @@ impl RecordingWriter {
             finished: FinishedFiles::default(),
             before: Totals::default(),
             configuration: None,
-            pose_rate: PoseRate::default(),
+            boards: None,
+            pose_rate: ViewedRate::hz(POSES_HZ),
+            board_rate: ViewedRate::hz(BOARDS_HZ),
             message: Vec::new(),
             flush_at: None,
             growth: Growth::default(),
@@ -220,8 +229,28 @@ impl RecordingWriter {
             let names = self.file.dragons();
             cdr::encode_transforms(&mut self.message, stamp.publish_time_ns, header, handles, names);
             self.write(Topic::Transforms, 0, stamp, now)?;
+            // Boards whose poses are in the file already compress well.
+            if self.board_rate.is_due(header.scheduled_ns) {
+                self.record_boards(header, handles, stamp, now)?;
+            }
         }
         Ok(())
+    }
+
+    /// Records the boards of a frame, if the configuration is known.
+    fn record_boards(
+        &mut self,
+        header: &FrameHeader,
+        handles: &[HandleState],
+        stamp: Stamp,
+        now: Duration,
+    ) -> Result<(), WriterFault> {
+        let Some(boards) = &self.boards else { return Ok(()) };
+        encode_scene(&mut self.message, stamp.publish_time_ns, header, handles, boards);
+        self.write(Topic::Boards, 0, stamp, now)?;
+        let Some(boards) = &self.boards else { return Ok(()) };
+        encode_markers(&mut self.message, stamp.publish_time_ns, header, handles, boards);
+        self.write(Topic::Markers, 0, stamp, now)
     }
 
     /// Begins another file for frames whose dragons have no channels in this one. Dragons without a description have numbers as names.
@@ -262,6 +291,7 @@ impl RecordingWriter {
     fn describe(&mut self, configuration: Configuration, now: Duration) -> Result<(), WriterFault> {
         self.close_chunk(now)?;
         let has_channels = !self.file.holds_messages() || channel_names(&configuration.toml) == self.file.dragons();
+        self.boards = Boards::of_toml(&configuration.toml);
         let configuration = self.configuration.insert(configuration);
         if has_channels {
             self.file.describe(configuration)?;

@@ -7,6 +7,7 @@
 #![allow(clippy::print_stdout, reason = "a test prints its seed and its figures")]
 
 mod bad_input;
+mod bridge_foxglove;
 mod bridge_osc;
 mod bridge_psn;
 mod bridge_steering;

@@ -123,6 +123,31 @@ def test_the_benches_are_frames_of_reference_at_their_poses():
             assert values(bench.transform.rotation) == values(pose.orientation)
 
 
+def test_the_boards_are_cubes_at_the_poses_of_their_benches():
+    poses = {message.log_time: array.poses for message, array in decoded("show.mcap", "/dragon/poses")}
+    scenes, markers = decoded("show.mcap", "/dragon/boards"), decoded("show.mcap", "/dragon/markers")
+    assert len(scenes) == len(markers) and len(scenes) in (3, 4)  # a quarter of a second at 10 Hz
+    for (message, scene), (_, array) in zip(scenes, markers, strict=True):
+        [entity] = scene.entities
+        assert (entity.frame_id, entity.id, scene.deletions) == ("stage", "boards", [])
+        assert entity.timestamp.sec * 10**9 + entity.timestamp.nanosec == message.publish_time
+        assert [entity.arrows, entity.lines, entity.texts, entity.models] == [[]] * 4
+        before, *boards = array.markers
+        assert before.action == 3, "all earlier markers are deleted"
+        assert [(board.ns, board.id, board.type, board.action) for board in boards] == [("dragon", i, 1, 0) for i in range(223)]
+        at = poses[message.log_time]
+        for index, (cube, board, pose) in enumerate(zip(entity.cubes, boards, at, strict=True)):
+            size = [3.41 if index == 0 else 2.2, 0.3, 0.03]
+            assert values(cube.size) == values(board.scale) == size
+            for drawn in (cube.pose, board.pose):
+                assert values(drawn.position) == values(pose.position)
+                assert values(drawn.orientation) == values(pose.orientation)
+            assert (board.header.frame_id, board.color.a, cube.color.a) == ("stage", 1, 1)
+            assert values(board.header.stamp) == values(entity.timestamp)
+            assert values(board.color) == pytest.approx(values(cube.color), abs=1e-7)
+        assert entity.cubes[0].color.r > entity.cubes[1].color.r, "the head is lighter"
+
+
 def values(message):
     return [getattr(message, name) for name in type(message).__slots__]
 
@@ -166,7 +191,8 @@ def test_the_configuration_is_metadata(name):
     with open(FOLDER / name, "rb") as stream:
         [metadata] = make_reader(stream).iter_metadata()
     assert metadata.name == "bench_dragon.configuration"
-    assert metadata.metadata == {"run_id": str(0x1FFFFF00000001), "toml": "[dragon]\nbenches = 223\n"}
+    toml = "[dragon]\nbenches = 223\nhead_length_m = 3.41\nbody_length_m = 2.2\nwidth_m = 0.3\n"
+    assert metadata.metadata == {"run_id": str(0x1FFFFF00000001), "toml": toml}
 
 
 def test_a_cut_recording_streams_its_whole_chunks_up_to_the_end_of_file():

@@ -16,7 +16,7 @@ pub(crate) const OFFSET_NS: i64 = 1_790_000_000_123_456_789;
 /// Run of each frame of these tests.
 pub(crate) const RUN_ID: u64 = 0x1f_ffff_0000_0001;
 /// The description of the frames.
-pub(crate) const TOML: &str = "[dragon]\nbenches = 223\n";
+pub(crate) const TOML: &str = "[dragon]\nbenches = 223\nhead_length_m = 3.41\nbody_length_m = 2.2\nwidth_m = 0.3\n";
 
 const RATE_HZ: u64 = 1_000;
 const PITCH_M: f64 = 0.55;

@@ -10,7 +10,9 @@ use tempfile::tempdir;
 use crate::dance::{self, Frame, RUN_ID};
 
 const FRAMES: u64 = 600;
-const TOML: &str = "[[dragons]]\nname = \"gold\"\nbenches = 4\n\n[[dragons]]\nname = \"silver\"\nbenches = 6\n";
+const TOML: &str =
+    "[[dragons]]\nname = \"gold\"\nbenches = 4\nhead_length_m = 3.41\nbody_length_m = 2.2\nwidth_m = 0.3\n
+[[dragons]]\nname = \"silver\"\nbenches = 6\nhead_length_m = 3.41\nbody_length_m = 2.2\nwidth_m = 0.3\n";
 
 /// The frames of two dragons of 4 and 6 benches, which have the handles of one of 11.
 fn frames() -> Vec<Frame> {
@@ -62,8 +64,11 @@ fn a_file_has_a_channel_of_poses_for_each_dragon_and_a_repair_keeps_them() {
     let whole = topics(&path);
     let names: Vec<_> = whole.iter().map(|(name, _)| name.as_str()).collect();
     let poses = ["/dragon/gold/poses", "/dragon/silver/poses"];
-    assert_eq!(names, ["/dragon/alerts", "/dragon/commands", "/dragon/frames", poses[0], poses[1], "/tf"]);
-    assert!(whole[3].1 > 0 && whole[3].1 == whole[4].1 && whole[4].1 == whole[5].1, "{whole:?}");
+    let [alerts, boards, commands] = ["/dragon/alerts", "/dragon/boards", "/dragon/commands"];
+    assert_eq!(names, [alerts, boards, commands, "/dragon/frames", poses[0], "/dragon/markers", poses[1], "/tf"]);
+    let [viewed, transformed] = [1, 4].map(|first| whole[first].1);
+    assert!(viewed > 0 && viewed == whole[5].1, "{whole:?}");
+    assert!(transformed > viewed && transformed == whole[6].1 && transformed == whole[7].1, "{whole:?}");
     let chunks = dance::summary(&path).expect("a summary").chunk_indexes;
     let bytes = fs::read(&path).expect("the recording");
     let middle = &chunks[chunks.len() / 2];
@@ -114,6 +119,6 @@ fn damage_in_the_first_chunk_costs_its_one_frame_of_all_dragons() {
         let repaired = repair_checked(&path, |_| ()).expect("a repair");
         assert!(repaired.frames > 0, "{repaired:?}");
         dance::assert_same(&dance::read(&path).0, &frames()[1..=repaired.frames as usize]);
-        assert_eq!(topics(&path).len(), 6, "the channels of both dragons");
+        assert_eq!(topics(&path).len(), 8, "the channels of both dragons");
     }
 }

@@ -46,7 +46,7 @@ fn log_time_is_unix_time_of_the_sending() {
 }
 
 #[test]
-fn poses_and_transforms_come_thirty_times_a_second() {
+fn poses_and_transforms_come_thirty_times_a_second_and_boards_ten_times() {
     let folder = tempdir().expect("a folder");
     let path = dance::record(dance::settings(folder.path()), &dance::frames(2_000, 5));
     let poses = dance::log_times_ns(&path, Topic::Poses.name());
@@ -54,6 +54,10 @@ fn poses_and_transforms_come_thirty_times_a_second() {
     let frames = dance::log_times_ns(&path, Topic::Frames.name());
     assert!(poses.iter().all(|pose| frames.binary_search(pose).is_ok()), "a pose has the time of its frame");
     assert_eq!(dance::log_times_ns(&path, Topic::Transforms.name()), poses);
+    let boards = dance::log_times_ns(&path, Topic::Boards.name());
+    assert!((20..=21).contains(&boards.len()), "{} messages of boards in 2 s", boards.len());
+    assert!(boards.iter().all(|time| poses.binary_search(time).is_ok()), "boards have the time of their poses");
+    assert_eq!(dance::log_times_ns(&path, Topic::Markers.name()), boards);
 }
 
 #[test]
@@ -101,7 +105,7 @@ fn a_finished_file_has_an_index_of_everything() {
     assert_eq!(recorded.bytes, path.metadata().expect("a file").len());
     let summary = dance::summary(&path).expect("a summary");
     let stats = summary.stats.expect("statistics");
-    assert_eq!(stats.message_count, 300 + 10 + 10 + 1, "frames, poses, transforms and the alert");
+    assert_eq!(stats.message_count, 300 + 10 + 10 + 4 + 4 + 1, "frames, poses, transforms, boards twice and the alert");
     assert!(summary.chunk_indexes.len() > 1 && summary.chunk_indexes.iter().all(|chunk| chunk.compression == "zstd"));
     assert_eq!(summary.metadata_indexes.len(), 1);
 }
@@ -154,4 +158,16 @@ fn a_part_that_is_reread_ends_with_the_chunk_of_its_last_frame() {
     let of_the_chunks = 1 + positions.iter().filter(|&&position| position <= last).count();
     assert_eq!(again.count(), of_the_chunks);
     assert!(of_the_chunks < 2_000, "there is more than one chunk");
+}
+
+#[test]
+fn topics_keep_the_numbers_that_earlier_versions_gave_them() {
+    let folder = tempdir().expect("a folder");
+    let path = dance::record(dance::settings(folder.path()), &dance::frames(10, 5));
+    let channels = dance::summary(&path).expect("a summary").channels;
+    let mut numbered: Vec<_> = channels.values().map(|channel| (channel.id, channel.topic.as_str())).collect();
+    numbered.sort_unstable();
+    let topics: Vec<_> = numbered.into_iter().map(|(_, topic)| topic).collect();
+    let earlier = ["/dragon/frames", "/dragon/poses", "/dragon/alerts", "/dragon/commands", "/tf"];
+    assert_eq!(topics, [&earlier[..], &["/dragon/boards", "/dragon/markers"]].concat());
 }

@@ -535,6 +535,10 @@ typedef enum {
    * A desk or controller, through `bench-dragon bridge osc --listen`.
    */
   BD_SENDER_OSC = 10,
+  /**
+   * A viewer, through `bench-dragon bridge foxglove --steer`.
+   */
+  BD_SENDER_FOXGLOVE = 11,
 } bd_sender_t;
 
 /**

@@ -52,6 +52,8 @@ wire_enum! {
         Show = 9, "show";
         /// A desk or controller, through `bench-dragon bridge osc --listen`.
         Osc = 10, "osc";
+        /// A viewer, through `bench-dragon bridge foxglove --steer`.
+        Foxglove = 11, "foxglove";
     }
 }
 

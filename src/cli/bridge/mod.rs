@@ -14,6 +14,7 @@ use crate::cli::flags::BadInput;
 use crate::cli::flags::{BusArgs, FormatArgs, within};
 
 mod feed;
+mod foxglove;
 mod ltc;
 mod osc;
 mod psn;
@@ -31,8 +32,9 @@ mod zenoh;
   bench-dragon bridge osc --listen 0.0.0.0:7400 --allow 10.0.0.7
   bench-dragon bridge timecode --art-net 10.0.0.255
   bench-dragon bridge timecode --ltc - | aplay
+  bench-dragon bridge foxglove
 
-A bridge polls the frames; the server never waits for it. A bench's position is the centre of its board.")]
+The server never waits for a bridge. A bench's position is the centre of its board.")]
 #[command(subcommand_value_name = "PROTOCOL", subcommand_help_heading = "Protocols")]
 pub(crate) struct BridgeArgs {
     /// The protocol.
@@ -50,6 +52,7 @@ pub(crate) enum Bridge {
     Psn(psn::PsnArgs),
     Osc(osc::OscArgs),
     Timecode(timecode::TimecodeArgs),
+    Foxglove(foxglove::FoxgloveArgs),
     #[cfg(feature = "zenoh")]
     Zenoh(zenoh::ZenohArgs),
     #[cfg(not(feature = "zenoh"))]
@@ -63,6 +66,7 @@ impl Bridge {
             Self::Psn(_) => Ok("bridge psn"),
             Self::Osc(_) => Ok("bridge osc"),
             Self::Timecode(_) => Ok("bridge timecode"),
+            Self::Foxglove(_) => Ok("bridge foxglove"),
             #[cfg(feature = "zenoh")]
             Self::Zenoh(zenoh) if zenoh.receive => Err("must be without --receive, because a show has its own source"),
             #[cfg(feature = "zenoh")]
@@ -84,6 +88,7 @@ impl Bridge {
                 to.into_iter().chain(listen).collect()
             }
             Self::Timecode(timecode) => timecode.output.art_net.map(udp).into_iter().collect(),
+            Self::Foxglove(foxglove) => vec![Endpoint::Listens(Transport::Tcp, foxglove.listen)],
             Self::Zenoh(_) => Vec::new(),
         }
     }
@@ -162,6 +167,7 @@ pub(crate) fn run(args: &BridgeArgs) -> anyhow::Result<ExitCode> {
         Bridge::Psn(psn) => psn::run(args, psn),
         Bridge::Osc(osc) => osc::run(args, osc),
         Bridge::Timecode(timecode) => timecode::run(args, timecode),
+        Bridge::Foxglove(foxglove) => foxglove::run(args, foxglove),
         #[cfg(feature = "zenoh")]
         Bridge::Zenoh(zenoh) => zenoh::run(args, zenoh),
         #[cfg(not(feature = "zenoh"))]

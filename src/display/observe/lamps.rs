@@ -45,7 +45,7 @@ impl LampLevel {
 /// The state of one part of the show.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Lamp {
-    /// `server`, `source`, `clearance`, `monitor`, `guard`, `recorder`, `psn`, `osc`, `zenoh`, `timecode-out`, `timecode` or
+    /// `server`, `source`, `clearance`, `monitor`, `guard`, `recorder`, `psn`, `osc`, `zenoh`, `foxglove`, `timecode-out`, `timecode` or
     /// `readers`.
     pub name: &'static str,
     /// How urgent the state is.
@@ -60,7 +60,7 @@ impl Lamp {
     }
 }
 
-/// Returns the lamps of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds: always all twelve, in the same order.
+/// Returns the lamps of a snapshot at an instant of `CLOCK_MONOTONIC`, in nanoseconds: always all thirteen, in the same order.
 pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
     let presence = snapshot.presence_at(now_ns);
     let readers = Readers { snapshot, now_ns, is_live: presence == SourcePresence::Live };
@@ -74,6 +74,7 @@ pub fn lamps(snapshot: &Snapshot, now_ns: u64) -> Vec<Lamp> {
         readers.lamp("psn", "bridge-psn", missing_bridge(snapshot, "psn")),
         readers.lamp("osc", "bridge-osc", missing_bridge(snapshot, "osc")),
         readers.lamp("zenoh", "bridge-zenoh", missing_bridge(snapshot, "zenoh")),
+        readers.lamp("foxglove", "bridge-foxglove", missing_bridge(snapshot, "foxglove")),
         readers.lamp("timecode-out", "bridge-timecode", missing_bridge(snapshot, "timecode")),
         timecode(snapshot, &presence),
         readers.losing(),

@@ -274,7 +274,7 @@ enum PageCommand {
 }
 
 /// Decodes the request in a body, or returns the reason for which it is invalid. `cues` are those of the show.
-pub(super) fn read_command(body: &[u8], cues: &[Cue]) -> Result<Request, String> {
+pub(in crate::display) fn read_command(body: &[u8], cues: &[Cue]) -> Result<Request, String> {
     let command = serde_json::from_slice(body).map_err(|_| invalid_command(body))?;
     Ok(match command {
         PageCommand::Pause {} => Request::Pause,

@@ -38,14 +38,14 @@ use self::interface::INTERFACE;
 use self::outcome::KnownOutcome;
 use self::page_senders::PageSenders;
 use self::page_stream::NumberedSnapshot;
-use self::viewers::Viewers;
 use super::observe::Snapshot;
 use super::web::{Gate, Rights, add_page_file, is_json, judge_token, refuse};
 use crate::command_queue::{CommandQueue, HOLD_PATIENCE, Outcome};
 
-pub(super) use self::messages::run_message;
+pub(super) use self::messages::{read_command, run_message};
 pub use self::outcome::ShowOutcome;
 pub use self::viewers::MAX_VIEWERS;
+pub(super) use self::viewers::{Place, Viewers};
 pub use super::web::{Token, TokenError};
 
 /// The page's files, embedded in the program.

@@ -9,7 +9,7 @@ pub const MAX_VIEWERS: usize = 32;
 
 /// The open streams of a view.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Viewers(Arc<Mutex<OpenStreams>>);
+pub(in crate::display) struct Viewers(Arc<Mutex<OpenStreams>>);
 
 #[derive(Debug, Default)]
 struct OpenStreams {
@@ -28,7 +28,7 @@ struct OpenStream {
 
 /// The place of an open stream. It counts until this is dropped.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(in crate::display) struct Place {
     viewers: Viewers,
     id: u64,
     lost: oneshot::Receiver<()>,
@@ -36,7 +36,7 @@ pub(super) struct Place {
 
 impl Viewers {
     /// Takes a place. `None` if there is none for a page with or without the token.
-    pub(super) fn take(&self, has_token: bool) -> Option<Place> {
+    pub(in crate::display) fn take(&self, has_token: bool) -> Option<Place> {
         let mut open = self.open();
         if open.streams.len() >= MAX_VIEWERS {
             let replaced = open.replaceable(has_token)?;
@@ -50,12 +50,12 @@ impl Viewers {
     }
 
     /// Number of open streams.
-    pub(super) fn count(&self) -> usize {
+    pub(in crate::display) fn count(&self) -> usize {
         self.open().streams.len()
     }
 
     /// Whether there is no place for a page with or without the token.
-    pub(super) fn is_full(&self, has_token: bool) -> bool {
+    pub(in crate::display) fn is_full(&self, has_token: bool) -> bool {
         let open = self.open();
         open.streams.len() >= MAX_VIEWERS && open.replaceable(has_token).is_none()
     }
@@ -75,7 +75,7 @@ impl OpenStreams {
 
 impl Place {
     /// Returns when a page with the token has taken this place.
-    pub(super) async fn lost(&mut self) {
+    pub(in crate::display) async fn lost(&mut self) {
         // No value is ever sent: the wait ends when the sender is dropped with the stream's entry.
         let _ = (&mut self.lost).await;
     }

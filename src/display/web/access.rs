@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use axum::extract::Request;
 use axum::http::HeaderMap;
 use axum::http::header::{AUTHORIZATION, SEC_WEBSOCKET_PROTOCOL};
 use rustix::rand::{GetRandomFlags, getrandom};
@@ -72,6 +73,15 @@ fn shown(headers: &HeaderMap) -> impl Iterator<Item = &str> {
     let offered = texts(headers, SEC_WEBSOCKET_PROTOCOL.as_str()).flat_map(|text| text.split(',')).map(str::trim);
     let protocols = offered.filter_map(|protocol| protocol.strip_prefix(TOKEN_PROTOCOL));
     texts(headers, TOKEN_HEADER).chain(bearers).chain(protocols)
+}
+
+/// Moves a token from the query of a request into a header. Some programs can only be given an address.
+pub(super) fn take_token_of_query(request: &mut Request) {
+    let parts = request.uri().query().into_iter().flat_map(|query| query.split('&'));
+    let token = parts.filter_map(|part| part.strip_prefix("token=")).find_map(|token| token.parse().ok());
+    if let Some(token) = token {
+        request.headers_mut().append(TOKEN_HEADER, token);
+    }
 }
 
 /// The values of a header that are text.

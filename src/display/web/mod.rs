@@ -2,7 +2,8 @@
 //!
 //! - *Address:* one address, loopback by default.
 //! - *Requests:* a request must name this machine by one of its names ([`Hosts`]). So a foreign page cannot reach it through a
-//!   name that resolves to this address (DNS rebinding). If a browser reports the page of origin, that page must be ours.
+//!   name that resolves to this address (DNS rebinding). If a browser reports the page of origin, that page must be ours, unless the
+//!   router judges other pages by their token.
 //! - *Limits:* a [limit](MAX_CONNECTIONS) of connections, and a smaller one for each other machine. The first line and the
 //!   headers have a greatest length and a timeout. At the limit, a new connection replaces the one that has been idle the
 //!   longest.
@@ -24,3 +25,4 @@ pub use site::{JSON, Site, closed, json_reply, refuse, text};
 pub(super) use access::Rights;
 pub(super) use gate::{Gate, is_json, judge_token};
 pub(super) use page_file::add_page_file;
+pub(super) use same_site::ForeignPage;

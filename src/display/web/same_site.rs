@@ -10,6 +10,7 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::Response;
 
+use super::access::take_token_of_query;
 use super::site::refuse;
 
 /// Hosts that a request may name. Ports are ignored, since a tunnel may change them.
@@ -82,10 +83,35 @@ const HEADERS: [(HeaderName, &str); 6] = [
 const FETCH_SITE: &str = "sec-fetch-site";
 const FETCH_MODE: &str = "sec-fetch-mode";
 
+/// The requests that a site admits.
+#[derive(Clone, Debug)]
+pub(super) struct Admission {
+    pub(super) hosts: Hosts,
+    /// Whether the router judges pages of other sites, and tokens in queries.
+    pub(super) passes_foreign_pages: bool,
+}
+
+/// Marks a request of a page of another site, for a router that judges these.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::display) struct ForeignPage;
+
 /// Passes on a request that is allowed here, and refuses every other one.
-pub(super) async fn admit(State(hosts): State<Arc<Hosts>>, request: Request, next: Next) -> Response {
-    let mut response = match check(&hosts, &request) {
-        Ok(()) => next.run(request).await,
+pub(super) async fn admit(State(admission): State<Arc<Admission>>, mut request: Request, next: Next) -> Response {
+    let Admission { hosts, passes_foreign_pages } = &*admission;
+    if *passes_foreign_pages {
+        take_token_of_query(&mut request);
+    }
+    let checked = check_host(hosts, &request).and_then(|host| match check_origin(host, &request) {
+        Err(_) if *passes_foreign_pages => Ok(true),
+        checked => checked.map(|()| false),
+    });
+    let mut response = match checked {
+        Ok(is_foreign) => {
+            if is_foreign {
+                request.extensions_mut().insert(ForeignPage);
+            }
+            next.run(request).await
+        }
         Err(reason) => refuse(StatusCode::FORBIDDEN, reason),
     };
     for (name, value) in HEADERS {
@@ -94,13 +120,20 @@ pub(super) async fn admit(State(hosts): State<Arc<Hosts>>, request: Request, nex
     response
 }
 
-fn check(hosts: &Hosts, request: &Request) -> Result<(), &'static str> {
+/// Returns the host that a request names, if it is allowed.
+fn check_host<'a>(hosts: &Hosts, request: &'a Request) -> Result<&'a str, &'static str> {
     let headers = request.headers();
     let host = only(headers, HOST.as_str()).ok_or("a request must have exactly one Host header")?;
     let named = request.uri().authority().map(Authority::as_str);
     if !hosts.allows(host) || named.is_some_and(|named| !named.eq_ignore_ascii_case(host)) {
         return Err("this Host is not allowed: use the machine's address, or start with --allow-host NAME");
     }
+    Ok(host)
+}
+
+/// Refuses requests of pages of another site. `host` is the one that the request names.
+fn check_origin(host: &str, request: &Request) -> Result<(), &'static str> {
+    let headers = request.headers();
     if headers.contains_key(ORIGIN) {
         let origin = only(headers, ORIGIN.as_str()).ok_or("a request must have at most one Origin header")?;
         let from = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
@@ -163,7 +196,8 @@ mod tests {
         let hosts = Hosts::new("127.0.0.1:8223".parse().expect("an address"), None, &[]);
         let builder =
             headers.iter().fold(Request::builder().uri("/"), |builder, (name, value)| builder.header(*name, *value));
-        check(&hosts, &builder.body(Body::empty()).expect("a request"))
+        let request = builder.body(Body::empty()).expect("a request");
+        check_host(&hosts, &request).and_then(|host| check_origin(host, &request))
     }
 
     #[test]

@@ -24,7 +24,7 @@ use tokio::sync::watch;
 use tokio::time::{sleep, timeout};
 
 use super::connection_limit::{Connection, ConnectionLimit, Permit};
-use super::same_site::{Hosts, admit};
+use super::same_site::{Admission, Hosts, admit};
 use crate::system::stop::StopFlag;
 
 /// Timeout for a request's first line and headers, and for the pause between two requests.
@@ -49,7 +49,7 @@ pub struct Site {
     listener: TcpListener,
     /// The address at which the site listens.
     pub address: SocketAddr,
-    hosts: Hosts,
+    admission: Admission,
 }
 
 impl Site {
@@ -62,7 +62,16 @@ impl Site {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        Ok(Self { hosts: Hosts::new(address, machine, allowed), listener, address })
+        let admission = Admission { hosts: Hosts::new(address, machine, allowed), passes_foreign_pages: false };
+        Ok(Self { listener, address, admission })
+    }
+
+    /// Passes pages of other sites on to the router, marked as `ForeignPage`: it refuses those without the token. A request may show the
+    /// token in its query, as `token=`.
+    #[must_use]
+    pub fn with_foreign_pages(mut self) -> Self {
+        self.admission.passes_foreign_pages = true;
+        self
     }
 
     /// Serves the router until the flag is set. Then `closing` becomes true, and all its subscribers have three seconds to end
@@ -71,7 +80,7 @@ impl Site {
     /// # Errors
     /// The operating system's reason if the timer or the socket cannot be created.
     pub fn serve(self, router: Router, stop: &StopFlag, closing: &watch::Sender<bool>) -> io::Result<()> {
-        let router = router.layer(middleware::from_fn_with_state(Arc::new(self.hosts), admit));
+        let router = router.layer(middleware::from_fn_with_state(Arc::new(self.admission), admit));
         let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
         runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;

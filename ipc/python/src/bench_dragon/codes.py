@@ -182,6 +182,8 @@ class Sender(WireCode):
     """`bench-dragon show --auto-go`."""
     OSC = 10
     """A desk or controller, through `bench-dragon bridge osc --listen`."""
+    FOXGLOVE = 11
+    """A viewer, through `bench-dragon bridge foxglove --steer`."""
 
 
 class ShowState(WireCode):

@@ -6,7 +6,7 @@ import { element } from './element.js';
 /** @typedef {import('./show.js').Lamp} Lamp */
 
 /** Lamps that are hidden while off, since most shows do not have these parts. */
-const OPTIONAL = new Set(['source', 'psn', 'osc', 'zenoh', 'timecode-out', 'readers']);
+const OPTIONAL = new Set(['source', 'psn', 'osc', 'zenoh', 'foxglove', 'timecode-out', 'readers']);
 /** Lamps that are hidden while good. */
 const QUIET = new Set(['source', 'readers']);
 
