@@ -329,7 +329,12 @@ textField.addEventListener('input', () => {
   redraw();
 });
 listenToTools({
-  ...{ edit, chooseDragon, pen, picture, area },
+  ...{ chooseDragon, pen, picture, area },
+  edit(change) {
+    // A new dragon is beside the others.
+    if (change.kind === 'add_dragon') camera.mode = 'fit';
+    edit(change);
+  },
   dragon: () => dragon,
   after: () => (chosen !== null && chosen.dragon === dragon && isOfRoute(chosen) && chosen.kind !== 'start' ? chosen.at : null),
   importDrawing: (file) => void importDrawing(file),
