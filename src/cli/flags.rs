@@ -80,12 +80,15 @@ impl IntervalArgs {
     }
 }
 
-/// The flag of a process that `show` starts.
+/// The flags of a process that `show` or `plan` starts.
 #[derive(Clone, Copy, Debug, Args)]
 pub(crate) struct ChildArgs {
     /// End this process when its parent, the process with this id, ends.
     #[arg(long, value_name = "PID", hide = true, global = true)]
     pub(crate) parent: Option<u32>,
+    /// Print the progress of a long answer as lines of stderr.
+    #[arg(long, hide = true, global = true)]
+    pub(crate) progress: bool,
 }
 
 /// An error in the arguments that only the subcommand itself, not the parser, can find.

@@ -153,6 +153,9 @@ fn run() -> ExitCode {
 /// Runs a subcommand. Returns the exit status of the process.
 fn run_subcommand(cli: Cli) -> anyhow::Result<ExitCode> {
     parent::end_with_parent(cli.child)?;
+    if cli.child.progress {
+        print::print_progress();
+    }
     if is_only_output(&cli.subcommand) {
         wait_for_reader(None);
     }

@@ -27,6 +27,9 @@ pub(crate) struct PlanArgs {
     /// Configuration file, in TOML [default: the paper's dragon].
     #[arg(value_name = "CONFIG", value_hint = ValueHint::FilePath)]
     pub(crate) config: Option<PathBuf>,
+    /// Only read the configuration, within the limits of every command. The page does so before it reads a large text.
+    #[arg(long, hide = true)]
+    pub(crate) check: bool,
     /// Address and port of the page; port 0 takes a free one.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8224", value_parser = listen_address)]
     pub(crate) listen: SocketAddr,
@@ -38,6 +41,9 @@ pub(crate) struct PlanArgs {
 
 pub(super) fn run(args: &PlanArgs) -> anyhow::Result<ExitCode> {
     load_config(&ConfigArgs { config: args.config.clone() }, |_| ())?;
+    if args.check {
+        return Ok(ExitCode::SUCCESS);
+    }
     let token = token()?;
     let stop = StopFlag::on_signals()?;
     let site = listen(args.listen, &args.site)?;

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::io;
 use std::path::Path;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -78,6 +79,14 @@ const BAR_DELAY: Duration = Duration::from_millis(500);
 /// Shortest time between two drawings of the bar.
 const DRAW_PERIOD: Duration = Duration::from_millis(50);
 
+/// Whether progress is printed as lines, for a parent that reads them.
+static IS_PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on, progress is also printed as lines of stderr.
+pub(crate) fn print_progress() {
+    IS_PRINTED.store(true, Ordering::Relaxed);
+}
+
 /// A progress bar, removed when it is dropped. It is drawn only if stderr is a terminal.
 pub(crate) struct Progress {
     what: &'static str,
@@ -112,6 +121,9 @@ impl Progress {
         if now >= state.due {
             state.due = now + DRAW_PERIOD;
             let fraction = state.done / self.total;
+            if IS_PRINTED.load(Ordering::Relaxed) {
+                complain(&format!("progress {fraction:.3}"));
+            }
             set_live_line(Some(format!("{} {:>3.0} %  {}", bar(fraction), fraction * 100.0, self.what)));
         }
     }

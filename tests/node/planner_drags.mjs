@@ -8,72 +8,9 @@ import path from 'node:path';
 
 import { examine } from './accessible.mjs';
 import { expect, openPage, reads, say, withBrowser } from './browser.mjs';
+import { DRAGS, drag, newer, number, numbers, place, settled, text } from './planner_page.mjs';
 
 const [address, file, pictures] = process.argv.slice(2);
-const DRAGS = 100;
-
-/** The numbers that the page shows, by their names. */
-const numbers = (page) =>
-  page.evaluate(() => Object.fromEntries([...document.querySelectorAll('#numbers div')].map(({ children: [name, value] }) => [name.textContent, value.textContent])));
-
-/** Waits until the page is drawn with all that has happened before: what is read from it is then of now. */
-const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
-
-/** Waits until the planner has answered every question about the text. */
-async function settled(page) {
-  await drawn(page);
-  await page.waitForFunction(() => {
-    const { idle, studied } = document.querySelector('#plan-area').dataset;
-    return idle === 'true' && studied === 'true';
-  });
-}
-
-/** Waits for an answer that is newer than a number. */
-const newer = (page, number) => page.waitForFunction((before) => Number(document.querySelector('#plan-area').dataset.number) > before, number);
-
-const number = (page) => page.evaluate(() => Number(document.querySelector('#plan-area').dataset.number));
-
-/** Chooses a point by its name, and returns its place on the screen. */
-async function place(page, name) {
-  await page.selectOption('#point', { label: name });
-  await drawn(page);
-  return page.evaluate(() => {
-    const area = document.querySelector('#plan-area');
-    const [, x_m, y_m] = area.dataset.chosen.split(' ').map(Number);
-    const [x, y, scale] = document.querySelector('#plan').dataset.camera.split(' ').map(Number);
-    const { left, top, width, height } = area.getBoundingClientRect();
-    return { x: left + width / 2 + (x_m - x) * scale, y: top + height / 2 - (y_m - y) * scale, x_m, y_m };
-  });
-}
-
-const text = (page) => page.inputValue('#text');
-
-/** Drags a point in many moves. Returns how long each took to be drawn, in milliseconds, in their order. */
-async function drag(page, from, to) {
-  await page.mouse.move(from.x, from.y);
-  await page.mouse.down();
-  const taken_ms = [];
-  for (let move = 1; move <= DRAGS; move += 1) {
-    const part = move / DRAGS;
-    const before = await number(page);
-    await page.evaluate(() => {
-      const area = document.querySelector('#plan-area');
-      window.moved = new Promise((resolve) => {
-        area.addEventListener('pointermove', () => {
-          const begun_ms = performance.now();
-          const old = area.dataset.number;
-          const look = () => (area.dataset.number === old ? requestAnimationFrame(look) : resolve(performance.now() - begun_ms));
-          look();
-        }, { once: true });
-      });
-    });
-    await page.mouse.move(from.x + (to.x - from.x) * part, from.y + (to.y - from.y) * part);
-    taken_ms.push(await page.evaluate(() => window.moved));
-    expect((await number(page)) > before, 'a move has an answer');
-  }
-  await page.mouse.up();
-  return taken_ms.toSorted((one, other) => one - other);
-}
 
 await withBrowser(async (browser) => {
   const { page, complaints } = await openPage(browser, address, { viewport: { width: 1280, height: 720 } });

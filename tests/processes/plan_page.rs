@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::Path;
+use std::process::Command;
 
 use serde_json::{Value, json};
 use test_support::process::Process;
@@ -99,6 +100,114 @@ fn a_plan_is_dragged_undone_and_saved_and_its_numbers_are_those_of_solve() {
     let done = page.json();
     assert!(fs::read_to_string(&file).expect("the file").ends_with("# another program\n"));
     assert_eq!(done["text"], fs::read_to_string(stage.path("other.toml")).expect("the other file"));
+    page.end().expect_clean();
+    planner.process.terminate().expect_clean();
+}
+
+/// A spiral that ends after its first contact.
+const SPIRAL: &str = "[dragon]
+benches = 40
+[route] # ours
+kind = \"spiral\"
+pitch_m = 0.5 # narrow
+end_s = 360.0
+";
+
+#[test]
+fn an_answer_and_a_mend_are_put_into_the_plan_and_a_cancelled_question_ends() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let file = stage.path("spiral.toml");
+    fs::write(&file, SPIRAL).expect("a file");
+    let planner = planner(&file);
+    let pictures = std::env::var("BENCH_DRAGON_PICTURES").map_or_else(|_| stage.path("."), Into::into);
+    let mut page = browser.play("planner_asks.mjs", &[&planner.url, &pictures.display().to_string()]);
+    let done = page.json();
+    println!("beside a question, a dragged pitch is drawn after {} ms (p95)", done["beside_p95_ms"]);
+    page.end().expect_clean();
+    planner.process.terminate().expect_clean();
+
+    // The page has the answer of `solve`, and what was put into the plan is what `--save-config` writes.
+    let saved = stage.path("saved.toml");
+    let config = file.display().to_string();
+    let args = ["solve", "pitch", "--config", &config, "--save-config", &saved.display().to_string()];
+    let ended = Process::start(program(&args)).end().expect_clean();
+    assert_eq!(done["answer"].as_str().map(str::trim_end), Some(ended.stdout.trim_end()));
+    let put = stage.path("put.toml");
+    fs::write(&put, done["put"].as_str().expect("a text")).expect("a file");
+    assert_eq!(solve(&["contact"], &put), solve(&["contact"], &saved));
+    assert_eq!(solve(&["route"], &put), solve(&["route"], &saved));
+    let mended = stage.path("mended.toml");
+    fs::write(&mended, done["mended"].as_str().expect("a text")).expect("a file");
+    assert_eq!(solve(&["contact"], &mended)["time_s"], Value::Null, "{done}");
+}
+
+fn pictures(stage: &Stage) -> String {
+    std::env::var("BENCH_DRAGON_PICTURES").unwrap_or_else(|_| stage.path(".").display().to_string())
+}
+
+#[test]
+fn routes_borders_dragons_and_dropped_drawings_are_drawn_with_mouse_keys_and_finger() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let file = stage.path("loop.toml");
+    fs::write(&file, LOOP).expect("a file");
+    let planner = planner(&file);
+    let args = [&*planner.url, &file.display().to_string(), &pictures(&stage)];
+    let mut page = browser.play("planner_draws.mjs", &args);
+    page.json();
+    page.end().expect_clean();
+    planner.process.terminate().expect_clean();
+    let left = fs::read_dir(stage.path("."))
+        .expect("the folder")
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let mut drawings: Vec<String> =
+        left.filter(|name| Path::new(name).extension().is_some_and(|end| end != "png" && end != "toml")).collect();
+    drawings.sort();
+    assert_eq!(drawings, ["street.svg", "walk.csv"]);
+}
+
+#[test]
+fn a_draft_survives_other_tabs_and_a_killed_program() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let file = stage.path("loop.toml");
+    fs::write(&file, LOOP).expect("a file");
+    let first = planner(&file);
+    let args = [&*first.url, &file.display().to_string(), &pictures(&stage)];
+    let mut node = Command::new("node");
+    browser.give(&mut node, "planner_keeps.mjs", &args);
+    let (mut page, mut stdin) = Process::start_with_stdin(node);
+    assert_eq!(page.json()["type"], "kill");
+    let token = first.url.split_once("#token=").expect("the address has the token").1.to_owned();
+    let address = first.address.clone();
+    first.process.kill();
+    assert_eq!(page.json()["type"], "start");
+    let mut again = program(&["plan", &file.display().to_string(), "--listen", &address, "--format", "json"]);
+    again.env("BENCH_DRAGON_TOKEN", token);
+    let second = View::announced_by(Process::start(again));
+    stdin.write_all(b"started\n").expect("the scenario waits for it");
+    let done = page.json();
+    assert_eq!(done["text"], fs::read_to_string(&file).expect("the file"), "{done}");
+    page.end().expect_clean();
+    second.process.terminate().expect_clean();
+}
+
+#[test]
+fn a_beginner_draws_a_street_removes_a_contact_and_saves_a_show() {
+    let Some(browser) = Browser::find() else { return };
+    let stage = Stage::new();
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("the README");
+    assert!(readme.contains("`bench-dragon plan` "), "the README has the planner");
+    let mut command = program(&["plan", "--listen", "127.0.0.1:0", "--format", "json"]);
+    command.current_dir(stage.path("."));
+    let planner = View::announced_by(Process::start(command));
+    let mut page = browser.play("planner_first_show.mjs", &[&planner.url]);
+    let done = page.json();
+    println!("a first show takes the page {} s: {}", done["seconds"], done["steps"]);
+    let saved = stage.path("first-show.toml");
+    assert_eq!(done["text"], fs::read_to_string(&saved).expect("the show"));
+    assert_eq!(solve(&["contact"], &saved)["time_s"], Value::Null);
     page.end().expect_clean();
     planner.process.terminate().expect_clean();
 }

@@ -2,6 +2,8 @@
 
 use bench_dragon_geometry::route::PathSegment;
 use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
+use toml::{Table, Value};
 
 /// A step into a TOML document: the key of a table, or the index of an entry.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -19,8 +21,72 @@ pub(super) type Keys = Vec<Key>;
 pub(super) enum Change {
     /// A number gets another value.
     Set { keys: Keys, value: f64 },
+    /// A value of any kind takes the place of another one; `None` removes it.
+    Put { keys: Keys, value: Option<Json> },
+    /// The entries of an array are put in the opposite order.
+    Reverse { keys: Keys },
     /// From an index on, segments of a path are taken out, and others put in.
     Splice { keys: Keys, at: usize, removed: usize, inserted: Vec<PathSegment> },
+}
+
+/// A value for a place, as the page and an answer of the planner write it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Put {
+    keys: Keys,
+    /// `None` removes what is there.
+    value: Option<Json>,
+}
+
+impl Put {
+    pub(super) fn new(keys: Keys, value: impl Into<Json>) -> Self {
+        Self { keys, value: Some(value.into()) }
+    }
+
+    /// Removes what is at a place.
+    pub(super) fn nothing(keys: Keys) -> Self {
+        Self { keys, value: None }
+    }
+}
+
+impl From<Put> for Change {
+    fn from(Put { keys, value }: Put) -> Self {
+        Self::Put { keys, value }
+    }
+}
+
+/// What has to be put where so that one document becomes another.
+pub(super) fn difference(before: &Table, after: &Table) -> Vec<Put> {
+    let mut puts = Vec::new();
+    of_tables(before, after, &mut Vec::new(), &mut puts);
+    puts
+}
+
+fn of_tables(before: &Table, after: &Table, keys: &mut Keys, puts: &mut Vec<Put>) {
+    let gone = before.keys().filter(|key| !after.contains_key(*key));
+    puts.extend(gone.map(|key| Put { keys: [&**keys, &[Key::Name(key.clone())]].concat(), value: None }));
+    for (key, new) in after {
+        keys.push(Key::Name(key.clone()));
+        of_values(before.get(key), new, keys, puts);
+        keys.pop();
+    }
+}
+
+fn of_values(before: Option<&Value>, after: &Value, keys: &mut Keys, puts: &mut Vec<Put>) {
+    match (before, after) {
+        (Some(before), after) if before == after => {}
+        (Some(Value::Table(before)), Value::Table(after)) => of_tables(before, after, keys, puts),
+        (Some(Value::Array(before)), Value::Array(after))
+            if before.len() == after.len() && after.iter().all(Value::is_table) =>
+        {
+            for (index, (before, after)) in before.iter().zip(after).enumerate() {
+                keys.push(Key::Index(index));
+                of_values(Some(before), after, keys, puts);
+                keys.pop();
+            }
+        }
+        _ => puts.push(Put { keys: keys.clone(), value: serde_json::to_value(after).ok() }),
+    }
 }
 
 /// The tables of one dragon: those of the document, or of an entry of `[[dragons]]`.

@@ -76,6 +76,13 @@ impl CornerRun {
         Self { first, points, radii_m, heading: placed[first].heading, is_first, is_last }
     }
 
+    /// A new path through points, with equal radii; `None` for under two points.
+    pub(super) fn through(points: &[DVec2], radius_m: f64) -> Option<Self> {
+        let heading = (*points.get(1)? - points[0]).to_angle();
+        let radii_m = vec![radius_m; points.len() - 2];
+        Some(Self { first: 0, points: points.to_vec(), radii_m, heading, is_first: true, is_last: true })
+    }
+
     /// Number of corners.
     pub(super) fn corners(&self) -> usize {
         self.radii_m.len()

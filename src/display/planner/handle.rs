@@ -42,6 +42,13 @@ pub(super) enum HandleKind {
     Crowd,
 }
 
+impl HandleKind {
+    /// Whether it is a point of a border of the stage.
+    pub(super) fn is_border(self) -> bool {
+        matches!(self, Self::Outline | Self::KeepOut | Self::Crowd)
+    }
+}
+
 /// A handle, without its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -3,24 +3,32 @@
 //! - *Questions* come over a WebSocket: a text, perhaps with an edit of it, and a number. The newest is answered, older ones are
 //!   dropped (`newest`). An edit becomes a change of the text that keeps its comments (`toml_text`).
 //! - *Answers* have the question's number: the drawing, the handles and the first contact at once (`plan`), all else in parts
-//!   (`study`).
-//! - *Files:* only the configuration's folder is read and written (`plan_folder`).
+//!   (`study`, `mend`).
+//! - *Questions of `solve`* are processes of this program (`asker`, `child`), which a newer question cancels.
+//! - *Files:* only the configuration's folder is read and written (`plan_folder`, `import`). A process of its own reads a large text
+//!   first, within the limits of a command.
 //! - *Access:* as for the view of a show. Saving needs the token; off loopback, everything does.
 //!
 //! The page's files are in `page/`. It shares camera, colours and boards with the page of a show.
 
 mod answerer;
+mod asker;
 mod change;
+mod child;
 mod corner_run;
+mod dragon_edit;
 mod edit;
 mod handing_over;
 mod handle;
+mod import;
+mod mend;
 mod newest;
 mod page_desk;
 mod path_handles;
 mod plan;
 mod plan_folder;
 mod question;
+mod route_edit;
 mod spiral_handles;
 mod stage_handles;
 mod study;
@@ -111,12 +119,20 @@ impl Planner {
             .route("/stream", any(open_stream))
             .route("/save", post(save))
             .route("/hand-over", get(handing_over::list).post(handing_over::hand_over))
+            .route("/import", post(import::import))
             .fallback(async || refuse(StatusCode::NOT_FOUND, "there is no such page"))
             .method_not_allowed_fallback(async || {
                 refuse(StatusCode::METHOD_NOT_ALLOWED, "this method is not allowed here")
             })
             .with_state(self.clone())
             .layer(middleware::from_fn_with_state(Arc::clone(&self.0.gate), judge_token))
+    }
+}
+
+fn refuse_refusal(refusal: Refusal) -> Response {
+    match refusal {
+        Refusal::Bad(reason) => refuse(StatusCode::BAD_REQUEST, &reason),
+        Refusal::Conflict(reason) => refuse(StatusCode::CONFLICT, &reason),
     }
 }
 
@@ -203,8 +219,7 @@ async fn save(State(Planner(planner)): State<Planner>, request: Request) -> Resp
     let saved = tokio::task::spawn_blocking(move || folder.save(&name, &text, known.as_deref())).await;
     match saved {
         Ok(Ok(mark)) => json_reply(StatusCode::OK, &json!({ "mark": mark })),
-        Ok(Err(Refusal::Bad(reason))) => refuse(StatusCode::BAD_REQUEST, &reason),
-        Ok(Err(Refusal::Conflict(reason))) => refuse(StatusCode::CONFLICT, &reason),
+        Ok(Err(refusal)) => refuse_refusal(refusal),
         Err(_) => refuse(StatusCode::INTERNAL_SERVER_ERROR, "saving has failed"),
     }
 }

@@ -1,6 +1,7 @@
 //! A place for one value: the newest. A value that nobody has taken yet is replaced, never queued.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// The place. Clones are the same place.
 #[derive(Debug)]
@@ -54,6 +55,14 @@ impl<T> Newest<T> {
         state.value.is_some() || state.is_closed
     }
 
+    /// Waits whether a newer value comes within a time, or the place is closed.
+    pub(super) fn is_outdated_within(&self, time: Duration) -> bool {
+        let waiting = |state: &mut State<T>| state.value.is_none() && !state.is_closed;
+        let waited = self.0.changed.wait_timeout_while(self.state(), time, waiting);
+        let (state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        state.value.is_some() || state.is_closed
+    }
+
     /// Closes the place: nothing is taken from it any more.
     pub(super) fn close(&self) {
         self.state().is_closed = true;
@@ -76,8 +85,9 @@ mod tests {
         (1..=3).for_each(|value| place.put(value, |_, newer| newer));
         assert!(place.is_outdated());
         assert_eq!(place.take(), Some(3));
-        assert!(!place.is_outdated());
+        assert!(!place.is_outdated() && !place.is_outdated_within(Duration::ZERO));
         place.put(4, |_, newer| newer);
+        assert!(place.is_outdated_within(Duration::MAX));
         place.close();
         assert_eq!(place.take(), None);
     }

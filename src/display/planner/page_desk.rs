@@ -1,4 +1,5 @@
-//! The connection of one page: its questions come in, answers go out. Two threads work for it: one answers at once, one studies.
+//! The connection of one page: its questions come in, answers go out. Three threads work for it: one answers at once,
+//! one studies, one waits for questions of `solve`.
 
 use std::io;
 use std::sync::Arc;
@@ -6,11 +7,13 @@ use std::thread;
 use std::time::Duration;
 
 use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use serde::Deserialize;
 use serde_json::Value;
 use tokio::sync::{OwnedSemaphorePermit, mpsc, watch};
 use tokio::time::timeout;
 
 use super::answerer::Answerer;
+use super::asker::{self, Asked};
 use super::newest::Newest;
 use super::plan_folder::PlanFolder;
 use super::question::Question;
@@ -28,34 +31,56 @@ const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 struct Work {
     questions: Newest<Question>,
     studies: Newest<Study>,
+    /// `None` cancels a question of `solve`.
+    asked: Newest<Option<Asked>>,
+}
+
+/// A message of a page.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum PageMessage {
+    Question(Question),
+    Asked(Asked),
+    /// Cancels the question of `solve` under way.
+    Cancel {
+        cancel: bool,
+    },
 }
 
 impl Work {
     fn start(folder: Arc<PlanFolder>, answers: &mpsc::Sender<String>) -> io::Result<Self> {
-        let work = Self { questions: Newest::new(), studies: Newest::new() };
+        let work = Self { questions: Newest::new(), studies: Newest::new(), asked: Newest::new() };
         let send_to = |answers: &mpsc::Sender<String>| {
             let answers = answers.clone();
             move |answer: &Value| answers.blocking_send(answer.to_string()).is_ok()
         };
+        let (asked, its_folder, send) = (work.asked.clone(), Arc::clone(&folder), send_to(answers));
+        let ends = work.same();
+        let ask = move || {
+            let _ends = ends;
+            asker::answer_all(&its_folder, &asked, send);
+        };
+        thread::Builder::new().name("asker".to_owned()).spawn(ask)?;
+        let its_folder = Arc::clone(&folder);
         let (questions, studies, send) = (work.questions.clone(), work.studies.clone(), send_to(answers));
         let ends = work.same();
         let answer = move || {
             let _ends = ends;
-            Answerer::new(folder, &studies).answer_all(&questions, send);
+            Answerer::new(its_folder, &studies).answer_all(&questions, send);
         };
         thread::Builder::new().name("answers".to_owned()).spawn(answer)?;
         let (studies, send) = (work.studies.clone(), send_to(answers));
         let ends = work.same();
         let study = move || {
             let _ends = ends;
-            study_all(&studies, send);
+            study_all(&folder, &studies, send);
         };
         thread::Builder::new().name("study".to_owned()).spawn(study)?;
         Ok(work)
     }
 
     fn same(&self) -> Self {
-        Self { questions: self.questions.clone(), studies: self.studies.clone() }
+        Self { questions: self.questions.clone(), studies: self.studies.clone(), asked: self.asked.clone() }
     }
 }
 
@@ -63,6 +88,7 @@ impl Drop for Work {
     fn drop(&mut self) {
         self.questions.close();
         self.studies.close();
+        self.asked.close();
     }
 }
 
@@ -81,9 +107,11 @@ pub(super) async fn serve(
     drop(sender);
     let (code, reason) = loop {
         tokio::select! {
-            message = socket.recv() => match question(message) {
-                Ok(Some(question)) => work.questions.put(question, |older, newer| newer.after(older)),
-                Ok(None) => {}
+            message = socket.recv() => match page_message(message) {
+                Ok(Some(PageMessage::Question(question))) => work.questions.put(question, |older, newer| newer.after(older)),
+                Ok(Some(PageMessage::Asked(asked))) => work.asked.put(Some(asked), |_, newer| newer),
+                Ok(Some(PageMessage::Cancel { cancel: true })) => work.asked.put(None, |_, newer| newer),
+                Ok(None | Some(PageMessage::Cancel { .. })) => {}
                 Err(Some(reason)) => break (close_code::POLICY, reason),
                 Err(None) => return,
             },
@@ -103,8 +131,8 @@ pub(super) async fn serve(
     close(&mut socket, code, reason).await;
 }
 
-/// The question in a message. Fails with a reason, or without one if the page has gone.
-fn question(message: Option<Result<Message, axum::Error>>) -> Result<Option<Question>, Option<&'static str>> {
+/// What a message holds. Fails with a reason, or without one if the page has gone.
+fn page_message(message: Option<Result<Message, axum::Error>>) -> Result<Option<PageMessage>, Option<&'static str>> {
     match message {
         None | Some(Ok(Message::Close(_)) | Err(_)) => Err(None),
         Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(None),

@@ -20,7 +20,7 @@ const LEAST_TURN: f64 = 0.0002;
 const AIMING_STEPS: usize = 12;
 
 /// Where each segment begins, and the end.
-fn placements(segments: &[PathSegment], begin: &Placement) -> Vec<Placement> {
+pub(super) fn placements(segments: &[PathSegment], begin: &Placement) -> Vec<Placement> {
     let ends = segments.iter().scan(*begin, |at, segment| {
         *at = segment.end(at);
         Some(*at)

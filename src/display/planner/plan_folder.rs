@@ -1,14 +1,21 @@
 //! The configuration's folder: the only place from which the page's text reads files, and to which it is saved.
 
+use std::collections::HashSet;
 use std::ffi::OsStr;
-use std::fs;
-use std::io;
+use std::fs::{self, OpenOptions};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::io::{self, ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use toml_edit::{DocumentMut, Item, TableLike, Value};
 
+use super::child;
 use crate::config::{Config, ConfigError, MAX_CONFIG_BYTES, PlanDocument, read_document};
 use crate::system::whole_file;
+
+/// Tables and keys that name files.
+const FILE_KEYS: [(&str, &str); 2] = [("route", "file"), ("ground", "heights")];
 
 /// The folder, and the name of the file that was opened.
 #[derive(Debug)]
@@ -16,7 +23,19 @@ pub(super) struct PlanFolder {
     folder: PathBuf,
     /// The opened file; `None` for the paper's dragon.
     pub(super) name: Option<String>,
+    /// Hashes of the large texts and files that were read within the limits of a command.
+    checked: Mutex<HashSet<u64>>,
 }
+
+/// Length of a text, and number of benches, from which on a process of its own reads it first.
+const LARGE_TEXT: usize = 64 << 10;
+const MANY_BENCHES: i64 = 2_000;
+/// Most hashes that are kept.
+const MAX_CHECKED: usize = 256;
+/// Keys of a table with a file that say where it lies, not what is read.
+const PLACE_KEYS: [&str; 5] = ["start_x_m", "start_y_m", "start_heading_deg", "start_s", "end_s"];
+/// Most files of one name.
+const MAX_NAMESAKES: usize = 99;
 
 /// A text on the disk.
 #[derive(Clone, Debug)]
@@ -45,7 +64,7 @@ impl PlanFolder {
         let name = file.and_then(Path::file_name).map(|name| name.to_str().map(str::to_owned));
         match name {
             Some(None) => Err(io::Error::other("its name is not UTF-8")),
-            name => Ok(Self { folder, name: name.flatten() }),
+            name => Ok(Self { folder, name: name.flatten(), checked: Mutex::default() }),
         }
     }
 
@@ -67,6 +86,7 @@ impl PlanFolder {
             return Err(format!("the text is longer than {MAX_CONFIG_BYTES} bytes, the most that is allowed"));
         }
         self.require_inside(text)?;
+        self.require_bounded(text)?;
         let config = PlanDocument::of_file_text(text, &self.folder).and_then(PlanDocument::build);
         config.map_err(|error: ConfigError| error.to_string())
     }
@@ -78,7 +98,7 @@ impl PlanFolder {
         let entries = document.get("dragons").map(tables).unwrap_or_default();
         let all = std::iter::once(document.as_table() as &dyn TableLike).chain(entries);
         for table in all {
-            for (name, key) in [("route", "file"), ("ground", "heights")] {
+            for (name, key) in FILE_KEYS {
                 let value = table.get(name).and_then(Item::as_table_like).and_then(|table| table.get(key));
                 let Some(file) = value.and_then(Item::as_str) else { continue };
                 // A file that is not there is the reader's error.
@@ -89,6 +109,122 @@ impl PlanFolder {
             }
         }
         Ok(())
+    }
+
+    /// Fails for a large text, or one with files, that needs more time or memory than a command may use. A process of its own finds
+    /// out, since a thread cannot be stopped. While a hand drags, the same files are not read again.
+    fn require_bounded(&self, text: &str) -> Result<(), String> {
+        let Some(load) = self.load(text) else { return Ok(()) };
+        let checked = || self.checked.lock().unwrap_or_else(PoisonError::into_inner);
+        if checked().contains(&load) {
+            return Ok(());
+        }
+        self.check(text)?;
+        let mut checked = checked();
+        if checked.len() >= MAX_CHECKED {
+            checked.clear();
+        }
+        checked.insert(load);
+        Ok(())
+    }
+
+    /// Reads a text in a process of its own, as every command does.
+    ///
+    /// # Errors
+    /// The reason, in one line.
+    pub(super) fn check(&self, text: &str) -> Result<(), String> {
+        child::check(&self.with_whole_paths(text)).map_err(|reason| self.in_short(&reason))
+    }
+
+    /// Words with the folder's files by their names alone.
+    pub(super) fn in_short(&self, words: &str) -> String {
+        words.replace(&format!("{}/", self.folder.display()), "")
+    }
+
+    /// A hash of all that makes reading a text long; `None` for a short text without files.
+    fn load(&self, text: &str) -> Option<u64> {
+        let document = text.parse::<DocumentMut>().ok()?;
+        let entries = document.get("dragons").map(tables).unwrap_or_default();
+        let all = || std::iter::once(document.as_table() as &dyn TableLike).chain(entries.iter().copied());
+        let benches =
+            all().flat_map(|table| [table.get("benches"), table.get("dragon").and_then(|own| own.get("benches"))]);
+        let benches = benches.flatten().filter_map(Item::as_integer).fold(0, i64::saturating_add);
+        let mut hasher = DefaultHasher::new();
+        let is_large = text.len() > LARGE_TEXT || benches > MANY_BENCHES;
+        if is_large {
+            text.hash(&mut hasher);
+        }
+        let mut has_file = false;
+        for (table, (name, key)) in all().flat_map(|table| FILE_KEYS.map(|keys| (table, keys))) {
+            let Some(table) = table.get(name).and_then(Item::as_table_like) else { continue };
+            let Some(file) = table.get(key).and_then(Item::as_str) else { continue };
+            has_file = true;
+            let there = fs::metadata(self.folder.join(file)).ok();
+            there.map(|there| (there.len(), there.modified().ok())).hash(&mut hasher);
+            let read = table.iter().filter(|(key, _)| !PLACE_KEYS.contains(key));
+            read.for_each(|(key, item)| (key, item.to_string()).hash(&mut hasher));
+        }
+        (is_large || has_file).then(|| hasher.finish())
+    }
+
+    /// Puts a file into the folder, under its name or, if that is taken, under the name with a number. Returns the name.
+    ///
+    /// # Errors
+    /// The name is not that of a drawing, or the file cannot be written.
+    pub(super) fn put(&self, name: &str, bytes: &[u8], endings: &[&str]) -> Result<String, Refusal> {
+        let path = Path::new(name);
+        let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
+        let stem = path.file_stem().and_then(OsStr::to_str).unwrap_or_default();
+        let Some(ending) = ending.filter(|ending| is_alone(name) && endings.contains(&&**ending)) else {
+            let endings = endings.join(", .");
+            return Err(Refusal::Bad(format!("the name is {name:?}, must be that of a file that ends in .{endings}")));
+        };
+        let numbered = (2..=MAX_NAMESAKES).map(|number| format!("{stem}-{number}.{ending}"));
+        for name in std::iter::once(name.to_owned()).chain(numbered) {
+            let path = self.folder.join(&name);
+            match OpenOptions::new().write(true).create_new(true).open(&path) {
+                Ok(mut file) => {
+                    let written = file.write_all(bytes);
+                    return written.map(|()| name).map_err(|error| {
+                        // What is written in part is of no use; the error tells why.
+                        let _ = fs::remove_file(&path);
+                        Refusal::Bad(format!("the file cannot be written: {error}"))
+                    });
+                }
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(Refusal::Bad(format!("the file cannot be written: {error}"))),
+            }
+        }
+        Err(Refusal::Conflict(format!("{name} exists already, and {MAX_NAMESAKES} others of its name")))
+    }
+
+    /// Takes back a file that was put here and that nothing uses.
+    pub(super) fn take_back(&self, name: &str) {
+        // It is in nobody's way if it stays.
+        let _ = fs::remove_file(self.folder.join(name));
+    }
+
+    /// The same text with its files by their whole paths, so that another folder may hold it.
+    pub(super) fn with_whole_paths(&self, text: &str) -> String {
+        let Ok(mut document) = text.parse::<DocumentMut>() else { return text.to_owned() };
+        let whole = |table: &mut dyn TableLike| {
+            for (name, key) in FILE_KEYS {
+                let table = table.get_mut(name).and_then(Item::as_table_like_mut);
+                let Some(Item::Value(value)) = table.and_then(|table| table.get_mut(key)) else { continue };
+                if let Some(path) = value.as_str().and_then(|file| self.folder.join(file).to_str().map(str::to_owned)) {
+                    *value = path.into();
+                }
+            }
+        };
+        whole(document.as_table_mut());
+        match document.get_mut("dragons") {
+            Some(Item::ArrayOfTables(tables)) => tables.iter_mut().for_each(|table| whole(table)),
+            Some(Item::Value(Value::Array(values))) => {
+                values.iter_mut().filter_map(Value::as_inline_table_mut).for_each(|table| whole(table));
+            }
+            _ => {}
+        }
+        document.to_string()
     }
 
     /// Saves a text as a file of the folder. `known`: the mark of the file that the page knows; `None` for a new file. Returns the
@@ -147,9 +283,13 @@ fn mark(text: &str) -> String {
 
 /// Whether a name is that of a configuration in the folder itself, and not hidden.
 fn is_plain(name: &str) -> bool {
-    let path = Path::new(name);
-    let is_alone = path.file_name() == Some(OsStr::new(name)) && !name.contains(['/', '\\', '\0']);
-    is_alone && !name.starts_with('.') && name.len() <= 100 && path.extension() == Some(OsStr::new("toml"))
+    is_alone(name) && Path::new(name).extension() == Some(OsStr::new("toml"))
+}
+
+/// Whether a name is that of a file in the folder itself, and not hidden.
+fn is_alone(name: &str) -> bool {
+    let is_alone = Path::new(name).file_name() == Some(OsStr::new(name)) && !name.contains(['/', '\\', '\0']);
+    is_alone && !name.starts_with('.') && name.len() <= 100
 }
 
 #[cfg(test)]
@@ -200,6 +340,33 @@ mod tests {
         std::os::unix::fs::symlink(outer.path().join("secret.csv"), outer.path().join("plans/link.toml"))
             .expect("a link");
         assert!(matches!(folder.save("link.toml", "", Some("0")), Err(Refusal::Bad(_))));
+    }
+
+    #[test]
+    fn a_file_is_put_only_in_the_folder_and_never_over_another_one() {
+        let (outer, folder) = folder();
+        for name in ["../b.svg", "/tmp/b.svg", ".b.svg", "b", "b.toml", "b.sh", "", "c/b.svg"] {
+            assert!(matches!(folder.put(name, b"x", &["svg"]), Err(Refusal::Bad(_))), "{name}");
+        }
+        std::os::unix::fs::symlink(outer.path().join("new.svg"), outer.path().join("plans/b.svg")).expect("a link");
+        assert_eq!(folder.put("b.svg", b"one", &["svg"]), Ok("b-2.svg".to_owned()));
+        assert_eq!(folder.put("b.svg", b"two", &["svg"]), Ok("b-3.svg".to_owned()));
+        assert!(!outer.path().join("new.svg").exists(), "a link is not followed");
+        assert_eq!(fs::read(outer.path().join("plans/b-2.svg")).expect("the file"), b"one");
+        folder.take_back("b-2.svg");
+        assert!(!outer.path().join("plans/b-2.svg").exists());
+    }
+
+    #[test]
+    fn a_large_text_and_a_text_with_files_are_known_again_and_where_a_drawing_lies_does_not_matter() {
+        let (_outer, folder) = folder();
+        assert_eq!(folder.load("[dragon]\nbenches = 5\n"), None);
+        assert!(folder.load("[dragon]\nbenches = 50_000\n").is_some());
+        assert!(folder.load(&"#".repeat(LARGE_TEXT + 1)).is_some());
+        let drawing = |rest: &str| folder.load(&format!("[route]\nkind = \"drawing\"\nfile = \"a.svg\"\n{rest}"));
+        assert!(drawing("").is_some());
+        assert_eq!(drawing(""), drawing("start_x_m = 5\n"));
+        assert_ne!(drawing(""), drawing("tolerance_m = 0.1\n"));
     }
 
     #[test]

@@ -1,10 +1,21 @@
 //! The handles of the stage: the points of its outline, of the areas to keep out of, and of the line of the crowd.
 
 use glam::DVec2;
+use serde::Deserialize;
+use serde_json::json;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
-use super::change::{Change, Key, rounded_m};
+use super::change::{Change, Key, Put, rounded_m};
 use super::handle::{Field, Handle, HandleId, HandleKind};
+
+/// A border that a hand draws.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum NewBorder {
+    Outline,
+    KeepOut,
+    Crowd,
+}
 
 /// The handles of the borders in a text.
 pub(super) fn handles(text: &str) -> Vec<Handle> {
@@ -29,7 +40,7 @@ fn of_line(line: &Array, kind: HandleKind, at: usize) -> Vec<Handle> {
         let id = HandleId { dragon: 0, kind, at, point };
         let fields = [("x", x), ("y", y)].into_iter().enumerate();
         let fields = fields.map(|(axis, (label, value))| Field::length(keys(id, axis), label, value)).collect();
-        Some(Handle::new(id, DVec2::new(x, y), name(id), fields))
+        Some(Handle { can_delete: true, ..Handle::new(id, DVec2::new(x, y), name(id), fields) })
     };
     line.iter().enumerate().filter_map(handle).collect()
 }
@@ -49,6 +60,11 @@ fn name(id: HandleId) -> String {
 
 /// The place of a coordinate in the document.
 fn keys(id: HandleId, axis: usize) -> Vec<Key> {
+    [line_keys(id), vec![Key::Index(id.point), Key::Index(axis)]].concat()
+}
+
+/// The place of a border in the document.
+fn line_keys(id: HandleId) -> Vec<Key> {
     let name = |text: &str| Key::Name(text.to_owned());
     let mut keys = vec![name("stage")];
     match id.kind {
@@ -56,7 +72,6 @@ fn keys(id: HandleId, axis: usize) -> Vec<Key> {
         HandleKind::Crowd => keys.push(name("crowd")),
         _ => keys.push(name("outline")),
     }
-    keys.extend([Key::Index(id.point), Key::Index(axis)]);
     keys
 }
 
@@ -64,4 +79,39 @@ fn keys(id: HandleId, axis: usize) -> Vec<Key> {
 pub(super) fn moved(id: HandleId, to: DVec2) -> Vec<Change> {
     let coordinates = to.to_array().into_iter().enumerate();
     coordinates.map(|(axis, value_m)| Change::Set { keys: keys(id, axis), value: rounded_m(value_m) }).collect()
+}
+
+/// The change that draws a border. An outline and a crowd take the place of those that were there.
+pub(super) fn drawn(text: &str, border: NewBorder, points: &[[f64; 2]]) -> Change {
+    let points: Vec<[f64; 2]> = points.iter().map(|point| point.map(rounded_m)).collect();
+    let name = |text: &str| Key::Name(text.to_owned());
+    let areas = areas(text);
+    let (keys, value) = match border {
+        NewBorder::Outline => (vec![name("stage"), name("outline")], json!(points)),
+        NewBorder::Crowd => (vec![name("stage"), name("crowd")], json!(points)),
+        NewBorder::KeepOut if areas == 0 => (vec![name("stage"), name("keep_out")], json!([points])),
+        NewBorder::KeepOut => (vec![name("stage"), name("keep_out"), Key::Index(areas)], json!(points)),
+    };
+    Put::new(keys, value).into()
+}
+
+/// The change that takes out a point of a border, or the border if it needs the point; `None` if there is no such point.
+pub(super) fn deleted(text: &str, id: HandleId) -> Option<Change> {
+    let of_same = |other: &HandleId| (other.kind, other.at) == (id.kind, id.at);
+    let points = handles(text).iter().filter(|handle| of_same(&handle.id)).count();
+    let least = if id.kind == HandleKind::Crowd { 2 } else { 3 };
+    let keys = match points {
+        0 => return None,
+        points if points > least => [line_keys(id), vec![Key::Index(id.point)]].concat(),
+        _ if id.kind == HandleKind::KeepOut && areas(text) == 1 => line_keys(id).into_iter().take(2).collect(),
+        _ => line_keys(id),
+    };
+    Some(Put::nothing(keys).into())
+}
+
+/// Number of areas to keep out of.
+fn areas(text: &str) -> usize {
+    let document = text.parse::<DocumentMut>().ok();
+    let stage = document.as_ref().and_then(|document| document.get("stage")?.as_table_like());
+    stage.and_then(|stage| border(stage, "keep_out")).map_or(0, Array::len)
 }

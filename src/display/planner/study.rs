@@ -2,16 +2,21 @@
 //!
 //! A study works in steps. Before each it looks whether there is a newer plan, which takes its place.
 
+use std::time::Duration;
+
 use bench_dragon_geometry::clearance::{ClearanceSearch, first_breach, least_distance};
 use bench_dragon_geometry::dragon::{ChainSolver, Handle, Meter};
 use bench_dragon_geometry::formation::Planned;
 use bench_dragon_geometry::planner::{ClosestApproach, largest_speed_ratio, near_misses, on_one_core};
 use bench_dragon_geometry::stage::{BorderKind, Stage};
 use glam::DVec3;
+use rustix::process::setpriority_process;
 use serde_json::{Value, json};
 
+use super::mend::mends;
 use super::newest::Newest;
 use super::plan::{Plan, Touch};
+use super::plan_folder::PlanFolder;
 
 /// Parts of a run in the search for the contact.
 const PARTS: usize = 64;
@@ -20,6 +25,9 @@ const WORK: u64 = 20_000_000;
 /// Points of the clearance over time, and points of one message.
 const POINTS: usize = 480;
 const POINTS_AT_ONCE: usize = 48;
+/// Time in which a dragging hand gives the next plan, and the niceness of the thread.
+const PAUSE: Duration = Duration::from_millis(40);
+const NICE: i32 = 5;
 /// Most near misses that are listed.
 const MOST_MISSES: usize = 20;
 
@@ -35,21 +43,27 @@ pub(super) struct Study {
 struct Ended;
 
 /// Studies the newest plans until the place is closed. `send` returns whether the page is still there.
-pub(super) fn study_all(studies: &Newest<Study>, mut send: impl FnMut(&Value) -> bool) {
+pub(super) fn study_all(folder: &PlanFolder, studies: &Newest<Study>, mut send: impl FnMut(&Value) -> bool) {
+    // It gives way to the answers for a hand. Without a lower priority, it only takes more of their time.
+    let _ = setpriority_process(None, NICE);
     while let Some(study) = studies.take() {
+        // While a hand drags, the next plan is here before this one could be studied.
+        if studies.is_outdated_within(PAUSE) {
+            continue;
+        }
         let mut tell = |mut answer: Value| {
             answer["number"] = study.number.into();
             if !studies.is_outdated() && send(&answer) { Ok(()) } else { Err(Ended) }
         };
         // One core stays free for the answers while a hand drags.
-        let _ = on_one_core(|| study.run(&mut tell));
+        let _ = on_one_core(|| study.run(folder, &mut tell));
     }
 }
 
 type Tell<'a> = &'a mut dyn FnMut(Value) -> Result<(), Ended>;
 
 impl Study {
-    fn run(&self, tell: Tell<'_>) -> Result<(), Ended> {
+    fn run(&self, folder: &PlanFolder, tell: Tell<'_>) -> Result<(), Ended> {
         let touch = self.contact(tell)?;
         let end_s = match touch {
             Touch::Found { time_s, .. } => time_s,
@@ -57,6 +71,7 @@ impl Study {
         };
         self.curve(end_s, tell)?;
         tell(json!({ "type": "borders", "borders": self.borders() }))?;
+        tell(json!({ "type": "mends", "mends": mends(&self.plan, folder, touch) }))?;
         self.misses(end_s, tell)?;
         tell(json!({ "type": "speeds", "speeds": self.speeds() }))
     }

@@ -10,7 +10,11 @@ use super::handle::{Handle, HandleId, HandleKind, handles};
 use super::newest::Newest;
 use super::plan::{Plan, Touch};
 use super::plan_folder::PlanFolder;
+use super::route_edit::NewSegment;
+use super::stage_handles::NewBorder;
 use crate::config::Config;
+
+use test_support::property::case_count;
 
 /// A street with two corners, with comments everywhere.
 const STREET: &str = "# the street
@@ -164,8 +168,10 @@ fn spirals_and_turnarounds_follow_the_hand() {
     assert!((at.x_m - end.x_m - 0.4).hypot(at.y_m - end.y_m + 0.3) < 0.01, "{end:?} {at:?}");
 }
 
-/// Random edits of each text.
-const EDITS: usize = 700;
+/// Random edits of each text, times the factor of the environment.
+const EDITS: u32 = 700;
+/// Longest text that is edited further: a random hand adds more than it takes away.
+const MAX_TEXT: usize = 20_000;
 
 #[test]
 fn random_edits_neither_panic_nor_lose_a_comment() {
@@ -177,11 +183,12 @@ fn random_edits_neither_panic_nor_lose_a_comment() {
     {
         let (mut now, mut known) = (text.clone(), config(&text));
         let comments = |text: &str| text.matches('#').count();
-        for _ in 0..EDITS {
+        for _ in 0..case_count(EDITS) {
             let all = handles(&now, &known);
             let handle = &all[random.usize(0..all.len())];
             let step = |random: &mut fastrand::Rng| 10f64.powf(random.f64() * 5.0 - 3.0) * (random.f64() - 0.5);
-            let edit = match random.u8(0..10) {
+            let edit = match random.u8(0..12) {
+                10 | 11 => any_edit(&mut random, handle.id.dragon),
                 0 => Edit::Delete { handle: handle.id },
                 1 if !handle.fields.is_empty() => {
                     let field = &handle.fields[random.usize(0..handle.fields.len())];
@@ -194,23 +201,48 @@ fn random_edits_neither_panic_nor_lose_a_comment() {
                 },
             };
             let Ok(edited) = edit.apply(&now, &known) else { continue };
-            if !matches!(edit, Edit::Delete { .. }) {
+            let takes_away = matches!(edit, Edit::Delete { .. } | Edit::Through { .. } | Edit::Border { .. });
+            if !takes_away && !matches!(edit, Edit::AddDragon | Edit::RemoveDragon { .. }) {
                 assert_eq!(comments(&edited), comments(&now), "{edit:?}\n{now}\n{edited}");
             }
             // A plan that no dragon can walk is reported, and the last good one stays.
             if let Ok(config) = folder.config(&edited).and_then(if_short) {
+                assert!(edited.len() <= MAX_TEXT, "the text grows without end");
                 (now, known) = (edited, config);
             }
         }
     }
 }
 
+/// An edit of a whole route, of the stage, or of the dragons.
+fn any_edit(random: &mut fastrand::Rng, dragon: usize) -> Edit {
+    let points_m: Vec<[f64; 2]> =
+        (0..random.usize(1..6)).map(|_| [0, 1].map(|_| (random.f64() * 40.0 - 20.0).round())).collect();
+    match random.u8(0..9) {
+        0 => Edit::Mirror { dragon },
+        1 => Edit::Reverse { dragon },
+        2 => Edit::Close { dragon },
+        3 => {
+            let segments = [NewSegment::Line, NewSegment::Arc, NewSegment::Spiral, NewSegment::Turnaround];
+            Edit::Insert { dragon, after: Some(random.usize(0..5)), segment: segments[random.usize(0..4)] }
+        }
+        4 => Edit::Through { dragon, points_m, radius_m: 2.0 },
+        5 | 6 => {
+            let borders = [NewBorder::Outline, NewBorder::KeepOut, NewBorder::Crowd];
+            Edit::Border { border: borders[random.usize(0..3)], points_m }
+        }
+        7 => Edit::AddDragon,
+        _ => Edit::RemoveDragon { dragon },
+    }
+}
+
 /// Keeps random plans small, so that the test stays short.
 fn if_short(config: Config) -> Result<Config, String> {
-    let is_short = config.formation().dragons().iter().all(|planned| {
-        let route = planned.dragon.route();
-        route.end_travel_m() - route.start_travel_m() < 300.0
-    });
+    let is_short = config.formation().dragons().len() <= 4
+        && config.formation().dragons().iter().all(|planned| {
+            let route = planned.dragon.route();
+            route.end_travel_m() - route.start_travel_m() < 300.0
+        });
     if is_short { Ok(config) } else { Err("long".to_owned()) }
 }
 
@@ -265,7 +297,7 @@ fn a_long_search_ends_with_the_contact_of_one_search() {
     assert!(matches!(study.touch, Touch::Free { to_s } if to_s < time_s), "the quick search does not reach it");
     studies.put(study, |_, newer| newer);
     let (mut contact, mut misses, mut kinds) = (Value::Null, Value::Null, Vec::new());
-    super::study::study_all(&studies, |answer| {
+    super::study::study_all(&folder(), &studies, |answer| {
         assert_eq!(answer["number"], 9);
         kinds.push(answer["type"].as_str().expect("a type").to_owned());
         if answer["type"] == "contact" {
@@ -283,4 +315,141 @@ fn a_long_search_ends_with_the_contact_of_one_search() {
     assert_eq!(contact["pair"]["benches"], json!(benches));
     assert_eq!(misses.as_array().map(Vec::len), Some(3), "the published near misses: {misses}");
     assert_eq!(kinds.last().map(String::as_str), Some("speeds"));
+}
+
+/// Two dragons that cross each other's way at the same time.
+const CROSSING: &str = "# two streets
+[[dragons]]
+name = 'gold' # leads
+benches = 8
+[dragons.route]
+kind = 'path'
+start_x_m = -30.0
+segments = [{ kind = 'line', length_m = 60 }]
+[[dragons]]
+name = 'silver'
+benches = 8
+[dragons.route]
+kind = 'path'
+start_y_m = -30.0
+start_heading_deg = 90.0
+segments = [{ kind = 'line', length_m = 60 }]
+";
+
+fn mended(text: &str) -> Vec<(String, Plan)> {
+    let plan = Plan { text: text.to_owned(), config: config(text) };
+    let touch = plan.touch(plan.times_s(), 1_000_000_000);
+    let mends = super::mend::mends(&plan, &folder(), touch);
+    let after = |mend: &Value| {
+        let edit: Edit = serde_json::from_value(json!({ "kind": "put", "puts": mend["puts"] })).expect("an edit");
+        let text = edit.apply(text, &plan.config).expect("the text has this place");
+        (mend["words"].as_str().expect("words").to_owned(), Plan { config: config(&text), text })
+    };
+    mends.iter().map(after).collect()
+}
+
+#[test]
+fn each_mend_takes_its_problem_away_and_keeps_every_comment() {
+    let spiral = "[route] # ours\nkind = \"spiral\"\npitch_m = 0.5 # narrow\nend_s = 360\n";
+    let found = mended(spiral);
+    assert!(found[0].0.starts_with("pitch 0.5") && found[1].0.starts_with("end at "), "{found:?}");
+    let crossing = mended(CROSSING);
+    let [(words, later)] = &crossing[..] else { panic!("{crossing:?}") };
+    assert!(words.starts_with("start ") && words.ends_with(" s later"), "{words}");
+    assert!(later.text.contains("# two streets") && later.text.contains("'gold' # leads"), "{}", later.text);
+    for (words, plan) in found.iter().chain(&crossing) {
+        let touch = plan.touch(plan.times_s(), 1_000_000_000);
+        assert!(matches!(touch, Touch::Free { to_s } if to_s >= plan.times_s()[1]), "{words}: {touch:?}");
+    }
+    let tight = "[dragon]\nbenches = 8\n[route]\nkind = 'path'\nsegments = [{ kind = 'line', length_m = 20 }, \
+                 { kind = 'arc', radius_m = 0.6, turn_deg = 180 }, # round\n{ kind = 'line', length_m = 20 }]\n";
+    let bend = mended(tight);
+    let (words, plan) = bend.last().unwrap_or_else(|| panic!("so tight a bend stops the dragon"));
+    assert!(words.starts_with("radius ") && plan.text.contains("# round"), "{words}\n{}", plan.text);
+    assert!(plan.planned()[0].dragon.tight_spot().is_none(), "{words}");
+}
+
+#[test]
+fn an_answer_changes_only_the_values_that_differ() {
+    let text = "# mine\n[head]\nspeed_mps = 1.0 # walk\n[route]\nkind = \"spiral\" # in\npitch_m = 0.55\n";
+    let (before, after) = (config(text), config(&text.replace("0.55", "0.6").replace("1.0 #", "1.5 #")));
+    let table = |config: &Config| toml::from_str::<toml::Table>(&config.to_toml()).expect("a document");
+    let puts = super::change::difference(&table(&before), &table(&after));
+    let text = Edit::Put { puts }.apply(text, &before).expect("the text has these places");
+    assert_eq!(text, "# mine\n[head]\nspeed_mps = 1.5 # walk\n[route]\nkind = \"spiral\" # in\npitch_m = 0.6\n");
+}
+
+fn edited(text: &str, edit: &Edit) -> String {
+    edit.apply(text, &config(text)).unwrap_or_else(|reason| panic!("{edit:?}: {reason}"))
+}
+
+/// Where the points of a route are, and how far each is from those of another text.
+fn furthest_m(one: &str, other: &str) -> f64 {
+    let places = |text: &str| -> Vec<[f64; 2]> {
+        handles(text, &config(text)).iter().map(|handle| [handle.x_m, handle.y_m]).collect()
+    };
+    let pairs = places(one).into_iter().zip(places(other));
+    pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_route_that_is_mirrored_or_reversed_twice_is_as_it_was_with_its_comments() {
+    for text in [STREET, INLINE] {
+        for edit in [Edit::Mirror { dragon: 0 }, Edit::Reverse { dragon: 0 }] {
+            let once = edited(text, &edit);
+            let twice = edited(&once, &edit);
+            assert!(furthest_m(text, &once) > 1.0 && furthest_m(text, &twice) < 0.02, "{edit:?}\n{once}\n{twice}");
+            assert_eq!(text.matches('#').count(), twice.matches('#').count(), "{twice}");
+        }
+    }
+    let well = edited(STREET, &Edit::Reverse { dragon: 0 });
+    assert!(well.contains("radius_m = 4.0 # at the well\nturn_deg = -90.0"), "{well}");
+}
+
+#[test]
+fn a_path_is_closed_made_longer_and_drawn_through_corners() {
+    let closed = edited(STREET, &Edit::Close { dragon: 0 });
+    assert!(closed.contains("closed = true") && config(&closed).document().route().as_path().is_some(), "{closed}");
+    let longer = edited(INLINE, &Edit::Insert { dragon: 0, after: None, segment: NewSegment::Turnaround });
+    assert_eq!(config(&longer).document().route().as_path().map(|path| path.segments.len()), Some(5), "{longer}");
+    let points_m = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 15.0]];
+    for text in [STREET, DRAGONS, "# nothing yet\n[dragon]\nbenches = 8\n"] {
+        let through = edited(text, &Edit::Through { dragon: 0, points_m: points_m.clone(), radius_m: 3.0 });
+        let corner = find(&through, HandleKind::Corner, 1);
+        assert!((corner.x_m - 20.0).hypot(corner.y_m) < 2e-3, "{through}");
+        let names = |text: &str| handles(text, &config(text)).iter().filter(|at| at.id.kind.is_border()).count();
+        assert_eq!(names(text), names(&through), "{through}");
+    }
+}
+
+#[test]
+fn borders_are_drawn_and_taken_out_point_by_point() {
+    let area = vec![[5.0, 5.0], [7.0, 5.0], [7.0, 7.0], [5.0, 7.0]];
+    let draw = |text: &str, border| edited(text, &Edit::Border { border, points_m: area.clone() });
+    let bare = "[dragon]\nbenches = 8\n";
+    let one = draw(bare, NewBorder::KeepOut);
+    let two = draw(&one, NewBorder::KeepOut);
+    assert!(two.contains("keep_out = [[[5.0, 5.0]"), "{two}");
+    let mut text = draw(&draw(&two, NewBorder::Crowd), NewBorder::Outline);
+    assert_eq!(handles(&text, &config(&text)).iter().filter(|handle| handle.can_delete).count(), 16, "{text}");
+    for _ in 0..20 {
+        let all = handles(&text, &config(&text));
+        let Some(handle) = all.iter().find(|handle| handle.id.kind.is_border()) else { break };
+        text = edited(&text, &Edit::Delete { handle: handle.id });
+    }
+    assert!(!text.contains("5.0"), "{text}");
+}
+
+#[test]
+fn a_dragon_comes_beside_the_others_and_goes_again() {
+    for text in [STREET, DRAGONS, "# only the paper\n"] {
+        let more = edited(text, &Edit::AddDragon);
+        let all = config(&more);
+        assert_eq!(all.formation().dragons().len(), config(text).formation().dragons().len() + 1, "{more}");
+        all.named().expect("several").require_apart().expect("they stand apart");
+        assert!(text.split('#').skip(1).all(|rest| more.contains(rest.lines().next().unwrap_or_default())), "{more}");
+        let last = all.formation().dragons().len() - 1;
+        let fewer = edited(&more, &Edit::RemoveDragon { dragon: last });
+        assert_eq!(config(&fewer).formation().dragons().len(), last.max(1), "{fewer}");
+    }
 }

@@ -1,6 +1,7 @@
 //! A configuration as text, in which numbers change and all else stays: comments, order, spaces.
 
 use bench_dragon_geometry::route::PathSegment;
+use serde_json::Value as Json;
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value};
 
 use super::change::{Change, Key, numbers_of};
@@ -14,6 +15,8 @@ pub(super) fn changed(text: &str, changes: &[Change]) -> Result<String, String> 
     for change in changes {
         let is_done = match change {
             Change::Set { keys, value } => set(&mut document, keys, *value),
+            Change::Put { keys, value } => put_value(&mut document, keys, value.as_ref()),
+            Change::Reverse { keys } => reverse(&mut document, keys),
             Change::Splice { keys, at, removed, inserted } => splice(&mut document, keys, *at, *removed, inserted),
         };
         is_done.ok_or_else(|| format!("the text has no place for {}", words(change)))?;
@@ -22,7 +25,8 @@ pub(super) fn changed(text: &str, changes: &[Change]) -> Result<String, String> 
 }
 
 fn words(change: &Change) -> String {
-    let (Change::Set { keys, .. } | Change::Splice { keys, .. }) = change;
+    let (Change::Set { keys, .. } | Change::Put { keys, .. } | Change::Reverse { keys } | Change::Splice { keys, .. }) =
+        change;
     let word = |key: &Key| match key {
         Key::Index(index) => (index + 1).to_string(),
         Key::Name(name) => name.clone(),
@@ -51,12 +55,47 @@ impl<'a> Place<'a> {
         }
     }
 
+    /// Number of entries of an array of values.
+    fn length(&self) -> Option<usize> {
+        match self {
+            Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array)) => Some(array.len()),
+            _ => None,
+        }
+    }
+
+    /// Adds an entry to the end of an array of values.
+    fn push(self, value: Value) -> Option<()> {
+        match self {
+            Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array)) => array.push(value),
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// Removes an entry of an array.
+    fn remove(self, index: usize) -> Option<()> {
+        match self {
+            Place::Item(Item::ArrayOfTables(tables)) if index < tables.len() => drop(tables.remove(index)),
+            Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array))
+                if index < array.len() =>
+            {
+                drop(array.remove(index));
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    fn is_inline(&self) -> bool {
+        matches!(self, Place::Value(_) | Place::Item(Item::Value(_)))
+    }
+
     fn step(self, key: &Key) -> Option<Self> {
         match (key, self) {
             (Key::Name(name), place) => {
                 let table = place.table()?;
-                // A route without keys has the values of the paper.
-                if name == "route" && table.get(name).is_none() {
+                // A table without keys has its default values.
+                if table.get(name).is_none() {
                     table.insert(name, Item::Table(Table::new()));
                 }
                 table.get_mut(name).map(Place::Item)
@@ -97,6 +136,94 @@ fn put(value: &mut Value, number: f64) {
     let decor = value.decor().clone();
     *value = if is_whole { (number as i64).into() } else { number.into() };
     *value.decor_mut() = decor;
+}
+
+/// Puts a value in the place of another one, or removes it.
+fn put_value(document: &mut DocumentMut, keys: &[Key], value: Option<&Json>) -> Option<()> {
+    let (last, path) = keys.split_last()?;
+    let place = Place::of(document, path)?;
+    let is_inline = place.is_inline();
+    match (last, value) {
+        (Key::Name(name), None) => drop(place.table()?.remove(name)),
+        (Key::Name(name), Some(value)) => {
+            let table = place.table()?;
+            match (table.get_mut(name), item(value, is_inline)?) {
+                (Some(Item::Value(old)), Item::Value(new)) => replace(old, new),
+                (_, item) => drop(table.insert(name, item)),
+            }
+        }
+        (Key::Index(index), None) => place.remove(*index)?,
+        (Key::Index(index), Some(json)) if place.length() == Some(*index) => place.push(toml_value(json)?)?,
+        (Key::Index(_), Some(value)) => match (place.step(last)?, item(value, true)?) {
+            (Place::Value(old), Item::Value(new)) => replace(old, new),
+            _ => return None,
+        },
+    }
+    Some(())
+}
+
+/// Puts the entries of an array in the opposite order. Their comments go with them.
+fn reverse(document: &mut DocumentMut, keys: &[Key]) -> Option<()> {
+    match Place::of(document, keys)? {
+        Place::Item(Item::ArrayOfTables(tables)) => {
+            let positions: Vec<Option<isize>> = tables.iter().map(Table::position).collect();
+            let mut all: Vec<Table> = tables.iter().cloned().collect();
+            all.reverse();
+            for (table, position) in all.iter_mut().zip(positions) {
+                table.set_position(position);
+            }
+            tables.clear();
+            tables.extend(all);
+        }
+        Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array)) => {
+            let mut all: Vec<Value> = array.iter().cloned().collect();
+            all.reverse();
+            // The spaces before an entry, with the comment of the one before, stay where they are.
+            for (value, old) in all.iter_mut().zip(array.iter_mut()) {
+                *value.decor_mut() = old.decor().clone();
+                *old = value.clone();
+            }
+        }
+        _ => return None,
+    }
+    Some(())
+}
+
+fn replace(old: &mut Value, mut new: Value) {
+    *new.decor_mut() = old.decor().clone();
+    *old = new;
+}
+
+/// A value in the form that its place allows: tables of their own, or inline.
+fn item(json: &Json, is_inline: bool) -> Option<Item> {
+    match json {
+        Json::Object(entries) if !is_inline => {
+            let pairs = entries.iter().map(|(key, value)| Some((key, item(value, false)?)));
+            pairs.collect::<Option<Table>>().map(Item::Table)
+        }
+        Json::Array(entries) if !is_inline && !entries.is_empty() && entries.iter().all(Json::is_object) => {
+            let tables = entries.iter().map(|entry| item(entry, false)?.into_table().ok());
+            tables.collect::<Option<ArrayOfTables>>().map(Item::ArrayOfTables)
+        }
+        _ => toml_value(json).map(Item::Value),
+    }
+}
+
+fn toml_value(json: &Json) -> Option<Value> {
+    Some(match json {
+        Json::Null => return None,
+        Json::Bool(flag) => (*flag).into(),
+        Json::Number(number) => match number.as_i64() {
+            Some(whole) => whole.into(),
+            None => number.as_f64()?.into(),
+        },
+        Json::String(text) => text.as_str().into(),
+        Json::Array(entries) => Value::Array(entries.iter().map(toml_value).collect::<Option<Array>>()?),
+        Json::Object(entries) => {
+            let pairs = entries.iter().map(|(key, entry)| Some((key, toml_value(entry)?)));
+            Value::InlineTable(pairs.collect::<Option<InlineTable>>()?)
+        }
+    })
 }
 
 fn splice(document: &mut DocumentMut, keys: &[Key], at: usize, removed: usize, inserted: &[PathSegment]) -> Option<()> {

@@ -21,6 +21,8 @@ export class Desk {
   #asked = 0;
   #asksText = false;
   /** @type {Question | null} */ #next = null;
+  /** Number of the newest question of `solve`. */
+  #solved = 0;
   /** Numbers of the questions with a text: studies of earlier ones are outdated. */
   planned = 0;
 
@@ -52,12 +54,27 @@ export class Desk {
   /**
    * Saves a text. Returns the mark of the file, or why it was refused.
    * @param {{name: string, text: string, known: string | null}} file
-   * @returns {Promise<{mark?: string, error?: string}>}
+   * @returns {Promise<{mark?: string, error?: string, isConflict?: boolean}>}
    */
   async save(file) {
     const headers = { ...this.headers, 'Content-Type': 'application/json' };
     try {
       const response = await fetch('save', { method: 'POST', headers, body: JSON.stringify(file) });
+      return { ...(await response.json()), isConflict: response.status === 409 };
+    } catch {
+      return { error: 'the planner does not answer: is it still running?' };
+    }
+  }
+
+  /**
+   * Puts a drawing into the configuration's folder. Returns the keys of `[route]` that follow it, or why it was refused.
+   * @param {File} file
+   * @returns {Promise<{route?: Record<string, unknown>, note?: string, error?: string}>}
+   */
+  async importDrawing(file) {
+    const headers = { ...this.headers, 'Content-Type': 'application/octet-stream' };
+    try {
+      const response = await fetch(`import?name=${encodeURIComponent(file.name)}`, { method: 'POST', headers, body: file });
       return await response.json();
     } catch {
       return { error: 'the planner does not answer: is it still running?' };
@@ -88,6 +105,26 @@ export class Desk {
     this.#send();
   }
 
+  /**
+   * Asks a question of `solve`. It takes the place of the one before. Returns its number.
+   * @param {{text: string, ask: string, options: Record<string, number | boolean>}} question
+   */
+  solve(question) {
+    this.#solved += 1;
+    this.#sendNow({ number: this.#solved, ...question });
+    return this.#solved;
+  }
+
+  /** Cancels the question of `solve` under way. */
+  cancel() {
+    this.#sendNow({ cancel: true });
+  }
+
+  /** @param {object} message */
+  #sendNow(message) {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(message));
+  }
+
   /** Whether every text has its answer. */
   get isIdle() {
     return !(this.#asked !== 0 && this.#asksText) && this.#next?.text === undefined;
@@ -104,6 +141,7 @@ export class Desk {
 
   /** @param {Answer} answer */
   #take(answer) {
+    if (answer.type === 'asked') return this.#listener.answer(answer);
     if (answer.type === 'plan') this.planned = answer.number;
     const isStudy = !['plan', 'pose', 'mistake'].includes(answer.type);
     if (isStudy && answer.number !== this.planned) return;

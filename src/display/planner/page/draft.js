@@ -1,7 +1,7 @@
 // @ts-check
 // The text, with undo and redo without end, and its draft in the browser, which survives a closed tab and a killed program.
 
-import { ofBrowser } from './storage.js';
+import { TabDrafts } from './tab_drafts.js';
 
 /** Pause after which typing is an edit of its own, for undo. */
 const PAUSE_MS = 800;
@@ -13,18 +13,21 @@ export class Draft {
   /** @type {string[]} */ #past = [];
   /** @type {string[]} */ #future = [];
   #typed_ms = -Infinity;
+  /** @type {TabDrafts | null} */ #drafts = null;
 
   /**
    * Begins with a file, or with the draft of it. Returns whether there was a draft.
    * @param {{name: string | null, text: string, mark: string | null}} file
    */
-  begin({ name, text, mark }) {
+  async begin({ name, text, mark }) {
     Object.assign(this, { name, text, saved: { text, mark } });
-    const kept = parsed(this.#store().read());
+    this.#drafts = new TabDrafts(name ?? '');
+    const kept = await this.#drafts.open();
     if (kept === null || kept.text === text) return false;
     this.text = kept.text;
     // With another mark than that of the disk, saving is refused: another program has changed the file.
     this.saved = { text, mark: kept.mark };
+    this.#keep();
     return true;
   }
 
@@ -69,8 +72,15 @@ export class Draft {
 
   /** @param {string} name @param {string} text @param {string} mark */
   wasSaved(name, text, mark) {
-    this.#store().write('');
+    this.#drafts?.keep(null);
+    this.#drafts?.turnTo(name);
     this.name = name;
+    this.saved = { text, mark };
+    this.#keep();
+  }
+
+  /** Takes the file on the disk as the one that this text will replace. @param {{text: string, mark: string | null}} file */
+  replace({ text, mark }) {
     this.saved = { text, mark };
     this.#keep();
   }
@@ -99,20 +109,6 @@ export class Draft {
   }
 
   #keep() {
-    this.#store().write(this.isChanged ? JSON.stringify({ text: this.text, mark: this.saved.mark }) : '');
-  }
-
-  #store() {
-    return ofBrowser(`bench-dragon.plan.${this.name ?? ''}`);
-  }
-}
-
-/** @param {string | null} kept @returns {{text: string, mark: string | null} | null} */
-function parsed(kept) {
-  try {
-    const value = JSON.parse(kept ?? '');
-    return typeof value?.text === 'string' ? value : null;
-  } catch {
-    return null;
+    this.#drafts?.keep(this.isChanged ? { text: this.text, mark: this.saved.mark } : null);
   }
 }

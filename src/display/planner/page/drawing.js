@@ -3,6 +3,7 @@
 
 import { font } from './canvas.js';
 import { Plan } from './plan.js';
+import { drawGrid } from './snap.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {import('./palette.js').Palette} Palette */
@@ -12,6 +13,8 @@ import { Plan } from './plan.js';
 /** @typedef {import('./plan_message.js').Pose} Pose */
 /** @typedef {import('./plan_message.js').Contact} Contact */
 /** @typedef {import('./show.js').Run} Run */
+
+/** @typedef {{dragon: number, chosen: HandleId | null}} Choice the dragon whose route is drawn, and the chosen handle */
 
 /** Sizes in pixels: radius of a handle, of a small one, reach of a mouse and of a finger. */
 const [HANDLE_PX, SMALL_PX, MOUSE_PX, FINGER_PX] = [7, 5, 11, 24];
@@ -43,6 +46,11 @@ export class Drawing {
     this.#palette = palette;
   }
 
+  /** What lies under the route. @param {import('./route_layer.js').Underlay | null} underlay */
+  set underlay(underlay) {
+    this.#plan.underlay = underlay;
+  }
+
   /** @param {Palette} palette */
   recolour(palette) {
     this.#palette = palette;
@@ -53,12 +61,16 @@ export class Drawing {
    * @param {PlanMessage} plan
    * @param {Pose} pose
    * @param {Contact} contact
-   * @param {HandleId | null} chosen
+   * @param {Choice} choice
+   * @param {(context: CanvasRenderingContext2D) => void} over draws over the route and under the handles
    */
-  draw(plan, pose, contact, chosen) {
+  draw(plan, pose, contact, choice, over) {
     const show = { frame: frameOf(plan.run, pose), runOfFrame: () => plan.run };
     this.#plan.draw(/** @type {import('./show.js').Show} */ (/** @type {unknown} */ (show)), null);
-    const handles = this.#offered(plan, chosen);
+    drawGrid(this.#context, this.#camera, this.#palette.rule);
+    over(this.#context);
+    const { chosen } = choice;
+    const handles = this.#offered(plan, choice);
     this.#drawFrames(handles);
     this.#drawContact(contact);
     for (const handle of handles) this.#drawHandle(handle, isSame(handle, chosen));
@@ -67,15 +79,15 @@ export class Drawing {
   /**
    * The handle at a place; `null` without one. Corners are preferred to the middles of lines.
    * @param {PlanMessage} plan
-   * @param {HandleId | null} chosen
+   * @param {Choice} choice
    * @param {{x: number, y: number}} place
    * @param {boolean} isTouch
    */
-  handleAt(plan, chosen, { x, y }, isTouch) {
+  handleAt(plan, choice, { x, y }, isTouch) {
     const reach = isTouch ? FINGER_PX : MOUSE_PX;
     /** @type {Handle | null} */ let found = null;
     let least = Infinity;
-    for (const handle of this.#offered(plan, chosen)) {
+    for (const handle of this.#offered(plan, choice)) {
       const [hx, hy] = this.#camera.toScreen(handle.x_m, handle.y_m);
       const distance = Math.hypot(hx - x, hy - y);
       if (distance > reach) continue;
@@ -85,10 +97,10 @@ export class Drawing {
     return found;
   }
 
-  /** The handles that are shown: of several dragons, all of the chosen one, and the others' beginnings. @param {PlanMessage} plan @param {HandleId | null} chosen */
-  #offered(plan, chosen) {
+  /** The handles that are shown: of several dragons, all of the chosen one, and the others' beginnings. @param {PlanMessage} plan @param {Choice} choice */
+  #offered(plan, choice) {
     const isOwn = (/** @type {Handle} */ { dragon, kind }) =>
-      plan.routes.length === 1 || dragon === chosen?.dragon || ALWAYS.includes(kind);
+      plan.routes.length === 1 || dragon === choice.dragon || ALWAYS.includes(kind);
     const own = plan.handles.filter(isOwn);
     return own.filter((handle) => handle.kind !== 'middle' || this.#hasRoom(own, handle));
   }

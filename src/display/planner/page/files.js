@@ -8,7 +8,7 @@ import { element, write } from './element.js';
 
 const saved = element('saved', HTMLSpanElement);
 const notice = element('notice', HTMLElement);
-const noticeButton = element('notice-button', HTMLButtonElement);
+const noticeButtons = element('notice-buttons', HTMLDivElement);
 const dialog = element('name-dialog', HTMLDialogElement);
 const nameField = element('name', HTMLInputElement);
 
@@ -18,28 +18,35 @@ function tell(text, tone) {
   saved.dataset.tone = tone;
 }
 
-/** Shows a notice, perhaps with a button. @param {string | null} text @param {string} [word] @param {() => void} [act] */
-export function note(text, word, act) {
+/** Shows a notice, perhaps with choices. @param {string | null} text @param {Record<string, () => void>} [choices] */
+export function note(text, choices = {}) {
   notice.hidden = text === null;
   write(element('notice-text', HTMLElement), text ?? '');
-  noticeButton.hidden = word === undefined;
-  noticeButton.textContent = word ?? '';
-  noticeButton.onclick = () => {
-    notice.hidden = true;
-    act?.();
-  };
+  noticeButtons.replaceChildren(...Object.entries(choices).map(([word, act]) => {
+    const button = document.createElement('button');
+    button.type = 'button';
+    button.textContent = word;
+    button.addEventListener('click', () => {
+      notice.hidden = true;
+      act();
+    });
+    return button;
+  }));
 }
 
 export class Files {
   #draft;
   #desk;
   #refused = '';
+  #changed;
   maySave = false;
+  /** Takes a text from the disk. @type {(file: {text: string, mark: string | null}) => void} */ reload = () => {};
 
   /** @param {Draft} draft @param {Desk} desk @param {() => void} changed */
   constructor(draft, desk, changed) {
     this.#draft = draft;
     this.#desk = desk;
+    this.#changed = changed;
     element('save', HTMLButtonElement).addEventListener('click', () => void this.save().then(changed));
     element('save-as', HTMLButtonElement).addEventListener('click', () => this.#askName());
     element('name-cancel', HTMLButtonElement).addEventListener('click', () => dialog.close());
@@ -62,9 +69,29 @@ export class Files {
   async #write(name, known) {
     const { text } = this.#draft;
     tell('saving …', 'quiet');
-    const { mark, error } = await this.#desk.save({ name, text, known });
+    const { mark, error, isConflict } = await this.#desk.save({ name, text, known });
     this.#refused = error ?? '';
-    if (mark !== undefined) this.#draft.wasSaved(name, text, mark);
+    if (mark !== undefined) {
+      this.#draft.wasSaved(name, text, mark);
+      note(null);
+    } else if (isConflict && name === this.#draft.name) this.#offerChoice(name);
+  }
+
+  /** The file on the disk is another one: nothing is lost without a choice. @param {string} name */
+  #offerChoice(name) {
+    note(`${name} on the disk is newer than what this page began with. Another tab or program has saved it.`, {
+      'Save as …': () => this.#askName(),
+      'Take the newer file': () => void this.#desk.file().then((file) => file.error === undefined && this.reload(file)),
+      'Overwrite it': () => void this.#overwrite(),
+    });
+  }
+
+  async #overwrite() {
+    const file = await this.#desk.file();
+    if (file.error !== undefined) return;
+    this.#draft.replace(file);
+    await this.save();
+    this.#changed();
   }
 
   /** A text that has changed since may be saved again. */

@@ -1,6 +1,7 @@
 // @ts-check
 // The planner's page. A hand, a key or the text changes the plan; the planner answers; the drawing follows.
 
+import { Ask } from './ask.js';
 import { Camera } from './camera.js';
 import { choosable, idOf, listenToChosen } from './chosen.js';
 import { Curve } from './curve.js';
@@ -10,16 +11,23 @@ import { Drawing, isSame } from './drawing.js';
 import { element, write } from './element.js';
 import { Files, note } from './files.js';
 import { fixed } from './format.js';
+import { Ghost } from './ghost.js';
 import { offerFiles } from './hand_over.js';
 import { numbersOf, showNumbers } from './numbers.js';
 import { readPalette } from './palette.js';
+import { Pen } from './pen.js';
+import { Picture } from './picture.js';
 import { listenToKeys } from './plan_keys.js';
 import { Player } from './player.js';
 import { listenToPointers } from './pointer.js';
 import { problemsOf, showProblems } from './problems.js';
+import { listenToSnap, snap_m, snapped } from './snap.js';
 import { State } from './state.js';
+import { ofBrowser } from './storage.js';
+import { offerTabs } from './tabs.js';
 import { offerThemes } from './theme.js';
 import { listenToAddress, takeToken } from './token.js';
+import { listenToTools, showTools } from './tools.js';
 
 /** @typedef {import('./plan_message.js').Edit} Edit */
 /** @typedef {import('./plan_message.js').Handle} Handle */
@@ -32,11 +40,18 @@ const mistake = element('mistake', HTMLParagraphElement);
 const camera = new Camera();
 const state = new State();
 const draft = new Draft();
-const desk = new Desk(takeToken(), { answer, open: askText, lost: () => showLine('The planner does not answer. Is it still running?') });
+const desk = new Desk(takeToken(), { answer, open: askText, lost });
 let palette = readPalette();
 let isDue = false;
+/** While a hand holds a handle: time between two drawings of what may lag behind, and when it was drawn. */
+const BESIDE_MS = 150;
+let beside_ms = 0;
 /** @type {HandleId | null} */ let chosen = null;
+/** The dragon whose route is drawn. */
+let dragon = 0;
 /** The text that an edit changes, until it is done. @type {string | null} */ let base = null;
+/** Whether the saved version is asked first, for comparison with a draft. */
+let asksSaved = false;
 /** Whether a hand holds a handle. */
 let isHeld = false;
 /** The plan time that the user has chosen; `null`: the contact, or the end. @type {number | null} */ let at_s = null;
@@ -45,23 +60,50 @@ const drawing = new Drawing(element('plan', HTMLCanvasElement), camera, palette,
 const curve = new Curve(element('timeline', HTMLCanvasElement), palette, redraw);
 const files = new Files(draft, desk, redraw);
 offerFiles(draft, desk);
-const player = new Player(seek, () => (state.plan === null ? null : { now_s: state.pose.time_s, times_s: state.plan.times_s }));
+const player = new Player(seek, () => (state.plan === null ? null : { now_s: state.pose.time_s, times_s: state.plan.times_s, tick_s: 1 / state.plan.run.rate_hz }));
+const pen = new Pen(camera, redraw);
+const picture = new Picture(redraw);
+const ghost = new Ghost(redraw);
 const showChosen = listenToChosen({ choose, set: (keys, value) => edit({ kind: 'set', keys, value }), remove });
+
+const ask = new Ask({
+  ask: (question, options) => desk.solve({ text: draft.text, ask: question, options }),
+  cancel: () => desk.cancel(),
+  put: (puts) => edit({ kind: 'put', puts }),
+  undo: () => step(draft.undo()),
+  text: () => draft.text,
+});
 
 /** @returns {{at_s?: number}} */
 const atTime = () => (at_s === null ? {} : { at_s });
 
+/** Asks for the plan, also of a program that was started again. */
 function askText() {
   showLine(null);
-  desk.ask({ text: draft.text, ...atTime() });
+  // A program that was started again may have another token.
+  void desk.access().then(({ may_save }) => (files.maySave = may_save)).then(redraw, () => {});
+  asksSaved = draft.isChanged && !ghost.isKnown;
+  desk.ask(asksSaved ? { text: draft.saved.text } : { text: draft.text, ...atTime() });
+}
+
+function lost() {
+  ask.lost();
+  showLine('The planner does not answer. Is it still running?');
 }
 
 /** @param {Answer} message */
 function answer(message) {
+  if (message.type === 'asked') return ask.take(message);
+  if (asksSaved && (message.type === 'plan' || message.type === 'mistake')) {
+    asksSaved = false;
+    if (message.type === 'plan') ghost.take(message, draft.saved.text);
+    return desk.ask({ text: draft.text, ...atTime() });
+  }
   state.take(message);
   if (message.type === 'plan') {
-    if (base !== null) showText(message.text);
     if (chosen !== null && !message.handles.some((handle) => isSame(handle, chosen))) chosen = null;
+    dragon = Math.min(dragon, message.routes.length - 1);
+    ghost.take(message, draft.saved.text);
   }
   if (base !== null && !isHeld && desk.isIdle) finishEdit(message);
   redraw();
@@ -77,6 +119,7 @@ function finishEdit(message) {
   } else showLine(null);
   if (state.plan !== null) draft.commit(state.plan.text);
   showText(draft.text);
+  ask.edited();
 }
 
 /** Changes the plan by one edit, as a step of undo. @param {Edit} change */
@@ -110,8 +153,20 @@ const chosenHandle = () => state.plan?.handles.find((handle) => isSame(handle, c
 /** @param {HandleId | null} handle */
 function choose(handle) {
   chosen = handle === null ? null : idOf(handle);
+  if (handle !== null && isOfRoute(handle)) dragon = handle.dragon;
   redraw();
 }
+
+/** @param {number} number */
+function chooseDragon(number) {
+  dragon = number;
+  if (chosen?.dragon !== number) chosen = null;
+  redraw();
+}
+
+/** @param {HandleId} handle */
+const isOfRoute = ({ kind }) => !['outline', 'keep_out', 'crowd'].includes(kind);
+const choice = () => ({ dragon, chosen });
 
 /** Chooses the next point, or the one before. @param {number} step */
 function chooseNext(step) {
@@ -161,8 +216,8 @@ function step(isDone) {
 
 /** Takes hold of a handle. @param {{x: number, y: number}} place @param {PointerEvent} event */
 function grab(place, { pointerType, shiftKey }) {
-  if (state.plan === null || state.mistake !== null || base !== null) return null;
-  const handle = drawing.handleAt(state.plan, chosen, place, pointerType !== 'mouse');
+  if (state.plan === null || state.mistake !== null || base !== null || pen.isActive) return null;
+  const handle = drawing.handleAt(state.plan, choice(), place, pointerType !== 'mouse');
   if (handle === null) return null;
   area.focus({ preventScroll: true });
   const id = shiftKey && handle.kind === 'start' ? { ...idOf(handle), kind: /** @type {const} */ ('whole') } : idOf(handle);
@@ -175,10 +230,10 @@ function grab(place, { pointerType, shiftKey }) {
   const [offX, offY] = [hx - place.x, hy - place.y];
   redraw();
   return {
-    move(/** @type {{x: number, y: number}} */ { x, y }) {
+    move(/** @type {{x: number, y: number}} */ { x, y }, /** @type {PointerEvent} */ { altKey }) {
       isHeld = true;
       base = from;
-      desk.ask({ text: from, edit: { kind: 'move', handle: id, to_m: camera.toPlane(x + offX, y + offY) }, ...atTime() });
+      desk.ask({ text: from, edit: { kind: 'move', handle: id, to_m: snapped(camera.toPlane(x + offX, y + offY), altKey) }, ...atTime() });
     },
     drop() {
       if (!isHeld) return;
@@ -206,17 +261,32 @@ function draw() {
   files.show(state.mistake === null);
   player.show();
   if (plan === null) return;
-  drawing.draw(plan, pose, contact, chosen);
-  curve.draw({ ...state, plan, contact, isOld: state.isCurveOld, time_s: pose.time_s });
-  showProblems(problemsOf(state), go);
+  showProblems(problemsOf(state), go, ({ puts }) => edit({ kind: 'put', puts }));
   showNumbers(numbersOf(state));
-  showChosen(plan, chosenHandle());
-  write(element('time', HTMLOutputElement), `${fixed(pose.time_s, 2)} s`);
-  write(element('plan-text', HTMLElement), `${plan.run.benches} benches at ${fixed(pose.time_s, 2)} s.`);
-  player.describe(element('timeline-area', HTMLDivElement));
+  drawing.underlay = picture.underlay;
+  drawing.draw(plan, pose, contact, choice(), (context) => {
+    ghost.draw(context, camera, plan, palette.quiet);
+    pen.draw(context, palette);
+  });
+  if (!isHeld || performance.now() - beside_ms > BESIDE_MS) drawBeside(plan);
   const at = chosenHandle();
   Object.assign(area.dataset, { number: String(plan.number), studied: String(state.isStudied), idle: String(desk.isIdle && base === null) });
   area.dataset.chosen = at === null ? '' : `${at.kind} ${at.x_m} ${at.y_m}`;
+}
+
+/** Draws what may lag a little behind a hand: the text is the slowest of all. @param {import('./plan_message.js').PlanMessage} plan */
+function drawBeside(plan) {
+  const { pose, contact } = state;
+  beside_ms = performance.now();
+  if (base !== null) showText(plan.text);
+  showTools(plan, dragon, picture.isThere);
+  ghost.take(plan, draft.saved.text);
+  curve.draw({ ...state, plan, contact, isOld: state.isCurveOld, time_s: pose.time_s });
+  showChosen(plan, chosenHandle());
+  ask.show();
+  write(element('time', HTMLOutputElement), `${fixed(pose.time_s, 2)} s`);
+  write(element('plan-text', HTMLElement), `${plan.run.benches} benches at ${fixed(pose.time_s, 2)} s.`);
+  player.describe(element('timeline-area', HTMLDivElement));
 }
 
 listenToPointers(area, {
@@ -228,16 +298,21 @@ listenToPointers(area, {
     camera.zoom(factor, x, y);
     redraw();
   },
-  tap: (place, isTouch) => choose(state.plan === null ? null : drawing.handleAt(state.plan, chosen, place, isTouch)),
+  tap(place, isTouch, { altKey }) {
+    if (pen.isActive) return pen.add(snapped(camera.toPlane(place.x, place.y), altKey));
+    choose(state.plan === null ? null : drawing.handleAt(state.plan, choice(), place, isTouch));
+  },
   hover(place) {
-    const isOver = place !== null && state.plan !== null && drawing.handleAt(state.plan, chosen, place, false) !== null;
+    if (pen.isActive && place !== null) return pen.hover(snapped(camera.toPlane(place.x, place.y), false));
+    const isOver = place !== null && state.plan !== null && drawing.handleAt(state.plan, choice(), place, false) !== null;
     area.dataset.over = isOver ? 'handle' : '';
   },
   grab,
 });
 player.listenTo(element('timeline-area', HTMLDivElement), (x) => (state.plan === null ? null : curve.timeAt(state.plan, x)));
 listenToKeys(area, {
-  ...{ nudge, chooseNext, remove, play: () => player.toggle(), save: () => void files.save().then(redraw) },
+  ...{ nudge, chooseNext, remove, play: () => player.toggle(), tick: (count) => player.tick(count), save: () => void files.save().then(redraw) },
+  pen: (event) => pen.isActive && pen.key(event, snap_m()),
   undo: () => step(draft.undo()),
   redo: () => step(draft.redo()),
   zoom(factor) {
@@ -255,6 +330,20 @@ textField.addEventListener('input', () => {
   desk.ask({ text: draft.text, ...atTime() });
   redraw();
 });
+listenToTools({
+  ...{ chooseDragon, pen, picture, area },
+  edit(change) {
+    // A new dragon is beside the others.
+    if (change.kind === 'add_dragon') camera.mode = 'fit';
+    edit(change);
+  },
+  dragon: () => dragon,
+  after: () => (chosen !== null && chosen.dragon === dragon && isOfRoute(chosen) && chosen.kind !== 'start' ? chosen.at : null),
+  importDrawing: (file) => void importDrawing(file),
+  takePicture: (blob) => picture.take(blob, camera).catch(() => showLine('This file is no picture that the browser can show.')),
+});
+listenToSnap(redraw);
+offerTabs(['edit', 'ask']);
 listenToAddress(() => location.reload());
 offerThemes(() => {
   palette = readPalette();
@@ -263,6 +352,32 @@ offerThemes(() => {
   redraw();
 });
 
+/** Makes a dropped drawing the route of the chosen dragon. @param {File} file */
+async function importDrawing(file) {
+  if (!files.maySave) return showLine('To import, open the printed address with its token.');
+  showLine(`Reading ${file.name} …`);
+  const { route, note: word, error } = await desk.importDrawing(file);
+  if (route === undefined) return showLine(`Not possible: ${error}`);
+  const owner = (state.plan?.routes.length ?? 1) > 1 || state.plan?.run.dragons !== undefined ? ['dragons', dragon] : [];
+  edit({ kind: 'put', puts: [{ keys: [...owner, 'route'], value: route }] });
+  camera.mode = 'fit';
+  note(word ?? null);
+}
+
+/** Offers the five sentences to somebody who is here for the first time. */
+function offerTour() {
+  const seen = ofBrowser('bench-dragon.plan-tour');
+  if (seen.read() !== null) return;
+  const see = () => seen.write('seen');
+  note('New here? Five sentences tell how to plan.', {
+    'Show them': () => {
+      see();
+      element('shortcuts', HTMLDialogElement).showModal();
+    },
+    'No, thanks': see,
+  });
+}
+
 /** Opens the file, or the draft of it. */
 async function begin() {
   const { may_view, may_save } = await desk.access();
@@ -270,8 +385,16 @@ async function begin() {
   files.maySave = may_save;
   const file = await desk.file();
   if (file.error !== undefined) return note(file.error);
-  if (draft.begin(file)) note('Your changes that were not saved are back.', 'Discard them', () => step((draft.reload(file), true)));
+  files.reload = (newer) => {
+    draft.reload(newer);
+    step(true);
+  };
+  if (!(await draft.begin(file))) offerTour();
+  else {
+    note('Your changes that were not saved are back.', { 'Discard them': () => files.reload(file) });
+  }
   showText(draft.text);
+  void picture.open(file.name ?? '');
   desk.open();
 }
 

@@ -25,7 +25,7 @@ export function numbersOf(state) {
     row('Tightest bend', Number.isFinite(tightest.value) ? `${fixed(-tightest.value, 3)} m${named(tightest.at)}` : 'straight', false),
     row('First contact', contactWord(contact), contact.state === 'searching'),
     row('Fastest handle', speedWord(state, fastest, named), !state.isStudied),
-    row('Least clearance', Number.isFinite(least) ? `${millimetres(Math.max(least, 0))} mm` : '–', state.isCurveOld || !state.isCurveComplete),
+    row('Least clearance', Number.isFinite(least) ? `${state.isCurveComplete ? '' : '≤ '}${millimetres(Math.max(least, 0))} mm` : '–', state.isCurveOld || !state.isCurveComplete),
   ];
   if (crowd.length > 0) rows.push(row('Crowd', `${fixed(Math.min(...crowd), 3)} m`, !state.isStudied));
   return rows;
@@ -50,7 +50,8 @@ function contactWord({ state, time_s, to_s }) {
 /** @param {State} state @param {{value: number, at: number}} fastest @param {(at: number) => string} named */
 function speedWord(state, fastest, named) {
   if (Number.isFinite(fastest.value)) return `${fixed(fastest.value, 3)} × head${named(fastest.at)}`;
-  return state.speeds.length > 0 ? 'unknown' : '–';
+  // The head is a handle, too.
+  return state.speeds.length > 0 ? 'unknown' : '≥ 1.000 × head';
 }
 
 /** @param {Row[]} rows */

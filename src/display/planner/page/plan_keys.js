@@ -6,7 +6,9 @@
  * @property {(dx: number, dy: number, step_m: number) => void} nudge
  * @property {(step: number) => void} chooseNext
  * @property {() => void} remove
+ * @property {(event: KeyboardEvent) => boolean} pen takes a key while the pen is in use
  * @property {() => void} play
+ * @property {(ticks: number) => void} tick
  * @property {(factor: number) => void} zoom 0 shows all
  * @property {() => void} save
  * @property {() => void} undo
@@ -29,6 +31,7 @@ export function listenToKeys(area, hands) {
   });
   area.addEventListener('keydown', (event) => {
     if (event.ctrlKey || event.metaKey) return;
+    if (hands.pen(event)) return event.preventDefault();
     const step_m = event.shiftKey ? LARGE_STEP_M : event.altKey ? SMALL_STEP_M : STEP_M;
     /** @type {Record<string, () => void>} */
     const actions = {
@@ -41,6 +44,8 @@ export function listenToKeys(area, hands) {
       Delete: hands.remove,
       Backspace: hands.remove,
       ' ': hands.play,
+      ',': () => hands.tick(-1),
+      '.': () => hands.tick(1),
       '+': () => hands.zoom(ZOOM),
       '-': () => hands.zoom(1 / ZOOM),
       0: () => hands.zoom(0),

@@ -8,7 +8,15 @@
 /** @typedef {{keys: (string | number)[], label: string, value: number, unit: string}} Field a number of the configuration */
 /** @typedef {HandleId & {x_m: number, y_m: number, name: string, fields: Field[], can_delete: boolean}} Handle */
 /** @typedef {{kind: 'move', handle: HandleId, to_m: [number, number]} | {kind: 'delete', handle: HandleId}
- *   | {kind: 'set', keys: (string | number)[], value: number}} Edit */
+ *   | {kind: 'set', keys: (string | number)[], value: number} | {kind: 'put', puts: Put[]}
+ *   | {kind: 'mirror' | 'reverse' | 'close' | 'remove_dragon', dragon: number} | {kind: 'add_dragon'}
+ *   | {kind: 'insert', dragon: number, after: number | null, segment: 'line' | 'arc' | 'spiral' | 'turnaround'}
+ *   | {kind: 'through', dragon: number, points_m: [number, number][], radius_m: number}
+ *   | {kind: 'border', border: 'outline' | 'keep_out' | 'crowd', points_m: [number, number][]}} Edit */
+/** @typedef {{keys: (string | number)[], value: unknown}} Put a value for a place of the text; null removes what is there */
+/** @typedef {{of: 'contact' | 'stop', dragon: number, words: string, puts: Put[]}} Mend */
+/** @typedef {{type: 'asked', number: number, state: 'running' | 'done' | 'failed' | 'cancelled', elapsed_s?: number,
+ *   share?: number | null, words?: string, puts?: Put[] | null}} Asked */
 /** @typedef {{benches: [number, number], words: string}} Pair */
 /**
  * @typedef {object} Contact
@@ -48,6 +56,7 @@
 /** @typedef {{type: 'pose', number: number, pose: Pose} | {type: 'mistake', number: number, reason: string}
  *   | {type: 'contact', number: number, contact: Contact} | {type: 'curve', number: number, points: number[], is_complete: boolean}
  *   | {type: 'borders', number: number, borders: BorderFact[]} | {type: 'misses', number: number, misses: Miss[]}
- *   | {type: 'speeds', number: number, speeds: Speed[]} | PlanMessage} Answer */
+ *   | {type: 'speeds', number: number, speeds: Speed[]}
+ *   | {type: 'mends', number: number, mends: Mend[]} | Asked | PlanMessage} Answer */
 
 export {};

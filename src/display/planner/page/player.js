@@ -4,10 +4,11 @@
 import { element, write } from './element.js';
 import { fixed } from './format.js';
 
-/** @typedef {{now_s: number, times_s: [number, number]}} Place */
+/** @typedef {{now_s: number, times_s: [number, number], tick_s: number}} Place */
 
 const button = element('play', HTMLButtonElement);
 const pace = element('pace', HTMLSelectElement);
+const ticks = { 'tick-back': -1, 'tick-on': 1 };
 /** Steps of the arrow keys, in seconds. */
 const [STEP_S, LARGE_STEP_S] = [0.1, 5];
 
@@ -23,6 +24,7 @@ export class Player {
     this.#seek = seek;
     this.#place = place;
     button.addEventListener('click', () => this.toggle());
+    for (const [id, step] of Object.entries(ticks)) element(id, HTMLButtonElement).addEventListener('click', () => this.tick(step));
   }
 
   toggle() {
@@ -43,7 +45,18 @@ export class Player {
 
   show() {
     button.disabled = this.#place() === null;
+    for (const id of Object.keys(ticks)) element(id, HTMLButtonElement).disabled = button.disabled;
     write(button, this.#isPlaying ? 'Stop' : 'Play');
+  }
+
+  /** Goes on by ticks of the server. @param {number} count */
+  tick(count) {
+    const place = this.#place();
+    if (place === null) return;
+    const { now_s, times_s, tick_s } = place;
+    // The nearest tick, so that rounding does not add up.
+    const tick = Math.round((now_s - times_s[0]) / tick_s) + count;
+    this.#to(Math.min(Math.max(times_s[0] + tick * tick_s, times_s[0]), times_s[1]));
   }
 
   /** @param {number} now_ms */

@@ -5,7 +5,7 @@ import { element } from './element.js';
 import { fixed, millimetres } from './format.js';
 
 /** @typedef {import('./state.js').State} State */
-/** @typedef {{level: 'danger' | 'caution' | 'good' | 'searched', text: string, time_s?: number, point_m?: [number, number]}} Problem */
+/** @typedef {{level: 'danger' | 'caution' | 'good' | 'searched', text: string, time_s?: number, point_m?: [number, number], mends?: import('./plan_message.js').Mend[]}} Problem */
 
 const list = element('problems', HTMLUListElement);
 
@@ -13,7 +13,10 @@ const list = element('problems', HTMLUListElement);
 export function problemsOf(state) {
   const { plan } = state;
   if (plan === null) return [];
-  const found = [...ofContact(state.contact), ...plan.routes.flatMap(ofStop), ...state.borders.flatMap(ofBorder)];
+  const mends = (/** @type {string} */ problem, /** @type {number} */ at) => state.mends.filter(({ of, dragon }) => of === problem && dragon === at);
+  const contact = ofContact(state.contact).map((problem) => ({ ...problem, mends: mends('contact', 0) }));
+  const stops = plan.routes.flatMap((route, at) => ofStop(route).map((problem) => ({ ...problem, mends: mends('stop', at) })));
+  const found = [...contact, ...stops, ...state.borders.flatMap(ofBorder)];
   found.push(...state.misses.map(({ time_s, clearance_m, pair, point_m }) => ({
     level: /** @type {const} */ ('caution'),
     text: `${pair.words} come near: ${millimetres(clearance_m)} mm at ${fixed(time_s, 2)} s`,
@@ -49,25 +52,49 @@ function ofBorder({ kind, bench, time_s, point_m, distance_m, clear_m }) {
   return [{ level: 'danger', text: `${bench} is ${fixed(distance_m, 2)} m from the crowd ${at}`, time_s, point_m }];
 }
 
-/** Shows problems. The buttons keep the focus while numbers change. @param {Problem[]} problems @param {(problem: Problem) => void} go */
-export function showProblems(problems, go) {
+/**
+ * Shows problems. The buttons keep the focus while numbers change.
+ * @param {Problem[]} problems
+ * @param {(problem: Problem) => void} go
+ * @param {(mend: import('./plan_message.js').Mend) => void} mend
+ */
+export function showProblems(problems, go, mend) {
   while (list.children.length > problems.length) list.lastElementChild?.remove();
   problems.forEach((problem, at) => {
     const item = list.children[at] ?? list.appendChild(newItem());
-    const [text, button] = /** @type {[HTMLSpanElement, HTMLButtonElement]} */ (/** @type {unknown} */ (item.children));
+    const [text, button, mends] = /** @type {[HTMLSpanElement, HTMLButtonElement, HTMLSpanElement]} */ (/** @type {unknown} */ (item.children));
     /** @type {HTMLElement} */ (item).dataset.level = problem.level;
     if (text.textContent !== problem.text) text.textContent = problem.text;
     button.hidden = problem.time_s === undefined;
     button.setAttribute('aria-label', `Go to: ${problem.text}`);
     button.onclick = () => go(problem);
+    showMends(mends, problem, mend);
   });
+}
+
+/** @param {HTMLElement} place @param {Problem} problem @param {(mend: import('./plan_message.js').Mend) => void} act */
+function showMends(place, { text, mends = [] }, act) {
+  while (place.children.length > mends.length) place.lastElementChild?.remove();
+  mends.forEach((mend, at) => {
+    const button = /** @type {HTMLButtonElement} */ (place.children[at] ?? place.appendChild(newButton('')));
+    if (button.textContent !== mend.words) button.textContent = mend.words;
+    button.setAttribute('aria-label', `Mend: ${mend.words}. ${text}`);
+    button.onclick = () => act(mend);
+  });
+}
+
+/** @param {string} word */
+function newButton(word) {
+  const button = document.createElement('button');
+  button.type = 'button';
+  button.textContent = word;
+  return button;
 }
 
 function newItem() {
   const item = document.createElement('li');
-  const button = document.createElement('button');
-  button.type = 'button';
-  button.textContent = 'Go to';
-  item.append(document.createElement('span'), button);
+  const mends = document.createElement('span');
+  mends.className = 'mends';
+  item.append(document.createElement('span'), newButton('Go to'), mends);
   return item;
 }

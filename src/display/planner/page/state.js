@@ -14,6 +14,7 @@ export class State {
   /** @type {import('./plan_message.js').BorderFact[]} */ borders = [];
   /** @type {import('./plan_message.js').Miss[]} */ misses = [];
   /** @type {import('./plan_message.js').Speed[]} */ speeds = [];
+  /** @type {import('./plan_message.js').Mend[]} */ mends = [];
   /** @type {Sample[]} */ samples = [];
   isCurveOld = false;
   isCurveComplete = false;
@@ -26,7 +27,7 @@ export class State {
     switch (answer.type) {
       case 'plan':
         Object.assign(this, { plan: answer, pose: answer.pose, contact: answer.contact, mistake: null });
-        Object.assign(this, { isCurveOld: true, isCurveComplete: false, isStudied: false, misses: [] });
+        Object.assign(this, { isCurveOld: true, isCurveComplete: false, isStudied: false, misses: [], mends: [] });
         this.speeds = this.speeds.slice(0, answer.routes.length);
         break;
       case 'pose':
@@ -50,6 +51,9 @@ export class State {
       case 'speeds':
         this.speeds = answer.speeds;
         this.isStudied = true;
+        break;
+      case 'mends':
+        this.mends = answer.mends;
         break;
     }
   }

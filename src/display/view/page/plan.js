@@ -41,6 +41,7 @@ export class Plan {
   #label = '';
   /** @type {Palette} */ #palette;
   #route = new RouteLayer();
+  /** @type {import('./route_layer.js').Underlay | null} */ underlay = null;
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -83,7 +84,7 @@ export class Plan {
     const { frame, run } = { frame: show.frame, run: show.runOfFrame() };
     this.#aim(frame, run);
     const { halo: ground, route: ink, edge } = this.#palette;
-    this.#route.draw(this.#screen.context, this.#camera, run, { ground, ink, edge });
+    this.#route.draw(this.#screen.context, this.#camera, run, { ground, ink, edge }, this.underlay);
     this.#screen.begin();
     if (frame !== null) {
       this.#inPlane(() => this.#drawDragon(frame, run, bench));

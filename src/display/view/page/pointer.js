@@ -10,11 +10,11 @@ const LINE_PX = 16;
  * @typedef {object} Hands
  * @property {(dx: number, dy: number) => void} pan
  * @property {(factor: number, x: number, y: number) => void} zoom
- * @property {(place: Place, isTouch: boolean) => void} tap
+ * @property {(place: Place, isTouch: boolean, event: PointerEvent) => void} tap
  * @property {(place: Place | null) => void} hover
  * @property {(place: Place, event: PointerEvent) => Grabbed | null} [grab] takes hold of what is at a place, instead of panning
  */
-/** @typedef {{move: (place: Place) => void, drop: () => void}} Grabbed what a hand holds */
+/** @typedef {{move: (place: Place, event: PointerEvent) => void, drop: () => void}} Grabbed what a hand holds */
 
 /**
  * @param {HTMLElement} area
@@ -42,7 +42,7 @@ export function listenToPointers(area, hands) {
   });
   area.addEventListener('pointermove', (event) => {
     const now = place(event);
-    if (grabbed?.id === event.pointerId) return grabbed.held.move(now);
+    if (grabbed?.id === event.pointerId) return grabbed.held.move(now, event);
     const before = down.get(event.pointerId);
     if (before === undefined) {
       if (event.pointerType === 'mouse') hands.hover(now);
@@ -63,7 +63,7 @@ export function listenToPointers(area, hands) {
     }
     if (!down.delete(event.pointerId)) return;
     area.classList.remove('is-dragged');
-    if (pressed !== null && event.type === 'pointerup') hands.tap(pressed, event.pointerType !== 'mouse');
+    if (pressed !== null && event.type === 'pointerup') hands.tap(pressed, event.pointerType !== 'mouse', event);
     pressed = null;
   };
   area.addEventListener('pointerup', up);

@@ -4,6 +4,11 @@
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {import('./camera.js').Box} Box */
 /** @typedef {import('./show.js').Run} Run */
+/**
+ * @typedef {object} Underlay what lies under the route, drawn in metres
+ * @property {string} key tells two of them apart
+ * @property {(context: CanvasRenderingContext2D, pixel_m: number) => void} draw
+ */
 
 /** Points per path: the cost of stroking a path grows faster than its length. */
 const POINTS_A_PATH = 64;
@@ -30,15 +35,16 @@ export class RouteLayer {
    * @param {Camera} camera
    * @param {Run | null} run
    * @param {{ground: string, ink: string, edge: string}} colours
+   * @param {Underlay | null} underlay
    */
-  draw(context, camera, run, { ground, ink, edge }) {
+  draw(context, camera, run, { ground, ink, edge }, underlay = null) {
     const { width, height } = context.canvas;
-    const wanted = [camera.x, camera.y, camera.scale, width, height, run?.run_id, ground].join();
+    const wanted = [camera.x, camera.y, camera.scale, width, height, run?.run_id, ground, underlay?.key].join();
     if (wanted !== this.#drawn) {
       this.#drawn = wanted;
       if (run !== this.#run) this.#read(run);
       Object.assign(this.#canvas, { width, height });
-      this.#paint(camera, ground, ink, edge);
+      this.#paint(camera, ground, ink, edge, underlay);
     }
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.drawImage(this.#canvas, 0, 0);
@@ -55,14 +61,15 @@ export class RouteLayer {
     this.#keepOut = (run?.keep_out ?? []).map(closed);
   }
 
-  /** @param {Camera} camera @param {string} ground @param {string} ink @param {string} edge */
-  #paint(camera, ground, ink, edge) {
+  /** @param {Camera} camera @param {string} ground @param {string} ink @param {string} edge @param {Underlay | null} underlay */
+  #paint(camera, ground, ink, edge, underlay) {
     const ratio = this.#canvas.width / camera.width;
     const { x, y, width, height } = camera;
     const scale = camera.scale * ratio;
     this.#context.fillStyle = ground;
     this.#context.fillRect(0, 0, this.#canvas.width, this.#canvas.height);
     this.#context.setTransform(scale, 0, 0, -scale, (width * ratio) / 2 - x * scale, (height * ratio) / 2 + y * scale);
+    underlay?.draw(this.#context, 1 / camera.scale);
     this.#context.lineWidth = STAGE_PX / camera.scale;
     this.#context.strokeStyle = edge;
     this.#context.stroke(this.#stage);
