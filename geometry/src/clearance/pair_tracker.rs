@@ -7,7 +7,8 @@
 //! touch on those whose two ends differ.
 //!
 //! The search ends even where boards slide along each other, because `pair_motion` settles intervals of about 10⁻⁶ m. Its
-//! bounds are of second order, and it ignores bounds below rounding.
+//! bounds are of second order, and it ignores bounds below rounding. A pair on one line or arc moves as a rigid body: its
+//! clearance is constant up to rounding, and the interval is settled by its ends.
 
 use std::ops::ControlFlow;
 
@@ -169,7 +170,7 @@ impl<'a> PairTracker<'a> {
             encounter.stays_apart(self.clearance_m)
                 || (self.clearance_m > 0.0 && [earlier, later].into_iter().any(corners_stay_apart))
         });
-        is_settled || self.is_settled_separately(earlier, later)
+        is_settled || self.is_settled_separately(earlier, later) || self.pair.is_rigid(&earlier.pose, &later.pose)
     }
 
     /// The same, from the areas that the two boards may cover independently of each other.

@@ -27,6 +27,9 @@ const LOOKS_PER_LINK: f64 = 64.0;
 /// handle's speed would be 16 times that of the front handle.
 const JUMP_PER_LINK: f64 = 0.25;
 
+/// Speed of a rear handle, in speeds of its front handle, that counts as a jump between two samples.
+const FASTEST: f64 = JUMP_PER_LINK * LOOKS_PER_LINK;
+
 /// Tolerance of faults and of the end of the feasible travel, in metres and in units of the parameter.
 const TOLERANCE: f64 = 1e-12;
 
@@ -173,6 +176,9 @@ pub(super) fn first_fault(route: &Route, length_m: f64, from: f64, to: f64, mete
     Faults { route, length_m, meter }.first(from, to).map(|fault| fault.parameter)
 }
 
+/// A parameter of a front handle, and the rear end of its link; `None` if the link has none.
+type Sample = (f64, Option<RearEnd>);
+
 /// Search for the faults of a link of one length on a route.
 struct Faults<'a> {
     route: &'a Route,
@@ -183,19 +189,35 @@ struct Faults<'a> {
 impl Faults<'_> {
     /// Finds the first fault of a front handle that walks from `from` to `to`.
     ///
-    /// The interval is bisected until the curvature bound clears each part, or the part is shorter than the distance between
-    /// two samples.
+    /// The interval is bisected until the curvature bound clears each part, or the part is at most as long as the link.
     fn first(&self, from: f64, to: f64) -> Option<Fault> {
         self.meter.add(1);
         if from >= to || self.meter.is_spent() || self.walks_throughout(from, to) {
             return None;
         }
         let middle = 0.5 * (from + to);
-        let arc_m = self.route.travel(to) - self.route.travel(from);
-        if arc_m * LOOKS_PER_LINK <= self.length_m || middle <= from || middle >= to {
-            return self.between_looks(from, to);
+        if self.arc_m(from, to) <= self.length_m || middle <= from || middle >= to {
+            return self.first_between((from, self.rear(from)), (to, self.rear(to)));
         }
         self.first(from, middle).or_else(|| self.first(middle, to))
+    }
+
+    /// Finds the first fault between two parameters, with the rear ends there.
+    ///
+    /// The interval is bisected until the curvature bound or the rear ends clear each part, or the part is shorter than the
+    /// distance between two samples.
+    fn first_between(&self, low: Sample, high: Sample) -> Option<Fault> {
+        self.meter.add(1);
+        let (from, to) = (low.0, high.0);
+        if self.meter.is_spent() || self.walks_throughout(from, to) || self.walks_between(&low, &high) {
+            return None;
+        }
+        let middle = 0.5 * (from + to);
+        if self.arc_m(from, to) * LOOKS_PER_LINK <= self.length_m || middle <= from || middle >= to {
+            return self.between_looks(&low, &high);
+        }
+        let middle = (middle, self.rear(middle));
+        self.first_between(low, middle).or_else(|| self.first_between(middle, high))
     }
 
     /// Whether the curvature bound proves that the link walks with its front handle anywhere from `from` to `to`.
@@ -207,11 +229,24 @@ impl Faults<'_> {
         self.route.curvature_bound(rear, to) * self.length_m < 2.0
     }
 
+    /// Whether the rear ends at two parameters prove that the link walks with its front handle anywhere between, and that its
+    /// rear handle is less than [`FASTEST`] times as fast.
+    ///
+    /// The cosine at the rear handle stays above `least` (see [`least_crossing`](Self::least_crossing)). While the cosine at
+    /// the front handle is below that, the rear handle is the slower one, and the cosine changes by at most |κ| + 2/d per
+    /// metre. So it reaches 0 only if it is at most that rate times half of the interval at one end.
+    fn walks_between(&self, low: &Sample, high: &Sample) -> bool {
+        let ((from, Some(start)), (to, Some(end))) = (low, high) else { return false };
+        let arc_m = self.arc_m(*from, *to);
+        let Some(least) = self.least_crossing((*from, start), (*to, end), arc_m) else { return false };
+        let falls = 0.5 * self.turn_rate(*from, *to) * arc_m;
+        least * FASTEST > 1.0 && start.cos_front.min(end.cos_front).min(least) > falls
+    }
+
     /// Finds the first fault between two adjacent samples. The samples are so close that at most one stop lies between them, or
     /// one jump, or a stop before a jump: a rear handle that walks backwards may come to where its crossing vanishes.
-    fn between_looks(&self, from: f64, to: f64) -> Option<Fault> {
-        let Some(start) = self.rear(from) else { return Some(Fault { parameter: from, jump: true }) };
-        let end = self.rear(to);
+    fn between_looks(&self, &(from, start): &Sample, &(to, end): &Sample) -> Option<Fault> {
+        let Some(start) = start else { return Some(Fault { parameter: from, jump: true }) };
         let leap = end.and_then(|end| self.leap((from, &start), (to, &end)));
         let Some(leap) = leap else { return self.stop((from, &start), (to, end)) };
         let stop = self.stop((from, &start), (leap, self.rear(leap))).filter(|stop| stop.parameter < leap - TOLERANCE);
@@ -232,8 +267,8 @@ impl Faults<'_> {
     ///
     /// The interval is bisected until each part is proved to have no jump, or is so short that a longer motion is one.
     fn leap(&self, low: (f64, &RearEnd), high: (f64, &RearEnd)) -> Option<f64> {
-        let arc_m = self.route.travel(high.0) - self.route.travel(low.0);
-        if self.keeps_crossing(low, high, arc_m) {
+        let arc_m = self.arc_m(low.0, high.0);
+        if self.least_crossing(low, high, arc_m).is_some() {
             return None;
         }
         let middle = 0.5 * (low.0 + high.0);
@@ -247,19 +282,25 @@ impl Faults<'_> {
         self.leap(low, (middle, &rear)).or_else(|| self.leap((middle, &rear), high))
     }
 
-    /// Whether no crossing vanishes or appears between two parameters of the front handle, which walks `arc_m`.
+    /// The least cosine of the link with the tangent at its rear handle between two parameters of the front handle, which walks
+    /// `arc_m`, or less; `None` unless no crossing vanishes or appears between them.
     ///
     /// Let γ be the angle by which the link is away from being perpendicular to the tangent at its rear handle, and K = |κ| +
     /// 1/d. γ changes by at most K per metre of the rear handle and 1/d per metre of the front handle, and a crossing vanishes
-    /// at γ = 0. The rear handle walks at most 1 / sin γ metres per metre. So γ falls from γ₀ to 0 only if the front handle
-    /// walks at least (1 − cos(γ₀ − arc/d)) / K. The same holds backwards, from the later crossing. If both crossings persist,
-    /// they are the same one, because two crossings keep their order until they meet, at γ = 0.
-    fn keeps_crossing(&self, low: (f64, &RearEnd), high: (f64, &RearEnd), arc_m: f64) -> bool {
-        let rear = self.reach_back(low.0);
-        let bend = self.route.curvature_bound(rear, high.0) + 1.0 / self.length_m;
+    /// at γ = 0. The rear handle walks at most 1 / sin γ metres per metre. So γ falls from γ₀ to γ₁ only if the front handle
+    /// walks at least (cos γ₁ − cos(γ₀ − arc/d)) / K. The same holds backwards, from the later crossing. If both crossings
+    /// persist, they are the same one, because two crossings keep their order until they meet, at γ = 0.
+    fn least_crossing(&self, low: (f64, &RearEnd), high: (f64, &RearEnd), arc_m: f64) -> Option<f64> {
+        let bend = self.turn_rate(low.0, high.0) - 1.0 / self.length_m;
         let least_sine = low.1.cos_rear.min(high.1.cos_rear).clamp(-1.0, 1.0);
         let left = least_sine.asin() - arc_m / self.length_m;
-        left > 0.0 && 1.0 - left.cos() > bend * arc_m
+        let cosine = left.cos() + bend * arc_m;
+        (left > 0.0 && cosine < 1.0).then(|| (1.0 - cosine * cosine).sqrt())
+    }
+
+    /// Bound on |κ| + 2/d with the front handle between two parameters, in 1/m.
+    fn turn_rate(&self, from: f64, to: f64) -> f64 {
+        self.route.curvature_bound(self.reach_back(from), to) + 2.0 / self.length_m
     }
 
     /// Finds a parameter between two samples at which the rear handle stops, although it walks at both samples.
@@ -269,10 +310,7 @@ impl Faults<'_> {
     /// of the interval at one of them. In that case the smallest cosine is searched for.
     fn dip(&self, (from, start): (f64, &RearEnd), (to, end): (f64, &RearEnd)) -> Option<f64> {
         let cosine = |parameter| self.rear(parameter).map_or(f64::NEG_INFINITY, |rear| rear.cos_front);
-        let arc_m = self.route.travel(to) - self.route.travel(from);
-        let rear = self.reach_back(from);
-        let rate = self.route.curvature_bound(rear, to) + 2.0 / self.length_m;
-        if start.cos_front.min(end.cos_front) > 0.5 * rate * arc_m {
+        if start.cos_front.min(end.cos_front) > 0.5 * self.turn_rate(from, to) * self.arc_m(from, to) {
             return None;
         }
         let lowest = peak(from, to, DIP_TOLERANCE * (to - from), |parameter| -cosine(parameter));
@@ -290,6 +328,11 @@ impl Faults<'_> {
     fn reach_back(&self, front_parameter: f64) -> f64 {
         let arc_m = 1.5 * std::f64::consts::PI * self.length_m;
         self.route.step_back(front_parameter, arc_m * self.route.steepest())
+    }
+
+    /// Arc between two parameters, in metres.
+    fn arc_m(&self, from: f64, to: f64) -> f64 {
+        self.route.travel(to) - self.route.travel(from)
     }
 
     fn rear(&self, front_parameter: f64) -> Option<RearEnd> {

@@ -129,10 +129,11 @@ impl TurnCheck {
         let once_round = turn.between(0.0, round_m).expect("once round is ahead");
         let walked = |benches: usize| walked(meter, once_round, self.dimensions.with_benches(benches));
         let benches = self.dimensions.benches();
-        // The first two links have all faults, because all other links are like the second.
-        walked(benches.min(2))?;
         if self.staging.limits_speed() {
             self.check_speed(&walked(benches.min(SPEED_BENCHES))?)?;
+        } else {
+            // The first two links have all faults, because all other links are like the second.
+            walked(benches.min(2))?;
         }
         match self.extent {
             Extent::Links => Ok(()),

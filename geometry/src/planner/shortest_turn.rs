@@ -26,7 +26,7 @@ use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::obstacle::{Extent, Obstacle, TurnCheck};
 use super::passage::{Staging, TurnPassage, walk_through};
-use crate::dragon::{Dimensions, Meter, Spent};
+use crate::dragon::{Dimensions, FeasibleEnd, Meter, Spent};
 use crate::numerics::{GOLDEN, try_turning_point};
 use crate::route::{RADIUS_RATIO, Turnaround};
 
@@ -39,12 +39,15 @@ const RATIOS: usize = 17;
 /// The largest ratio tried, of entry to exit or of exit to entry.
 const LARGEST_RATIO: f64 = 4.0;
 
-/// Relative distance of two ratios at which bisection between two faults of different handles or arcs ends. Where such
-/// obstacles meet in a tip, the tip is narrow.
+/// Least relative distance of two ratios.
 const NEAREST_RATIOS: f64 = 1e-13;
 
-/// If one of the two obstacles is a contact, bisection ends at this share of the radius's remaining bracket, relative to the
-/// radius. A contact hardly depends on the ratio, so an interval of clear ratios is wide as soon as it exists.
+/// Bisection between two faults of different handles or arcs ends at this share of the radius's remaining bracket, relative to
+/// the radius. Where such obstacles meet in a tip, the tip is narrow.
+const FAULT_RATIO_PER_RADIUS: f64 = 1e-6;
+
+/// The same if one of the two obstacles is a contact or a handle that is too fast. They hardly depend on the ratio, so an
+/// interval of clear ratios is wide as soon as it exists.
 const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
 
 /// Tolerance of the answer's radius, in metres.
@@ -70,6 +73,10 @@ const RATIO_ROOM: f64 = 1.02;
 /// Bound on the steps of a golden section. Each leaves 0.62 of the interval; from a factor of 1.4 to [`NEAREST_RATIOS`] it
 /// takes 61 steps.
 const GOLDEN_STEPS: u32 = 64;
+
+/// Times by which the fastest handle may become slower more quickly between the trials of a golden section than it does from
+/// trial to trial.
+const STEEPEST: f64 = 4.0;
 
 /// Relative distance from the answer's ratio at which the limits are determined.
 const BESIDE: f64 = 1e-6;
@@ -140,6 +147,19 @@ impl Trial {
     /// Speed ratio of the fastest handle, if only the speed is the obstacle; otherwise infinite.
     fn excess(&self) -> f64 {
         if let Some(Obstacle::TooFast(largest)) = self.obstacle { largest.ratio } else { f64::INFINITY }
+    }
+}
+
+/// A trial of a golden section: the logarithm of its ratio, and its excess.
+#[derive(Clone, Copy)]
+struct Dip {
+    at: f64,
+    excess: f64,
+}
+
+impl Dip {
+    fn of(trial: &Trial) -> Self {
+        Self { at: trial.ratio.ln(), excess: trial.excess() }
     }
 }
 
@@ -248,9 +268,10 @@ impl Search<'_> {
         if let Some(clear) = trials.iter().find(|trial| trial.obstacle.is_none()) {
             return Ok(Some(clear.ratio));
         }
-        let finest = RATIO_PER_RADIUS * excess_m / radius_m;
+        let excess = excess_m / radius_m;
+        let finest = (RATIO_PER_RADIUS * excess).max(NEAREST_RATIOS);
         let gaps: Vec<&[Trial]> = trials.windows(2).collect();
-        let between = |gap: usize, meter: &Meter| self.between(meter, radius_m, gaps[gap][0], gaps[gap][1], finest);
+        let between = |gap: usize, meter: &Meter| self.between(meter, radius_m, gaps[gap][0], gaps[gap][1], excess);
         if let Some(clear) = self.on_all(gaps.len(), between)?.into_iter().flatten().next() {
             return Ok(Some(clear));
         }
@@ -273,49 +294,66 @@ impl Search<'_> {
         self.meter.spent(self.check.turnaround.start_travel_m())
     }
 
-    /// A clear ratio between two ratios with different obstacles. `finest` is the relative distance at which bisection ends for
-    /// contacts.
+    /// A clear ratio between two ratios with different obstacles. `excess` is the remaining bracket of the radius, relative to
+    /// the radius.
     fn between(
         &self,
         meter: &Meter,
         radius_m: f64,
         low: Trial,
         high: Trial,
-        finest: f64,
+        excess: f64,
     ) -> Result<Option<f64>, Spent> {
         let (Some(below), Some(above)) = (low.obstacle, high.obstacle) else {
             return Ok(Some(if low.obstacle.is_none() { low.ratio } else { high.ratio }));
         };
-        let faults = matches!((below, above), (Obstacle::Fault { .. }, Obstacle::Fault { .. }));
-        let nearest = if faults { NEAREST_RATIOS } else { finest };
-        if high.ratio <= low.ratio * (1.0 + nearest) || below.resembles(&above) {
+        let Some(share) = self.finest_share(&below, &above) else { return Ok(None) };
+        if high.ratio <= low.ratio * (1.0 + (share * excess).max(NEAREST_RATIOS)) {
             return Ok(None);
         }
         let middle = self.trial(meter, radius_m, (low.ratio * high.ratio).sqrt())?;
-        match self.between(meter, radius_m, low, middle, finest)? {
-            None => self.between(meter, radius_m, middle, high, finest),
+        match self.between(meter, radius_m, low, middle, excess)? {
+            None => self.between(meter, radius_m, middle, high, excess),
             found => Ok(found),
         }
     }
 
+    /// Share of the radius's remaining bracket at which bisection between two obstacles ends; `None` if they are of the same
+    /// kind. With a limit of speed, a handle that jumps is of the kind of one that is too fast, because it was too fast before.
+    fn finest_share(&self, below: &Obstacle, above: &Obstacle) -> Option<f64> {
+        let are_fast = [below, above].map(|obstacle| {
+            let jumps = matches!(obstacle, Obstacle::Fault { end: FeasibleEnd::HandleJumps { .. }, .. });
+            matches!(obstacle, Obstacle::TooFast(_)) || jumps && self.check.staging.limits_speed()
+        });
+        if below.resembles(above) || are_fast == [true; 2] {
+            return None;
+        }
+        let are_faults = [below, above].map(|obstacle| matches!(obstacle, Obstacle::Fault { .. }));
+        Some(if are_faults == [true; 2] && are_fast == [false; 2] { FAULT_RATIO_PER_RADIUS } else { RATIO_PER_RADIUS })
+    }
+
     /// A clear ratio between the outer two of three trials. At the middle one, the fastest handle is slowest. Golden section in
-    /// the logarithm of the ratio runs down to `finest`.
+    /// the logarithm of the ratio runs down to `finest`, or until the fastest handle would have to become slower [`STEEPEST`]
+    /// times as quickly as between the trials to be slow enough.
     fn slow_ratio(&self, meter: &Meter, radius_m: f64, three: &[Trial], finest: f64) -> Result<Option<f64>, Spent> {
-        let [mut low, mut near, mut high] = [three[0].ratio.ln(), three[1].ratio.ln(), three[2].ratio.ln()];
-        let mut least = three[1].excess();
+        let [mut low, mut near, mut high] = [three[0], three[1], three[2]].map(|trial| Dip::of(&trial));
+        let limit = self.check.staging.speed_ratio;
         for _ in 0..GOLDEN_STEPS {
-            if high - low <= finest.max(NEAREST_RATIOS) {
+            let slope = (low.excess - near.excess) / (near.at - low.at);
+            let slope = slope.max((high.excess - near.excess) / (high.at - near.at));
+            let is_hopeless = near.excess - STEEPEST * slope * (high.at - low.at) > limit;
+            if high.at - low.at <= finest || is_hopeless {
                 break;
             }
-            let far =
-                if high - near > near - low { near + GOLDEN * (high - near) } else { near - GOLDEN * (near - low) };
-            let trial = self.trial(meter, radius_m, far.exp())?;
+            let side = if high.at - near.at > near.at - low.at { high.at } else { low.at };
+            let trial = self.trial(meter, radius_m, (near.at + GOLDEN * (side - near.at)).exp())?;
             if trial.obstacle.is_none() {
                 return Ok(Some(trial.ratio));
             }
-            match (trial.excess() < least, far > near) {
-                (true, true) => (low, near, least) = (near, far, trial.excess()),
-                (true, false) => (high, near, least) = (near, far, trial.excess()),
+            let far = Dip::of(&trial);
+            match (far.excess < near.excess, far.at > near.at) {
+                (true, true) => (low, near) = (near, far),
+                (true, false) => (high, near) = (near, far),
                 (false, true) => high = far,
                 (false, false) => low = far,
             }

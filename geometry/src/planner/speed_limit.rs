@@ -306,12 +306,13 @@ impl Survey<'_> {
         if before.max(after) > ends[0].ratio.max(ends[1].ratio) {
             return Vec::new();
         }
-        let at = |end: LargestRatio| {
-            let ratio = |travel_m| self.ratio(travel_m, end.handle);
-            let peak = peak(ends[0].travel_m, ends[1].travel_m, TOLERANCE_M, ratio);
-            LargestRatio { ratio: peak.value, travel_m: peak.at, handle: end.handle }
+        let mut handles = ends.map(|end| end.handle).to_vec();
+        handles.dedup();
+        let of_handle = |handle| {
+            let peak = peak(ends[0].travel_m, ends[1].travel_m, TOLERANCE_M, |travel_m| self.ratio(travel_m, handle));
+            LargestRatio { ratio: peak.value, travel_m: peak.at, handle }
         };
-        ends.map(at).to_vec()
+        handles.into_iter().map(of_handle).collect()
     }
 
     /// Travels that split a stretch into pieces: evenly, and where one of the handles crosses a seam.

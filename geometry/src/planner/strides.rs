@@ -24,6 +24,11 @@ impl Strides {
         Self { from_m, to_m, count }
     }
 
+    /// Number of strides.
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
     /// Travel at the end of the first `strides` strides; at most the interval's end.
     pub(super) fn end_m(&self, strides: usize) -> f64 {
         if strides >= self.count {
