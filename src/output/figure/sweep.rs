@@ -1,9 +1,9 @@
 //! Plan of the area that boards sweep.
 
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4};
 
 use glam::DVec2;
-use kurbo::{BezPath, Rect, Vec2};
+use kurbo::{BezPath, Point, Rect, Vec2};
 
 use super::Drawing;
 use super::boards::bounds;
@@ -63,11 +63,7 @@ impl SweepView {
             drawing.push(ring.clipped(plot.area).labelled("nearest to a border"));
         }
         for (point, words) in &self.marks {
-            let at = plot.at(*point);
-            drawing.push(Mark::filled(circle(at, MARK_RADIUS), BLACK).labelled(words.as_str()));
-            // Words at an angle do not cover each other along a line across the page.
-            let text = Text::new(words.as_str(), MARK_SIZE).anchored(Anchor::Left).turned(-FRAC_PI_4);
-            drawing.write(&text, at + MARK_GAP * Vec2::from_angle(-FRAC_PI_4));
+            draw_mark(&mut drawing, plot.area, plot.at(*point), words);
         }
         plot.draw_frame(&mut drawing);
         plot.label(&mut drawing, "x (m)", "y (m)");
@@ -88,5 +84,40 @@ impl SweepView {
             entries.push(LegendEntry::new(ring, "nearest to a border"));
         }
         entries
+    }
+}
+
+/// Draws a mark with its words at an angle, so that those of marks along a line across the page do not cover each other. They go up to the
+/// right; where the area ends there, down or to the left.
+fn draw_mark(drawing: &mut Drawing, area: Rect, at: Point, words: &str) {
+    drawing.push(Mark::filled(circle(at, MARK_RADIUS), BLACK).labelled(words));
+    let text = Text::new(words, MARK_SIZE);
+    let reach = (MARK_GAP + text.width()) * FRAC_1_SQRT_2;
+    let (goes_left, goes_down) = (at.x + reach > area.x1, at.y - reach < area.y0);
+    let turn = if goes_left == goes_down { -FRAC_PI_4 } else { FRAC_PI_4 };
+    let along = MARK_GAP * Vec2::from_angle(turn);
+    let (anchor, start) = if goes_left { (Anchor::Right, at - along) } else { (Anchor::Left, at + along) };
+    drawing.write(&text.anchored(anchor).turned(turn), start);
+}
+
+#[cfg(test)]
+mod tests {
+    use kurbo::Shape as _;
+
+    use super::*;
+
+    #[test]
+    fn words_of_a_mark_stay_in_the_area() {
+        let area = Rect::new(10.0, 10.0, 110.0, 90.0);
+        for at in [(12.0, 12.0), (108.0, 12.0), (12.0, 88.0), (108.0, 88.0), (60.0, 50.0)] {
+            let mut drawing = Drawing::new(String::new(), area.size());
+            draw_mark(&mut drawing, area, at.into(), "H12 -12.34, 56.78");
+            let words = drawing.marks.last().expect("the words").path.bounding_box();
+            assert!(area.inflate(1.0, 1.0).contains_rect(words), "{words:?} of {at:?}");
+            assert!(
+                words.contains_rect(Rect::from_center_size(words.center(), (8.0, 8.0))),
+                "{words:?} is at an angle"
+            );
+        }
     }
 }
