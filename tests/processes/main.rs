@@ -21,6 +21,7 @@ mod children;
 mod clients_page;
 mod commands;
 mod companion;
+mod containers;
 mod ctl_status;
 mod cues;
 mod debian_package;

@@ -61,6 +61,39 @@ impl Channel {
     }
 }
 
+/// The channels that a viewer knows, with the numbers that it knows them by. No number is used for two topics.
+#[derive(Debug, Default)]
+pub(super) struct KnownChannels {
+    /// Number and topic of the poses of each dragon.
+    poses: Vec<(u32, String)>,
+    next: u32,
+}
+
+impl KnownChannels {
+    /// The channel with a number.
+    pub(super) fn get(&self, id: u32) -> Option<Channel> {
+        let dragon = self.poses.iter().position(|(known, _)| *known == id).map(Channel::Poses);
+        dragon.or_else(|| Channel::FIXED.get(id as usize).copied())
+    }
+
+    /// Takes the topics of a run. Returns the numbers of those that are gone, and the declarations of the new ones.
+    pub(super) fn set_poses(&mut self, topics: &[String]) -> (Vec<u32>, Vec<Value>) {
+        let mut before = std::mem::take(&mut self.poses);
+        let mut declared = Vec::new();
+        for (dragon, topic) in topics.iter().enumerate() {
+            let known = before.iter().position(|(_, known)| known == topic).map(|index| before.swap_remove(index));
+            let (id, topic) = known.unwrap_or_else(|| {
+                let id = Channel::FIXED.len() as u32 + self.next;
+                self.next += 1;
+                declared.push(Channel::Poses(dragon).declare(id, topic));
+                (id, topic.clone())
+            });
+            self.poses.push((id, topic));
+        }
+        (before.into_iter().map(|(id, _)| id).collect(), declared)
+    }
+}
+
 /// The topics of the poses of dragons with these names; without names, that of the one dragon.
 pub(super) fn pose_topics(names: &[String]) -> Vec<String> {
     if names.is_empty() {
@@ -99,4 +132,27 @@ fn status_schema() -> Value {
             "dragons": { "type": "array", "items": dragon },
         },
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topic_keeps_its_number_and_no_number_is_used_for_two_topics() {
+        let mut channels = KnownChannels::default();
+        let mut set = |topics: &[&str]| {
+            let topics: Vec<String> = topics.iter().map(|topic| (*topic).to_owned()).collect();
+            let (gone, declared) = channels.set_poses(&topics);
+            let declared: Vec<Value> =
+                declared.into_iter().map(|channel| json!([channel["id"], channel["topic"]])).collect();
+            (gone, json!(declared), channels.poses.iter().map(|(id, _)| channels.get(*id)).collect::<Vec<_>>())
+        };
+        let [first, second] = [0, 1].map(|dragon| Some(Channel::Poses(dragon)));
+        assert_eq!(set(&["one", "two"]), (vec![], json!([[5, "one"], [6, "two"]]), vec![first, second]));
+        assert_eq!(set(&["two", "one"]), (vec![], json!([]), vec![first, second]));
+        assert_eq!(set(&["two"]), (vec![5], json!([]), vec![first]));
+        assert_eq!(set(&["one"]), (vec![6], json!([[7, "one"]]), vec![first]));
+        assert_eq!((channels.get(2), channels.get(5)), (Some(Channel::Status), None));
+    }
 }

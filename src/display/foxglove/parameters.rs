@@ -1,11 +1,58 @@
 //! The description of a run as parameters: a name with dots for each value.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 /// Greatest number of parameters. A route of many segments has more values; the others are left out.
-pub(super) const MAX_PARAMETERS: usize = 1_000;
+const MAX_PARAMETERS: usize = 1_000;
 /// Greatest length of a list that is shown, such as the points of a border.
 const MAX_ITEMS: usize = 64;
+
+/// The parameters whose changes a viewer gets.
+#[derive(Clone, Debug)]
+pub(super) enum FollowedParameters {
+    All,
+    /// Those with these names, at most [`MAX_PARAMETERS`].
+    Named(BTreeSet<String>),
+}
+
+impl Default for FollowedParameters {
+    fn default() -> Self {
+        Self::Named(BTreeSet::new())
+    }
+}
+
+impl FollowedParameters {
+    /// Adds names. No names are those of all parameters.
+    pub(super) fn follow(&mut self, names: Vec<String>) {
+        match self {
+            Self::Named(known) if !names.is_empty() => {
+                known.extend(names.into_iter().take(MAX_PARAMETERS.saturating_sub(known.len())));
+            }
+            all => *all = Self::All,
+        }
+    }
+
+    /// Removes names. No names are those of all parameters, and so is each name of a viewer that follows all.
+    pub(super) fn leave(&mut self, names: &[String]) {
+        match self {
+            Self::Named(known) if !names.is_empty() => known.retain(|name| !names.contains(name)),
+            all => *all = Self::default(),
+        }
+    }
+
+    pub(super) fn contains(&self, name: &str) -> bool {
+        match self {
+            Self::All => true,
+            Self::Named(known) => known.contains(name),
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        matches!(self, Self::Named(known) if known.is_empty())
+    }
+}
 
 /// The parameters of a run with this description.
 pub(super) fn parameters_of(run_id: u64, toml: &str) -> Vec<Value> {
@@ -65,6 +112,23 @@ mod tests {
                 { "name": "serve.rate_hz", "value": 60 },
             ])
         );
+    }
+
+    #[test]
+    fn names_are_followed_and_left_alone_or_all_at_once_and_their_number_is_bounded() {
+        let names = |range: std::ops::Range<usize>| range.map(|number| number.to_string()).collect::<Vec<_>>();
+        let mut followed = FollowedParameters::default();
+        assert!(followed.is_empty());
+        followed.follow(names(0..3));
+        followed.leave(&names(1..3));
+        assert_eq!(["0", "1"].map(|name| followed.contains(name)), [true, false]);
+        followed.follow(names(0..3 * MAX_PARAMETERS));
+        followed.follow(names(3 * MAX_PARAMETERS..4 * MAX_PARAMETERS));
+        assert!(matches!(&followed, FollowedParameters::Named(known) if known.len() <= MAX_PARAMETERS));
+        followed.follow(Vec::new());
+        assert!(followed.contains("any"));
+        followed.leave(&[]);
+        assert!(followed.is_empty());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The stream to one viewer: what it subscribes to, as fast as it answers, and the replies to its requests.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -13,11 +13,11 @@ use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use super::channels::Channel;
+use super::channels::{Channel, KnownChannels};
 use super::messages::{
     NoteLevel, call_failure, call_response, channel_message, json_message, note, parameter_values, server_info, time,
 };
-use super::parameters::{MAX_PARAMETERS, name_of};
+use super::parameters::{FollowedParameters, name_of};
 use super::published::{Published, PublishedRun};
 use super::requests::{ServiceCall, Subscription, ViewerRequest, read_call, read_request};
 use super::services::{advertise_services, command_of, response_to};
@@ -64,8 +64,7 @@ pub(super) struct Viewer {
     channels: KnownChannels,
     /// Number of the channel of each subscription, by its own number.
     subscriptions: BTreeMap<u32, u32>,
-    /// Names of the parameters whose changes the viewer gets. `None`: of all.
-    parameters: Option<BTreeSet<String>>,
+    parameters: FollowedParameters,
     next_alert: u64,
     next_command: u64,
     /// Number of frames up to the last one that was sent.
@@ -86,14 +85,6 @@ pub(super) struct Viewer {
     replies: (mpsc::UnboundedSender<Message>, mpsc::UnboundedReceiver<Message>),
 }
 
-/// The channels that a viewer knows, with the numbers that it knows them by. No number is used for two topics.
-#[derive(Debug, Default)]
-struct KnownChannels {
-    /// Number and topic of the poses of each dragon.
-    poses: Vec<(u32, String)>,
-    next: u32,
-}
-
 /// The reason for the end of a stream.
 #[derive(Debug)]
 enum StreamEnd {
@@ -101,30 +92,6 @@ enum StreamEnd {
     Gone,
     /// The bridge closes the stream, with this code and reason.
     Closed(u16, &'static str),
-}
-
-impl KnownChannels {
-    fn get(&self, id: u32) -> Option<Channel> {
-        let dragon = self.poses.iter().position(|(known, _)| *known == id).map(Channel::Poses);
-        dragon.or_else(|| Channel::FIXED.get(id as usize).copied())
-    }
-
-    /// Takes the topics of a run. Returns the numbers of those that are gone, and the declarations of the new ones.
-    fn set_poses(&mut self, topics: &[String]) -> (Vec<u32>, Vec<Value>) {
-        let mut before = std::mem::take(&mut self.poses);
-        let mut declared = Vec::new();
-        for (dragon, topic) in topics.iter().enumerate() {
-            let known = before.iter().position(|(_, known)| known == topic).map(|index| before.swap_remove(index));
-            let (id, topic) = known.unwrap_or_else(|| {
-                let id = Channel::FIXED.len() as u32 + self.next;
-                self.next += 1;
-                declared.push(Channel::Poses(dragon).declare(id, topic));
-                (id, topic.clone())
-            });
-            self.poses.push((id, topic));
-        }
-        (before.into_iter().map(|(id, _)| id).collect(), declared)
-    }
 }
 
 impl Viewer {
@@ -142,7 +109,7 @@ impl Viewer {
             run: None,
             channels: KnownChannels::default(),
             subscriptions: BTreeMap::new(),
-            parameters: Some(BTreeSet::new()),
+            parameters: FollowedParameters::default(),
             next_alert: 0,
             next_command: 0,
             frames: 0,
@@ -268,19 +235,11 @@ impl Viewer {
                 self.send_parameters(id.as_deref(), |_| true).await
             }
             ViewerRequest::SubscribeParameterUpdates { parameter_names } => {
-                match &mut self.parameters {
-                    Some(known) if !parameter_names.is_empty() => {
-                        known.extend(parameter_names.into_iter().take(MAX_PARAMETERS.saturating_sub(known.len())));
-                    }
-                    all => *all = None,
-                }
+                self.parameters.follow(parameter_names);
                 Ok(())
             }
             ViewerRequest::UnsubscribeParameterUpdates { parameter_names } => {
-                match &mut self.parameters {
-                    Some(known) if !parameter_names.is_empty() => known.retain(|name| !parameter_names.contains(name)),
-                    all => *all = Some(BTreeSet::new()),
-                }
+                self.parameters.leave(&parameter_names);
                 Ok(())
             }
         }
@@ -414,15 +373,18 @@ impl Viewer {
         if !declared.is_empty() {
             self.advertise(declared).await?;
         }
-        let subscribed = self.parameters.clone();
-        if subscribed.as_ref().is_none_or(|names| !names.is_empty()) {
-            self.send_parameters(None, |name| subscribed.as_ref().is_none_or(|names| names.contains(name))).await?;
-        }
-        Ok(())
+        let followed = self.parameters.clone();
+        if followed.is_empty() { Ok(()) } else { self.send_parameters(None, |name| followed.contains(name)).await }
     }
 
     /// Sends the frame's messages of the chosen subscriptions.
     async fn send_frame(&mut self, newest: &Published, is_chosen: impl Fn(u32) -> bool) -> Result<(), StreamEnd> {
+        // The numbers of dragons are those of the run that the viewer knows. It is about to know the other one.
+        if let (Some(known), Some(run)) = (&self.run, &newest.run)
+            && !Arc::ptr_eq(known, run)
+        {
+            return Ok(());
+        }
         let chosen: Vec<(u32, Channel)> = self.subscribed().filter(|(id, _)| is_chosen(*id)).collect();
         for (id, channel) in chosen {
             if let Some(payload) = newest.message(channel) {
