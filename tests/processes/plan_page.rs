@@ -1,5 +1,6 @@
 //! The planner's page: in Chromium, compared with `solve`, and its requests.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -265,4 +266,51 @@ fn a_configuration_that_is_not_valid_is_one_line_and_exit_status_2() {
         assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
         assert!(ended.stderr.contains(&config), "{}", ended.stderr);
     }
+}
+
+/// Greatest memory of a process so far, in MiB.
+fn most_memory_mib(process: &Process) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{}/status", process.pid())).expect("the process is there");
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).expect("its memory");
+    line.trim().trim_end_matches(" kB").parse::<u64>().expect("a number") >> 10
+}
+
+#[test]
+fn a_drawing_that_takes_too_much_memory_is_refused_and_the_planner_goes_on() {
+    let stage = Stage::new();
+    let file = stage.path("loop.toml");
+    fs::write(&file, LOOP).expect("a file");
+    let mut points = "x_m,y_m\n".to_owned();
+    let (mut heading, mut x_m, mut y_m) = (0.0_f64, 0.0, 0.0);
+    for number in 0..1_500_000 {
+        heading += 0.3 * (f64::from(number) * 0.37).sin() + 0.001;
+        (x_m, y_m) = (x_m + 0.01 * heading.cos(), y_m + 0.01 * heading.sin());
+        writeln!(points, "{x_m:.6},{y_m:.6}").expect("a string takes every line");
+    }
+    fs::write(stage.path("there.csv"), &points).expect("a file");
+    let planner = planner(&file);
+    let token = planner.url.split_once("#token=").expect("the address has the token").1;
+    let post = |path: &str, kind: &str, body: &str| {
+        let head = format!("POST {path} HTTP/1.1\r\nContent-Type: {kind}\r\nX-Bench-Dragon-Token: {token}");
+        request(&planner.address, &head, body)
+    };
+    let text = "[dragon]\nbenches = 3\n[route]\nkind = \"drawing\"\nfile = \"there.csv\"\n";
+    let saving = json!({ "name": "big.toml", "text": text, "known": null }).to_string();
+    let imported = post("/import?name=big.csv", "application/octet-stream", &points);
+    for (status, reason) in [post("/save", "application/json", &saving), imported] {
+        assert_eq!(status, 400, "{reason}");
+        assert!(reason.contains("takes more than 1024 MiB of memory, the most that is allowed"), "{reason}");
+    }
+    assert!(!stage.path("big.csv").exists() && !stage.path("big.toml").exists());
+    assert!(most_memory_mib(&planner.process) < 512, "another process reads the drawing");
+
+    // Importing needs the token, and stays in the folder.
+    let (status, reason) = request(&planner.address, "POST /import?name=walk.csv HTTP/1.1", "x_m,y_m\n0,0\n9,9\n");
+    assert_eq!(status, 401, "{reason}");
+    let (status, reason) = post("/import?name=..%2Fwalk.csv", "application/octet-stream", "x_m,y_m\n0,0\n9,9\n");
+    assert_eq!(status, 400, "{reason}");
+    let (status, route) = post("/import?name=walk.csv", "application/octet-stream", "x_m,y_m\n0,0\n9,9\n");
+    assert_eq!(status, 200, "{route}");
+    assert_eq!(fs::read_to_string(stage.path("walk.csv")).expect("the file"), "x_m,y_m\n0,0\n9,9\n");
+    planner.process.terminate().expect_clean();
 }

@@ -40,7 +40,7 @@ const cancel = element('ask-cancel', HTMLButtonElement);
 
 /**
  * @typedef {object} AskHands
- * @property {(ask: string, options: Record<string, number | boolean>) => number} ask returns the number of the question
+ * @property {(ask: string, options: Record<string, number | boolean>) => number} ask returns the number of the question; 0 if it cannot be asked
  * @property {() => void} cancel
  * @property {(puts: Put[]) => void} put
  * @property {() => void} undo
@@ -100,6 +100,7 @@ export class Ask {
     this.#asked = this.#hands.text();
     this.#clear('asking …');
     this.#number = this.#hands.ask(this.#question.ask, chosen);
+    if (this.#number === 0) return this.#clear('The planner does not answer. Ask again.', 'bad');
     cancel.disabled = false;
   }
 
@@ -134,7 +135,7 @@ export class Ask {
 
   /** The planner is not there: a question under way is lost. */
   lost() {
-    if (this.#number !== 0) this.#clear('The planner has not answered. Ask again.', 'bad');
+    if (this.#number !== 0) this.#clear('The planner does not answer. Ask again.', 'bad');
   }
 
   #put() {

@@ -106,13 +106,12 @@ export class Desk {
   }
 
   /**
-   * Asks a question of `solve`. It takes the place of the one before. Returns its number.
+   * Asks a question of `solve`. It takes the place of the one before. Returns its number; 0 without a connection.
    * @param {{text: string, ask: string, options: Record<string, number | boolean>}} question
    */
   solve(question) {
     this.#solved += 1;
-    this.#sendNow({ number: this.#solved, ...question });
-    return this.#solved;
+    return this.#sendNow({ number: this.#solved, ...question }) ? this.#solved : 0;
   }
 
   /** Cancels the question of `solve` under way. */
@@ -120,9 +119,11 @@ export class Desk {
     this.#sendNow({ cancel: true });
   }
 
-  /** @param {object} message */
+  /** Returns whether there is a connection. @param {object} message */
   #sendNow(message) {
-    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(message));
+    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    this.#socket.send(JSON.stringify(message));
+    return true;
   }
 
   /** Whether every text has its answer. */
