@@ -288,8 +288,7 @@ proptest! {
                     pairs.extend(f64::INFINITY, usize::MAX);
                     proven.extend(f64::INFINITY, usize::MAX);
                     let end_m = breach.map_or(pairs.end_m(), |breach| pairs.end_m().min(breach.travel_m));
-                    // Both are exact to 10⁻⁹ m of the board's own walk, from other ends of strides. No handle is slower than a tenth
-                    // of the head.
+                    // Both are exact to 10⁻⁹ m of the board's own walk, from other ends of strides: to a few times that of the head's.
                     prop_assert!(proven.end_m() <= end_m + 1e-8, "{kind:?}: {} passes {end_m}", proven.end_m());
                     // The two searches look at other places whether a board has come in.
                     prop_assert!(comes_in || proven.end_m() >= end_m - 1e-8, "{kind:?}: {}, {end_m}", proven.end_m());
