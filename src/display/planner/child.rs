@@ -86,7 +86,7 @@ pub(super) fn run(
     if let Some(Files::PlanAndAnswer) = files {
         command.arg("--save-config").arg(at(ANSWER));
     }
-    command.args(["--progress", "--parent", &std::process::id().to_string()]).env("NO_COLOR", "1");
+    command.args(["--report-progress", "--parent", &std::process::id().to_string()]).env("NO_COLOR", "1");
     command.stdin(Stdio::null()).stdout(File::create(at(OUT))?).stderr(File::create(at(ERR))?);
     // The kernel ends the process with this thread, which waits for it.
     let mut child = Guarded(command.spawn()?);
