@@ -88,7 +88,7 @@ pub(crate) struct ChildArgs {
     pub(crate) parent: Option<u32>,
     /// Print the progress of a long answer as lines of stderr.
     #[arg(long, hide = true, global = true)]
-    pub(crate) progress: bool,
+    pub(crate) report_progress: bool,
 }
 
 /// An error in the arguments that only the subcommand itself, not the parser, can find.

@@ -153,7 +153,7 @@ fn run() -> ExitCode {
 /// Runs a subcommand. Returns the exit status of the process.
 fn run_subcommand(cli: Cli) -> anyhow::Result<ExitCode> {
     parent::end_with_parent(cli.child)?;
-    if cli.child.progress {
+    if cli.child.report_progress {
         print::print_progress();
     }
     if is_only_output(&cli.subcommand) {

@@ -86,13 +86,15 @@ pub(super) fn run(
     if let Some(Files::PlanAndAnswer) = files {
         command.arg("--save-config").arg(at(ANSWER));
     }
-    command.args(["--progress", "--parent", &std::process::id().to_string()]).env("NO_COLOR", "1");
+    command.args(["--report-progress", "--parent", &std::process::id().to_string()]).env("NO_COLOR", "1");
     command.stdin(Stdio::null()).stdout(File::create(at(OUT))?).stderr(File::create(at(ERR))?);
     // The kernel ends the process with this thread, which waits for it.
     let mut child = Guarded(command.spawn()?);
     let pid = Pid::from_child(&child.0);
-    // Without a lower priority it is only slower for others.
-    let _ = setpriority_process(Some(pid), NICE);
+    if files.is_some() {
+        // Without a lower priority it is only slower for others.
+        let _ = setpriority_process(Some(pid), NICE);
+    }
     let Some(is_success) = watch(&mut child.0, folder.path(), look)? else { return Ok(None) };
     let (messages, _) = messages(&read(&at(ERR))?, &at(PLAN));
     let answer = fs::read_to_string(at(ANSWER)).ok();
@@ -118,7 +120,10 @@ fn watch(child: &mut Child, folder: &Path, mut look: impl FnMut(Progress) -> boo
             return Ok(Some(status.success()));
         }
         if memory(child.id()) > MAX_MEMORY {
-            return Err(io::Error::other(format!("it takes more than {} MiB of memory", MAX_MEMORY >> 20)));
+            return Err(io::Error::other(format!(
+                "it takes more than {} MiB of memory, the most that is allowed",
+                MAX_MEMORY >> 20
+            )));
         }
         if fs::metadata(folder.join(OUT))?.len() > MAX_PRINTED {
             return Err(io::Error::other("the answer is too long for the page"));
