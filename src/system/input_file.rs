@@ -16,12 +16,19 @@ const MAX_LEN: u64 = 64 << 20;
 /// Reason why a file has no content that can be used.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum InputFileError {
+    // The words have the cause, so it is no source: a chain of errors would print it again.
     #[error("cannot be read: {0}")]
-    Unreadable(#[from] io::Error),
+    Unreadable(io::Error),
     #[error("is longer than {} MiB, the most that is allowed", MAX_LEN >> 20)]
     TooLong,
     #[error("is not UTF-8 text")]
     NotText,
+}
+
+impl From<io::Error> for InputFileError {
+    fn from(error: io::Error) -> Self {
+        Self::Unreadable(error)
+    }
 }
 
 /// The bytes of a file, at most 64 MiB.

@@ -18,7 +18,7 @@ fn tables_of_scipy_are_right_and_their_mistakes_have_names() {
 fn what_is_no_table_is_refused_in_one_line() {
     let stage = Stage::new();
     for (file, text, expected) in [
-        ("none.csv", None, "none.csv cannot be read: No such file or directory"),
+        ("none.csv", None, "none.csv cannot be read: No such file or directory (os error 2)\n"),
         ("poses.txt", Some("1,2"), "poses.txt must end in .xlsx or .csv"),
         ("empty.csv", Some("a,b\n1,2\n"), "empty.csv has no table"),
         ("broken.xlsx", Some("not a workbook"), "broken.xlsx is no workbook"),
