@@ -8,8 +8,10 @@ use std::sync::Arc;
 
 use bench_dragon_geometry::clearance::first_contact;
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
-use bench_dragon_geometry::planner::{largest_speed_ratio, passage_through, smallest_pitch};
-use bench_dragon_geometry::route::Turnaround;
+use bench_dragon_geometry::planner::{
+    Staging, largest_speed_ratio, least_clearance, passage_through, shortest_turn, smallest_pitch,
+};
+use bench_dragon_geometry::route::{SpiralSpec, Turnaround};
 use criterion::{Criterion, criterion_group, criterion_main};
 use test_support::dragons::{paper_benches, paper_dragon};
 
@@ -66,6 +68,33 @@ fn speed_limit(criterion: &mut Criterion) {
     criterion.bench_function("speed limit of the paper's turnaround", |bencher| bencher.iter(largest));
 }
 
+/// The least clearance of all benches on the way to the paper's circle: most of a sensitivity's work, which asks for it 21 times.
+fn clearance_to_the_circle(criterion: &mut Criterion) {
+    let route = Arc::new(SpiralSpec::default().to_circle(9.0).expect("the spiral starts outside"));
+    let dragon = Dragon::new(paper_benches(223), route).expect("the dragon stands");
+    let least = || {
+        let [from_m, to_m] = black_box([dragon.start_travel_m(), dragon.end_travel_m()]);
+        least_clearance(&dragon, from_m, to_m, |_| ()).expect("no limit").expect("three benches")
+    };
+    assert!((least().pair.clearance_m - 0.099_448).abs() <= 5.001e-7, "{:?}", least());
+    criterion.bench_function("least clearance on the way to a circle of 9 m", |bencher| bencher.iter(least));
+}
+
+/// The shortest S of two arcs within the default limits.
+fn turn(criterion: &mut Criterion) {
+    let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
+    let staging = Staging { clearance_m: 0.05, speed_ratio: 2.0 };
+    let shortest = || {
+        let found = shortest_turn(black_box(turnaround), paper_benches(223), staging, &Meter::unlimited(), |_| ());
+        found.expect("no limit").expect("there is a shortest turn").turnaround.turn_length_m()
+    };
+    assert!((shortest() - 8.660_191).abs() <= 5.001e-7, "{}", shortest());
+    let mut group = criterion.benchmark_group("turn");
+    group.sample_size(10);
+    group.bench_function("shortest turn of two arcs", |bencher| bencher.iter(shortest));
+    group.finish();
+}
+
 fn chain(criterion: &mut Criterion) {
     let dragon = paper_dragon();
     let mut solver = ChainSolver::new(&dragon);
@@ -74,5 +103,5 @@ fn chain(criterion: &mut Criterion) {
     criterion.bench_function("chain of 224 handles", |bencher| bencher.iter(|| tail(black_box(300.0))));
 }
 
-criterion_group!(planner, contact, contact_on_a_path, pitch, speed_limit, chain);
+criterion_group!(planner, contact, contact_on_a_path, pitch, speed_limit, clearance_to_the_circle, turn, chain);
 criterion_main!(planner);
