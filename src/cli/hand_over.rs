@@ -1,6 +1,7 @@
 //! `hand-over`: writes a plan as files for those who build, dance and light the show.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -64,8 +65,10 @@ struct Report<'a> {
     folder: &'a Path,
     files: Vec<Written>,
     left_out: Vec<LeftOut>,
-    /// The first contact of the plan; null if none is known.
+    /// The first contact of the plan; null if there is none, or none up to `searched_to_s`.
     contact_s: Option<f64>,
+    /// Show time up to which a contact was searched for, if it was not to the end.
+    searched_to_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -102,14 +105,27 @@ pub(super) fn run(args: &HandOverArgs) -> anyhow::Result<ExitCode> {
                 whole_file::write(&args.out.join(file.name), &bytes)?;
                 files.push(Written { file: file.name, what: file.what, bytes: bytes.len() });
             }
-            Err(because) => left_out.push(LeftOut { file: file.name, because }),
+            Err(because) => {
+                remove_earlier(&args.out.join(file.name))?;
+                left_out.push(LeftOut { file: file.name, because });
+            }
         }
     }
     let contact_s = show.contact().map(|contact| contact.time_s);
-    let report = Report { folder: &args.out, files, left_out, contact_s };
+    let report = Report { folder: &args.out, files, left_out, contact_s, searched_to_s: show.searched_to_s() };
     let text = report.text(&show);
     print_report(args.format.format, &report, text).context("the list of files cannot be printed")?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Removes the file of an earlier plan, which would be taken for one of this plan.
+fn remove_earlier(file: &Path) -> Result<(), BadInput> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(BadInput(format!("{} of an earlier plan cannot be removed: {error}", Printable(file))))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The name of a show: that of its configuration's file.
@@ -142,7 +158,7 @@ impl Report<'_> {
         let mut lines = vec![format!("{} files in {}", files.len(), Printable(folder))];
         lines.extend(files.iter().map(|Written { file, what, .. }| format!("{file:<14} {what}")));
         lines.extend(left_out.iter().map(|LeftOut { file, because }| format!("{file:<14} left out: {because}")));
-        lines.extend(show.contact().map(|contact| format!("attention      {}", contact.words())));
+        lines.extend(show.attention().map(|words| format!("attention      {words}")));
         lines.join("\n")
     }
 }

@@ -82,10 +82,13 @@ pub(super) fn html(show: &HandOver<'_>) -> Result<Vec<u8>, String> {
         kind: "Sheets of the benches".to_owned(),
         title: show.title.clone(),
         subtitle: String::new(),
-        verdict: show.contact.as_ref().map_or_else(
-            || Verdict { weight: Weight::Good, words: "No contact of benches is known.".to_owned() },
-            |contact| Verdict { weight: Weight::Danger, words: format!("In this plan, {}.", contact.words()) },
-        ),
+        verdict: match show.attention() {
+            None => Verdict { weight: Weight::Good, words: "No benches touch in this plan.".to_owned() },
+            Some(words) => {
+                let weight = if show.contact().is_some() { Weight::Danger } else { Weight::Attention };
+                Verdict { weight, words: format!("In this plan: {words}.") }
+            }
+        },
         sections: std::iter::once(Section {
             heading: "How to read".to_owned(),
             begins_page: false,

@@ -3,7 +3,7 @@
 use bench_dragon_geometry::clearance::SweptArea;
 use bench_dragon_geometry::number::{Fixed, Place};
 
-use super::{FirstContact, HandOver, Moment};
+use super::{HandOver, Moment};
 use crate::output::Counted;
 use crate::output::figure::{Caption, Drawing, FigureFormat, FormationView, NamedInPlan, SweepView, pages_of};
 use crate::output::floor_plan::{FloorMark, FloorPlan};
@@ -79,7 +79,7 @@ fn drawing(show: &HandOver<'_>, number: usize, moment: &Moment) -> Drawing {
     let title = format!("{}: {name}, at {} s", number + 1, Fixed::<3>(*time_s));
     let benches = Counted(show.config.formation().layout().benches() as u64, "bench").to_string();
     let note = cue.iter().map(|(note, _)| note.clone()).filter(|note| !note.is_empty());
-    let contact = show.contact.iter().map(FirstContact::words);
+    let contact = show.attention();
     let facts = std::iter::once(benches).chain(note).chain(contact).collect();
     let caption = Caption { heading: Some(show.title.clone()), title, facts };
     let dragons = dragons(show, *time_s);

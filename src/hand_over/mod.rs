@@ -47,7 +47,7 @@ pub(crate) const FILES: [File; 15] = [
     File { name: "benches.csv", what: "the same for programs" },
     File { name: "poses.xlsx", what: "positions and speeds of all handles, step by step" },
     File { name: "poses.csv", what: "the same for programs" },
-    File { name: "config.toml", what: "the configuration with every key, which `show` plays" },
+    File { name: "config.toml", what: "the configuration with every key, which bench-dragon show plays" },
 ];
 
 /// An instant of the plan that is worth a page.
@@ -79,7 +79,8 @@ pub(crate) struct HandOver<'a> {
     step_s: f64,
     meter: Meter,
     moments: Vec<Moment>,
-    contact: Option<FirstContact>,
+    /// The first contact; an error is the show time in seconds up to which there is none, where finding it takes too much work.
+    contact: Result<Option<FirstContact>, f64>,
 }
 
 /// What a plan is handed over with.
@@ -109,7 +110,7 @@ impl<'a> HandOver<'a> {
             return Err(format!("--at is {time_s}, must be from {start_s} to {end_s}, where the run ends"));
         }
         let contact = first_contact(config, &meter);
-        let moments = moments(config, at_s, contact.as_ref());
+        let moments = moments(config, at_s, contact.as_ref().ok().and_then(Option::as_ref));
         if moments.len() > MOST_MOMENTS {
             return Err(format!(
                 "start, cues, --at and end are {} moments, at most {MOST_MOMENTS} are allowed",
@@ -137,7 +138,22 @@ impl<'a> HandOver<'a> {
     }
 
     pub(crate) fn contact(&self) -> Option<&FirstContact> {
-        self.contact.as_ref()
+        self.contact.as_ref().ok()?.as_ref()
+    }
+
+    /// Show time in seconds up to which a contact was searched for, if it was not to the end.
+    pub(crate) fn searched_to_s(&self) -> Option<f64> {
+        self.contact.as_ref().err().copied()
+    }
+
+    /// What is to be known about contacts: the first one, or how far none was found; `None` if there is none.
+    pub(crate) fn attention(&self) -> Option<String> {
+        match &self.contact {
+            Ok(contact) => contact.as_ref().map(FirstContact::words),
+            Err(searched_to_s) => {
+                Some(format!("no contact before {} s; not searched further", Fixed::<3>(*searched_to_s)))
+            }
+        }
     }
 
     /// The names of the dragons; "dragon" of the only one.
@@ -162,23 +178,27 @@ impl FirstContact {
     }
 }
 
-/// The first contact; none also where it takes too much work to find it.
-fn first_contact(config: &Config, meter: &Meter) -> Option<FirstContact> {
+/// The first contact; an error is the show time up to which there is none, where finding it takes too much work.
+fn first_contact(config: &Config, meter: &Meter) -> Result<Option<FirstContact>, f64> {
     if let Some(named) = config.named() {
         let formation = named.formation().metered(meter);
-        let meeting = first_meeting(&formation, 0.0, named.start_s(), formation.end_s()).ok()??;
+        let meeting = first_meeting(&formation, 0.0, named.start_s(), formation.end_s());
+        let Some(meeting) = meeting.map_err(|unfinished| unfinished.reached_s)? else { return Ok(None) };
         let benches = meeting.benches.map(|bench| {
             let (dragon, bench) = named.named_bench(bench);
             format!("{dragon} bench {bench}")
         });
         let places = meeting.benches.map(|bench| formation.layout().place(bench));
-        return Some(FirstContact { time_s: meeting.time_s, benches: benches.join(" and "), places });
+        return Ok(Some(FirstContact { time_s: meeting.time_s, benches: benches.join(" and "), places }));
     }
     let dragon = config.lead().metered(meter);
-    let contact = first_within(&dragon, 0.0, dragon.start_travel_m(), dragon.end_travel_m()).ok()??;
-    let [one, other] = contact.benches;
-    let time_s = config.timetable().time_s(contact.travel_m);
-    Some(FirstContact { time_s, benches: format!("benches {one} and {other}"), places: [(0, one), (0, other)] })
+    let time_s = |travel_m| config.timetable().time_s(travel_m);
+    let contact = first_within(&dragon, 0.0, dragon.start_travel_m(), dragon.end_travel_m());
+    Ok(contact.map_err(|spent| time_s(spent.reached_m))?.map(|contact| {
+        let [one, other] = contact.benches;
+        let benches = format!("benches {one} and {other}");
+        FirstContact { time_s: time_s(contact.travel_m), benches, places: [(0, one), (0, other)] }
+    }))
 }
 
 /// The start, the cues, further times, the first contact and the end, in their order.

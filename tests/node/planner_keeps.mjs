@@ -82,5 +82,27 @@ await withBrowser(async (browser) => {
     await examine(next, `${width} × ${height}`);
     await next.screenshot({ path: path.join(pictures, `size-${width}.png`) });
   }
-  say({ type: 'done', text: await text(next) });
+  const done = await text(next);
+
+  // A tab that has saved under another name stays with that file, also after a reload, and a file that is gone can be written again.
+  await next.setViewportSize({ width: 1280, height: 720 });
+  const another = path.join(path.dirname(file), 'another.toml');
+  await next.click('#save-as');
+  await next.fill('#name', 'another.toml');
+  await next.press('#name', 'Enter');
+  await reads(next, '#file', /^another\.toml$/);
+  await next.reload();
+  await settled(next);
+  await reads(next, '#file', /^another\.toml$/);
+  fs.rmSync(another);
+  await next.fill('#text', `${opened}# five\n`);
+  await settled(next);
+  await next.click('#save');
+  await reads(next, '#notice-text', /another\.toml is no longer there/);
+  await next.click('#notice-buttons button:has-text("Write it again")');
+  await reads(next, '#saved', /^saved$/);
+  expect(fs.readFileSync(another, 'utf8').endsWith('# five\n'), 'it is written again');
+  expect(fs.readFileSync(file, 'utf8') === done, 'and the first file stays');
+  fs.rmSync(another);
+  say({ type: 'done', text: done });
 });

@@ -62,3 +62,18 @@ fn the_text_says_how_many_are_right_and_which_mistake_is_made() {
          verdict     wrong, by no known mistake\n"
     );
 }
+
+/// 0.2 µs from the exact contact, the handles' last decimals differ.
+#[test]
+fn exact_poses_of_the_time_that_a_table_states_are_right_beside_the_contact() {
+    let stage = Stage::new();
+    for at in ["412.473838", "412.473837", "412.47384"] {
+        let mut solve = program(&["solve", "poses", "--at", at, "--contest", "near.xlsx"]);
+        solve.current_dir(stage.path(""));
+        Process::start(solve).end().expect_clean();
+        let mut check = program(&["solve", "check", "near.xlsx"]);
+        check.current_dir(stage.path(""));
+        let ended = Process::start(check).end().expect_clean();
+        assert!(ended.stdout.ends_with("verdict     right\n"), "{at}: {}", ended.stdout);
+    }
+}

@@ -84,6 +84,24 @@ fn stock_readers_read_the_files_of_a_show_with_two_dragons() {
     assert_eq!(again, solved);
 }
 
+/// A search that was not finished is no promise, and no file of an earlier plan stays beside a later one.
+#[test]
+fn what_was_not_searched_is_said_and_a_file_that_is_left_out_does_not_stay() {
+    let stage = Stage::new();
+    hand_over(&stage, &["--out", "crew"]).expect_clean();
+    let ended = hand_over(&stage, &["--work", "1", "--step", "0.0001", "--out", "crew"]).expect_clean();
+    assert!(
+        ended.stdout.contains("attention      no contact before 0.000 s; not searched further"),
+        "{}",
+        ended.stdout
+    );
+    assert!(ended.stdout.contains("left out"), "{}", ended.stdout);
+    let stale: Vec<_> = names(&stage.path("crew")).into_iter().filter(|name| name == "poses.csv").collect();
+    assert!(stale.is_empty(), "the poses of the earlier plan are still there");
+    let sheets = fs::read_to_string(stage.path("crew/benches.html")).expect("text");
+    assert!(sheets.contains("not searched further"), "the sheets promise that no benches touch");
+}
+
 #[test]
 fn the_page_draws_the_poses_of_the_planner_in_a_browser_from_a_file() {
     let Some(browser) = Browser::find() else { return };

@@ -123,10 +123,13 @@ fn answer(folder: &PlanFolder, question: &Asked, look: impl FnMut(Progress) -> b
         Ok(command) => command,
         Err(reason) => return failed(&reason),
     };
-    let before = match folder.config(&question.text) {
-        Ok(config) => config.to_toml(),
+    let config = match folder.config(&question.text) {
+        Ok(config) => config,
         Err(reason) => return failed(&reason),
     };
+    // Several dragons have a limit each, which no configuration has.
+    let files = if question.ask == "speed-limit" && config.named().is_some() { Files::Plan } else { files };
+    let before = config.to_toml();
     match child::run(&args, &folder.with_whole_paths(&question.text), files, look) {
         Err(error) => failed(&error.to_string()),
         Ok(None) => json!({ "state": "cancelled" }),

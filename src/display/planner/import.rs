@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use axum::body::to_bytes;
 use axum::extract::{Request, State};
-use axum::http::StatusCode;
+use axum::http::{StatusCode, Uri};
 use axum::response::Response;
 use percent_encoding::percent_decode_str;
 use serde_json::{Value, json};
@@ -36,14 +36,18 @@ const WAYS: [Way; 6] = [
     Way { keys: &[("number", 1.0), ("start_x_m", 0.0), ("start_y_m", 0.0)], note: Some(FIRST) },
 ];
 
+/// The name of a file in an address that ends in `?name=NAME`.
+pub(super) fn name_of(address: &Uri) -> Option<String> {
+    let name = address.query()?.strip_prefix("name=")?;
+    Some(percent_decode_str(name).decode_utf8().ok()?.into_owned())
+}
+
 /// Answers a request to import a file: the keys of `[route]` that follow it.
 pub(super) async fn import(State(Planner(planner)): State<Planner>, request: Request) -> Response {
     if !planner.gate.rights(request.headers()).may_control {
         return refuse(StatusCode::UNAUTHORIZED, "importing needs the token that `bench-dragon plan` printed");
     }
-    let name = request.uri().query().and_then(|query| query.strip_prefix("name="));
-    let name = name.and_then(|name| Some(percent_decode_str(name).decode_utf8().ok()?.into_owned()));
-    let Some(name) = name else {
+    let Some(name) = name_of(request.uri()) else {
         return refuse(StatusCode::BAD_REQUEST, "the request must have the name of the file");
     };
     let Ok(bytes) = to_bytes(request.into_body(), MAX_BYTES).await else {

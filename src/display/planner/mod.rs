@@ -157,14 +157,16 @@ async fn report_text(State(Planner(planner)): State<Planner>, request: Request) 
     if !planner.gate.rights(request.headers()).may_view {
         return refuse_look();
     }
-    let Some(name) = &planner.folder.name else {
+    // A page that has saved under another name stays with that file.
+    let wanted = import::name_of(request.uri());
+    let Some(name) = wanted.as_ref().or(planner.folder.name.as_ref()) else {
         return unkept(json_reply(StatusCode::OK, &json!({ "name": null, "text": PAPER, "mark": null })));
     };
-    match planner.folder.read(name) {
+    match planner.folder.open(name) {
         Ok(saved) => {
             unkept(json_reply(StatusCode::OK, &json!({ "name": name, "text": saved.text, "mark": saved.mark })))
         }
-        Err(error) => refuse(StatusCode::INTERNAL_SERVER_ERROR, &format!("{name} {error}")),
+        Err(reason) => refuse(StatusCode::NOT_FOUND, &reason),
     }
 }
 

@@ -68,6 +68,20 @@ impl PlanFolder {
         }
     }
 
+    /// The text of the file that the user has named, or of one that a page has saved beside it.
+    ///
+    /// # Errors
+    /// The name is not allowed, or the file cannot be read, in words.
+    pub(super) fn open(&self, name: &str) -> Result<Saved, String> {
+        if self.name.as_deref() != Some(name) {
+            let is_file = fs::symlink_metadata(self.folder.join(name)).is_ok_and(|there| there.is_file());
+            if !is_plain(name) || !is_file {
+                return Err(format!("{name} is no configuration in this folder"));
+            }
+        }
+        self.read(name).map_err(|error| format!("{name} {error}"))
+    }
+
     /// The text of a file in the folder.
     ///
     /// # Errors

@@ -118,7 +118,7 @@ pub(super) fn html(show: &HandOver<'_>) -> Result<String, String> {
         end: show.config.formation().end_s().max(show.config.end_s()),
         stage: Lines { outline: pairs(&outline), keep_out, crowd: pairs(&crowd) },
         cues: show.moments.iter().filter_map(cue).collect(),
-        contact: show.contact.as_ref().map(|contact| ContactData { at: contact.time_s, benches: contact.places }),
+        contact: show.contact().map(|contact| ContactData { at: contact.time_s, benches: contact.places }),
         dragons,
     };
     Ok(page(show, &data, error_m))
@@ -203,7 +203,8 @@ fn page(show: &HandOver<'_>, data: &Data, error_m: f64) -> String {
                 header {
                     h1 { (show.title) }
                     p { "Handles are within " (millimetres) " mm of their exact places." }
-                    p #contact.contact role="status" hidden { "✕ " @if let Some(contact) = &show.contact { (contact.words()) } }
+                    p #contact.contact role="status" hidden { "✕ " @if let Some(contact) = show.contact() { (contact.words()) } }
+                    @if show.searched_to_s().is_some() { p { (show.attention().unwrap_or_default()) } }
                 }
                 main {
                     canvas #plan role="img" aria-label="Plan of the show" {}

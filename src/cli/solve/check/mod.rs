@@ -116,7 +116,13 @@ impl CheckAnswer {
         let own = Own::of(given, config);
         let contact = own.map(|own| ContactCheck::of(&own, &given[0], config, args.work));
         let own_s = contact.as_ref().map(|contact| contact.time_s.or(contact.exact_s).unwrap_or(config.start_s()));
-        let known = given.iter().map(|pose| Some((own_s.or(pose.time_s)?, pose))).collect::<Option<Vec<_>>>();
+        // A table near the contact has the poses of the time that it states, or those of the contact.
+        let is_right = |time_s: f64, pose: &GivenPose| AllDifferences::of(&[(time_s, pose)], config).are_right();
+        let time_s = |pose: &GivenPose| match pose.time_s {
+            Some(stated_s) if own_s.is_none() || is_right(stated_s, pose) => Some(stated_s),
+            _ => own_s,
+        };
+        let known = given.iter().map(|pose| Some((time_s(pose)?, pose))).collect::<Option<Vec<_>>>();
         let no_time = || BadInput(format!("{} has no place of the head, which tells its time", Printable(&args.table)));
         let poses = known.ok_or_else(no_time)?;
         let run_s = config.start_s()..=config.end_s();

@@ -45,9 +45,14 @@ export class Desk {
     return await response.json();
   }
 
-  /** The file on the disk. @returns {Promise<{name: string | null, text: string, mark: string | null, error?: string}>} */
-  async file() {
-    const response = await fetch('text', { headers: this.headers, cache: 'no-store' });
+  /**
+   * A file on the disk; without a name, the one that the program was started with.
+   * @param {string | null} name
+   * @returns {Promise<{name: string | null, text: string, mark: string | null, error?: string}>}
+   */
+  async file(name) {
+    const query = name === null ? '' : `?name=${encodeURIComponent(name)}`;
+    const response = await fetch(`text${query}`, { headers: this.headers, cache: 'no-store' });
     return await response.json();
   }
 

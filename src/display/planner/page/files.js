@@ -2,6 +2,7 @@
 // Saving: under the file's name, or under another name in the same folder. Nothing of another program is overwritten.
 
 import { element, write } from './element.js';
+import { ofTab } from './storage.js';
 
 /** @typedef {import('./draft.js').Draft} Draft */
 /** @typedef {import('./desk.js').Desk} Desk */
@@ -11,6 +12,8 @@ const notice = element('notice', HTMLElement);
 const noticeButtons = element('notice-buttons', HTMLDivElement);
 const dialog = element('name-dialog', HTMLDialogElement);
 const nameField = element('name', HTMLInputElement);
+/** The file that the program was started with, and the one that this tab has saved since, as JSON. */
+const savedAs = ofTab('bench-dragon.plan-file');
 
 /** @param {string} text @param {'quiet' | 'changed' | 'bad'} tone */
 function tell(text, tone) {
@@ -39,6 +42,7 @@ export class Files {
   #desk;
   #refused = '';
   #changed;
+  /** @type {string | null} */ #started = null;
   maySave = false;
   /** Takes a text from the disk. @type {(file: {text: string, mark: string | null}) => void} */ reload = () => {};
 
@@ -51,6 +55,16 @@ export class Files {
     element('save-as', HTMLButtonElement).addEventListener('click', () => this.#askName());
     element('name-cancel', HTMLButtonElement).addEventListener('click', () => dialog.close());
     element('name-form', HTMLFormElement).addEventListener('submit', () => void this.#write(nameField.value, null).then(changed));
+  }
+
+  /** The file of this tab: the one that it has saved under another name, or the one that the program was started with. */
+  async open() {
+    const file = await this.#desk.file(null);
+    this.#started = file.name;
+    const [started, name] = JSON.parse(savedAs.read() ?? '[]');
+    if (name === undefined || started !== file.name || name === file.name) return file;
+    const saved = await this.#desk.file(name);
+    return saved.error === undefined ? saved : file;
   }
 
   /** Saves under the file's name, or asks for a name. */
@@ -73,22 +87,28 @@ export class Files {
     this.#refused = error ?? '';
     if (mark !== undefined) {
       this.#draft.wasSaved(name, text, mark);
+      savedAs.write(JSON.stringify([this.#started, name]));
       note(null);
-    } else if (isConflict && name === this.#draft.name) this.#offerChoice(name);
+    } else if (isConflict && name === this.#draft.name) await this.#offerChoice(name);
   }
 
-  /** The file on the disk is another one: nothing is lost without a choice. @param {string} name */
-  #offerChoice(name) {
+  /** The file on the disk is another one, or gone: nothing is lost without a choice. @param {string} name */
+  async #offerChoice(name) {
+    const file = await this.#desk.file(name);
+    const saveAs = { 'Save as …': () => this.#askName() };
+    if (file.error !== undefined) {
+      note(`${name} is no longer there, or cannot be read.`, { ...saveAs, 'Write it again': () => void this.#write(name, null).then(this.#changed) });
+      return;
+    }
     note(`${name} on the disk is newer than what this page began with. Another tab or program has saved it.`, {
-      'Save as …': () => this.#askName(),
-      'Take the newer file': () => void this.#desk.file().then((file) => file.error === undefined && this.reload(file)),
-      'Overwrite it': () => void this.#overwrite(),
+      ...saveAs,
+      'Take the newer file': () => this.reload(file),
+      'Overwrite it': () => void this.#overwrite(file),
     });
   }
 
-  async #overwrite() {
-    const file = await this.#desk.file();
-    if (file.error !== undefined) return;
+  /** @param {{text: string, mark: string | null}} file */
+  async #overwrite(file) {
     this.#draft.replace(file);
     await this.save();
     this.#changed();

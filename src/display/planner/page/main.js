@@ -383,7 +383,7 @@ async function begin() {
   const { may_view, may_save } = await desk.access();
   if (!may_view) return note('This planner needs the printed address, with its token.');
   files.maySave = may_save;
-  const file = await desk.file();
+  const file = await files.open();
   if (file.error !== undefined) return note(file.error);
   files.reload = (newer) => {
     draft.reload(newer);
