@@ -196,8 +196,12 @@ await withBrowser(async (browser) => {
   await settled(finger.page);
   const dragged = await place(finger.page, 'Start');
   expect(dragged.x_m > start.x_m + 0.1, JSON.stringify([start, dragged]));
-  await finger.page.tap('.drawing-tools button:text-is("Route")');
-  await finger.page.tap('.menu:popover-open button:has-text("Draw anew")');
+  // The end of the drag may reach the page after the menu has opened, and closes it.
+  for (let isChosen = false; !isChosen;) {
+    await finger.page.tap('.drawing-tools button:text-is("Route")');
+    const choice = finger.page.tap('.menu:popover-open button:has-text("Draw anew")', { timeout: 5000 });
+    isChosen = await choice.then(() => true, () => false);
+  }
   await seen(finger.page, [[-5, 0], [5, 0]]);
   for (const point of [[-5, 0], [5, 0]]) {
     const at = await screenOf(finger.page, point);

@@ -13,10 +13,6 @@ use crate::terminal::in_terminal;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_bench-dragon");
 
-/// A dragon so long that the question about its turn takes some seconds.
-const LONG_DRAGON: &str =
-    "[dragon]\nbenches = 1500\n[route]\nkind = \"turnaround\"\npitch_m = 1.7\nstart_s = -3000\nend_s = 3000\n";
-
 fn stdout(args: &[&str]) -> String {
     let ended = Process::start(program(args)).end();
     assert!(ended.status.success(), "{args:?}: {}", ended.stderr);
@@ -117,12 +113,8 @@ fn only_terminals_without_no_color_get_colours() {
 
 #[test]
 fn a_long_answer_shows_its_progress_on_a_terminal_only() {
-    let folder = TempDir::new().expect("a folder");
-    let config = folder.path().join("long.toml");
-    fs::write(&config, LONG_DRAGON).expect("the folder is writable");
-    let config = config.to_str().expect("a path in UTF-8");
-    let Some(shown) = in_terminal(&format!("{BINARY} solve turn --work 10000 --config {config}"), &[]) else { return };
-    assert!(shown.contains(" %  passage"), "{shown}");
-    let piped = Process::start(program(&["solve", "turn", "--work", "10000", "--config", config])).end().expect_clean();
+    let Some(shown) = in_terminal(&format!("{BINARY} solve turn --shortest"), &[]) else { return };
+    assert!(shown.contains(" %  shortest turn"), "{shown}");
+    let piped = Process::start(program(&["solve", "turn", "--shortest"])).end().expect_clean();
     assert!(piped.stdout.contains("least clearance"));
 }
