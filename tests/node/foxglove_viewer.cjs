@@ -91,6 +91,8 @@ const ORDERS = {
   },
   text: (text) => socket.send(text),
   binary: (hex) => socket.send(Buffer.from(hex, 'hex')),
+  // Bytes as they are, without a frame.
+  raw: (hex) => socket._socket.write(Buffer.from(hex, 'hex')),
   // Stops and resumes reading from the socket, so that pings are not answered.
   pause: () => socket.pause(),
   resume: () => socket.resume(),

@@ -169,6 +169,11 @@ await withBrowser(async (browser) => {
     const at = await screenOf(page, point);
     await page.mouse.click(at.x, at.y);
   }
+  await page.fill('#bx', await page.inputValue('#ax'));
+  await page.fill('#by', await page.inputValue('#ay'));
+  await page.click('#picture-form button[type=submit]');
+  const together = await page.$eval('#ax', (field) => field.validationMessage);
+  expect(together.includes('must be apart'), `two points in one place: ${together}`);
   await page.fill('#bx', '20');
   await page.click('#picture-form button[type=submit]');
   await drawn(page);

@@ -65,6 +65,8 @@ await withBrowser(async (browser) => {
   say({ type: 'kill' });
   await reads(next, '#line', /does not answer/);
   await next.fill('#text', `${opened}# four\n`);
+  await next.press('#text', 'Control+s');
+  await reads(next, '#saved', /does not answer/);
   say({ type: 'start' });
   await line();
   await next.waitForFunction(() => document.querySelector('#line').hidden);

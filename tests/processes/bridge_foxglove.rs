@@ -377,8 +377,16 @@ fn messages_that_are_not_supported_are_answered_and_end_only_the_stream_that_sen
     }
     let close = viewer.until("close");
     assert_eq!((&close["code"], &close["reason"]), (&1008.into(), &"too many messages are not supported".into()));
-    other.order(&json!(["text", "x".repeat(70_000)]));
-    other.until("close");
+    let Some(mut third) = Viewer::ready(&bridge.url, NEW) else { return };
+    // A text that is longer than allowed, and one that is not UTF-8.
+    for (viewer, order) in
+        [(&mut other, json!(["text", "x".repeat(70_000)])), (&mut third, json!(["raw", "818200000000fffe"]))]
+    {
+        viewer.order(&order);
+        let close = viewer.until("close");
+        let reason = "a message must be as RFC 6455 has it, a text in UTF-8, and have at most 65536 bytes";
+        assert_eq!((&close["code"], &close["reason"]), (&1008.into(), &reason.into()));
+    }
     let Some(mut viewer) = Viewer::ready(&bridge.url, NEW) else { return };
     viewer.order(&json!(["subscribe", POSES, true]));
     viewer.messages(POSES, 1);

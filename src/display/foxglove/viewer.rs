@@ -187,7 +187,10 @@ impl Viewer {
 
     /// Handles a message of the viewer.
     async fn take(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<(), StreamEnd> {
-        const TOO_LONG: StreamEnd = StreamEnd::Closed(close_code::SIZE, "a message must have at most 65536 bytes");
+        const MALFORMED: StreamEnd = StreamEnd::Closed(
+            close_code::POLICY,
+            "a message must be as RFC 6455 has it, a text in UTF-8, and have at most 65536 bytes",
+        );
         match message {
             None | Some(Ok(Message::Close(_))) => Err(StreamEnd::Gone),
             Some(Ok(Message::Ping(_))) => Ok(()),
@@ -203,8 +206,8 @@ impl Viewer {
                 Some(call) => self.call(&call).await,
                 None => self.complain("this binary message is not supported: viewers can only call services").await,
             },
-            // The message is too long, or the connection is broken. In the second case the close frame is lost.
-            Some(Err(_)) => Err(TOO_LONG),
+            // The message is malformed or too long, or the connection is broken. In the last case the close frame is lost.
+            Some(Err(_)) => Err(MALFORMED),
         }
     }
 

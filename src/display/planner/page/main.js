@@ -81,7 +81,10 @@ const atTime = () => (at_s === null ? {} : { at_s });
 function askText() {
   showLine(null);
   // A program that was started again may have another token.
-  void desk.access().then(({ may_save }) => (files.maySave = may_save)).then(redraw, () => {});
+  void desk.access().then(({ may_save }) => {
+    files.maySave = may_save;
+    files.forget();
+  }).then(redraw, () => {});
   asksSaved = draft.isChanged && !ghost.isKnown;
   desk.ask(asksSaved ? { text: draft.saved.text } : { text: draft.text, ...atTime() });
 }

@@ -80,13 +80,21 @@ export class Picture {
   /** Asks where two points of the picture are, and places it. @param {Place[]} points where they are now */
   place([a, b]) {
     [...a, ...b].forEach((value, at) => (fields[at].value = value.toFixed(2)));
-    element('picture-form', HTMLFormElement).onsubmit = () => {
+    const form = element('picture-form', HTMLFormElement);
+    const allow = () => fields[0].setCustomValidity('');
+    form.oninput = allow;
+    allow();
+    form.onsubmit = (event) => {
       const [ax, ay, bx, by] = fields.map((field) => field.valueAsNumber);
       const map = moved(this.#map, [a, b], [[ax, ay], [bx, by]]);
-      if (map !== null) {
-        this.#move(map);
-        void this.#keep();
+      if (map === null) {
+        event.preventDefault();
+        fields[0].setCustomValidity('The two points must be apart, in the picture and on the ground.');
+        fields[0].reportValidity();
+        return;
       }
+      this.#move(map);
+      void this.#keep();
     };
     dialog.showModal();
   }
