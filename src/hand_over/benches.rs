@@ -32,7 +32,11 @@ fn benches(show: &HandOver<'_>) -> Result<Vec<(usize, usize, Vec<AtMoment>)>, St
         let first = benches.len();
         benches.extend((0..planned.dragon.dimensions().benches()).map(|bench| (number, bench, Vec::new())));
         for moment in &show.moments {
-            let head_mps = planned.speed_mps(moment.time_s);
+            // As in the tables of poses: one dragon has its speed also at the instant at which it ends.
+            let head_mps = match show.config.named() {
+                Some(_) => planned.speed_mps(moment.time_s),
+                None => show.config.timetable().speed_mps(moment.time_s),
+            };
             let handles = handles(&planned.dragon, planned.travel_m(moment.time_s));
             for (ends, (_, _, moments)) in handles.windows(2).zip(&mut benches[first..]) {
                 let link = ends[0].position - ends[1].position;

@@ -107,6 +107,26 @@ fn what_was_not_searched_is_said_and_a_file_that_is_left_out_does_not_stay() {
 }
 
 #[test]
+fn the_sheets_of_benches_have_the_speeds_of_the_planner_up_to_the_end() {
+    let stage = Stage::new();
+    hand_over(&stage, &["--out", "crew"]).expect_clean();
+    let sheets = fs::read_to_string(stage.path("crew/benches.csv")).expect("text");
+    let rows: Vec<Vec<&str>> = sheets.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| rows[0].iter().position(|column| *column == name).expect("a column");
+    let (bench, time, speed) = (column("bench"), column("time_s"), column("speed_mps"));
+    let of_head = rows.iter().filter(|row| row[bench] == "0");
+    let times: Vec<&str> = of_head.map(|row| row[time]).collect();
+    assert_eq!(times.len(), 3, "start, contact and end: {times:?}");
+    let solved = poses(&stage, None, &times.join(","));
+    for row in &rows[1..] {
+        let at = times.iter().position(|other| *other == row[time]).expect("a moment");
+        let index: usize = row[bench].parse().expect("a number");
+        let exact = solved["poses"][at]["handles"][index]["speed_mps"].as_f64().expect("a speed");
+        assert_eq!(row[speed].parse::<f64>().expect("a speed"), exact, "{row:?}");
+    }
+}
+
+#[test]
 fn the_page_draws_the_poses_of_the_planner_in_a_browser_from_a_file() {
     let Some(browser) = Browser::find() else { return };
     let stage = Stage::new();
