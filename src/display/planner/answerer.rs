@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::edit::Edit;
 use super::newest::Newest;
 use super::plan::Plan;
 use super::plan_folder::PlanFolder;
@@ -18,11 +19,13 @@ pub(super) struct Answerer<'a> {
     base: Option<Plan>,
     /// The plan of the last answer.
     shown: Option<Plan>,
+    /// The saved version, if it is drawn beside the plan.
+    saved: Option<Plan>,
 }
 
 impl<'a> Answerer<'a> {
     pub(super) fn new(folder: Arc<PlanFolder>, studies: &'a Newest<Study>) -> Self {
-        Self { folder, studies, base: None, shown: None }
+        Self { folder, studies, base: None, shown: None, saved: None }
     }
 
     /// Answers the newest questions until the place is closed. `send` returns whether the page is still there.
@@ -36,9 +39,32 @@ impl<'a> Answerer<'a> {
     }
 
     fn answer(&mut self, question: Question) -> Value {
-        let Question { number, text, edit, at_s } = question;
-        let Some(text) = text else { return self.pose(number, at_s) };
-        let plan = match &edit {
+        let Question { number, text, edit, at_s, saved } = question;
+        let is_new = saved.is_some();
+        if let Some(saved) = saved {
+            self.saved = if saved.is_empty() { None } else { self.plan(saved).ok() };
+        }
+        let answer = match text {
+            Some(text) => self.study(number, text, edit.as_ref(), at_s),
+            None => self.pose(number, at_s),
+        };
+        self.beside_saved(answer, is_new.then_some(number))
+    }
+
+    /// Adds the dragons of the saved version at the same time; its run, if that is new.
+    fn beside_saved(&self, mut answer: Value, new: Option<u64>) -> Value {
+        if let (Some(saved), Some(time_s)) = (&self.saved, answer["pose"]["time_s"].as_f64()) {
+            answer["saved"] = json!({ "handles": saved.pose(time_s)["handles"] });
+            if let Some(number) = new {
+                answer["saved"]["run"] = saved.run(number);
+            }
+        }
+        answer
+    }
+
+    /// The plan of a text, perhaps after an edit. What takes longer is studied afterwards.
+    fn study(&mut self, number: u64, text: String, edit: Option<&Edit>, at_s: Option<f64>) -> Value {
+        let plan = match edit {
             None => self.plan(text),
             Some(edit) => self.based(text).and_then(|base| {
                 let edited = edit.apply(&base.text, &base.config)?;

@@ -27,6 +27,8 @@ pub(super) enum Change {
     Reverse { keys: Keys },
     /// From an index on, segments of a path are taken out, and others put in.
     Splice { keys: Keys, at: usize, removed: usize, inserted: Vec<PathSegment> },
+    /// An array gets one more entry, before the one of an index.
+    Insert { keys: Keys, at: usize, value: Json },
 }
 
 /// A value for a place, as the page and an answer of the planner write it.

@@ -76,8 +76,12 @@ impl CornerRun {
         Self { first, points, radii_m, heading: placed[first].heading, is_first, is_last }
     }
 
-    /// A new path through points, with equal radii; `None` for under two points.
+    /// A new path through points, with equal radii; `None` for under two points, and for a corner that turns back so far that its
+    /// arc would cut off most of its lines.
     pub(super) fn through(points: &[DVec2], radius_m: f64) -> Option<Self> {
+        if points.windows(3).any(|three| turn(three[1] - three[0], three[2] - three[1]).abs() > MAX_TURN) {
+            return None;
+        }
         let heading = (*points.get(1)? - points[0]).to_angle();
         let radii_m = vec![radius_m; points.len() - 2];
         Some(Self { first: 0, points: points.to_vec(), radii_m, heading, is_first: true, is_last: true })

@@ -88,7 +88,9 @@ impl Edit {
             Self::Mirror { .. } | Self::Reverse { .. } | Self::Close { .. } | Self::Insert { .. } => {
                 "this needs an open path of lines, arcs and spirals that is not a drawing"
             }
-            Self::Through { .. } => "a route needs at least two points",
+            Self::Through { .. } => {
+                "a route needs at least two points, and no corner may turn back by more than 170°: press the two sides of a U-turn apart"
+            }
             _ => "this point is no longer in the plan",
         }
     }
@@ -121,7 +123,9 @@ impl Edit {
             Self::Set { keys, value } => Some(vec![Change::Set { keys: keys.clone(), value: *value }]),
             Self::Put { puts } => Some(puts.iter().cloned().map(Change::from).collect()),
             Self::Move { handle, to_m } => moved(config, *handle, DVec2::from_array(*to_m)),
-            Self::Delete { handle } if handle.kind.is_border() => Some(vec![stage_handles::deleted(text, *handle)?]),
+            Self::Delete { handle } if handle.kind.border().is_some() => {
+                Some(vec![stage_handles::deleted(text, *handle)?])
+            }
             Self::Delete { handle } => {
                 let (owner, document) = document(config, *handle)?;
                 let path = open_path(document)?;
@@ -132,8 +136,12 @@ impl Edit {
 }
 
 fn moved(config: &Config, id: HandleId, to: DVec2) -> Option<Vec<Change>> {
-    if id.kind.is_border() {
-        return Some(stage_handles::moved(id, to));
+    if let Some(border) = id.kind.border() {
+        return Some(if id.kind == border {
+            stage_handles::moved(id, to)
+        } else {
+            stage_handles::inserted(id, border, to)
+        });
     }
     let (owner, document) = document(config, id)?;
     let begin = &document.route().placement;

@@ -40,12 +40,21 @@ pub(super) enum HandleKind {
     Outline,
     KeepOut,
     Crowd,
+    /// The middles of their sides, where a dragged point comes into being.
+    OutlineMiddle,
+    KeepOutMiddle,
+    CrowdMiddle,
 }
 
 impl HandleKind {
-    /// Whether it is a point of a border of the stage.
-    pub(super) fn is_border(self) -> bool {
-        matches!(self, Self::Outline | Self::KeepOut | Self::Crowd)
+    /// The border on which it is; `None` if it belongs to a route.
+    pub(super) fn border(self) -> Option<Self> {
+        match self {
+            Self::Outline | Self::OutlineMiddle => Some(Self::Outline),
+            Self::KeepOut | Self::KeepOutMiddle => Some(Self::KeepOut),
+            Self::Crowd | Self::CrowdMiddle => Some(Self::Crowd),
+            _ => None,
+        }
     }
 }
 

@@ -42,13 +42,18 @@ impl Plan {
             "type": "plan",
             "number": number,
             "text": self.text,
-            "run": run_message(&DescribedRun::new(number, self.config.clone())),
+            "run": self.run(number),
             "handles": handles(&self.text, &self.config),
             "routes": self.facts(),
             "times_s": self.times_s(),
             "contact": self.contact(touch),
             "pose": self.pose(at_s.unwrap_or(self.telling_s(touch))),
         })
+    }
+
+    /// Routes, dragons and stage, as the page of a show gets them.
+    pub(super) fn run(&self, number: u64) -> Value {
+        run_message(&DescribedRun::new(number, self.config.clone()))
     }
 
     /// Plan times at which the plan begins and ends.

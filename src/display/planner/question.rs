@@ -1,4 +1,4 @@
-//! A question of the page: a text, perhaps with an edit of it, and a plan time.
+//! A question of the page: a text, perhaps with an edit of it, a plan time, and the saved version to compare with.
 
 use serde::Deserialize;
 
@@ -17,14 +17,18 @@ pub(super) struct Question {
     /// Plan time of the dragons that are drawn; without it, the first contact, or the end.
     #[serde(default)]
     pub(super) at_s: Option<f64>,
+    /// The saved version, drawn beside the plan from now on; an empty text ends that.
+    #[serde(default)]
+    pub(super) saved: Option<String>,
 }
 
 impl Question {
-    /// This question in the place of an older one that was not answered. A text that is new in the older one stays new.
+    /// This question in the place of an older one that was not answered. Texts that are new in the older one stay new.
     pub(super) fn after(self, older: Self) -> Self {
+        let saved = self.saved.or(older.saved);
         if self.text.is_some() {
-            return self;
+            return Self { saved, ..self };
         }
-        Self { text: older.text, edit: older.edit, ..self }
+        Self { text: older.text, edit: older.edit, saved, ..self }
     }
 }

@@ -142,7 +142,7 @@ fn joined(from: &Placement, to: &Placement, sides: [f64; 2], radius_m: f64) -> O
     Some([arc(turns[0]), line, arc(turns[1])].into_iter().flatten().collect())
 }
 
-/// A new route through corners, in place of the route that was there. `None` for under two points.
+/// A new route through corners, in place of the route that was there. `None` as of [`CornerRun::through`].
 pub(super) fn through(owner: Owner, points: &[DVec2], radius_m: f64) -> Option<Put> {
     let run = CornerRun::through(points, radius_m)?;
     let segments = run.segments();

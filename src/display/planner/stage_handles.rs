@@ -42,7 +42,26 @@ fn of_line(line: &Array, kind: HandleKind, at: usize) -> Vec<Handle> {
         let fields = fields.map(|(axis, (label, value))| Field::length(keys(id, axis), label, value)).collect();
         Some(Handle { can_delete: true, ..Handle::new(id, DVec2::new(x, y), name(id), fields) })
     };
-    line.iter().enumerate().filter_map(handle).collect()
+    let points: Vec<Handle> = line.iter().enumerate().filter_map(handle).collect();
+    let middles = middles(&points, kind);
+    points.into_iter().chain(middles).collect()
+}
+
+/// The middles of the sides between the points of a border.
+fn middles(points: &[Handle], kind: HandleKind) -> Vec<Handle> {
+    let middle_kind = match kind {
+        HandleKind::KeepOut => HandleKind::KeepOutMiddle,
+        HandleKind::Crowd => HandleKind::CrowdMiddle,
+        _ => HandleKind::OutlineMiddle,
+    };
+    let is_line = kind == HandleKind::Crowd;
+    let sides =
+        points.iter().zip(points.iter().cycle().skip(1)).take(points.len().saturating_sub(usize::from(is_line)));
+    let middle = |(from, to): (&Handle, &Handle)| {
+        let at = DVec2::new(from.x_m + to.x_m, from.y_m + to.y_m) / 2.0;
+        Handle::new(HandleId { kind: middle_kind, ..from.id }, at, format!("After {}", from.name), Vec::new())
+    };
+    sides.map(middle).collect()
 }
 
 fn number(value: &Value) -> Option<f64> {
@@ -79,6 +98,12 @@ fn line_keys(id: HandleId) -> Vec<Key> {
 pub(super) fn moved(id: HandleId, to: DVec2) -> Vec<Change> {
     let coordinates = to.to_array().into_iter().enumerate();
     coordinates.map(|(axis, value_m)| Change::Set { keys: keys(id, axis), value: rounded_m(value_m) }).collect()
+}
+
+/// The change that puts a new point into a border, between the ends of the side whose middle a hand drags.
+pub(super) fn inserted(middle: HandleId, border: HandleKind, to: DVec2) -> Vec<Change> {
+    let keys = line_keys(HandleId { kind: border, ..middle });
+    vec![Change::Insert { keys, at: middle.point + 1, value: json!(to.to_array().map(rounded_m)) }]
 }
 
 /// The change that draws a border. An outline and a crowd take the place of those that were there.

@@ -419,8 +419,19 @@ fn a_path_is_closed_made_longer_and_drawn_through_corners() {
         let through = edited(text, &Edit::Through { dragon: 0, points_m: points_m.clone(), radius_m: 3.0 });
         let corner = find(&through, HandleKind::Corner, 1);
         assert!((corner.x_m - 20.0).hypot(corner.y_m) < 2e-3, "{through}");
-        let names = |text: &str| handles(text, &config(text)).iter().filter(|at| at.id.kind.is_border()).count();
+        let names = |text: &str| handles(text, &config(text)).iter().filter(|at| at.id.kind.border().is_some()).count();
         assert_eq!(names(text), names(&through), "{through}");
+    }
+}
+
+/// Its arc would cut off nearly all of both lines: the route would stay metres away from the corner.
+#[test]
+fn a_route_that_turns_back_at_a_corner_is_refused() {
+    for points_m in
+        [vec![[0.0, 0.0], [14.0, 0.0], [1.0, 1.2]], vec![[0.0, 0.0], [6.0, 0.0], [0.0, 0.05]], vec![[0.0, 0.0]]]
+    {
+        let refused = Edit::Through { dragon: 0, points_m, radius_m: 2.0 }.apply(STREET, &config(STREET));
+        assert!(refused.is_err_and(|reason| reason.contains("turn back by more than 170°")));
     }
 }
 
@@ -436,10 +447,34 @@ fn borders_are_drawn_and_taken_out_point_by_point() {
     assert_eq!(handles(&text, &config(&text)).iter().filter(|handle| handle.can_delete).count(), 16, "{text}");
     for _ in 0..20 {
         let all = handles(&text, &config(&text));
-        let Some(handle) = all.iter().find(|handle| handle.id.kind.is_border()) else { break };
+        let Some(handle) = all.iter().find(|handle| handle.can_delete && handle.id.kind.border().is_some()) else {
+            break;
+        };
         text = edited(&text, &Edit::Delete { handle: handle.id });
     }
     assert!(!text.contains("5.0"), "{text}");
+}
+
+/// Its comments, and the form of the array, stay.
+#[test]
+fn a_point_comes_into_a_border_between_the_ends_of_a_side() {
+    let text = "[stage]\noutline = [[0, 0], [40, 0], # along the wall\n  [40, 30]]\nkeep_out = [[[5, 5], [7, 5], [7, 7]]]\ncrowd = [[0, -2], [40, -2]]\n";
+    let insert = |text: &str, kind, point| {
+        let handle = HandleId { dragon: 0, kind, at: 0, point };
+        edited(text, &Edit::Move { handle, to_m: [9.0, 8.5] })
+    };
+    let middles = |kind| handles(text, &config(text)).iter().filter(|handle| handle.id.kind == kind).count();
+    let kinds = [HandleKind::OutlineMiddle, HandleKind::KeepOutMiddle, HandleKind::CrowdMiddle];
+    assert_eq!(kinds.map(middles), [3, 3, 1]);
+    assert!(
+        insert(text, kinds[0], 0).contains("outline = [[0, 0], [9.0, 8.5], [40, 0], # along the wall\n  [40, 30]]")
+    );
+    let between = insert(text, kinds[0], 1);
+    assert!(between.contains("[40, 0], # along the wall\n  [9.0, 8.5],\n  [40, 30]]"), "{between}");
+    let last = insert(text, kinds[1], 2);
+    assert!(last.contains("keep_out = [[[5, 5], [7, 5], [7, 7], [9.0, 8.5]]]"), "{last}");
+    let line = insert(text, kinds[2], 0);
+    assert!(line.contains("crowd = [[0, -2], [9.0, 8.5], [40, -2]]"), "{line}");
 }
 
 #[test]

@@ -18,6 +18,7 @@ pub(super) fn changed(text: &str, changes: &[Change]) -> Result<String, String> 
             Change::Put { keys, value } => put_value(&mut document, keys, value.as_ref()),
             Change::Reverse { keys } => reverse(&mut document, keys),
             Change::Splice { keys, at, removed, inserted } => splice(&mut document, keys, *at, *removed, inserted),
+            Change::Insert { keys, at, value } => insert(&mut document, keys, *at, value),
         };
         is_done.ok_or_else(|| format!("the text has no place for {}", words(change)))?;
     }
@@ -25,8 +26,11 @@ pub(super) fn changed(text: &str, changes: &[Change]) -> Result<String, String> 
 }
 
 fn words(change: &Change) -> String {
-    let (Change::Set { keys, .. } | Change::Put { keys, .. } | Change::Reverse { keys } | Change::Splice { keys, .. }) =
-        change;
+    let (Change::Set { keys, .. }
+    | Change::Put { keys, .. }
+    | Change::Reverse { keys }
+    | Change::Splice { keys, .. }
+    | Change::Insert { keys, .. }) = change;
     let word = |key: &Key| match key {
         Key::Index(index) => (index + 1).to_string(),
         Key::Name(name) => name.clone(),
@@ -230,7 +234,18 @@ fn splice(document: &mut DocumentMut, keys: &[Key], at: usize, removed: usize, i
     match Place::of(document, keys)? {
         Place::Item(Item::ArrayOfTables(tables)) => splice_tables(tables, at, removed, inserted),
         Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array)) => {
-            splice_array(array, at, removed, inserted)
+            let values = inserted.iter().map(|segment| Value::InlineTable(pairs(segment).collect::<InlineTable>()));
+            splice_array(array, at, removed, values.collect())
+        }
+        _ => None,
+    }
+}
+
+/// Inserts a value into an array of values.
+fn insert(document: &mut DocumentMut, keys: &[Key], at: usize, value: &Json) -> Option<()> {
+    match Place::of(document, keys)? {
+        Place::Item(Item::Value(Value::Array(array))) | Place::Value(Value::Array(array)) => {
+            splice_array(array, at, 0, vec![toml_value(value)?])
         }
         _ => None,
     }
@@ -254,23 +269,27 @@ fn splice_tables(tables: &mut ArrayOfTables, at: usize, removed: usize, inserted
 }
 
 /// In an array, the comment after an entry is before the next one, or before the end. It stays after its entry.
-fn splice_array(array: &mut Array, at: usize, removed: usize, inserted: &[PathSegment]) -> Option<()> {
+fn splice_array(array: &mut Array, at: usize, removed: usize, inserted: Vec<Value>) -> Option<()> {
     if at.checked_add(removed)? > array.len() {
         return None;
     }
     let before = prefix(array, at);
     let plain = line_break(&prefix(array, at.min(array.len().saturating_sub(1))));
     (0..removed).for_each(|_| drop(array.remove(at)));
-    for (index, segment) in (at..).zip(inserted) {
-        array.insert_formatted(index, Value::InlineTable(pairs(segment).collect::<InlineTable>()));
+    let end = at + inserted.len();
+    let is_at_end = end > at && at == array.len();
+    for (index, value) in (at..).zip(inserted) {
+        array.insert_formatted(index, value);
         set_prefix(array, index, plain.clone());
     }
-    if at + inserted.len() < array.len() {
-        set_prefix(array, at + inserted.len(), plain);
-    } else if !inserted.is_empty() {
+    if end < array.len() {
+        set_prefix(array, end, plain);
+    } else if end > at {
         array.set_trailing(line_break(&before));
     }
-    set_prefix(array, at, before);
+    if !is_at_end || before.contains('#') {
+        set_prefix(array, at, before);
+    }
     Some(())
 }
 

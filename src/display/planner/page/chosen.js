@@ -1,7 +1,7 @@
 // @ts-check
 // The chosen point: its numbers to type, and a list of all points for the keyboard.
 
-import { isSame } from './drawing.js';
+import { isMiddle, isOfBorder, isSame } from './drawing.js';
 import { element, write } from './element.js';
 
 /** @typedef {import('./plan_message.js').Handle} Handle */
@@ -11,6 +11,7 @@ import { element, write } from './element.js';
 const select = element('point', HTMLSelectElement);
 const fields = element('fields', HTMLDivElement);
 const remove = element('delete', HTMLButtonElement);
+const add = element('add-point', HTMLButtonElement);
 const hint = element('hint', HTMLParagraphElement);
 
 /** What cannot be dragged. */
@@ -22,20 +23,26 @@ const HINTS = {
 /** @param {HandleId} handle */
 export const idOf = ({ dragon, kind, at, point }) => ({ dragon, kind, at, point });
 
-/** The points that may be chosen: not the middles of lines, where nothing is yet. @param {PlanMessage} plan */
-export const choosable = (plan) => plan.handles.filter(({ kind }) => kind !== 'middle');
+/** The points that may be chosen. @param {PlanMessage} plan */
+export const choosable = (plan) => plan.handles.filter((handle) => !isMiddle(handle));
 
-/** @param {{choose: (handle: Handle | null) => void, set: (keys: (string | number)[], value: number) => void, remove: () => void}} hands */
+/** The middle of the side after a point of a border; without one, there is no side. @param {PlanMessage} plan @param {Handle | null} chosen */
+export const sideAfter = (plan, chosen) => plan.handles.find(({ kind, at, point }) => kind === `${chosen?.kind}_middle` && at === chosen?.at && point === chosen.point) ?? null;
+
+/** @param {{choose: (handle: Handle | null) => void, add: () => void, set: (keys: (string | number)[], value: number) => void, remove: () => void}} hands */
 export function listenToChosen(hands) {
   let handles = /** @type {Handle[]} */ ([]);
   select.addEventListener('change', () => hands.choose(handles[Number(select.value)] ?? null));
   remove.addEventListener('click', () => hands.remove());
+  add.addEventListener('click', () => hands.add());
   /** @param {PlanMessage} plan @param {Handle | null} chosen */
   const show = (plan, chosen) => {
     handles = choosable(plan);
     showList(plan, handles, chosen);
     showFields(chosen, hands.set);
     remove.disabled = !(chosen?.can_delete ?? false);
+    add.hidden = chosen === null || !isOfBorder(chosen);
+    add.disabled = sideAfter(plan, chosen) === null;
     const { kind, closed } = plan.routes[chosen?.dragon ?? 0] ?? { kind: 'path', closed: false };
     write(hint, kind === 'drawing' ? HINTS.drawing : closed ? HINTS.closed : '');
   };
@@ -45,8 +52,7 @@ export function listenToChosen(hands) {
 /** @param {PlanMessage} plan @param {Handle[]} handles @param {Handle | null} chosen */
 function showList(plan, handles, chosen) {
   const isSeveral = plan.routes.length > 1;
-  const isRoute = (/** @type {Handle} */ { kind }) => !['outline', 'keep_out', 'crowd'].includes(kind);
-  const names = handles.map((handle) => (isSeveral && isRoute(handle) ? `${plan.routes[handle.dragon].name}: ${handle.name}` : handle.name));
+  const names = handles.map((handle) => (isSeveral && !isOfBorder(handle) ? `${plan.routes[handle.dragon].name}: ${handle.name}` : handle.name));
   const wanted = ['choose a point', ...names];
   if (select.options.length !== wanted.length || wanted.some((name, at) => select.options[at].text !== name)) {
     select.replaceChildren(...wanted.map((name, at) => new Option(name, String(at - 1))));

@@ -5,7 +5,7 @@ import { tokenHeaders } from './token.js';
 
 /** @typedef {import('./plan_message.js').Answer} Answer */
 /** @typedef {import('./plan_message.js').Edit} Edit */
-/** @typedef {{text?: string, edit?: Edit, at_s?: number}} Question */
+/** @typedef {{text?: string, edit?: Edit, at_s?: number, saved?: string}} Question */
 /** @typedef {{version: string, may_view: boolean, may_save: boolean}} Access */
 
 const PROTOCOL = 'bench-dragon.plan.v1';
@@ -104,9 +104,10 @@ export class Desk {
 
   /** @param {Question} question */
   ask(question) {
-    // A text that was not asked yet is still asked, at the newest time.
-    const kept = question.text === undefined && this.#next?.text !== undefined ? { ...this.#next } : {};
-    this.#next = { ...kept, ...question };
+    // Texts that were not asked yet are still asked, at the newest time.
+    const { text, edit, saved } = this.#next ?? {};
+    const kept = question.text === undefined && text !== undefined ? { text, edit } : {};
+    this.#next = { saved, ...kept, ...question };
     this.#send();
   }
 

@@ -21,7 +21,13 @@ const [HANDLE_PX, SMALL_PX, MOUSE_PX, FINGER_PX] = [7, 5, 11, 24];
 /** Least distance of the ends of a line, in pixels, from which on the handle in its middle is offered. */
 const ROOM_PX = 56;
 /** Handles of dragons that are not chosen. */
-const ALWAYS = ['start', 'whole', 'outline', 'keep_out', 'crowd'];
+const ALWAYS = ['start', 'whole'];
+
+/** Whether a handle is the middle of a line or of a side, where nothing is yet. @param {HandleId} handle */
+export const isMiddle = ({ kind }) => kind.endsWith('middle');
+
+/** Whether a handle belongs to a border of the stage. @param {HandleId} handle */
+export const isOfBorder = ({ kind }) => /^(outline|keep_out|crowd)/.test(kind);
 
 /** @param {HandleId} one @param {HandleId | null} other */
 export const isSame = (one, other) =>
@@ -68,6 +74,7 @@ export class Drawing {
     const show = { frame: frameOf(plan.run, pose), runOfFrame: () => plan.run };
     this.#plan.draw(/** @type {import('./show.js').Show} */ (/** @type {unknown} */ (show)), null);
     drawGrid(this.#context, this.#camera, this.#palette.rule);
+    this.#drawBorders(plan.run);
     over(this.#context);
     const { chosen } = choice;
     const handles = this.#offered(plan, choice);
@@ -91,7 +98,7 @@ export class Drawing {
       const [hx, hy] = this.#camera.toScreen(handle.x_m, handle.y_m);
       const distance = Math.hypot(hx - x, hy - y);
       if (distance > reach) continue;
-      const cost = distance + (handle.kind === 'middle' ? reach : 0);
+      const cost = distance + (isMiddle(handle) ? reach : 0);
       if (cost < least) [found, least] = [handle, cost];
     }
     return found;
@@ -99,20 +106,40 @@ export class Drawing {
 
   /** The handles that are shown: of several dragons, all of the chosen one, and the others' beginnings. @param {PlanMessage} plan @param {Choice} choice */
   #offered(plan, choice) {
-    const isOwn = (/** @type {Handle} */ { dragon, kind }) =>
-      plan.routes.length === 1 || dragon === choice.dragon || ALWAYS.includes(kind);
+    const isOwn = (/** @type {Handle} */ handle) =>
+      plan.routes.length === 1 || handle.dragon === choice.dragon || ALWAYS.includes(handle.kind) || isOfBorder(handle);
     const own = plan.handles.filter(isOwn);
-    return own.filter((handle) => handle.kind !== 'middle' || this.#hasRoom(own, handle));
+    return own.filter((handle) => !isMiddle(handle) || this.#hasRoom(own, handle));
   }
 
   /** A short line has no room for a new corner. @param {Handle[]} handles @param {Handle} handle */
   #hasRoom(handles, handle) {
     const [x, y] = this.#camera.toScreen(handle.x_m, handle.y_m);
     return handles.every((other) => {
-      if (other.kind === 'middle' || other.dragon !== handle.dragon) return true;
+      if (isMiddle(other) || other.dragon !== handle.dragon || isOfBorder(other) !== isOfBorder(handle)) return true;
       const [ox, oy] = this.#camera.toScreen(other.x_m, other.y_m);
       return Math.hypot(ox - x, oy - y) > ROOM_PX / 2;
     });
+  }
+
+  /** Draws the areas to keep out of and the line of the crowd once more, over the boards that would hide them. @param {Run} run */
+  #drawBorders({ keep_out: areas, crowd }) {
+    const context = this.#context;
+    context.lineJoin = 'round';
+    for (const [width, colour] of /** @type {const} */ ([[5, this.#palette.halo], [2, this.#palette.edge]])) {
+      Object.assign(context, { lineWidth: width, strokeStyle: colour });
+      for (const corners of areas) this.#stroke(corners, true);
+      this.#stroke(crowd, false);
+    }
+  }
+
+  /** @param {number[]} points x, y, … @param {boolean} isClosed */
+  #stroke(points, isClosed) {
+    const context = this.#context;
+    context.beginPath();
+    for (let at = 0; at + 1 < points.length; at += 2) context.lineTo(...this.#camera.toScreen(points[at], points[at + 1]));
+    if (isClosed) context.closePath();
+    context.stroke();
   }
 
   /** Draws the lines between corners, which the route rounds. @param {Handle[]} handles */
@@ -139,13 +166,14 @@ export class Drawing {
   }
 
   /** @param {Handle} handle @param {boolean} isChosen */
-  #drawHandle({ kind, x_m, y_m, name }, isChosen) {
+  #drawHandle(handle, isChosen) {
+    const { kind, x_m, y_m, name } = handle;
     const context = this.#context;
     const [x, y] = this.#camera.toScreen(x_m, y_m);
-    const isBorder = ['outline', 'keep_out', 'crowd'].includes(kind);
-    const size = kind === 'middle' || kind === 'heading' || isBorder ? SMALL_PX : HANDLE_PX;
+    const isBorder = isOfBorder(handle);
+    const size = isMiddle(handle) || kind === 'heading' || isBorder ? SMALL_PX : HANDLE_PX;
     context.beginPath();
-    if (kind === 'middle') diamond(context, x, y, size);
+    if (isMiddle(handle)) diamond(context, x, y, size);
     else if (isBorder) context.rect(x - size, y - size, 2 * size, 2 * size);
     else context.arc(x, y, size, 0, 2 * Math.PI);
     context.fillStyle = isChosen ? this.#palette.accent : this.#palette.panel;

@@ -37,6 +37,11 @@ export function note(text, choices = {}) {
   }));
 }
 
+/** Takes away a notice that asks for nothing. */
+export function endNote() {
+  if (noticeButtons.childElementCount === 0) note(null);
+}
+
 export class Files {
   #draft;
   #desk;

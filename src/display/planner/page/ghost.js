@@ -1,49 +1,70 @@
 // @ts-check
-// The saved version beside the plan: its routes as dashed lines.
+// The saved version beside the plan: its routes as dashed lines, and its dragons at the same time as lines through their handles.
 
 import { element } from './element.js';
 
-/** @typedef {import('./plan_message.js').PlanMessage} PlanMessage */
+/** @typedef {import('./plan_message.js').Saved} Saved */
 
 const box = element('ghost', HTMLInputElement);
+/** Pixels of the dots at the handles of the saved dragons. */
+const DOT_PX = 2.5;
 
 export class Ghost {
-  /** @type {PlanMessage | null} */ #plan = null;
+  /** The text that the planner has. */
+  #told = '';
+  /** @type {import('./show.js').Run | null} */ #run = null;
+  /** @type {number[]} */ #handles = [];
 
   /** @param {() => void} changed */
   constructor(changed) {
     box.addEventListener('change', changed);
   }
 
-  get isKnown() {
-    return this.#plan !== null;
+  /** The planner has no text: it was started again. */
+  forget() {
+    this.#told = '';
   }
 
-  /** Takes a plan if it is the saved one. @param {PlanMessage} plan @param {string} saved the saved text */
-  take(plan, saved) {
-    if (this.#plan === plan) return;
-    if (plan.text === saved) this.#plan = plan;
-    else if (this.#plan?.text !== saved) this.#plan = null;
+  /** What a question has to tell of the saved version. @param {string} saved the saved text @returns {{saved?: string}} */
+  news(saved) {
+    const wanted = box.checked ? saved : '';
+    if (wanted === this.#told) return {};
+    this.#told = wanted;
+    this.#run = null;
+    return { saved: wanted };
   }
 
-  /** The saved plan, if it is to be shown beside another one. @param {PlanMessage} plan */
-  beside(plan) {
-    return box.checked && this.#plan !== null && this.#plan.text !== plan.text ? this.#plan : null;
+  /** @param {Saved | undefined} saved */
+  take(saved) {
+    this.#run = saved?.run ?? this.#run;
+    this.#handles = saved?.handles ?? [];
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {import('./camera.js').Camera} camera @param {PlanMessage} plan @param {string} colour */
-  draw(context, camera, plan, colour) {
-    const saved = this.beside(plan);
-    if (saved === null) return;
+  /** @param {CanvasRenderingContext2D} context @param {import('./camera.js').Camera} camera @param {string} colour */
+  draw(context, camera, colour) {
+    if (this.#run === null) return;
+    const { route, benches, dragons = [{ route, benches, first_handle: 0 }] } = this.#run;
     context.save();
-    context.setLineDash([7, 6]);
-    context.lineWidth = 2;
-    context.strokeStyle = colour;
-    for (const route of saved.run.dragons?.map((dragon) => dragon.route) ?? [saved.run.route]) {
-      context.beginPath();
-      for (let at = 0; at + 1 < route.length; at += 2) context.lineTo(...camera.toScreen(route[at], route[at + 1]));
-      context.stroke();
+    Object.assign(context, { lineWidth: 2, strokeStyle: colour, fillStyle: colour });
+    for (const dragon of dragons) {
+      context.setLineDash([7, 6]);
+      line(context, camera, dragon.route);
+      context.setLineDash([]);
+      const first = 2 * dragon.first_handle;
+      const chain = this.#handles.slice(first, first + 2 * (dragon.benches + 1));
+      line(context, camera, chain);
+      for (let at = 0; at + 1 < chain.length; at += 2) {
+        const [x, y] = camera.toScreen(chain[at], chain[at + 1]);
+        context.fillRect(x - DOT_PX, y - DOT_PX, 2 * DOT_PX, 2 * DOT_PX);
+      }
     }
     context.restore();
   }
+}
+
+/** Draws a line through places. @param {CanvasRenderingContext2D} context @param {import('./camera.js').Camera} camera @param {number[]} places x, y, … */
+function line(context, camera, places) {
+  context.beginPath();
+  for (let at = 0; at + 1 < places.length; at += 2) context.lineTo(...camera.toScreen(places[at], places[at + 1]));
+  context.stroke();
 }

@@ -3,13 +3,13 @@
 
 import { Ask } from './ask.js';
 import { Camera } from './camera.js';
-import { choosable, idOf, listenToChosen } from './chosen.js';
+import { choosable, idOf, listenToChosen, sideAfter } from './chosen.js';
 import { Curve } from './curve.js';
 import { Desk } from './desk.js';
 import { Draft } from './draft.js';
-import { Drawing, isSame } from './drawing.js';
+import { Drawing, isMiddle, isOfBorder, isSame } from './drawing.js';
 import { element, write } from './element.js';
-import { Files, note } from './files.js';
+import { Files, endNote, note } from './files.js';
 import { fixed } from './format.js';
 import { Ghost } from './ghost.js';
 import { offerFiles } from './hand_over.js';
@@ -50,8 +50,6 @@ let beside_ms = 0;
 /** The dragon whose route is drawn. */
 let dragon = 0;
 /** The text that an edit changes, until it is done. @type {string | null} */ let base = null;
-/** Whether the saved version is asked first, for comparison with a draft. */
-let asksSaved = false;
 /** Whether a hand holds a handle. */
 let isHeld = false;
 /** The plan time that the user has chosen; `null`: the contact, or the end. @type {number | null} */ let at_s = null;
@@ -63,8 +61,8 @@ offerFiles(draft, desk);
 const player = new Player(seek, () => (state.plan === null ? null : { now_s: state.pose.time_s, times_s: state.plan.times_s, tick_s: 1 / state.plan.run.rate_hz }));
 const pen = new Pen(camera, redraw);
 const picture = new Picture(redraw);
-const ghost = new Ghost(redraw);
-const showChosen = listenToChosen({ choose, set: (keys, value) => edit({ kind: 'set', keys, value }), remove });
+const ghost = new Ghost(() => query({ at_s: state.pose.time_s }));
+const showChosen = listenToChosen({ choose, add: addPoint, set: (keys, value) => edit({ kind: 'set', keys, value }), remove });
 
 const ask = new Ask({
   ask: (question, options) => desk.solve({ text: draft.text, ask: question, options }),
@@ -73,6 +71,9 @@ const ask = new Ask({
   undo: () => step(draft.undo()),
   text: () => draft.text,
 });
+
+/** Asks, and tells what is new of the saved version. @param {import('./desk.js').Question} question */
+const query = (question) => desk.ask({ ...question, ...ghost.news(draft.saved.text) });
 
 /** @returns {{at_s?: number}} */
 const atTime = () => (at_s === null ? {} : { at_s });
@@ -85,8 +86,8 @@ function askText() {
     files.maySave = may_save;
     files.forget();
   }).then(redraw, () => {});
-  asksSaved = draft.isChanged && !ghost.isKnown;
-  desk.ask(asksSaved ? { text: draft.saved.text } : { text: draft.text, ...atTime() });
+  ghost.forget();
+  query({ text: draft.text, ...atTime() });
 }
 
 function lost() {
@@ -97,16 +98,11 @@ function lost() {
 /** @param {Answer} message */
 function answer(message) {
   if (message.type === 'asked') return ask.take(message);
-  if (asksSaved && (message.type === 'plan' || message.type === 'mistake')) {
-    asksSaved = false;
-    if (message.type === 'plan') ghost.take(message, draft.saved.text);
-    return desk.ask({ text: draft.text, ...atTime() });
-  }
   state.take(message);
+  if (message.type === 'plan' || message.type === 'pose') ghost.take(message.saved);
   if (message.type === 'plan') {
     if (chosen !== null && !message.handles.some((handle) => isSame(handle, chosen))) chosen = null;
     dragon = Math.min(dragon, message.routes.length - 1);
-    ghost.take(message, draft.saved.text);
   }
   if (base !== null && !isHeld && desk.isIdle) finishEdit(message);
   redraw();
@@ -125,17 +121,39 @@ function finishEdit(message) {
   ask.edited();
 }
 
+/** A change begins: what was said of the one before is no longer news. */
+function beginAnew() {
+  files.forget();
+  endNote();
+  showLine(null);
+}
+
 /** Changes the plan by one edit, as a step of undo. @param {Edit} change */
 function edit(change) {
   if (isHeld || state.mistake !== null) return;
   base = draft.text;
-  files.forget();
-  desk.ask({ text: draft.text, edit: change, ...atTime() });
+  beginAnew();
+  query({ text: draft.text, edit: change, ...atTime() });
 }
 
 function remove() {
   const handle = chosenHandle();
   if (handle?.can_delete) edit({ kind: 'delete', handle: idOf(handle) });
+}
+
+/** Puts a new point after the chosen one of a border. */
+function addPoint() {
+  const side = state.plan === null ? null : sideAfter(state.plan, chosenHandle());
+  if (side === null) return;
+  chosen = newPoint(side);
+  edit({ kind: 'move', handle: idOf(side), to_m: [side.x_m, side.y_m] });
+}
+
+/** The point that a dragged middle becomes: the corner after it, or the next point of the border. @param {HandleId} middle @returns {HandleId} */
+function newPoint(middle) {
+  if (!isOfBorder(middle)) return { ...middle, kind: 'corner', at: middle.at + 1 };
+  const kind = /** @type {'outline' | 'keep_out' | 'crowd'} */ (middle.kind.replace('_middle', ''));
+  return { ...middle, kind, point: middle.point + 1 };
 }
 
 /** @param {string | null} text */
@@ -156,7 +174,7 @@ const chosenHandle = () => state.plan?.handles.find((handle) => isSame(handle, c
 /** @param {HandleId | null} handle */
 function choose(handle) {
   chosen = handle === null ? null : idOf(handle);
-  if (handle !== null && isOfRoute(handle)) dragon = handle.dragon;
+  if (handle !== null && !isOfBorder(handle)) dragon = handle.dragon;
   redraw();
 }
 
@@ -167,8 +185,6 @@ function chooseDragon(number) {
   redraw();
 }
 
-/** @param {HandleId} handle */
-const isOfRoute = ({ kind }) => !['outline', 'keep_out', 'crowd'].includes(kind);
 const choice = () => ({ dragon, chosen });
 
 /** Chooses the next point, or the one before. @param {number} step */
@@ -193,7 +209,7 @@ function nudge(dx, dy, step_m) {
 /** Shows the dragons at a plan time. @param {number} time_s */
 function seek(time_s) {
   at_s = time_s;
-  desk.ask({ at_s });
+  query({ at_s });
 }
 
 /** @param {import('./problems.js').Problem} problem */
@@ -211,9 +227,9 @@ function go({ time_s, point_m }) {
 /** @param {boolean} isDone whether there was an edit to undo or to redo */
 function step(isDone) {
   if (!isDone || isHeld) return;
-  files.forget();
+  beginAnew();
   showText(draft.text);
-  desk.ask({ text: draft.text, ...atTime() });
+  query({ text: draft.text, ...atTime() });
   redraw();
 }
 
@@ -224,10 +240,9 @@ function grab(place, { pointerType, shiftKey }) {
   if (handle === null) return null;
   area.focus({ preventScroll: true });
   const id = shiftKey && handle.kind === 'start' ? { ...idOf(handle), kind: /** @type {const} */ ('whole') } : idOf(handle);
-  // A dragged middle becomes the corner after it.
-  chosen = id.kind === 'middle' ? { ...id, kind: 'corner', at: id.at + 1 } : idOf(handle);
+  chosen = isMiddle(id) ? newPoint(id) : idOf(handle);
   camera.mode = 'free';
-  files.forget();
+  beginAnew();
   const from = draft.text;
   const [hx, hy] = camera.toScreen(handle.x_m, handle.y_m);
   const [offX, offY] = [hx - place.x, hy - place.y];
@@ -236,7 +251,7 @@ function grab(place, { pointerType, shiftKey }) {
     move(/** @type {{x: number, y: number}} */ { x, y }, /** @type {PointerEvent} */ { altKey }) {
       isHeld = true;
       base = from;
-      desk.ask({ text: from, edit: { kind: 'move', handle: id, to_m: snapped(camera.toPlane(x + offX, y + offY), altKey) }, ...atTime() });
+      query({ text: from, edit: { kind: 'move', handle: id, to_m: snapped(camera.toPlane(x + offX, y + offY), altKey) }, ...atTime() });
     },
     drop() {
       if (!isHeld) return;
@@ -268,7 +283,7 @@ function draw() {
   showNumbers(numbersOf(state));
   drawing.underlay = picture.underlay;
   drawing.draw(plan, pose, contact, choice(), (context) => {
-    ghost.draw(context, camera, plan, palette.quiet);
+    if (plan.text !== draft.saved.text) ghost.draw(context, camera, palette.quiet);
     pen.draw(context, palette);
   });
   if (!isHeld || performance.now() - beside_ms > BESIDE_MS) drawBeside(plan);
@@ -283,7 +298,6 @@ function drawBeside(plan) {
   beside_ms = performance.now();
   if (base !== null) showText(plan.text);
   showTools(plan, dragon, picture.isThere);
-  ghost.take(plan, draft.saved.text);
   curve.draw({ ...state, plan, contact, isOld: state.isCurveOld, time_s: pose.time_s });
   showChosen(plan, chosenHandle());
   ask.show();
@@ -329,8 +343,8 @@ element('redo', HTMLButtonElement).addEventListener('click', () => step(draft.re
 element('help', HTMLButtonElement).addEventListener('click', () => element('shortcuts', HTMLDialogElement).showModal());
 textField.addEventListener('input', () => {
   draft.type(textField.value, performance.now());
-  files.forget();
-  desk.ask({ text: draft.text, ...atTime() });
+  beginAnew();
+  query({ text: draft.text, ...atTime() });
   redraw();
 });
 listenToTools({
@@ -341,7 +355,7 @@ listenToTools({
     edit(change);
   },
   dragon: () => dragon,
-  after: () => (chosen !== null && chosen.dragon === dragon && isOfRoute(chosen) && chosen.kind !== 'start' ? chosen.at : null),
+  after: () => (chosen !== null && chosen.dragon === dragon && !isOfBorder(chosen) && chosen.kind !== 'start' ? chosen.at : null),
   importDrawing: (file) => void importDrawing(file),
   takePicture: (blob) => picture.take(blob, camera).catch(() => showLine('This file is no picture that the browser can show.')),
 });

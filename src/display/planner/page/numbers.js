@@ -17,7 +17,7 @@ export function numbersOf(state) {
   const longest = most(plan.routes.map(({ length_m }) => length_m));
   const tightest = most(plan.routes.map(({ tightest_radius_m }) => -(tightest_radius_m ?? Infinity)));
   const fastest = most(state.speeds.map(({ ratio }) => ratio ?? -Infinity));
-  const crowd = state.borders.filter(({ kind }) => kind === 'crowd').map(({ distance_m }) => distance_m ?? Infinity);
+  const crowd = crowdDistance(state);
   const least = samples.reduce((least_m, { clearance_m }) => Math.min(least_m, clearance_m), Infinity);
   const rows = [
     row('Route', `${fixed(longest.value, 3)} m${named(longest.at)}`, false),
@@ -25,10 +25,32 @@ export function numbersOf(state) {
     row('Tightest bend', Number.isFinite(tightest.value) ? `${fixed(-tightest.value, 3)} m${named(tightest.at)}` : 'straight', false),
     row('First contact', contactWord(contact), contact.state === 'searching'),
     row('Fastest handle', speedWord(state, fastest, named), !state.isStudied),
-    row('Least clearance', Number.isFinite(least) ? `${state.isCurveComplete ? '' : '≤ '}${millimetres(Math.max(least, 0))} mm` : '–', state.isCurveOld || !state.isCurveComplete),
+    row('Least clearance', Number.isFinite(least) ? `${state.isCurveComplete || state.isCurveOld ? '' : '≤ '}${millimetres(Math.max(least, 0))} mm` : '–', state.isCurveOld || !state.isCurveComplete),
   ];
-  if (crowd.length > 0) rows.push(row('Crowd', `${fixed(Math.min(...crowd), 3)} m`, !state.isStudied));
+  if (crowd !== null) rows.push(row('Crowd', `${state.areBordersKnown ? '' : '≤ '}${fixed(crowd, 3)} m`, !state.areBordersKnown));
   return rows;
+}
+
+/**
+ * The least distance of a board from the crowd; until it is known, that of a handle at the shown time. `null` without a crowd.
+ * @param {State} state
+ */
+function crowdDistance({ plan, pose, borders, areBordersKnown }) {
+  const line = plan?.run.crowd ?? [];
+  if (line.length < 4) return null;
+  if (areBordersKnown) return borders.filter(({ kind }) => kind === 'crowd').reduce((least_m, { distance_m }) => Math.min(least_m, distance_m ?? Infinity), Infinity);
+  let least_m = Infinity;
+  for (let at = 0; at + 1 < pose.handles.length; at += 2) {
+    for (let side = 0; side + 3 < line.length; side += 2) least_m = Math.min(least_m, distanceFrom(pose.handles[at], pose.handles[at + 1], line.slice(side, side + 4)));
+  }
+  return least_m;
+}
+
+/** The distance of a point from a straight line between two others. @param {number} x @param {number} y @param {number[]} line */
+function distanceFrom(x, y, [ax, ay, bx, by]) {
+  const [ux, uy] = [bx - ax, by - ay];
+  const share = Math.min(Math.max(((x - ax) * ux + (y - ay) * uy) / (ux * ux + uy * uy || 1), 0), 1);
+  return Math.hypot(ax + share * ux - x, ay + share * uy - y);
 }
 
 /** @param {string} name @param {string} value @param {boolean} isSearched @returns {Row} */

@@ -3,7 +3,7 @@
 
 /** @typedef {import('./show.js').Run} Run */
 /** @typedef {'start' | 'whole' | 'heading' | 'corner' | 'end' | 'middle' | 'arc_radius' | 'arc_end' | 'spiral_end' | 'spiral_start'
- *   | 'pitch' | 'turn_circle' | 'outline' | 'keep_out' | 'crowd'} HandleKind */
+ *   | 'pitch' | 'turn_circle' | 'outline' | 'keep_out' | 'crowd' | 'outline_middle' | 'keep_out_middle' | 'crowd_middle'} HandleKind */
 /** @typedef {{dragon: number, kind: HandleKind, at: number, point: number}} HandleId */
 /** @typedef {{keys: (string | number)[], label: string, value: number, unit: string}} Field a number of the configuration */
 /** @typedef {HandleId & {x_m: number, y_m: number, name: string, fields: Field[], can_delete: boolean}} Handle */
@@ -28,6 +28,7 @@
  * @property {[number[], number[]]} [boards] x, y, x, y, … of the corners of both
  */
 /** @typedef {{time_s: number, handles: number[]}} Pose x, y, x, y, … */
+/** @typedef {{run?: Run, handles: number[]}} Saved the saved version at the time of the pose; its run, if it is new */
 /**
  * @typedef {object} RouteFacts
  * @property {string | null} name of the dragon, with several
@@ -48,12 +49,13 @@
  * @property {[number, number]} times_s
  * @property {Contact} contact
  * @property {Pose} pose
+ * @property {Saved} [saved]
  */
 /** @typedef {{kind: 'outline' | 'keep_out' | 'crowd', time_s: number, bench: string, point_m: [number, number], distance_m?: number,
  *   clear_m?: number}} BorderFact */
 /** @typedef {{time_s: number, clearance_m: number, pair: Pair, point_m: [number, number]}} Miss */
 /** @typedef {{ratio?: number, handle?: number, time_s?: number, unknown?: string}} Speed */
-/** @typedef {{type: 'pose', number: number, pose: Pose} | {type: 'mistake', number: number, reason: string}
+/** @typedef {{type: 'pose', number: number, pose: Pose, saved?: Saved} | {type: 'mistake', number: number, reason: string}
  *   | {type: 'contact', number: number, contact: Contact} | {type: 'curve', number: number, points: number[], is_complete: boolean}
  *   | {type: 'borders', number: number, borders: BorderFact[]} | {type: 'misses', number: number, misses: Miss[]}
  *   | {type: 'speeds', number: number, speeds: Speed[]}

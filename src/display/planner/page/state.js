@@ -16,6 +16,8 @@ export class State {
   /** @type {import('./plan_message.js').Speed[]} */ speeds = [];
   /** @type {import('./plan_message.js').Mend[]} */ mends = [];
   /** @type {Sample[]} */ samples = [];
+  /** Whether the facts of the borders are those of this plan. */
+  areBordersKnown = false;
   isCurveOld = false;
   isCurveComplete = false;
   /** Whether all is known of this plan. */
@@ -27,7 +29,7 @@ export class State {
     switch (answer.type) {
       case 'plan':
         Object.assign(this, { plan: answer, pose: answer.pose, contact: answer.contact, mistake: null });
-        Object.assign(this, { isCurveOld: true, isCurveComplete: false, isStudied: false, misses: [], mends: [] });
+        Object.assign(this, { isCurveOld: true, isCurveComplete: false, isStudied: false, areBordersKnown: false, misses: [], mends: [] });
         this.speeds = this.speeds.slice(0, answer.routes.length);
         break;
       case 'pose':
@@ -44,6 +46,7 @@ export class State {
         break;
       case 'borders':
         this.borders = answer.borders;
+        this.areBordersKnown = true;
         break;
       case 'misses':
         this.misses = answer.misses;
