@@ -114,9 +114,10 @@ pub(super) fn places(show: &HandOver<'_>, time_s: f64) -> impl Iterator<Item = (
     })
 }
 
-/// The head and the tail of each dragon at each moment, with number of the moment and coordinates.
-fn ends(show: &HandOver<'_>) -> Vec<(glam::DVec2, String)> {
+/// The head and the tail of each dragon at each moment, with number of the moment and coordinates; of several dragons, also its name.
+fn ends(show: &HandOver<'_>) -> Vec<(glam::DVec2, Vec<String>)> {
     let layout = show.config.formation().layout();
+    let names = show.config.named().map(|_| show.names());
     let mut marks = Vec::new();
     for (number, moment) in show.moments.iter().enumerate() {
         for (dragon, index, place) in places(show, moment.time_s) {
@@ -126,10 +127,9 @@ fn ends(show: &HandOver<'_>) -> Vec<(glam::DVec2, String)> {
                 index if index == last => "T",
                 _ => continue,
             };
-            marks.push((
-                place.into(),
-                format!("{letter}{} {}, {}", number + 1, Fixed::<2>(place[0]), Fixed::<2>(place[1])),
-            ));
+            let end = format!("{letter}{}", number + 1);
+            let end = names.as_ref().map_or(end.clone(), |names| format!("{} {end}", names[dragon]));
+            marks.push((place.into(), vec![end, format!("{}, {}", Fixed::<2>(place[0]), Fixed::<2>(place[1]))]));
         }
     }
     marks

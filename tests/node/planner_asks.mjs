@@ -79,6 +79,11 @@ await withBrowser(async (browser) => {
   await page.click('#ask-go');
   const refused = await reads(page, '#ask-state', /must have 2 or more/);
 
+  // Flags have the names of the page.
+  await ask(page, 'Turn');
+  await page.click('#ask-go');
+  await reads(page, '#ask-state', /“circle”, “ratio of radii” or “pitch” makes it one/);
+
   // A cancelled question ends its process; a newer one takes the place of an older one.
   await ask(page, 'Sensitivity');
   await page.fill('#ask-options input[name=steps]', '100');

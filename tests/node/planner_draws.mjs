@@ -99,6 +99,25 @@ await withBrowser(async (browser) => {
   await after(page, () => page.keyboard.press('Delete'));
   expect(!(await text(page)).includes('keep_out'), 'two points are no area');
 
+  // A new point of a border: by a button, and by the middle of a side, which is dragged.
+  const plain = await text(page);
+  await place(page, 'Stage, point 1');
+  await after(page, () => page.click('#add-point'));
+  expect((await text(page)).includes('outline = [[-16.0, -6.0], [-1.0, -6.0], [14.0, -6.0]'), await text(page));
+  await page.focus('#plan-area');
+  await after(page, () => page.keyboard.press('Delete'));
+  expect((await text(page)) === plain, 'the new point is taken out again');
+  const side = await screenOf(page, [-1, -5]);
+  await page.mouse.move(side.x, side.y);
+  await page.mouse.down();
+  await page.mouse.move(side.x, side.y + 30, { steps: 4 });
+  await page.mouse.up();
+  await settled(page);
+  const bent = await place(page, 'Crowd, point 2');
+  expect(Math.abs(bent.x_m + 1) < 0.002 && bent.y_m < -5.5, JSON.stringify(bent));
+  await after(page, () => page.click('#undo'));
+  expect((await text(page)) === plain, 'one undo takes the point out');
+
   // The whole route: mirrored, walked the other way, longer, closed.
   await after(page, () => choose(page, 'Route', 'Mirror'));
   const mirrored = await place(page, 'Corner 2');

@@ -300,6 +300,10 @@ fn a_drawing_that_takes_too_much_memory_is_refused_and_the_planner_goes_on() {
     assert_eq!(status, 400, "{reason}");
     assert!(reason.contains("takes more than 1024 MiB of memory, the most that is allowed"), "{reason}");
     assert!(!stage.path("big.toml").exists());
+    let (status, reason) = post("/import?name=dropped.csv", "application/octet-stream", &points);
+    assert_eq!(status, 400, "{reason}");
+    assert!(reason.contains("takes more than 1024 MiB of memory, the most that is allowed"), "{reason}");
+    assert!(!stage.path("dropped.csv").exists(), "a file without a route is taken back");
     assert!(most_memory_mib(&planner.process) < 512, "another process reads the drawing");
 
     // Importing needs the token, and stays in the folder.

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::body::Bytes;
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use axum::extract::ws::{Message, WebSocket, close_code};
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
@@ -24,7 +24,7 @@ use super::services::{advertise_services, command_of, response_to};
 use super::{Bridge, ViewerEvent};
 use crate::config::Config;
 use crate::display::view::Place;
-use crate::display::web::closed;
+use crate::display::web::{close, closed};
 use crate::recording::{Message as RecordedMessage, cdr};
 
 /// Greatest number of unanswered batches.
@@ -39,8 +39,6 @@ const STATUS_PERIOD: Duration = Duration::from_secs(1);
 const NOTE_PERIOD: Duration = Duration::from_secs(5);
 /// Timeout for an answer of the viewer, and for sending a message.
 const VIEWER_TIMEOUT: Duration = Duration::from_secs(30);
-/// Timeout for the viewer's answer to a close frame.
-const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Who a viewer is, and what it may do.
 #[derive(Clone, Copy, Debug)]
@@ -137,17 +135,8 @@ impl Viewer {
         }
         (self.bridge.report)(ViewerEvent::Left { from, messages: self.messages, dropped: self.dropped });
         if let StreamEnd::Closed(code, reason) = end {
-            // If the viewer does not answer in time, its socket is dropped.
-            let _ = timeout(CLOSE_TIMEOUT, self.close(code, reason)).await;
+            close(self.socket, code, reason).await;
         }
-    }
-
-    /// Sends a close frame and reads until the viewer has answered it (RFC 6455, section 7.1.1).
-    async fn close(&mut self, code: u16, reason: &'static str) -> Result<(), StreamEnd> {
-        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        self.send(Message::Close(Some(frame))).await?;
-        while let Some(Ok(_)) = self.socket.recv().await {}
-        Ok(())
     }
 
     async fn stream(&mut self) -> Result<Infallible, StreamEnd> {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use axum::extract::ws::{Message, WebSocket, close_code};
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::sync::{OwnedSemaphorePermit, mpsc, watch};
@@ -18,13 +18,12 @@ use super::newest::Newest;
 use super::plan_folder::PlanFolder;
 use super::question::Question;
 use super::study::{Study, study_all};
-use crate::display::web::closed;
+use crate::display::web::{close, closed};
 
 /// Answers that wait to be sent. The threads wait while a slow page has that many.
 const MAX_ANSWERS: usize = 4;
-/// Timeout for sending an answer, and for a page's answer to a close frame.
+/// Timeout for sending an answer.
 const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
-const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The questions of a page, and the work for them. Dropping it ends the threads after the step in progress; they are not joined. Each
 /// thread has one too, so that both end if one fails.
@@ -101,7 +100,7 @@ pub(super) async fn serve(
 ) {
     let (sender, mut answers) = mpsc::channel(MAX_ANSWERS);
     let Ok(work) = Work::start(folder, &sender) else {
-        return close(&mut socket, close_code::ERROR, "no thread can be started").await;
+        return close(socket, close_code::ERROR, "no thread can be started").await;
     };
     // The channel ends if both threads do, for example by a panic.
     drop(sender);
@@ -128,7 +127,7 @@ pub(super) async fn serve(
         }
     };
     drop(work);
-    close(&mut socket, code, reason).await;
+    close(socket, code, reason).await;
 }
 
 /// What a message holds. Fails with a reason, or without one if the page has gone.
@@ -142,14 +141,4 @@ fn page_message(message: Option<Result<Message, axum::Error>>) -> Result<Option<
             Err(_) => Err(Some("a message must be a question, as JSON")),
         },
     }
-}
-
-async fn close(socket: &mut WebSocket, code: u16, reason: &'static str) {
-    let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-    let end = async {
-        // If the page does not answer in time, its socket is dropped.
-        let _ = socket.send(Message::Close(Some(frame))).await;
-        while let Some(Ok(_)) = socket.recv().await {}
-    };
-    let _ = timeout(CLOSE_TIMEOUT, end).await;
 }

@@ -34,6 +34,8 @@ const MANY_BENCHES: i64 = 2_000;
 const MAX_CHECKED: usize = 256;
 /// Keys of a table with a file that say where it lies, not what is read.
 const PLACE_KEYS: [&str; 5] = ["start_x_m", "start_y_m", "start_heading_deg", "start_s", "end_s"];
+/// Longest name of a file, in bytes.
+const MAX_NAME: usize = 100;
 /// Most files of one name.
 const MAX_NAMESAKES: usize = 99;
 
@@ -189,10 +191,19 @@ impl PlanFolder {
         let path = Path::new(name);
         let ending = path.extension().and_then(OsStr::to_str).map(str::to_ascii_lowercase);
         let stem = path.file_stem().and_then(OsStr::to_str).unwrap_or_default();
-        let Some(ending) = ending.filter(|ending| is_alone(name) && endings.contains(&&**ending)) else {
-            let endings = endings.join(", .");
-            return Err(Refusal::Bad(format!("the name is {name:?}, must be that of a file that ends in .{endings}")));
+        let refused = |must: &str| {
+            let begin: String = name.chars().take(60).collect();
+            let rest = if begin.len() < name.len() { " …" } else { "" };
+            Refusal::Bad(format!("the name is {begin:?}{rest}, must {must}"))
         };
+        let Some(ending) = ending.filter(|ending| endings.contains(&&**ending)) else {
+            return Err(refused(&format!("end in .{}", endings.join(", ."))));
+        };
+        if !is_alone(name) {
+            return Err(refused(&format!(
+                "be that of a file without its folder, not hidden, of at most {MAX_NAME} bytes"
+            )));
+        }
         let numbered = (2..=MAX_NAMESAKES).map(|number| format!("{stem}-{number}.{ending}"));
         for name in std::iter::once(name.to_owned()).chain(numbered) {
             let path = self.folder.join(&name);
@@ -250,7 +261,7 @@ impl PlanFolder {
         let is_opened = self.name.as_deref() == Some(name);
         if !is_opened && !is_plain(name) {
             return Err(Refusal::Bad(format!(
-                "the name is {name:?}, must be such as \"street.toml\", in the same folder"
+                "the name is {name:?}, must be such as \"street.toml\", in the same folder, of at most {MAX_NAME} bytes"
             )));
         }
         self.config(text).map_err(|reason| Refusal::Bad(format!("a text with an error is not saved: {reason}")))?;
@@ -303,7 +314,7 @@ fn is_plain(name: &str) -> bool {
 /// Whether a name is that of a file in the folder itself, and not hidden.
 fn is_alone(name: &str) -> bool {
     let is_alone = Path::new(name).file_name() == Some(OsStr::new(name)) && !name.contains(['/', '\\', '\0']);
-    is_alone && !name.starts_with('.') && name.len() <= 100
+    is_alone && !name.starts_with('.') && name.len() <= MAX_NAME
 }
 
 #[cfg(test)]
@@ -361,6 +372,15 @@ mod tests {
         let (outer, folder) = folder();
         for name in ["../b.svg", "/tmp/b.svg", ".b.svg", "b", "b.toml", "b.sh", "", "c/b.svg"] {
             assert!(matches!(folder.put(name, b"x", &["svg"]), Err(Refusal::Bad(_))), "{name}");
+        }
+        let long = format!("{}.svg", "a".repeat(200));
+        for (name, reason) in
+            [("b.sh", "must end in .svg"), ("../b.svg", "without its folder"), (&*long, "at most 100 bytes")]
+        {
+            assert!(
+                matches!(folder.put(name, b"x", &["svg"]), Err(Refusal::Bad(words)) if words.contains(reason)),
+                "{name}"
+            );
         }
         std::os::unix::fs::symlink(outer.path().join("new.svg"), outer.path().join("plans/b.svg")).expect("a link");
         assert_eq!(folder.put("b.svg", b"one", &["svg"]), Ok("b-2.svg".to_owned()));

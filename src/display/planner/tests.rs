@@ -290,6 +290,27 @@ fn a_question_gets_the_drawing_the_contact_and_the_pose_and_a_bad_text_its_line(
 }
 
 #[test]
+fn the_saved_version_stands_beside_the_plan_at_the_same_time_until_it_is_no_longer_wanted() {
+    let studies = Newest::new();
+    let mut answerer = Answerer::new(folder().into(), &studies);
+    let plan = ask(&mut answerer, json!({ "number": 1, "text": STREET, "saved": super::PAPER, "at_s": 8.5 }));
+    let paper = Plan { text: super::PAPER.to_owned(), config: config(super::PAPER) };
+    let time_s = plan["pose"]["time_s"].as_f64().expect("a time");
+    assert_eq!(plan["saved"]["handles"], paper.pose(time_s)["handles"]);
+    assert_eq!(plan["saved"]["run"]["benches"], 223, "its routes are new");
+    let pose = ask(&mut answerer, json!({ "number": 2, "at_s": 3.0 }));
+    assert_eq!(pose["saved"], json!({ "handles": paper.pose(3.0)["handles"] }));
+    let bare = ask(&mut answerer, json!({ "number": 3, "text": STREET, "saved": "" }));
+    assert_eq!(bare["saved"], Value::Null);
+    let bad = ask(&mut answerer, json!({ "number": 4, "text": STREET, "saved": "[route]\nkind = 3\n" }));
+    assert_eq!(
+        (&bad["type"], &bad["saved"]),
+        (&json!("plan"), &Value::Null),
+        "a saved version with a mistake is not drawn"
+    );
+}
+
+#[test]
 fn a_long_search_ends_with_the_contact_of_one_search() {
     let text = "[dragon]\nbenches = 60\n";
     let plan = Plan { text: text.to_owned(), config: config(text) };

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use axum::body::Bytes;
-use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, close_code};
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket, close_code};
 use serde_json::Value;
 use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
@@ -23,7 +23,7 @@ use super::viewers::Place;
 use super::{Inner, View};
 use crate::config::Config;
 use crate::display::observe::{DescribedRun, FrameCopy, PlannedClearance, Snapshot};
-use crate::display::web::closed;
+use crate::display::web::{close, closed};
 use crate::system::clock::monotonic_ns;
 
 /// Greatest length of a page's message, in bytes.
@@ -36,8 +36,6 @@ const MAX_REPLIES: usize = 16;
 const STATUS_PERIOD: Duration = Duration::from_millis(200);
 /// Timeout for a page's acknowledgement, and for sending a message.
 const PAGE_TIMEOUT: Duration = Duration::from_secs(30);
-/// Timeout for a page's answer to a close frame.
-const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The form in which a stream has its frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,18 +116,8 @@ impl PageStream {
     pub(super) async fn run(mut self) {
         let Err(end) = self.stream().await;
         if let StreamEnd::Closed(code, reason) = end {
-            // If the page does not answer in time, its socket is dropped.
-            let _ = timeout(CLOSE_TIMEOUT, self.close(code, reason)).await;
+            close(self.socket, code, reason).await;
         }
-    }
-
-    /// Sends a close frame and reads until the page has answered it (RFC 6455, section 7.1.1). If a socket is closed while it
-    /// has unread acknowledgements, TCP resets the connection, and the page can lose the close frame.
-    async fn close(&mut self, code: u16, reason: &'static str) -> Result<(), StreamEnd> {
-        let frame = CloseFrame { code, reason: Utf8Bytes::from_static(reason) };
-        self.send(Message::Close(Some(frame))).await?;
-        while let Some(Ok(_)) = self.socket.recv().await {}
-        Ok(())
     }
 
     async fn stream(&mut self) -> Result<Infallible, StreamEnd> {

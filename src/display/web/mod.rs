@@ -10,6 +10,7 @@
 //! - *Token:* changes need the site's token; off loopback, viewing needs it too (`gate`).
 
 mod access;
+mod closing;
 mod connection_limit;
 mod gate;
 mod guesses;
@@ -23,6 +24,7 @@ pub use same_site::Hosts;
 pub use site::{JSON, Site, closed, json_reply, refuse, text};
 
 pub(super) use access::Rights;
+pub(super) use closing::close;
 pub(super) use gate::{Gate, is_json, judge_token};
 pub(super) use page_file::add_page_file;
 pub(super) use same_site::ForeignPage;

@@ -15,6 +15,8 @@ pub(super) struct Notes {
     data: Vec<Point>,
     /// Areas of notes and of their dots.
     taken: Vec<Rect>,
+    /// Size of the letters.
+    size: f64,
 }
 
 /// A possible position of a note.
@@ -43,7 +45,12 @@ impl Notes {
     /// Notes in an area with data lines, given as points of the page.
     pub(super) fn new(area: Rect, lines: &[Vec<Point>]) -> Self {
         let data = lines.iter().flat_map(|line| line.windows(2).flat_map(|ends| between(ends[0], ends[1]))).collect();
-        Self { area, data, taken: Vec::new() }
+        Self { area, data, taken: Vec::new(), size: TICK_SIZE }
+    }
+
+    /// Notes in letters of another size.
+    pub(super) fn sized(self, size: f64) -> Self {
+        Self { size, ..self }
     }
 
     /// Keeps notes out of a rectangle.
@@ -53,9 +60,9 @@ impl Notes {
 
     /// Writes a note near a point of the page, with a leader to the point. Without room, writes nothing.
     pub(super) fn write(&mut self, drawing: &mut Drawing, lines: &[String], point: Point) {
-        let texts: Vec<Text> = lines.iter().map(|line| Text::new(line.as_str(), TICK_SIZE)).collect();
+        let texts: Vec<Text> = lines.iter().map(|line| Text::new(line.as_str(), self.size)).collect();
         let width = texts.iter().map(Text::width).fold(0.0, f64::max);
-        let size = Size::new(width + 2.0 * MARGIN, LINE_HEIGHT * TICK_SIZE * texts.len() as f64 + 2.0 * MARGIN);
+        let size = Size::new(width + 2.0 * MARGIN, LINE_HEIGHT * self.size * texts.len() as f64 + 2.0 * MARGIN);
         let directions = (0..DIRECTIONS).map(|step| Vec2::from_angle(f64::from(step) * TAU / f64::from(DIRECTIONS)));
         let candidates =
             directions.flat_map(|direction| DISTANCES.map(|distance| self.candidate(point, size, distance, direction)));
@@ -69,7 +76,7 @@ impl Notes {
             drawing.push(Mark::stroked(polyline(leader), BLACK, GRID_WIDTH));
         }
         for (text, index) in texts.into_iter().zip(0..) {
-            let drop = MARGIN + LINE_HEIGHT * TICK_SIZE * (f64::from(index) + 0.5);
+            let drop = MARGIN + LINE_HEIGHT * self.size * (f64::from(index) + 0.5);
             drawing.write(&text.anchored(Anchor::Left), bounds.origin() + (MARGIN, drop));
         }
         self.taken.push(bounds);

@@ -1,18 +1,16 @@
 //! Plan of the area that boards sweep.
 
-use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4};
-
 use glam::DVec2;
-use kurbo::{BezPath, Point, Rect, Vec2};
+use kurbo::{BezPath, Point, Rect};
 
 use super::Drawing;
 use super::boards::bounds;
 use super::drawing::{Mark, circle, polygon};
+use super::notes::Notes;
 use super::page::{Caption, LegendEntry, Swatch, page};
 use super::plot::Plot;
 use super::stage::StageInPlan;
 use super::style::{BLACK, BLUE, BOTTOM_MARGIN, FINE_WIDTH, LEFT_MARGIN, LINE_WIDTH, PALE_BLUE, PLOT_WIDTH, VERMILION};
-use super::text::{Anchor, Text};
 use crate::output::visible_box;
 
 /// The swept area on its stage. Both axes have the same scale.
@@ -26,8 +24,8 @@ pub struct SweepView {
     pub area: Vec<Vec<DVec2>>,
     /// Where a board is nearest to a border.
     pub nearest: Vec<DVec2>,
-    /// Places to be marked, with their words.
-    pub marks: Vec<(DVec2, String)>,
+    /// Places to be marked, with the lines of their words.
+    pub marks: Vec<(DVec2, Vec<String>)>,
 }
 
 /// Free margin around the area ÷ its extent.
@@ -36,9 +34,8 @@ const MARGIN: f64 = 0.03;
 const HEIGHTS: [f64; 2] = [50.0, 160.0];
 const RING_RADIUS: f64 = 1.3;
 const MARK_RADIUS: f64 = 0.4;
-/// Size of the words of a mark, and their distance from it.
+/// Size of the words of a mark.
 const MARK_SIZE: f64 = 1.6;
-const MARK_GAP: f64 = 0.8;
 
 impl SweepView {
     /// Draws the figure.
@@ -62,9 +59,10 @@ impl SweepView {
             let ring = Mark::stroked(circle(plot.at(point), RING_RADIUS), VERMILION, LINE_WIDTH);
             drawing.push(ring.clipped(plot.area).labelled("nearest to a border"));
         }
-        for (point, words) in &self.marks {
-            draw_mark(&mut drawing, plot.area, plot.at(*point), words);
-        }
+        let marks: Vec<(Point, &[String])> =
+            self.marks.iter().map(|(point, words)| (plot.at(*point), &words[..])).collect();
+        let borders = self.area.iter().map(|border| border.iter().map(|&point| plot.at(point)).collect());
+        draw_marks(&mut drawing, plot.area, &borders.collect::<Vec<_>>(), &marks);
         plot.draw_frame(&mut drawing);
         plot.label(&mut drawing, "x (m)", "y (m)");
         drawing
@@ -87,17 +85,17 @@ impl SweepView {
     }
 }
 
-/// Draws a mark with its words at an angle, so that those of marks along a line across the page do not cover each other. They go up to the
-/// right; where the area ends there, down or to the left.
-fn draw_mark(drawing: &mut Drawing, area: Rect, at: Point, words: &str) {
-    drawing.push(Mark::filled(circle(at, MARK_RADIUS), BLACK).labelled(words));
-    let text = Text::new(words, MARK_SIZE);
-    let reach = (MARK_GAP + text.width()) * FRAC_1_SQRT_2;
-    let (goes_left, goes_down) = (at.x + reach > area.x1, at.y - reach < area.y0);
-    let turn = if goes_left == goes_down { -FRAC_PI_4 } else { FRAC_PI_4 };
-    let along = MARK_GAP * Vec2::from_angle(turn);
-    let (anchor, start) = if goes_left { (Anchor::Right, at - along) } else { (Anchor::Left, at + along) };
-    drawing.write(&text.anchored(anchor).turned(turn), start);
+/// Draws marks, with their words where they cover neither each other nor a mark. A mark without room for its words has none.
+/// `lines` are better not covered either.
+fn draw_marks(drawing: &mut Drawing, area: Rect, lines: &[Vec<Point>], marks: &[(Point, &[String])]) {
+    let mut notes = Notes::new(area, lines).sized(MARK_SIZE);
+    for (at, words) in marks {
+        drawing.push(Mark::filled(circle(*at, MARK_RADIUS), BLACK).labelled(words.join(" ")));
+        notes.keep_off(Rect::from_center_size(*at, (2.0 * MARK_RADIUS, 2.0 * MARK_RADIUS)));
+    }
+    for (at, words) in marks {
+        notes.write(drawing, words, *at);
+    }
 }
 
 #[cfg(test)]
@@ -107,17 +105,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_of_a_mark_stay_in_the_area() {
+    fn words_of_near_marks_stay_in_the_area_and_apart() {
         let area = Rect::new(10.0, 10.0, 110.0, 90.0);
-        for at in [(12.0, 12.0), (108.0, 12.0), (12.0, 88.0), (108.0, 88.0), (60.0, 50.0)] {
-            let mut drawing = Drawing::new(String::new(), area.size());
-            draw_mark(&mut drawing, area, at.into(), "H12 -12.34, 56.78");
-            let words = drawing.marks.last().expect("the words").path.bounding_box();
-            assert!(area.inflate(1.0, 1.0).contains_rect(words), "{words:?} of {at:?}");
-            assert!(
-                words.contains_rect(Rect::from_center_size(words.center(), (8.0, 8.0))),
-                "{words:?} is at an angle"
-            );
+        let places = [
+            (12.0, 12.0),
+            (13.0, 12.5),
+            (108.0, 12.0),
+            (12.0, 88.0),
+            (108.0, 88.0),
+            (60.0, 50.0),
+            (60.5, 50.5),
+            (61.0, 51.0),
+        ];
+        let words = ["gold H12".to_owned(), "-12.34, 56.78".to_owned()];
+        let marks = places.map(|at| (Point::from(at), &words[..]));
+        let mut drawing = Drawing::new(String::new(), area.size());
+        draw_marks(&mut drawing, area, &[], &marks);
+        let lines: Vec<Rect> = drawing
+            .marks
+            .iter()
+            .filter(|mark| words.iter().any(|line| mark.label.as_ref() == Some(line)))
+            .map(|mark| mark.path.bounding_box())
+            .collect();
+        assert_eq!(lines.len(), 2 * places.len());
+        for (index, line) in lines.iter().enumerate() {
+            assert!(area.contains_rect(*line), "{line:?}");
+            assert!(lines[..index].iter().all(|other| !other.overlaps(*line)), "{line:?}");
+            assert!(marks.iter().all(|(at, _)| !line.contains(*at)), "{line:?}");
         }
     }
 }

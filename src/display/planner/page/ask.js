@@ -27,6 +27,8 @@ const QUESTIONS = [
   { ask: 'sensitivity', name: 'Sensitivity', options: [{ flag: 'range', label: 'change', unit: '%', value: 5 }, { flag: 'steps', label: 'steps', value: 2 }, CIRCLE, WORK] },
   { ask: 'sweep', name: 'Swept floor', options: [{ flag: 'tolerance', label: 'tolerance', unit: 'm', value: 0.01 }, WORK] },
 ];
+/** The labels of all options, by their flags of `solve`. */
+const LABELS = new Map(QUESTIONS.flatMap((question) => question.options).map(({ flag, label }) => [flag, label]));
 /** Answers with tables, whose lines must not wrap. */
 const TABLES = ['sensitivity', 'schedule'];
 
@@ -123,12 +125,12 @@ export class Ask {
       const share = answer.share === null ? '' : `, ${fixed(100 * (answer.share ?? 0), 0)} % done`;
       return write(state, `asking for ${fixed(answer.elapsed_s, 0)} s${share} …`);
     }
-    if (answer.state === 'failed') return this.#clear(answer.words ?? '', 'bad');
+    if (answer.state === 'failed') return this.#clear(inWords(answer.words ?? ''), 'bad');
     if (answer.state === 'cancelled') return this.#clear('cancelled');
     this.#clear('');
     words.hidden = false;
     words.dataset.table = String(TABLES.includes(this.#question.ask));
-    words.textContent = (answer.words ?? '').trimEnd();
+    words.textContent = inWords(answer.words ?? '').trimEnd();
     this.#puts = answer.puts ?? null;
     this.show();
   }
@@ -159,6 +161,9 @@ export class Ask {
     write(state, text === this.#asked || text === this.#with ? '' : 'The plan has changed since.');
   }
 }
+
+/** Words of the command line, with the names that the options have here. @param {string} text */
+const inWords = (text) => text.replace(/--([a-z]+(?:-[a-z]+)*)/g, (flag, name) => (LABELS.has(name) ? `“${LABELS.get(name)}”` : flag));
 
 /** @param {Option} option */
 function newOption({ flag, label, unit, value, isCheck }) {

@@ -50,6 +50,9 @@ let beside_ms = 0;
 /** The dragon whose route is drawn. */
 let dragon = 0;
 /** The text that an edit changes, until it is done. @type {string | null} */ let base = null;
+/** What is said of a text without an answer, and after which time. */
+const [READING, READING_MS] = ['Reading the text …', 500];
+let reading = 0;
 /** Whether a hand holds a handle. */
 let isHeld = false;
 /** The plan time that the user has chosen; `null`: the contact, or the end. @type {number | null} */ let at_s = null;
@@ -73,7 +76,11 @@ const ask = new Ask({
 });
 
 /** Asks, and tells what is new of the saved version. @param {import('./desk.js').Question} question */
-const query = (question) => desk.ask({ ...question, ...ghost.news(draft.saved.text) });
+function query(question) {
+  desk.ask({ ...question, ...ghost.news(draft.saved.text) });
+  clearTimeout(reading);
+  reading = setTimeout(() => desk.isIdle || showLine(READING), READING_MS);
+}
 
 /** @returns {{at_s?: number}} */
 const atTime = () => (at_s === null ? {} : { at_s });
@@ -103,6 +110,10 @@ function answer(message) {
   if (message.type === 'plan') {
     if (chosen !== null && !message.handles.some((handle) => isSame(handle, chosen))) chosen = null;
     dragon = Math.min(dragon, message.routes.length - 1);
+  }
+  if (desk.isIdle) {
+    clearTimeout(reading);
+    if (element('line', HTMLParagraphElement).textContent === READING) showLine(null);
   }
   if (base !== null && !isHeld && desk.isIdle) finishEdit(message);
   redraw();

@@ -36,7 +36,9 @@ export function drawNames(context, camera, frame, run, { ink, ground }, taken) {
     const [x, y] = camera.toScreen(frame.handles[at], frame.handles[at + 1]);
     if (!(x >= 0 && y >= 0 && x <= camera.width && y <= camera.height)) return;
     const size = { wide: context.measureText(name).width + BAR_PX + 2 * PAD_PX, high: HIGH_PX };
-    const { place } = labelPlace({ x, y, radius: HEAD_PX }, size, camera, [...taken, ...drawn]);
+    const { place, isFree } = labelPlace({ x, y, radius: HEAD_PX }, size, camera, [...taken, ...drawn]);
+    // Names that cover each other cannot be read. A nearer look has room for them.
+    if (!isFree) return;
     const { left, top, wide, high } = place;
     context.fillStyle = ground;
     context.fillRect(left, top, wide, high);

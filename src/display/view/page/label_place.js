@@ -14,12 +14,12 @@ const AWAY_PX = [14, 44, 84];
 const EDGE_PX = 4;
 
 /**
- * The first free place, and its side of the ring. Without a free place, it is the first one.
+ * The first free place, and its side of the ring. Without a free place, it is the first one, and not free.
  * @param {{x: number, y: number, radius: number}} ring
  * @param {{wide: number, high: number}} size
  * @param {{width: number, height: number}} screen
  * @param {readonly Rect[]} taken
- * @returns {{place: Rect, side: {x: number, y: number}}}
+ * @returns {{place: Rect, side: {x: number, y: number}, isFree: boolean}}
  */
 export function labelPlace({ x, y, radius }, { wide, high }, { width, height }, taken) {
   const inside = (/** @type {number} */ at, /** @type {number} */ most) => Math.min(Math.max(at, EDGE_PX), most - EDGE_PX);
@@ -34,7 +34,8 @@ export function labelPlace({ x, y, radius }, { wide, high }, { width, height }, 
   }
   const ring = { left: x - radius, top: y - radius, wide: 2 * radius, high: 2 * radius };
   const isFree = (/** @type {Rect} */ place) => [ring, ...taken].every((other) => areApart(place, other));
-  return places.find(({ place }) => isFree(place)) ?? places[0];
+  const free = places.find(({ place }) => isFree(place));
+  return { ...(free ?? places[0]), isFree: free !== undefined };
 }
 
 /** @param {Rect} a @param {Rect} b */
