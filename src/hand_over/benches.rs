@@ -5,7 +5,7 @@ use bench_dragon_geometry::number::Fixed;
 use super::{HandOver, figures};
 use crate::output::Counted;
 use crate::output::in_plan::handles;
-use crate::output::report::{Block, Fact, Report, Section, Table as Rows, Verdict, Weight};
+use crate::output::report::{Block, Fact, Layout, Report, Section, Table as Rows, Verdict, Weight};
 use crate::output::table::{self, Cell, Column, Table};
 
 /// Greatest number of rows of all benches together.
@@ -100,6 +100,8 @@ pub(super) fn html(show: &HandOver<'_>) -> Result<Vec<u8>, String> {
         })
         .chain(benches.into_iter().map(section))
         .collect(),
+        layout: Layout::Pages,
+        cover: None,
     };
     Ok(report.html().into_bytes())
 }

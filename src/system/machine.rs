@@ -3,11 +3,13 @@
 use std::fs;
 use std::thread;
 
+use serde::{Deserialize, Serialize};
+
 /// Where the kernel reports its clock sources.
 pub(crate) const CLOCKS: &str = "/sys/devices/system/clocksource/clocksource0";
 
 /// Facts about the machine, in words. A fact that the system does not report is `None`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Machine {
     /// Name of the host.
     pub(crate) host: String,

@@ -13,7 +13,7 @@ use test_support::process::{Ended, Process};
 use crate::reader::{Reader, assert_whole};
 use crate::stage::{Stage, program};
 
-fn examine(stage: &Stage, args: &[&str]) -> Value {
+pub(crate) fn examine(stage: &Stage, args: &[&str]) -> Value {
     let ended = stage.run(&[&["doctor", "--format", "json"], args].concat());
     assert_eq!(ended.stderr, "", "{}", ended.stdout);
     let examination = ended.last_json();
@@ -21,12 +21,12 @@ fn examine(stage: &Stage, args: &[&str]) -> Value {
     examination
 }
 
-fn finding<'a>(examination: &'a Value, name: &str) -> &'a Value {
+pub(crate) fn finding<'a>(examination: &'a Value, name: &str) -> &'a Value {
     let checks = examination["checks"].as_array().expect("an array");
     checks.iter().find(|check| check["name"] == name).unwrap_or_else(|| panic!("no {name} in {examination}"))
 }
 
-fn status<'a>(examination: &'a Value, name: &str) -> &'a str {
+pub(crate) fn status<'a>(examination: &'a Value, name: &str) -> &'a str {
     finding(examination, name)["status"].as_str().expect("a word")
 }
 
@@ -41,13 +41,14 @@ fn tonight_the_plan_the_ports_and_the_desks_of_a_show_are_checked() {
     fs::write(&config, format!("[route]\nend_s = 400.0\n{beside}{desk}")).expect("a file");
     let flags = ["--tonight", "--config", &config.to_string_lossy()];
     let examination = examine(&stage, &flags);
-    let found = ["plan", "room for the show", "ports", "desks"].map(|name| status(&examination, name));
-    assert_eq!(found, ["ok", "ok", "problem", "ok"], "{examination}");
+    let found =
+        ["plan", "room for the show", "ports", "desks", "page", "timecode"].map(|name| status(&examination, name));
+    assert_eq!(found, ["ok", "ok", "problem", "ok", "problem", "ok"], "{examination}");
     drop(taken);
     assert_eq!(status(&examine(&stage, &flags), "ports"), "ok");
     let [plain, tonight] =
         [&flags[1..], &flags].map(|flags| examine(&stage, flags)["checks"].as_array().map_or(0, Vec::len));
-    assert_eq!(tonight, plain + 4);
+    assert_eq!(tonight, plain + 6);
     fs::write(&config, format!("{beside}[[show.also]]\ncommand = \"dance\"\n")).expect("a file");
     let refused = stage.run(&["doctor", "--tonight", "--config", &config.to_string_lossy()]);
     assert_eq!(refused.code(), Some(2), "{}", refused.stderr);

@@ -17,6 +17,7 @@ mod browser;
 mod c_compiler;
 mod c_library;
 mod check;
+mod check_sheet;
 mod children;
 mod clients_page;
 mod commands;

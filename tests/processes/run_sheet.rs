@@ -79,6 +79,9 @@ fn the_run_sheet_of_the_readme_runs_line_by_line() {
     assert_eq!(rehearsal.code(), Some(0), "{}{}", rehearsal.stdout, rehearsal.stderr);
     assert!(rehearsal.stdout.contains("first contact   none"), "{}", rehearsal.stdout);
 
+    let checks = sheet.start(&["doctor", "--tonight"]).end();
+    assert!(checks.code() != Some(2), "{}{}", checks.stdout, checks.stderr);
+    assert!(stage.path("tonight/checks.html").exists());
     let mut show = sheet.start(&["show", "--config"]);
     let address = show.next_line().expect("the address of the page");
     assert!(address.starts_with("http://127.0.0.1:"), "{address}");

@@ -164,7 +164,7 @@ fn a_browser_shows_the_report_and_runs_nothing_that_a_name_contains() {
 }
 
 /// The address of a file, for a browser.
-fn file_url(path: &Path) -> String {
+pub(crate) fn file_url(path: &Path) -> String {
     let escaped = |byte: u8| match byte {
         b'/' | b'.' | b'-' | b'_' => char::from(byte).to_string(),
         byte if byte.is_ascii_alphanumeric() => char::from(byte).to_string(),

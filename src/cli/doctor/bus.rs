@@ -130,7 +130,7 @@ fn judge_foreign_files(census: &Census) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     #[test]
     fn a_directory_that_others_may_write_is_a_problem() {

@@ -96,7 +96,7 @@ fn judge(removes: Option<bool>, uid: u32, lingers: bool) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     fn removes(texts: &[&str]) -> bool {
         removes_ipc(&texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>())

@@ -1,7 +1,8 @@
-//! Checks of the machine: versions, the speed of the processors, the clock and the timers.
+//! Checks of the machine: versions, the speed and the idle states of the processors, the clock and the timers.
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::path::{Path, PathBuf};
 
 use rustix::time::{ClockId, clock_getres};
 
@@ -52,6 +53,41 @@ fn judge_governors(governors: &BTreeSet<String>) -> Finding {
     )
 }
 
+/// Exit latencies of idle states over this share of a frame's period are a warning.
+const IDLE_SHARE: f64 = 0.1;
+
+/// How deep an idle processor sleeps: how long the kernel expects it to take until it runs again.
+pub(super) fn idle_states(target: &Target) -> Finding {
+    judge_idle(deepest_idle(), target.config.tables().serve.rate_hz)
+}
+
+/// The idle state with the longest exit latency, in microseconds, that no processor has disabled.
+fn deepest_idle() -> Option<(u64, String)> {
+    let states = |processor: PathBuf| fs::read_dir(processor.join("cpuidle")).into_iter().flatten().flatten();
+    let read = |state: &Path, name: &str| fs::read_to_string(state.join(name)).ok().map(|text| text.trim().to_owned());
+    let latency = |state: PathBuf| {
+        let is_disabled = read(&state, "disable").is_some_and(|disable| disable != "0");
+        let latency_us = read(&state, "latency")?.parse().ok()?;
+        (!is_disabled).then_some((latency_us, read(&state, "name")?))
+    };
+    let processors = fs::read_dir(PROCESSORS).ok()?.flatten().map(|processor| processor.path());
+    processors.flat_map(states).filter_map(|state| latency(state.path())).max()
+}
+
+fn judge_idle(deepest: Option<(u64, String)>, rate_hz: u32) -> Finding {
+    let Some((latency_us, name)) = deepest else {
+        return Finding::not_known("this system does not report it; in a virtual machine the host controls it");
+    };
+    let value = format!("{latency_us} \u{b5}s");
+    let message = format!("from the deepest idle state, {name}, a processor returns within {value}");
+    if latency_us as f64 * f64::from(rate_hz) > IDLE_SHARE * 1e6 {
+        let limit_us = (IDLE_SHARE * 1e6 / f64::from(rate_hz)) as u64;
+        let remedy = format!("`cpupower idle-set --disable-by-latency {limit_us}`");
+        return Finding::warning(value, format!("{message}, over a tenth of a frame's period"), remedy);
+    }
+    Finding::ok(value, message)
+}
+
 /// The clock source of the kernel. Every tick reads it, and some sources are slow to read.
 pub(super) fn clock_source(_: &Target) -> Finding {
     let read = |name: &str| fs::read_to_string(format!("{CLOCKS}/{name}")).unwrap_or_default();
@@ -94,7 +130,7 @@ fn judge_timers(resolution_ns: i64) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     #[test]
     fn one_processor_that_saves_power_is_a_warning() {
@@ -102,6 +138,17 @@ mod tests {
         assert_eq!(judged(&["performance"]), Verdict::Ok);
         assert_eq!(judged(&["performance", "powersave"]), Verdict::Warning);
         assert_eq!(judged(&[]), Verdict::NotKnown);
+    }
+
+    #[test]
+    fn an_idle_state_that_takes_a_tenth_of_a_period_to_leave_is_a_warning() {
+        let judged = |latency_us, rate_hz| judge_idle(Some((latency_us, "C6".to_owned())), rate_hz);
+        assert_eq!(judged(100, 1000).status, Verdict::Ok);
+        let deep = judged(133, 1000);
+        assert_eq!((deep.status, deep.value.as_str()), (Verdict::Warning, "133 \u{b5}s"));
+        assert_eq!(deep.remedy.as_deref(), Some("`cpupower idle-set --disable-by-latency 100`"));
+        assert_eq!(judged(133, 60).status, Verdict::Ok);
+        assert_eq!(judge_idle(None, 1000).status, Verdict::NotKnown);
     }
 
     #[test]

@@ -7,97 +7,141 @@
 //! | `resources` | shared memory, memory limit, disk, open files, locked memory |
 //! | `logout` | systemd's removal of shared memory |
 //! | `real_time` | real-time priority and throttling |
-//! | `machine` | versions, processor governor, clock source, timers |
+//! | `machine` | versions, processor governor and idle states, clock source, timers |
 //! | `tonight` | with `--tonight`: plan, room for the recording, ports, desks |
+//! | `page`, `timecode` | with `--tonight`: whether browsers reach the pages, and whether timecode arrives |
+//!
+//! `finding` has what a check returns, `sheet` the check sheet in the show's folder.
 //!
 //! Each check reads its facts and judges them in a pure function. The checks change nothing and do not disturb a running show:
-//! they take no lock and join no bus. There is one exception: if a server runs without a guard, a check reads the server's
-//! status, like any client. The check of the real-time priority requests it in a separate thread, which ends at once.
+//! they take no lock and join no bus. There is one exception: if a server runs without a guard, or with timecode, a check reads the
+//! server's status, like any client. The check of the real-time priority requests it in a separate thread, which ends at once.
 
 use std::io;
-use std::path::PathBuf;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context as _;
 use bench_dragon_ipc::{BusError, Census, Cleared, Domain, DomainError, Instance, NodeEntry, clear, service};
-use clap::builder::styling::{AnsiColor, Style};
 use clap::{Args, ValueHint};
-use serde::Serialize;
 
-use crate::cli::flags::{BusArgs, ConfigArgs, Format, FormatArgs};
-use crate::cli::load_config;
+use crate::cli::flags::{Format, FormatArgs, listen_address};
 use crate::cli::print::{print_json, print_line};
+use crate::cli::serve::{RunArgs, check_pace, configure, end_s};
 use crate::cli::show::AlsoCommand;
+use crate::cli::timecode::{TimecodeArgs, check_show};
 use crate::config::Config;
 use crate::output::terminal_text::Painted;
 
 mod bus;
+mod finding;
 mod logout;
 mod machine;
+mod page;
 mod real_time;
 mod resources;
 mod server;
+mod sheet;
+mod timecode;
 mod tonight;
+
+use finding::{Examination, Examined, Finding};
+pub(crate) use sheet::CheckSheet;
 
 /// Check the machine and the installation, and print a remedy for each problem.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Examples:
   bench-dragon doctor
   bench-dragon doctor --config stage.toml --instance main --out /mnt/show/tonight
-  bench-dragon doctor --tonight --config stage.toml
+  bench-dragon doctor --tonight --config stage.toml --view --out tonight
   bench-dragon doctor --fix
   bench-dragon doctor --format json | jq .healthy
 
-The exit status is 1 if a check finds a problem; a warning is not a problem. The checks do not disturb a running show.")]
+The exit status is 1 if a check finds a problem; a warning is not a problem. The checks do not disturb a running show.
+
+Give --tonight the flags of the show: --view, --timecode, --guard, --out and the others. With --out it writes the check sheet into \
+the folder: checks.html to print and to sign, and checks.json. The show with this folder has the sheet as the first page of its report.")]
 pub(crate) struct DoctorArgs {
     /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
     /// Also check what the show of the configuration needs: a plan that a guard can prove to its end, room for the recording, free
-    /// ports and a way to each desk of `[[show.also]]`.
+    /// ports, a way to each desk of `[[show.also]]`, pages that browsers reach, and timecode that arrives.
     #[arg(long)]
     pub(crate) tonight: bool,
-    /// Folder of the show, as for `show`, whose disk is checked [default: the current folder].
+    /// Folder of the show, as for `show`, whose disk is checked [default: the current folder]. With --tonight, the check sheet is
+    /// written into it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// With --tonight, check the page of the show, as for `show` [without a value: 127.0.0.1:8223].
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "127.0.0.1:8223",
+        requires = "tonight",
+        value_parser = listen_address
+    )]
+    pub(crate) view: Option<SocketAddr>,
+    /// Check a show with a guard, as for `show`.
+    #[arg(long)]
+    pub(crate) guard: bool,
     #[command(flatten)]
-    pub(crate) config: ConfigArgs,
-    #[command(flatten)]
-    pub(crate) bus: BusArgs,
+    pub(crate) run: RunArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
 
 pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
-    let config = load_config(&args.config, |_| ())?;
-    let fixed = if args.fix {
-        Domain::new(args.bus.instance.clone()).map_err(BusError::from).and_then(|domain| clear(&domain))
-    } else {
-        Ok(Cleared::default())
-    };
-    let (fixed, failed) = match fixed {
+    let mut target = Target::read(args)?;
+    let sheet_folder = args.out.as_deref().filter(|_| args.tonight);
+    sheet_folder.map_or(Ok(()), sheet::check_folder)?;
+    let (fixed, failed) = fix(args);
+    if args.fix {
+        target.census = census(&target.instance);
+    }
+    let tonight = if args.tonight { tonight::CHECKS } else { &[] };
+    let examined = |&(name, check): &(&str, Check)| Examined { name: name.to_owned(), finding: check(&target) };
+    let examination = Examination::new(CHECKS.iter().chain(tonight).map(examined).collect(), fixed);
+    match args.format.format {
+        Format::Json => print_json(&examination)?,
+        Format::Text => print_text(&examination, args.tonight)?,
+    }
+    let healthy = examination.healthy;
+    if let Some(folder) = sheet_folder {
+        write_sheet(args, &target, examination, folder)?;
+    }
+    match failed {
+        Some(error) => Err(error).context("cannot clean up"),
+        None if healthy => Ok(ExitCode::SUCCESS),
+        None => Ok(ExitCode::FAILURE),
+    }
+}
+
+/// Cleans up, if asked. Returns what was removed, and the error.
+fn fix(args: &DoctorArgs) -> (Vec<String>, Option<BusError>) {
+    if !args.fix {
+        return (Vec::new(), None);
+    }
+    let domain = Domain::new(args.run.bus.instance.clone()).map_err(BusError::from);
+    match domain.and_then(|domain| clear(&domain)) {
         Ok(cleared) => (lines(&cleared), None),
         // The check of the directory reports this error.
         Err(BusError::Domain(_)) => (Vec::new(), None),
         Err(error) => (Vec::new(), Some(error)),
-    };
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("."));
-    let beside = if args.tonight { AlsoCommand::read_all(&config.also(), &args.bus.instance)? } else { Vec::new() };
-    let target = Target::new(args.bus.instance.clone(), config, out, beside);
-    let tonight = if args.tonight { tonight::CHECKS } else { &[] };
-    let checks: Vec<Examined> =
-        CHECKS.iter().chain(tonight).map(|&(name, check)| Examined { name, finding: check(&target) }).collect();
-    let healthy = checks.iter().all(|check| check.finding.status != Verdict::Problem);
-    let examination = Examination { checks, fixed, healthy };
-    match args.format.format {
-        Format::Json => print_json(&examination)?,
-        Format::Text => print_text(&examination)?,
     }
-    match failed {
-        Some(error) => Err(error).context("cannot clean up"),
-        None if examination.healthy => Ok(ExitCode::SUCCESS),
-        None => Ok(ExitCode::FAILURE),
+}
+
+/// Writes the check sheet of a show into its folder.
+fn write_sheet(args: &DoctorArgs, target: &Target, examination: Examination, folder: &Path) -> anyhow::Result<()> {
+    let sheet = CheckSheet::new(examination, target, args.run.config.config.clone());
+    let page = sheet.write(folder)?;
+    if args.format.format == Format::Text {
+        print_line(format_args!("check sheet: {}", page.display()))?;
     }
+    Ok(())
 }
 
 /// The removed nodes and files, one line each.
@@ -110,8 +154,8 @@ fn lines(cleared: &Cleared) -> Vec<String> {
     cleared.nodes.iter().map(node).chain(paths).collect()
 }
 
-/// Prints one line per check, and a second line with the remedy if there is one.
-fn print_text(examination: &Examination) -> anyhow::Result<()> {
+/// Prints one line per check, a second line with the remedy if there is one, and whether the show of tonight may begin.
+fn print_text(examination: &Examination, is_tonight: bool) -> anyhow::Result<()> {
     for line in &examination.fixed {
         print_line(line)?;
     }
@@ -122,6 +166,9 @@ fn print_text(examination: &Examination) -> anyhow::Result<()> {
         if let Some(remedy) = &finding.remedy {
             print_line(format_args!("{:<9}  {:<20}  remedy: {remedy}", "", ""))?;
         }
+    }
+    if is_tonight {
+        print_line(examination.verdict().words)?;
     }
     Ok(())
 }
@@ -148,85 +195,12 @@ const CHECKS: &[(&str, Check)] = &[
     ("real-time priority", real_time::priority),
     ("real-time throttling", real_time::throttling),
     ("processor governor", machine::governor),
+    ("processor idle", machine::idle_states),
     ("clock source", machine::clock_source),
     ("timers", machine::timers),
 ];
 
-/// The findings of all checks.
-#[derive(Serialize)]
-struct Examination {
-    checks: Vec<Examined>,
-    /// The removed nodes and files, one line each.
-    fixed: Vec<String>,
-    /// Whether no check found a problem.
-    healthy: bool,
-}
-
-/// A check and its finding.
-#[derive(Serialize)]
-struct Examined {
-    name: &'static str,
-    #[serde(flatten)]
-    finding: Finding,
-}
-
-/// The judgement of a check.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-enum Verdict {
-    Ok,
-    /// A show runs, but may be disturbed.
-    Warning,
-    /// A show does not run.
-    Problem,
-    /// The machine does not report the fact, or this user has no right to read it.
-    NotKnown,
-}
-
-impl Verdict {
-    /// The verdict's word and its style in the report.
-    fn shown(self) -> (&'static str, Style) {
-        match self {
-            Self::Ok => ("ok", AnsiColor::Green.on_default()),
-            Self::Warning => ("warning", AnsiColor::Yellow.on_default()),
-            Self::Problem => ("problem", AnsiColor::Red.on_default().bold()),
-            Self::NotKnown => ("not known", Style::new().dimmed()),
-        }
-    }
-}
-
-/// The result of a check.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-struct Finding {
-    status: Verdict,
-    /// The fact, as the system reports it.
-    value: String,
-    /// The meaning of the fact.
-    message: String,
-    /// The remedy for a warning or a problem.
-    remedy: Option<String>,
-}
-
-impl Finding {
-    fn ok(value: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { status: Verdict::Ok, value: value.into(), message: message.into(), remedy: None }
-    }
-
-    fn not_known(message: impl Into<String>) -> Self {
-        Self { status: Verdict::NotKnown, value: String::new(), message: message.into(), remedy: None }
-    }
-
-    fn warning(value: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        let (value, message, remedy) = (value.into(), message.into(), Some(remedy.into()));
-        Self { status: Verdict::Warning, value, message, remedy }
-    }
-
-    fn problem(value: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { status: Verdict::Problem, ..Self::warning(value, message, remedy) }
-    }
-}
-
-/// An instance on this machine, and the configuration of its dragon.
+/// An instance on this machine, and its show.
 struct Target {
     instance: Instance,
     /// The directory of the bus, if the instance can have one.
@@ -234,19 +208,43 @@ struct Target {
     /// The processes and services on the bus, or the reason for which they cannot be listed.
     census: Result<Census, DomainError>,
     config: Config,
+    /// Show times at which the show starts and ends, in seconds.
+    from_s: f64,
+    until_s: f64,
     /// The folder in which the show would record.
     out: PathBuf,
     /// The commands of `[[show.also]]`; none without `--tonight`.
     beside: Vec<AlsoCommand>,
+    /// The page of the show.
+    view: Option<SocketAddr>,
+    timecode: TimecodeArgs,
+}
+
+fn census(instance: &Instance) -> Result<Census, DomainError> {
+    Domain::new(instance.clone()).and_then(|domain| Census::take(&domain))
 }
 
 impl Target {
-    /// Takes a census of the instance. The checks read all other facts.
-    fn new(instance: Instance, config: Config, out: PathBuf, beside: Vec<AlsoCommand>) -> Self {
-        let domain = Domain::new(instance.clone());
-        let root = domain.as_ref().ok().map(|domain| domain.root().to_owned());
-        let census = domain.and_then(|domain| Census::take(&domain));
-        Self { instance, root, census, config, out, beside }
+    /// Reads the configuration, and takes a census of the instance. The checks read all other facts.
+    fn read(args: &DoctorArgs) -> anyhow::Result<Self> {
+        let RunArgs { bus, config, pace, timecode } = &args.run;
+        let config = configure(config, pace, args.guard)?;
+        check_pace(&config, pace)?;
+        check_show(timecode, &config)?;
+        let instance = bus.instance.clone();
+        let beside = if args.tonight { AlsoCommand::read_all(&config.also(), &instance)? } else { Vec::new() };
+        let from_s = pace.start_at.unwrap_or_else(|| config.start_s());
+        let until_s = pace.until.unwrap_or_else(|| end_s(&config, from_s));
+        let root = Domain::new(instance.clone()).ok().map(|domain| domain.root().to_owned());
+        let census = census(&instance);
+        let out = args.out.clone().unwrap_or_else(|| PathBuf::from("."));
+        let (view, timecode) = (args.view, timecode.clone());
+        Ok(Self { instance, root, census, config, from_s, until_s, out, beside, view, timecode })
+    }
+
+    /// Whether a server runs.
+    fn has_server(&self) -> bool {
+        self.census.as_ref().is_ok_and(|census| census.has_source)
     }
 
     /// The finding of a check that judges the census.

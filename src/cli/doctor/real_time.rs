@@ -71,7 +71,7 @@ fn judge_throttling(runtime_us: Option<i64>, period_us: Option<i64>) -> Finding 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     #[test]
     fn the_outcome_of_the_request_counts_and_not_the_limit() {

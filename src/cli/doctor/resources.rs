@@ -182,7 +182,7 @@ fn judge_locked_memory(limit: Option<u64>, needed: u64) -> Finding {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     fn judged_mount(free_bytes: u64, is_memory: bool) -> Finding {
         judge_shared_memory(Ok(Mount { space: DiskSpace { free_bytes, total_bytes: 64 << 20 }, is_memory }), 63 << 20)

@@ -81,14 +81,18 @@ pub(super) fn guard(target: &Target) -> Finding {
     let Ok(domain) = Domain::new(target.instance.clone()) else {
         return Finding::not_known("the directory cannot be read");
     };
-    let census = target.census.as_ref();
-    let has_server = census.is_ok_and(|census| census.has_source);
+    let has_server = target.has_server();
     let guard = GuardLock::holder(&domain);
-    // Only the server's status shows whether it is guarded. Reading it joins the bus, which removes leftovers. The doctor must
-    // change nothing, so it reads the status only if it matters and there are no leftovers.
-    let is_clean = census.is_ok_and(|census| census.dead.is_empty() && census.half_made.is_empty());
-    let status = if has_server && guard.is_none() && is_clean { status(&domain) } else { None };
+    let status = if has_server && guard.is_none() { status_of(target) } else { None };
     judge_guard(has_server, guard, status.and_then(|status| status.guard_state()))
+}
+
+/// The status of the server that runs. Reading it joins the bus, which removes leftovers. The doctor must change nothing, so it
+/// reads the status only if there are no leftovers.
+pub(super) fn status_of(target: &Target) -> Option<Status> {
+    let is_clean = |census: &Census| census.has_source && census.dead.is_empty() && census.half_made.is_empty();
+    target.census.as_ref().ok().filter(|census| is_clean(census))?;
+    status(&Domain::new(target.instance.clone()).ok()?)
 }
 
 /// Waits for the status of a domain's server, up to a second. `None` if it sends none.
@@ -130,7 +134,7 @@ mod tests {
     use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     fn node(name: &str, pid: u32) -> NodeEntry {
         NodeEntry { name: name.to_owned(), pid: Some(pid) }

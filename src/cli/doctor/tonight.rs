@@ -1,5 +1,5 @@
 //! `doctor --tonight`: what the show of a configuration needs beside the machine: a plan that a guard can prove to its end, room for
-//! its recording, free ports for the commands beside it, and a way to each desk.
+//! its recording, free ports for it and the commands beside it, and a way to each desk.
 
 use std::fs::File;
 
@@ -7,20 +7,27 @@ use bench_dragon_geometry::clearance::{ProvenCourse, Violation};
 use bench_dragon_geometry::number::Fixed;
 
 use super::resources::existing;
-use super::{Check, Finding, Target};
-use crate::cli::endpoint::Endpoint;
+use super::{Check, Finding, Target, page, timecode};
+use crate::cli::endpoint::{Endpoint, Transport};
 use crate::cli::show::AlsoCommand;
 use crate::config::Config;
 use crate::recording::{DiskSpace, Size, walking_bytes_per_s};
+use crate::source::timecode::TimecodeInput;
 
 /// The checks, in the order of the report.
 pub(super) const CHECKS: &[(&str, Check)] = &[
-    ("plan", |target| judge_plan(&target.config)),
+    ("plan", |target| judge_plan(&target.config, target.from_s, target.until_s)),
     ("room for the show", room),
     ("ports", |target| {
-        if has_server(target) { Finding::not_known("the show runs, and has its ports") } else { ports(&target.beside) }
+        if target.has_server() {
+            Finding::not_known("the show runs, and has its ports")
+        } else {
+            ports(&listeners(target))
+        }
     }),
     ("desks", |target| desks(&target.beside)),
+    ("page", page::page),
+    ("timecode", timecode::timecode),
 ];
 
 /// Greatest number of handles placed in one call of the proof.
@@ -28,13 +35,9 @@ const HANDLES_AT_A_TIME: usize = 1_000_000;
 /// Share of the disk's room that a recording should leave free.
 const SPARE: f64 = 1.25;
 
-fn has_server(target: &Target) -> bool {
-    target.census.as_ref().is_ok_and(|census| census.has_source)
-}
-
 /// Whether the guard can let the show walk to its end.
-fn judge_plan(config: &Config) -> Finding {
-    let (from_m, end_s) = (config.course_m(config.start_s()), config.end_s());
+fn judge_plan(config: &Config, from_s: f64, end_s: f64) -> Finding {
+    let from_m = config.course_m(from_s);
     let margin_m = config.tables().monitor.margin_m;
     let margin = format!("{} mm", Fixed::<1>(margin_m * 1e3));
     let mut proven = match ProvenCourse::at(config.formation(), config.guarded_stage(), margin_m, from_m) {
@@ -90,14 +93,14 @@ fn words(config: &Config, violation: Violation) -> String {
 
 /// Whether the disk has room for the recording of the whole run, and a quarter more.
 fn room(target: &Target) -> Finding {
-    let Target { config, out, .. } = target;
+    let Target { config, out, from_s, until_s, .. } = target;
     let space = File::open(existing(out)).and_then(|folder| DiskSpace::around(&folder));
     let free_bytes = match space {
         Ok(space) => space.free_bytes,
         Err(error) => return Finding::not_known(format!("the disk cannot be read: {error}")),
     };
     let serve = &config.tables().serve;
-    let wall_s = (config.end_s() - config.start_s()) / serve.time_scale;
+    let wall_s = (until_s - from_s) / serve.time_scale;
     let needed = walking_bytes_per_s(config.formation().layout(), serve.rate_hz) * wall_s * SPARE;
     let message = format!("the run of {} min needs some {}", Fixed::<1>(wall_s / 60.0), Size(needed as u64));
     let value = format!("{} free", Size(free_bytes));
@@ -108,9 +111,27 @@ fn room(target: &Target) -> Finding {
     Finding::ok(value, message)
 }
 
-/// Whether each port at which a command beside the show listens is free.
-fn ports(beside: &[AlsoCommand]) -> Finding {
-    let listens = ends(beside, |end| matches!(end, Endpoint::Listens(..)));
+/// Who listens where: the page, the server for timecode, and the commands beside the show.
+fn listeners(target: &Target) -> Vec<(&str, Endpoint)> {
+    let page = target.view.map(|address| ("view", Endpoint::Listens(Transport::Tcp, address)));
+    let timecode = match &target.timecode.source {
+        Some(TimecodeInput::Network(source)) => Some(("serve", Endpoint::Listens(Transport::Udp, source.listen))),
+        Some(TimecodeInput::Ltc(_)) | None => None,
+    };
+    let beside = ends(&target.beside, |end| matches!(end, Endpoint::Listens(..)));
+    page.into_iter().chain(timecode).chain(beside).collect()
+}
+
+/// Whether each port at which the show or a command beside it listens is free.
+fn ports(listens: &[(&str, Endpoint)]) -> Finding {
+    let is_twice = |(at, (_, end)): &(usize, &(&str, Endpoint))| {
+        end.address().port() != 0 && listens[..*at].iter().any(|(_, earlier)| earlier == end)
+    };
+    if let Some((_, (name, end))) = listens.iter().enumerate().find(is_twice) {
+        let (address, transport) = (end.address(), end.transport());
+        let message = format!("{name} and a command before it listen on {address} ({transport})");
+        return Finding::problem(address.to_string(), message, "give one of them another port");
+    }
     let taken = listens.iter().find_map(|(name, end)| Some((name, *end, end.probe().err()?)));
     match taken {
         Some((name, end, error)) => {
@@ -118,7 +139,7 @@ fn ports(beside: &[AlsoCommand]) -> Finding {
             let message = format!("{name} cannot listen on {address} ({transport}): {error}");
             Finding::problem(address.to_string(), message, "end the program that has the port, or choose another port")
         }
-        None if listens.is_empty() => Finding::ok("none", "no command beside the show listens"),
+        None if listens.is_empty() => Finding::ok("none", "no process of the show listens"),
         None => {
             let names: Vec<String> =
                 listens.iter().map(|(name, end)| format!("{} for {name}", end.address())).collect();
@@ -159,7 +180,7 @@ mod tests {
     use bench_dragon_ipc::Instance;
 
     use super::*;
-    use crate::cli::doctor::Verdict;
+    use crate::cli::doctor::finding::Verdict;
 
     fn config(toml: &str) -> Config {
         Config::from_toml(toml).expect("a valid configuration")
@@ -172,9 +193,12 @@ mod tests {
 
     #[test]
     fn a_plan_is_ok_up_to_an_end_before_the_margin_and_a_warning_beyond_it() {
-        let short = judge_plan(&config("[route]\nend_s = 400.0\n"));
+        let judged = |config: &Config| judge_plan(config, config.start_s(), config.end_s());
+        let short = judged(&config("[route]\nend_s = 400.0\n"));
         assert_eq!((short.status, short.value.as_str()), (Verdict::Ok, "400.0 s"), "{short:?}");
-        let whole = judge_plan(&config(""));
+        let until = judge_plan(&config(""), 0.0, 300.0);
+        assert_eq!((until.status, until.value.as_str()), (Verdict::Ok, "300.0 s"), "{until:?}");
+        let whole = judged(&config(""));
         assert_eq!(whole.status, Verdict::Warning, "{whole:?}");
         let stop_s: f64 = whole.value.trim_end_matches(" s").parse().expect("a number");
         assert!((400.0..412.474).contains(&stop_s), "{whole:?}");
@@ -184,11 +208,19 @@ mod tests {
     fn a_taken_port_is_a_problem_that_names_command_and_address() {
         let tcp = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let taken = tcp.local_addr().expect("an address");
-        let finding = ports(&beside(&[format!("view --listen {taken}")]));
+        let listens = |lines: &[String]| {
+            let beside = beside(lines);
+            ports(&ends(&beside, |end| matches!(end, Endpoint::Listens(..))))
+        };
+        let finding = listens(&[format!("view --listen {taken}")]);
         assert_eq!((finding.status, finding.value), (Verdict::Problem, taken.to_string()));
         assert!(finding.message.starts_with(&format!("view cannot listen on {taken} (TCP): ")), "{}", finding.message);
+        drop(tcp);
+        let twice = listens(&[format!("view --listen {taken}"), format!("metrics --listen {taken}")]);
+        let words = format!("metrics and a command before it listen on {taken} (TCP)");
+        assert_eq!((twice.status, twice.message), (Verdict::Problem, words));
         let udp = UdpSocket::bind("127.0.0.1:0").expect("a free port").local_addr().expect("an address");
-        let finding = ports(&beside(&[format!("bridge osc --listen {udp} --allow 127.0.0.1")]));
+        let finding = listens(&[format!("bridge osc --listen {udp} --allow 127.0.0.1")]);
         assert_eq!((finding.status, finding.message), (Verdict::Ok, format!("free: {udp} for bridge osc")));
         assert_eq!(ports(&[]).status, Verdict::Ok);
     }

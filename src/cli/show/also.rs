@@ -44,6 +44,11 @@ impl AlsoCommand {
         self.endpoints.clone()
     }
 
+    /// Whether the command serves a page.
+    pub(crate) fn is_page(&self) -> bool {
+        self.args.first().is_some_and(|command| command == "view")
+    }
+
     fn read(line: &str, instance: &Instance) -> Result<Self, String> {
         let mut args = shlex::split(line).ok_or(": a quotation mark is missing, or nothing follows a \\")?;
         for flag in ["--instance", "--parent"] {

@@ -21,8 +21,9 @@ use crate::system::whole_file;
 const FOLDER_PREFIX: &str = "show-";
 /// The configuration, which the server reads.
 const CONFIG: &str = "config.toml";
-/// The summary and the report, which a show writes last.
-const SUMMARY: &str = "summary.json";
+/// The summary, which a show writes last.
+pub(crate) const SUMMARY: &str = "summary.json";
+/// The report beside it.
 const REPORT: &str = "report.html";
 /// Mode of files with the output of configured commands. Only the user may read it, because it may contain a page's token.
 const OUTPUT_MODE: u32 = 0o600;
@@ -38,7 +39,7 @@ pub(super) struct Folder {
 }
 
 /// Creates a folder that only its user can open, whatever the umask, unless it exists.
-fn create_private(path: &Path) -> io::Result<()> {
+pub(crate) fn create_private(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Ok(());
     }
@@ -153,7 +154,8 @@ fn refusal(folder: &Path, config: &Path) -> BadInput {
     used_before(folder, CONFIG)
 }
 
-fn used_before(folder: &Path, file: &str) -> BadInput {
+/// The refusal of a folder with a file of an earlier show.
+pub(crate) fn used_before(folder: &Path, file: &str) -> BadInput {
     let folder = folder.display();
     BadInput(format!(
         "--out is {folder}, which has {file} of an earlier show: name another folder, or move that file away"

@@ -9,7 +9,8 @@ use super::children::ChildRole;
 use super::process::END_TIMEOUT;
 use super::report::ReportSource;
 use super::summary::ShowSummary;
-use super::wall_time::WallTime;
+use super::wall_time::{WallTime, log};
+use crate::cli::doctor::CheckSheet;
 use crate::output::set_live_line;
 use crate::system::machine::Machine;
 
@@ -53,6 +54,8 @@ impl Show<'_> {
     fn write_report(&self, summary: &ShowSummary) -> anyhow::Result<()> {
         let size = |path: &PathBuf| fs::metadata(path).ok().map(|file| file.len());
         let recordings: Vec<_> = summary.recordings.iter().map(|path| (path.clone(), size(path))).collect();
+        // An unreadable sheet costs the report its first page alone.
+        let checks = CheckSheet::read(&self.folder.path).inspect_err(|error| log(&format!("{error:#}"))).ok().flatten();
         let source = ReportSource {
             summary,
             config: self.config,
@@ -60,6 +63,7 @@ impl Show<'_> {
             folder: &fs::canonicalize(&self.folder.path).unwrap_or_else(|_| self.folder.path.clone()),
             instance: &self.domain.instance().to_string(),
             machine: &Machine::read(),
+            checks: checks.as_ref(),
             recordings: &recordings,
         };
         self.folder.write_report(&source.report().html())

@@ -55,6 +55,7 @@ use auto_go::AutoGo;
 use bus::ShowPorts;
 use children::{ChildNews, ChildRole, Children};
 use files::{Folder, Repairs};
+pub(crate) use files::{SUMMARY, create_private, used_before};
 use live_line::ShowEnd;
 use outcome::Ending;
 use printed::print_summary;

@@ -3,7 +3,7 @@
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use percent_encoding::{AsciiSet, CONTROLS, utf8_percent_encode};
 
-use super::{Block, Fact, Report, Section, Table, Verdict, Weight};
+use super::{Block, Fact, Layout, Report, Section, Table, Verdict, Weight};
 use crate::output::figure::{Drawing, FigureFormat};
 
 const STYLE: &str = include_str!("report.css");
@@ -13,7 +13,7 @@ const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src dat
 const ESCAPED: AsciiSet = CONTROLS.add(b' ').add(b'"').add(b'#').add(b'%').add(b'<').add(b'>').add(b'&').add(b'\'');
 
 pub(super) fn page(report: &Report) -> Markup {
-    let Report { kind, title, subtitle, verdict, sections } = report;
+    let Report { kind, title, cover, .. } = report;
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -26,15 +26,29 @@ pub(super) fn page(report: &Report) -> Markup {
             }
             body {
                 main {
-                    header {
-                        p.kind { (kind) }
-                        h1 { (title) }
-                        @if !subtitle.is_empty() { p.subtitle { (subtitle) } }
-                        (sentence(verdict))
-                    }
-                    @for part in sections { (section(part)) }
+                    @if let Some(cover) = cover { (whole(cover)) }
+                    (whole(report))
                 }
             }
+        }
+    }
+}
+
+/// A report without those before it.
+fn whole(Report { kind, title, subtitle, verdict, sections, layout, .. }: &Report) -> Markup {
+    let layout = match layout {
+        Layout::Pages => "pages",
+        Layout::Sheet => "sheet",
+    };
+    html! {
+        article.(layout) {
+            header {
+                p.kind { (kind) }
+                h1 { (title) }
+                @if !subtitle.is_empty() { p.subtitle { (subtitle) } }
+                (sentence(verdict))
+            }
+            @for part in sections { (section(part)) }
         }
     }
 }
@@ -63,6 +77,8 @@ fn block(block: &Block) -> Markup {
             Block::Figure(drawing, words) => { img.figure src=(address(drawing)) alt=(words); }
             Block::Table(rows) => { (table(rows)) }
             Block::Text(text) => { pre { (text) } }
+            Block::Ticks(lines) => { ul.ticks { @for line in lines { li { (line) } } } }
+            Block::ToSign(names) => { ul.to-sign { @for name in names { li { (name) } } } }
         }
     }
 }
@@ -138,6 +154,8 @@ mod tests {
             subtitle: text.clone(),
             verdict: Verdict { weight: Weight::Danger, words: text.clone() },
             sections: vec![Section { heading: text, begins_page: true, blocks }],
+            layout: Layout::Pages,
+            cover: None,
         }
     }
 
@@ -167,12 +185,25 @@ mod tests {
             Block::Table(table),
             Block::Table(Table { empty: text(), ..Table::default() }),
             Block::Text(text()),
+            Block::Ticks(vec![text()]),
+            Block::ToSign(vec![text()]),
         ];
         let html = report(blocks).html();
         assert!(!html.contains("<script"), "{html}");
         // The kind is also in the title of the window, and so is the title.
-        assert_eq!(html.matches(SAFE).count(), 6 + 1 + 3 + 3 + 1 + 2 + 1 + 1 + 1, "{html}");
+        assert_eq!(html.matches(SAFE).count(), 6 + 1 + 3 + 3 + 1 + 2 + 1 + 1 + 1 + 2, "{html}");
         assert!(html.contains("%26lt;script%26gt;alert"), "the title inside the picture: {html}");
+    }
+
+    #[test]
+    fn a_cover_stands_before_the_report() {
+        let cover = Report { title: "sheet".to_owned(), layout: Layout::Sheet, ..report(Vec::new()) };
+        let report = Report { title: "night".to_owned(), cover: Some(Box::new(cover)), ..report(Vec::new()) };
+        let html = report.html();
+        let at = |words: &str| html.find(words).unwrap_or_else(|| panic!("{words}: {html}"));
+        assert!(at("<article class=\"sheet\"") < at("<h1>sheet</h1>"));
+        assert!(at("<h1>sheet</h1>") < at("<article class=\"pages\"") && at("class=\"pages\"") < at("<h1>night</h1>"));
+        assert_eq!(html.matches("<title>").count(), 1);
     }
 
     #[test]

@@ -7,7 +7,7 @@ mod html;
 
 use crate::output::figure::Drawing;
 
-/// A report. The first page has the title, the verdict, and the sections up to the first one that begins a page.
+/// A report. Its first page has the title, the verdict, and the sections up to the first one that begins a page.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// The kind of report, in a few words above the title, and in the title of the browser's window.
@@ -20,6 +20,20 @@ pub struct Report {
     pub verdict: Verdict,
     /// The sections, in order.
     pub sections: Vec<Section>,
+    /// How much fits on a page.
+    pub layout: Layout,
+    /// A report on the first page, before this one.
+    pub cover: Option<Box<Report>>,
+}
+
+/// How much fits on a printed page.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// As many pages as needed.
+    #[default]
+    Pages,
+    /// One page, in smaller print.
+    Sheet,
 }
 
 /// A result in a sentence, with its weight.
@@ -31,7 +45,7 @@ pub struct Verdict {
 }
 
 /// The weight of a fact.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Weight {
     /// As it should be, or without judgement.
     #[default]
@@ -68,6 +82,10 @@ pub enum Block {
     Table(Table),
     /// Text with its own line breaks, such as a configuration.
     Text(String),
+    /// Sentences with a box each, to tick by hand.
+    Ticks(Vec<String>),
+    /// Names of the lines to fill in by hand, side by side.
+    ToSign(Vec<String>),
 }
 
 /// A fact: its name, its value, and more words about it.
@@ -118,7 +136,7 @@ impl Report {
     /// The report as an HTML file.
     ///
     /// ```
-    /// use bench_dragon::output::report::{Report, Verdict, Weight};
+    /// use bench_dragon::output::report::{Layout, Report, Verdict, Weight};
     ///
     /// let report = Report {
     ///     kind: "Report of a show".to_owned(),
@@ -126,6 +144,8 @@ impl Report {
     ///     subtitle: String::new(),
     ///     verdict: Verdict { weight: Weight::Good, words: "It ended as planned.".to_owned() },
     ///     sections: Vec::new(),
+    ///     layout: Layout::Pages,
+    ///     cover: None,
     /// };
     /// assert!(report.html().contains("<h1>&lt;tonight&gt;</h1>"));
     /// ```

@@ -7,9 +7,10 @@ use bench_dragon_geometry::number::Fixed;
 use super::course::CourseReport;
 use super::outcome::{Ending, Outcome, touched};
 use super::summary::ShowSummary;
+use crate::cli::doctor::CheckSheet;
 use crate::cli::monitor::lines::{ClearanceReport, ContactReport};
 use crate::config::Config;
-use crate::output::report::{Block, Fact, Report, Section, Verdict, Weight};
+use crate::output::report::{Block, Fact, Layout, Report, Section, Verdict, Weight};
 use crate::system::machine::Machine;
 
 mod facts;
@@ -30,6 +31,8 @@ pub(super) struct ReportSource<'a> {
     pub(super) folder: &'a Path,
     pub(super) instance: &'a str,
     pub(super) machine: &'a Machine,
+    /// The check sheet of the show's folder.
+    pub(super) checks: Option<&'a CheckSheet>,
     /// The recordings with their sizes in bytes.
     pub(super) recordings: &'a [(PathBuf, Option<u64>)],
 }
@@ -64,6 +67,8 @@ impl ReportSource<'_> {
             .into_iter()
             .filter(|section| !section.blocks.is_empty())
             .collect(),
+            layout: Layout::Pages,
+            cover: self.checks.map(|checks| Box::new(checks.report(&self.name(), Some(self.config)))),
         }
     }
 
@@ -153,6 +158,7 @@ mod tests {
             folder: Path::new("/shows/<night>"),
             instance: "dragon",
             machine: &machine,
+            checks: None,
             recordings: &[(PathBuf::from("<file>.mcap"), Some(1_234_567))],
         };
         source.report()
