@@ -1,15 +1,16 @@
 //! The monitor's process, with the guard's thread: the production monitor, check and guard on the simulated bus.
 
 use std::collections::VecDeque;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use bench_dragon::safety::guard::{ClearanceCheck, Guard};
 use bench_dragon::safety::monitor::Monitor;
 use bench_dragon_ipc::{
-    Alert, AlertKind, ContinuityTracker, FrameHeader, HandleState, ReaderReport, Refusal, ReportCount, Request,
-    ShowState, Status,
+    Alert, AlertKind, ContinuityTracker, FrameHeader, ReaderReport, Refusal, ReportCount, Request, ShowState, Status,
 };
 
+use crate::frame::BusFrame;
 use crate::scenario::Scenario;
 
 /// Frames that the bus keeps for a reader that is slower than the server. It drops the oldest.
@@ -17,15 +18,6 @@ const FRAME_BUFFER: usize = 256;
 
 /// Overlap of two boards in metres that is not the rounding of a touch.
 const OVERLAP_M: f64 = 1e-6;
-
-/// A frame in a reader's buffer.
-#[derive(Clone, Debug)]
-pub(crate) struct BufferedFrame {
-    pub(crate) header: FrameHeader,
-    /// Whether a seek put the head there.
-    is_sought: bool,
-    pub(crate) handles: Vec<HandleState>,
-}
 
 /// A running monitor.
 #[derive(Debug)]
@@ -37,7 +29,7 @@ pub(crate) struct GuardProcess<'a> {
     pub(crate) has_joined: bool,
     /// Whether an operator started it, and not the supervisor.
     pub(crate) is_foreign: bool,
-    pub(crate) frames: VecDeque<BufferedFrame>,
+    pub(crate) frames: VecDeque<Rc<BusFrame>>,
     /// Its report to those who watch the show.
     pub(crate) report: ReportCount,
     tracker: ContinuityTracker,
@@ -92,7 +84,7 @@ pub(crate) struct Findings {
 /// A frame that the monitor of an unguarded show has read.
 #[derive(Debug)]
 pub(crate) struct ReadFrame {
-    pub(crate) frame: BufferedFrame,
+    pub(crate) frame: Rc<BusFrame>,
     /// Travel of the frame before, if the head has walked from there.
     pub(crate) walked_from_m: Option<f64>,
     /// Whether the monitor has reported a contact of this run.
@@ -110,11 +102,11 @@ impl<'a> GuardProcess<'a> {
     }
 
     /// Puts a frame into the buffer, which drops its oldest frame if it is full.
-    pub(crate) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState], is_sought: bool) {
+    pub(crate) fn deliver(&mut self, frame: &Rc<BusFrame>) {
         if self.frames.len() == FRAME_BUFFER {
             self.frames.pop_front();
         }
-        self.frames.push_back(BufferedFrame { header: *header, is_sought, handles: handles.to_vec() });
+        self.frames.push_back(Rc::clone(frame));
     }
 
     /// Reads all frames of the buffer.
@@ -173,8 +165,8 @@ impl<'a> Watched<'a> {
         Self { run_id, monitor: Monitor::new(config), check, guard, last: None, has_reported: false }
     }
 
-    fn take(&mut self, frame: BufferedFrame, findings: &mut Findings) {
-        let BufferedFrame { header, handles, is_sought } = &frame;
+    fn take(&mut self, frame: Rc<BusFrame>, findings: &mut Findings) {
+        let BusFrame { header, handles, is_sought } = &*frame;
         let nearest = self.monitor.observe(header, handles, None);
         findings.alerts.extend_from_slice(self.monitor.alerts());
         self.has_reported |= self.monitor.alerts().iter().any(|alert| alert.alert_kind() == Some(AlertKind::Contact));

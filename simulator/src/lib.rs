@@ -14,6 +14,7 @@ mod agenda;
 mod dice;
 mod disk;
 mod fault;
+mod frame;
 mod guard;
 mod observer;
 mod plan;

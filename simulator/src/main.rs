@@ -2,11 +2,15 @@
 
 #![allow(clippy::print_stdout, reason = "the program's output")]
 
+use std::fmt;
 use std::process::ExitCode;
 
 use clap::Parser;
 use rustix::time::{ClockId, clock_gettime};
 use simulator::{Outcome, Scenario, play, shortest};
+
+/// Minutes of a core between two reports of progress.
+const PROGRESS_MINUTES: f64 = 1.0;
 
 /// Plays the whole show under a simulated clock, with faults from a seed. Exit status 1: a promise is broken.
 #[derive(Debug, Parser)]
@@ -42,6 +46,7 @@ struct Args {
 fn main() -> ExitCode {
     let args = Args::parse();
     let (mut totals, mut broken) = (Totals::default(), 0_u64);
+    let mut printed_minutes = spent_minutes();
     for seed in args.seed..args.seed.saturating_add(args.seeds) {
         let whole = if args.plain { Scenario::plain(seed, args.hours) } else { Scenario::of(seed, args.hours) };
         if args.show {
@@ -63,18 +68,22 @@ fn main() -> ExitCode {
                 break;
             }
         }
+        if spent_minutes() >= printed_minutes + PROGRESS_MINUTES {
+            printed_minutes = spent_minutes();
+            println!("up to seed {seed}: {totals}, {broken} broken");
+        }
     }
-    let spent = clock_gettime(ClockId::ProcessCPUTime);
-    let minutes = (spent.tv_sec as f64 + spent.tv_nsec as f64 * 1e-9) / 60.0;
-    let Totals { hours, faults, frames, runs, shows, walked_m, replies, recorded, verified, seeds } = totals;
-    println!(
-        "{seeds} seeds, {hours:.1} simulated hours ({:.0} a minute of a core), {faults} faults and commands, {shows} shows, {runs} runs, \
-         {frames} frames, {walked_m:.0} m walked, {replies} replies, {recorded} frames recorded, {verified} of them verified, {broken} broken",
-        hours / minutes
-    );
+    println!("{totals}, {broken} broken");
     ExitCode::from(u8::from(broken > 0))
 }
 
+/// Minutes of a core that the process has spent.
+fn spent_minutes() -> f64 {
+    let spent = clock_gettime(ClockId::ProcessCPUTime);
+    (spent.tv_sec as f64 + spent.tv_nsec as f64 * 1e-9) / 60.0
+}
+
+/// The sums of all plays so far.
 #[derive(Default)]
 struct Totals {
     seeds: u64,
@@ -101,6 +110,19 @@ impl Totals {
         self.replies += outcome.replies;
         self.recorded += outcome.recorded;
         self.verified += outcome.verified;
+    }
+}
+
+impl fmt::Display for Totals {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { hours, faults, frames, runs, shows, walked_m, replies, recorded, verified, seeds } = self;
+        write!(
+            formatter,
+            "{seeds} seeds, {hours:.1} simulated hours ({:.0} a minute of a core), {faults} faults and commands, {shows} shows, \
+             {runs} runs, {frames} frames, {walked_m:.0} m walked, {replies} replies, {recorded} frames recorded, {verified} of them \
+             verified",
+            hours / spent_minutes()
+        )
     }
 }
 

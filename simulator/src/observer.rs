@@ -4,16 +4,16 @@ use std::rc::Rc;
 
 use bench_dragon::bridge::{Freshness, SourcePace, StaleAfter};
 use bench_dragon::display::observe::{FrameCopy, Lamp, Members, ObserverState, SourceFacts, lamps};
-use bench_dragon_ipc::{
-    Alert, CommandEvent, ContinuityTracker, Description, FrameHeader, HandleState, ReaderReport, Status,
-};
+use bench_dragon_ipc::{Alert, CommandEvent, ContinuityTracker, Description, FrameHeader, ReaderReport, Status};
+
+use crate::frame::BusFrame;
 
 /// An observer, such as that of the page.
 #[derive(Debug)]
 pub(crate) struct ObserverProcess {
     state: ObserverState,
     tracker: ContinuityTracker,
-    newest: Option<FrameCopy>,
+    newest: Option<Rc<BusFrame>>,
     pub(crate) since_ns: u64,
     described: Option<u64>,
 }
@@ -25,10 +25,10 @@ impl ObserverProcess {
         Self { state, tracker, newest: None, since_ns: now_ns, described: None }
     }
 
-    pub(crate) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState], now_ns: u64) {
-        let continuity = self.tracker.track(header);
-        self.state.count_frame(header, continuity, now_ns);
-        self.newest = Some(FrameCopy { header: *header, handles: handles.to_vec() });
+    pub(crate) fn deliver(&mut self, frame: &Rc<BusFrame>, now_ns: u64) {
+        let continuity = self.tracker.track(&frame.header);
+        self.state.count_frame(&frame.header, continuity, now_ns);
+        self.newest = Some(Rc::clone(frame));
     }
 
     pub(crate) fn take_report(&mut self, report: ReaderReport) {
@@ -56,7 +56,7 @@ impl ObserverProcess {
             if self.described.replace(run_id) != Some(run_id) {
                 self.state.take_description(Description { run_id, toml: toml.to_owned() });
             }
-            self.state.take_frame(frame, now_ns);
+            self.state.take_frame(FrameCopy { header: frame.header, handles: frame.handles.clone() }, now_ns);
         }
         for alert in alerts {
             self.state.take_alert(*alert, now_ns);
@@ -72,12 +72,12 @@ impl ObserverProcess {
 pub(crate) struct Bridge {
     pace: SourcePace,
     latest: Option<FrameHeader>,
-    unread: Option<FrameHeader>,
+    unread: Option<Rc<BusFrame>>,
 }
 
 impl Bridge {
-    pub(crate) fn deliver(&mut self, header: &FrameHeader) {
-        self.unread = Some(*header);
+    pub(crate) fn deliver(&mut self, frame: &Rc<BusFrame>) {
+        self.unread = Some(Rc::clone(frame));
     }
 
     /// The frame that the bridge sends now, and its freshness.
@@ -86,8 +86,8 @@ impl Bridge {
             self.pace.note_rate(status.run_id, status.rate_hz);
         }
         if let Some(next) = self.unread.take() {
-            self.pace.note_frame(&self.latest.unwrap_or_default(), &next);
-            self.latest = Some(next);
+            self.pace.note_frame(&self.latest.unwrap_or_default(), &next.header);
+            self.latest = Some(next.header);
         }
         let latest = self.latest?;
         Some((latest, self.pace.freshness(&latest, now_ns, StaleAfter::default())))

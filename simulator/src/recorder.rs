@@ -2,15 +2,17 @@
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Duration;
 
 use bench_dragon::recording::on_disk::{FrameBuffer, RecordingWriter, WriterFault, WriterJob, frames_in_flight};
 use bench_dragon::recording::{Configuration, RecordError, RecorderSettings};
 use bench_dragon_ipc::service::frame_buffer;
-use bench_dragon_ipc::{Alert, CommandEvent, ContinuityTracker, FrameHeader, HandleState, ReportCount};
+use bench_dragon_ipc::{Alert, CommandEvent, ContinuityTracker, HandleState, ReportCount};
 
 use crate::disk::{ProcessLife, SimulatedDisk, WaitingSyncs};
+use crate::frame::BusFrame;
 use crate::promises::{RecordingBook, frame_hash};
 
 /// A running recorder.
@@ -26,10 +28,12 @@ pub(crate) struct RecorderProcess {
     pub(crate) process: Arc<ProcessLife>,
     pub(crate) syncs: WaitingSyncs,
     pub(crate) has_planned_sync: bool,
+    /// Instant at which the writing thread wakes next.
+    pub(crate) wakes_ns: Option<u64>,
     /// The newest file and the number of written frames at the request of each waiting sync, at the latest.
     requested: VecDeque<(PathBuf, u64)>,
     /// Unread frames, events and alerts on the bus.
-    frames: VecDeque<(FrameHeader, Vec<HandleState>)>,
+    frames: VecDeque<Rc<BusFrame>>,
     pub(crate) events: VecDeque<CommandEvent>,
     pub(crate) alerts: VecDeque<Alert>,
     jobs: VecDeque<WriterJob>,
@@ -73,6 +77,7 @@ impl RecorderProcess {
             process,
             syncs,
             has_planned_sync: false,
+            wakes_ns: None,
             requested: VecDeque::new(),
             frames: VecDeque::new(),
             events: VecDeque::new(),
@@ -91,11 +96,11 @@ impl RecorderProcess {
     }
 
     /// Puts a frame into the buffer of the bus, which drops its oldest frame if it is full.
-    pub(crate) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState]) {
-        if self.frames.len() == frame_buffer(handles.len()) {
+    pub(crate) fn deliver(&mut self, frame: &Rc<BusFrame>) {
+        if self.frames.len() == frame_buffer(frame.handles.len()) {
             self.frames.pop_front();
         }
-        self.frames.push_back((*header, handles.to_vec()));
+        self.frames.push_back(Rc::clone(frame));
     }
 
     /// Reads all frames for which there is a buffer, and the alerts and events before each. `now_ns` is the arrival.
@@ -103,17 +108,18 @@ impl RecorderProcess {
         while self.has_buffer() {
             let frame = self.frames.pop_front();
             self.take_messages(now_ns);
-            let Some((header, handles)) = frame else { return };
+            let Some(frame) = frame else { return };
+            let BusFrame { header, handles, .. } = &*frame;
             self.is_heard = true;
-            self.tracker.track(&header);
-            self.report.count(&header, self.tracker.lost());
+            self.tracker.track(header);
+            self.report.count(header, self.tracker.lost());
             if self.run_id.replace(header.run_id) != Some(header.run_id) {
                 let configuration = Configuration { run_id: header.run_id, toml: show.toml.to_owned() };
                 self.jobs.push_back(WriterJob::Describe(configuration));
             }
             let mut buffer = FrameBuffer::default();
-            buffer.fill(&header, &handles);
-            self.book.hand(frame_hash(&header, &handles), now_ns);
+            buffer.fill(header, handles);
+            self.book.hand(frame_hash(header, handles), now_ns);
             self.jobs.push_back(WriterJob::Frame(buffer));
             self.frames_in_flight += 1;
         }

@@ -59,8 +59,9 @@ fn seeds_that_found_faults_keep_all_promises() {
         keep_promises(&Scenario::plain(seed, HOURS), &format!("--plain --hours {HOURS}"));
     }
     // Several dragons and cues: a head that left a wait and was stopped at once; one dragon with cues whose recording began a second
-    // file at its first frame; a GO right behind the release of a show at its end.
-    for seed in [17, 124, 1095, 1458, 1_100_809, 1_101_522] {
+    // file at its first frame; a GO right behind the release of a show at its end; a recorder that is killed while it finishes its file
+    // on a full disk; a new speed at the first tick of a plan, whose travel the monitor did not sweep.
+    for seed in [17, 124, 1095, 1458, 1_100_809, 1_101_522, 1_100_095, 3_000_083] {
         play_all(seed..=seed);
     }
 }

@@ -18,7 +18,7 @@ const CLOCK_TOLERANCE_S: f64 = 2e-9;
 const MISSED_FROM: f64 = 1.5;
 
 /// Properties of the source's steps in a configuration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct SourceMotion {
     /// Configured step of show time per running tick, in seconds.
     tick_s: f64,
@@ -28,17 +28,21 @@ pub(super) struct SourceMotion {
     accel_mps2: Option<f64>,
     /// Whether the show starts and stops at once where its plan rests.
     has_planned_ends: bool,
+    /// The beginning of a plan and its waits: a show that has not left one of these yet also takes a new speed at once.
+    planned_rests_m: Vec<f64>,
     /// Greatest number of missed periods over which a server jumps between two frames.
     most_jumped: u64,
 }
 
 impl SourceMotion {
     pub(super) fn of(config: &Config) -> Self {
+        let begin_m = config.formation().begin_m();
         Self {
             tick_s: config.tick_s(),
             rate_hz: config.tables().serve.rate_hz,
             accel_mps2: config.accel_mps2(),
             has_planned_ends: config.formation().has_plan_course(),
+            planned_rests_m: std::iter::once(begin_m).chain(config.waits_m().iter().copied()).collect(),
             most_jumped: config.most_jumped(),
         }
     }
@@ -49,7 +53,7 @@ impl SourceMotion {
     /// After missed periods, the next tick of a server advances by all missed periods. So missed periods between two
     /// successive frames count like lost frames: the clock limits how far the head walked.
     pub(super) fn has_walked(&self, last: &FrameHeader, next: &FrameHeader) -> bool {
-        let Self { tick_s, rate_hz, accel_mps2, has_planned_ends, most_jumped } = *self;
+        let Self { tick_s, rate_hz, accel_mps2, has_planned_ends, most_jumped, .. } = *self;
         if last.run_id != next.run_id || last.tick >= next.tick {
             return false;
         }
@@ -83,7 +87,8 @@ impl SourceMotion {
         let off_m = accel_mps2.map_or(0.0, |accel_mps2| 0.25 * accel_mps2 * show_step_s * show_step_s);
         let at_once_m = next.course_mps * show_step_s;
         let is_near = |step_m: f64, off_m: f64| (travel_step_m - step_m).abs() <= off_m + TRAVEL_TOLERANCE_M;
-        let may_start_at_once = accel_mps2.is_none() || has_planned_ends && last.course_mps == 0.0;
+        let is_at_rest = last.course_mps == 0.0 || self.planned_rests_m.contains(&last.course_m);
+        let may_start_at_once = accel_mps2.is_none() || has_planned_ends && is_at_rest;
         let walks_so = may_start_at_once && is_near(at_once_m, 0.0)
             || accel_mps2.is_some() && is_near(mean_mps * show_step_s, off_m);
         let is_step = [tick_s, next_s].iter().any(|step_s| (show_step_s - step_s).abs() <= SHOW_TIME_TOLERANCE_S);
@@ -102,8 +107,14 @@ mod tests {
     use super::*;
     use crate::safety::monitor::walking_frame as frame;
 
-    const MOTION: SourceMotion =
-        SourceMotion { tick_s: 0.02, rate_hz: 50, accel_mps2: None, has_planned_ends: false, most_jumped: 12 };
+    const MOTION: SourceMotion = SourceMotion {
+        tick_s: 0.02,
+        rate_hz: 50,
+        accel_mps2: None,
+        has_planned_ends: false,
+        planned_rests_m: Vec::new(),
+        most_jumped: 12,
+    };
 
     fn scaled(time_scale: f64, frame: FrameHeader) -> FrameHeader {
         FrameHeader { time_scale, ..frame }
@@ -192,5 +203,16 @@ mod tests {
         let next = |travel_m| FrameHeader { course_mps: 0.54, ..at_travel(travel_m, frame(6, 0.12)) };
         assert!(ramping.has_walked(&last, &next(0.1104)) && !ramping.has_walked(&last, &next(0.1107)));
         assert!(!MOTION.has_walked(&last, &next(0.1104)));
+    }
+
+    #[test]
+    fn new_speed_where_a_plan_rests_is_walked_and_elsewhere_is_not() {
+        let planned =
+            |planned_rests_m| SourceMotion { accel_mps2: Some(0.3), has_planned_ends: true, planned_rests_m, ..MOTION };
+        // The frame before shows the show at the wait, with the speed at which it leaves.
+        let last = FrameHeader { course_mps: 1.0, ..frame(5, 0.1) };
+        let next = FrameHeader { course_mps: 2.0, ..at_travel(0.1 + 0.02 * 2.0, frame(6, 0.12)) };
+        assert!(planned(vec![0.0, 0.1]).has_walked(&last, &next));
+        assert!(!planned(vec![0.0, 0.2]).has_walked(&last, &next));
     }
 }

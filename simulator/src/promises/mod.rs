@@ -156,6 +156,8 @@ pub(crate) struct Promises<'a> {
     clearances: ClearanceSearch,
     boards: Vec<Board>,
     check: ClearanceCheck,
+    /// Where the guard's final rest was checked last.
+    rested_m: Option<f64>,
     /// Clearance at the travels of the grid, as far as they were asked for.
     grid: Vec<Option<f64>>,
 }
@@ -170,6 +172,7 @@ impl<'a> Promises<'a> {
             clearances: ClearanceSearch::of(scenario.config.formation().layout()),
             boards: Vec::new(),
             check: ClearanceCheck::new(scenario.config.formation().clone()),
+            rested_m: None,
             grid: Vec::new(),
         }
     }
@@ -220,6 +223,10 @@ impl<'a> Promises<'a> {
 
     /// Checks that the guard rests the head where the clearance reaches the margin.
     pub(crate) fn take_final_rest(&mut self, header: &FrameHeader, now_ns: u64) {
+        // The clearances depend on the course alone.
+        if self.rested_m.replace(header.course_m) == Some(header.course_m) {
+            return;
+        }
         let margin_m = self.scenario.config.tables().monitor.margin_m;
         // Further on, the clearance must fall below the margin, at once or after the resolution of the proof.
         let beyond_m = (1..=20).map(|step| header.course_m + f64::from(step) * 1e-4);

@@ -7,12 +7,14 @@ use std::path::PathBuf;
 use bench_dragon_ipc::{FrameHeader, HandleState};
 use zerocopy::IntoBytes as _;
 
+use crate::frame::hash_header;
+
 /// A frame: its run, its tick and a hash of all its bits.
 pub(crate) type FrameHash = (u64, u64, u64);
 
 pub(crate) fn frame_hash(header: &FrameHeader, handles: &[HandleState]) -> FrameHash {
     let mut hasher = DefaultHasher::new();
-    header.as_bytes().hash(&mut hasher);
+    hash_header(header, &mut hasher);
     handles.as_bytes().hash(&mut hasher);
     (header.run_id, header.tick, hasher.finish())
 }

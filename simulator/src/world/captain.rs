@@ -38,7 +38,7 @@ impl World<'_> {
         }
         match self.captain {
             Captain::Leads(until_ns) => {
-                let state = self.newest.and_then(|header| header.show_state());
+                let state = self.newest.as_ref().and_then(|header| header.show_state());
                 if self.has_arrived() {
                     let seeks = self.is_seek_due();
                     let until_ns = self.now_ns + SETTLE_NS;

@@ -68,12 +68,12 @@ impl<'a> World<'a> {
         let status = self.status.clone();
         let Some(guard) = self.guard_at(life, Event::Work(life)) else { return };
         let step = guard.work(status.as_deref());
-        let rests = self.newest.filter(|header| {
+        let rests = self.newest.as_ref().filter(|header| {
             crate::guard::is_held(header)
                 && self.guards.iter().any(|guard| guard.life == life && guard.is_final(header))
         });
         if let Some(header) = rests {
-            self.promises.take_final_rest(&header, self.now_ns);
+            self.promises.take_final_rest(header, self.now_ns);
         }
         if let GuardStep::Ask(request, number) = step {
             let (until, longer_ns) = self.windows.proofs_slow;

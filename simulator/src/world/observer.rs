@@ -1,10 +1,13 @@
 //! Those who watch the show: an observer with its lamps, and a bridge.
 
+use std::rc::Rc;
+
 use bench_dragon::bridge::Freshness;
 use bench_dragon::display::observe::{Lamp, LampLevel, Members, SourceFacts};
-use bench_dragon_ipc::{Alert, FrameHeader, HandleState, ReaderReport};
+use bench_dragon_ipc::{Alert, ReaderReport};
 
 use super::{Event, MS_NS, World};
+use crate::frame::BusFrame;
 use crate::observer::{Bridge, ObserverProcess, lamp, members};
 use crate::promises::Promise;
 use crate::scenario::SECOND_NS;
@@ -71,13 +74,14 @@ impl Watch {
         self.disturbed_ns = self.disturbed_ns.max(until_ns);
     }
 
-    pub(super) fn deliver(&mut self, header: &FrameHeader, handles: &[HandleState], now_ns: u64) {
+    pub(super) fn deliver(&mut self, frame: &Rc<BusFrame>, now_ns: u64) {
+        let header = &frame.header;
         if header.published_ns.saturating_sub(self.published_ns) > BREAK_NS {
             self.unbroken_since_ns = now_ns;
         }
         self.published_ns = header.published_ns;
-        self.observer.deliver(header, handles, now_ns);
-        self.bridge.deliver(header);
+        self.observer.deliver(frame, now_ns);
+        self.bridge.deliver(frame);
     }
 
     pub(super) fn take_report(&mut self, report: Option<ReaderReport>) {
@@ -132,7 +136,7 @@ impl World<'_> {
 
     /// Age of the newest frame.
     fn frame_age_ns(&self) -> Option<u64> {
-        self.newest.map(|header| self.now_ns.saturating_sub(header.published_ns))
+        self.newest.as_ref().map(|header| self.now_ns.saturating_sub(header.published_ns))
     }
 
     /// Whether frames arrive.

@@ -118,7 +118,16 @@ impl<'a> World<'a> {
         let at_ns = recorder.busy_until_ns.max(now_ns);
         self.watch.recorded_ns = now_ns;
         self.watch.take_report(report);
-        self.agenda.add(at_ns, Event::RecorderWrites(life));
+        self.plan_write(at_ns);
+    }
+
+    /// The writing thread wakes at an instant, unless it wakes earlier.
+    fn plan_write(&mut self, at_ns: u64) {
+        let Some(recorder) = &mut self.recorder else { return };
+        if recorder.wakes_ns.is_none_or(|wakes_ns| at_ns < wakes_ns) {
+            recorder.wakes_ns = Some(at_ns);
+            self.agenda.add(at_ns, Event::RecorderWrites(recorder.life));
+        }
     }
 
     pub(super) fn write(&mut self, life: u64) {
@@ -128,9 +137,13 @@ impl<'a> World<'a> {
         let slow = if slow_until > now_ns { slow } else { 1 };
         let disk = self.recordings.disk.clone();
         let Some(recorder) = self.recorder_at(life, Event::RecorderWrites(life)) else { return };
+        // The thread has woken earlier, for a job that came in between.
+        if recorder.wakes_ns.take_if(|wakes_ns| *wakes_ns <= now_ns).is_none() {
+            return;
+        }
         if recorder.busy_until_ns > now_ns {
             let at_ns = recorder.busy_until_ns;
-            return self.agenda.add(at_ns, Event::RecorderWrites(life));
+            return self.plan_write(at_ns);
         }
         let written = recorder.write(&disk, slow, now_ns);
         if recorder.process.is_over() {
@@ -139,7 +152,7 @@ impl<'a> World<'a> {
         let (has_syncs, planned) = (recorder.syncs.len() > 0, recorder.has_planned_sync);
         recorder.has_planned_sync = has_syncs;
         match written {
-            Ok(Some(at_ns)) => self.agenda.add(at_ns, Event::RecorderWrites(life)),
+            Ok(Some(at_ns)) => self.plan_write(at_ns),
             Ok(None) => {}
             Err(fault) => return self.fail_recorder(fault),
         }
@@ -189,7 +202,13 @@ impl<'a> World<'a> {
     fn fail_recorder(&mut self, fault: bench_dragon::recording::on_disk::WriterFault) {
         let Some(recorder) = self.recorder.take() else { return };
         let (mut report, has_one_file) = (recorder.report.clone(), recorder.has_one_file());
+        let process = Arc::clone(&recorder.process);
         let (book, ended) = recorder.fail_or_end(Err(fault));
+        if process.is_over() {
+            // It was killed while it finished its file.
+            self.bury_recorder(book);
+            return self.note_recorders_end(false);
+        }
         let is_full = ended.as_ref().is_err_and(RecordError::is_disk_full);
         if is_full {
             report.set_disk_full();

@@ -10,6 +10,7 @@ use zerocopy::IntoBytes as _;
 use super::captain::Captain;
 use super::{Caller, Event, MESSAGE_NS, MS_NS, START_NS, World};
 use crate::fault::Part;
+use crate::frame::{BusFrame, hash_header};
 use crate::guard::GuardProcess;
 use crate::promises::Promise;
 use crate::server::{Decided, Server};
@@ -72,22 +73,23 @@ impl World<'_> {
         let ticked = server.tick();
         let header = FrameHeader { published_ns: now_ns, ..ticked.header };
         self.promises.take_tick(&ticked, now_ns);
-        header.as_bytes().hash(&mut self.trace);
+        hash_header(&header, &mut self.trace);
         self.counts.frames += 1;
-        if let Some(last) = self.newest.filter(|last| last.run_id == header.run_id) {
+        if let Some(last) = self.newest.as_ref().filter(|last| last.run_id == header.run_id) {
             self.counts.walked_m += (header.head_travel_m - last.head_travel_m).max(0.0);
         }
         let arrives = windows.frames_lost_until <= now_ns;
         let is_seek = |decided: &Decided| matches!(decided.request, Request::Seek { .. }) && decided.outcome.is_ok();
         let is_sought = ticked.decided.iter().any(is_seek);
+        let frame = Rc::new(BusFrame { header, is_sought, handles: ticked.handles.to_vec() });
         for guard in self.guards.iter_mut().filter(|guard| guard.has_joined && arrives) {
-            guard.deliver(&header, ticked.handles, is_sought);
+            guard.deliver(&frame);
             let wake_ns = self.scenario.latency_ns(now_ns, 10 + guard.life, MESSAGE_NS);
             self.agenda.add(now_ns + wake_ns, Event::Frames(guard.life));
         }
-        self.watch.deliver(&header, ticked.handles, now_ns);
+        self.watch.deliver(&frame, now_ns);
         if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.has_joined) {
-            recorder.deliver(&header, ticked.handles);
+            recorder.deliver(&frame);
             let wake_ns = self.scenario.latency_ns(now_ns, 80, MESSAGE_NS);
             self.agenda.add(now_ns + wake_ns, Event::RecorderReads(recorder.life));
         }
