@@ -11,6 +11,7 @@
 
 use glam::DVec2;
 
+use super::near_ground::NearGround;
 use super::pair::{Pair, PairPose};
 use super::pose::Pose;
 use super::search::{ClearanceSearch, PairClearance};
@@ -37,8 +38,12 @@ pub(crate) struct Piece {
     pub(crate) benches: [usize; 2],
     /// Travel of the head at both ends.
     pub(crate) travels_m: [f64; 2],
+    /// Parameter of the front handle of the first bench at both ends.
+    pub(crate) places: [f64; 2],
     /// Clearance at both ends.
     pub(crate) clearances_m: [f64; 2],
+    /// A lower and an upper bound on the clearance over the interval.
+    pub(crate) bounds_m: [f64; 2],
     /// Whether the interval is rigid, so that the clearance is constant up to rounding.
     pub(crate) is_rigid: bool,
 }
@@ -59,7 +64,9 @@ pub(crate) enum Pairs {
 pub(crate) struct ApproachSearch<'a> {
     dragon: &'a Dragon,
     pairs: Pairs,
-    /// Parameters of the handles at the travel from which pairs repeat.
+    /// The ground on which repeated pairs are evaluated; `None` if the pairs that do not repeat are.
+    repeated: Option<&'a NearGround>,
+    /// Parameters of the handles at the travel from which pairs repeat, if it matters.
     beginning: Vec<f64>,
     earlier: Pose,
     later: Pose,
@@ -69,21 +76,30 @@ pub(crate) struct ApproachSearch<'a> {
 impl<'a> ApproachSearch<'a> {
     /// A search placed at a travel of the run.
     pub(crate) fn new(dragon: &'a Dragon, pairs: Pairs, travel_m: f64) -> Self {
-        let beginning_m = match pairs {
-            Pairs::UnrepeatedSince(beginning_m) => beginning_m,
-            Pairs::All => travel_m,
+        let beginning = match pairs {
+            Pairs::UnrepeatedSince(beginning_m) => {
+                let chain = dragon.chain(beginning_m).expect("the travel lies within the run");
+                chain.map(|handle| handle.parameter).collect()
+            }
+            Pairs::All => Vec::new(),
         };
-        let chain = dragon.chain(beginning_m).expect("the travel lies within the run");
         let mut search = Self {
             dragon,
             pairs,
-            beginning: chain.map(|handle| handle.parameter).collect(),
+            repeated: None,
+            beginning,
             earlier: Pose::default(),
             later: Pose::default(),
             near: ClearanceSearch::default(),
         };
         search.stand(travel_m);
         search
+    }
+
+    /// The same search for the pairs that it leaves out because they repeat earlier positions of other pairs: those on `ground`,
+    /// which is that of the other pairs.
+    pub(crate) fn of_repeated(self, ground: &'a NearGround) -> Self {
+        Self { repeated: Some(ground), ..self }
     }
 
     /// Moves the search to another travel of the run.
@@ -185,6 +201,10 @@ impl<'a> ApproachSearch<'a> {
 
     /// The pairs whose clearance may be under the limit somewhere on the interval; `None` if there are too many.
     fn pairs_within(&mut self, limit_m: f64) -> Option<Vec<[usize; 2]>> {
+        if let Some(ground) = self.repeated {
+            let pairs = if self.repeats() { ground.pairs(&self.earlier, &self.later) } else { Vec::new() };
+            return Some(pairs);
+        }
         let Self { dragon, earlier, later, .. } = self;
         let drifts_m: Vec<f64> = (0..earlier.boards.len()).map(|bench| earlier.drift_m(later, dragon, bench)).collect();
         if !self.repeats() {
@@ -240,7 +260,11 @@ impl Pair<'_> {
     ) {
         let is_rigid = self.is_rigid(&earlier.pose, &later.pose);
         let limit_below_m = if is_rigid { ROUNDING_M } else { 0.0 };
-        if !self.may_look() || self.least_m(earlier, later) >= limit_m() - limit_below_m {
+        if !self.may_look() {
+            return;
+        }
+        let bounds_m = self.bounds_m(earlier, later);
+        if bounds_m[0] >= limit_m() - limit_below_m {
             return;
         }
         if halvings == 0 || is_rigid {
@@ -248,7 +272,9 @@ impl Pair<'_> {
             return sink(Piece {
                 benches: self.benches,
                 travels_m: [earlier.pose.parameter, later.pose.parameter],
+                places: [earlier, later].map(|moment| moment.pose.benches[0].front.parameter),
                 clearances_m: [earlier.approach.clearance_m, later.approach.clearance_m],
+                bounds_m,
                 is_rigid,
             });
         }
@@ -260,7 +286,7 @@ impl Pair<'_> {
     /// Parameter at the beginning of the first piece on which the bound on the clearance falls under the limit; `None` without
     /// such a piece. A piece is at most `resolution` long. The recursion depth is at most log₂ of the number of pieces.
     fn violation(&self, earlier: &Moment, later: &Moment, limit_m: f64, resolution: f64) -> Option<f64> {
-        if !self.may_look() || self.least_m(earlier, later) >= limit_m {
+        if !self.may_look() || self.bounds_m(earlier, later)[0] >= limit_m {
             return None;
         }
         if later.pose.parameter - earlier.pose.parameter <= resolution || earlier.approach.clearance_m < limit_m {
@@ -271,15 +297,17 @@ impl Pair<'_> {
             .or_else(|| self.violation(&middle, later, limit_m, resolution))
     }
 
-    /// A lower bound on the clearance over the interval. On a rigid interval it is exact up to rounding.
-    fn least_m(&self, earlier: &Moment, later: &Moment) -> f64 {
+    /// A lower and an upper bound on the clearance over the interval. On a rigid interval they are exact up to rounding.
+    fn bounds_m(&self, earlier: &Moment, later: &Moment) -> [f64; 2] {
+        let clearances_m = [earlier, later].map(|moment| moment.approach.clearance_m);
         if self.is_rigid(&earlier.pose, &later.pose) {
-            return earlier.approach.clearance_m.min(later.approach.clearance_m);
+            return [clearances_m[0].min(clearances_m[1]), clearances_m[0].max(clearances_m[1])];
         }
         let [first, second] = self.coverages(&earlier.pose, &later.pose);
         let gap_m = |direction: DVec2| first.gap_m(&second, direction);
         let gaps_m = [earlier, later].map(|moment| gap_m(moment.approach.direction));
-        let least_m = first.least_between_m(&second, [earlier, later].map(|moment| moment.approach.clearance_m));
-        gaps_m.into_iter().fold(least_m, f64::max)
+        let least_m = first.least_between_m(&second, clearances_m);
+        // The clearance rises above the mean of both ends by no more than it falls below it.
+        [gaps_m.into_iter().fold(least_m, f64::max), clearances_m[0] + clearances_m[1] - least_m]
     }
 }

@@ -106,7 +106,7 @@ impl ContactSearch {
             dragon: dragon.clone(),
             clearance_m,
             reach,
-            clear_to_m: reach.and_then(|reach| clear_to_m(dragon, &reach)).unwrap_or(f64::NEG_INFINITY),
+            clear_to_m: clear_to_m(dragon, clearance_m),
             clear_from: reach.and_then(|reach| reach.clear_out_from(dragon.end_parameter)).unwrap_or(f64::INFINITY),
             earlier: Pose::default(),
             later: Pose::default(),
@@ -380,9 +380,12 @@ fn furthest_m(board: &Board, from: DVec2) -> f64 {
     board.corners().into_iter().map(|corner| corner.distance(from)).fold(0.0, f64::max)
 }
 
-/// Travel up to which the bounds of the coil rule out all contacts.
-fn clear_to_m(dragon: &Dragon, reach: &CoilReach) -> Option<f64> {
-    let start = dragon.route().parameter(dragon.start_travel_m());
-    let angle = reach.clear_from(reach.coil.angle(start)?)?;
-    Some(dragon.route().travel(reach.coil.parameter(angle)))
+/// Travel before which no two benches come within a clearance, by the bounds of the coil; negative infinity if they prove none.
+pub(crate) fn clear_to_m(dragon: &Dragon, clearance_m: f64) -> f64 {
+    let clear_to_m = |reach: CoilReach| {
+        let start = dragon.route().parameter(dragon.start_travel_m());
+        let angle = reach.clear_from(reach.coil.angle(start)?)?;
+        Some(dragon.route().travel(reach.coil.parameter(angle)))
+    };
+    CoilReach::of(dragon, clearance_m).and_then(clear_to_m).unwrap_or(f64::NEG_INFINITY)
 }

@@ -17,6 +17,7 @@ mod formation_search;
 mod grid;
 mod link_motion;
 mod meeting_zone;
+mod near_ground;
 mod near_pairs;
 mod near_spans;
 mod own_time;
@@ -39,10 +40,12 @@ pub use border_search::{
 };
 pub use breach_ground::{BreachGround, HandlePlaces, Passage};
 pub use contact::{Contact, PairEvent};
+pub(crate) use contact_search::clear_to_m;
 pub use contact_search::{ContactSearch, Sweep, first_contact, first_within};
 pub use course_search::CourseSearch;
 pub use formation_search::{Meeting, Unfinished, first_between, first_meeting, standing_in_each_other};
 pub use meeting_zone::{DragonPair, MeetingZone, Tip};
+pub(crate) use near_ground::NearGround;
 pub use own_time::Nearest;
 pub use play::{
     PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose, most_play_reach_m,

@@ -2,6 +2,7 @@
 
 mod answers;
 mod board_variation;
+mod ceiling;
 mod chain_variation;
 mod cores;
 mod derivative;

@@ -3,7 +3,11 @@
 //! *Method.* A near miss is a local minimum of the least clearance of all pairs, so it is a local minimum of the clearance of
 //! the deciding pair. Intervals on which the bounds of `clearance::approach_search` keep a pair above the limit are done. The
 //! rest is in pieces of 1/256 of a link's length. On the pieces, Brent's method refines the minima of each pair. A minimum is
-//! kept if no other pair is nearer there.
+//! kept if no other pair is nearer there. The bounds of other pairs' pieces rule out most minima before.
+//!
+//! Once every handle has reached the place of the handle before it, pairs without a leading bench repeat earlier positions of other
+//! pairs. These are evaluated only on the ground on which the others came under the limit. Where the bounds of a coil keep all
+//! pairs above the limit, nothing is evaluated.
 //!
 //! On a line or an arc a clearance may stay at its minimum for a while. Such a plateau counts once, at its beginning, if no
 //! pair is as near just before. So the plateaus of further pairs that come to the same place do not count again.
@@ -14,11 +18,12 @@
 
 use std::collections::BTreeMap;
 
+use super::ceiling::Ceiling;
 use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::strides::Strides;
-use crate::clearance::{ApproachSearch, Pairs, Piece, ROUNDING_M};
-use crate::dragon::{Dragon, Spent};
+use crate::clearance::{ApproachSearch, NearGround, Pairs, Piece, ROUNDING_M, clear_to_m};
+use crate::dragon::{Dragon, Meter, Spent};
 
 /// Travel in metres within which minima count as one. Pairs with equal clearances differ only by rounding.
 const SAME_M: f64 = 1e-5;
@@ -76,23 +81,18 @@ pub fn near_misses(
         return Found { approaches: Vec::new(), ends_early_m: None };
     }
     let meter = dragon.meter();
-    let strides = Strides::of(dragon, from_travel_m, to_travel_m);
     // The work left of the other half is for refining the near misses.
     let looking = meter.half();
-    let stretches = on_all_cores(&looking, strides.stretches(), |stretch, meter| {
-        progress(1.0 / strides.stretches() as f64);
-        pieces(&dragon.metered(meter), &strides, stretch, limit_m)
-    });
+    let search = PieceSearch::new(dragon, [from_travel_m, to_travel_m], limit_m);
+    let (pieces, mut reached_m) = search.pieces(&looking, &progress);
     meter.add(looking.done());
-    let mut reached_m = strides.reached_m(stretches.len());
+    let ceiling = Ceiling::of(&pieces);
     let mut ways: BTreeMap<[usize; 2], Vec<Piece>> = BTreeMap::new();
-    for pieces in stretches {
-        let Ok(pieces) = pieces.map_err(|spent| reached_m = spent.reached_m) else { break };
-        for piece in pieces {
-            ways.entry(piece.benches).or_default().push(piece);
-        }
+    for piece in pieces {
+        ways.entry(piece.benches).or_default().push(piece);
     }
     let mut brackets: Vec<Bracket> = ways.values().flat_map(|way| brackets(way)).collect();
+    brackets.retain(|bracket| ceiling.over(bracket.travels_m) >= bracket.least_m - 2.0 * ROUNDING_M);
     brackets.sort_by(|first, second| first.travels_m[0].total_cmp(&second.travels_m[0]));
     let valleys = on_all_cores(meter, brackets.len(), |bracket, meter| {
         brackets[bracket].near_miss(&dragon.metered(meter), limit_m)
@@ -115,21 +115,87 @@ pub fn near_misses(
     Found { approaches: valleys, ends_early_m: (reached_m < to_travel_m).then_some(reached_m) }
 }
 
-/// The pieces of a stretch on which a pair may come under the limit.
-fn pieces(dragon: &Dragon, strides: &Strides, stretch: usize, limit_m: f64) -> Result<Vec<Piece>, Spent> {
-    let ends_m = strides.stretch(stretch, dragon);
-    let mut pieces = Vec::new();
-    let mut search = ApproachSearch::new(dragon, Pairs::All, ends_m[0]);
-    for &to_m in &ends_m[1..] {
-        search.walk(to_m, &|| limit_m, &mut |piece| pieces.push(piece))?;
+/// A search for the pieces of an interval of travel on which a pair may come under a limit.
+struct PieceSearch<'a> {
+    dragon: &'a Dragon,
+    strides: Strides,
+    limit_m: f64,
+    /// Travel before which no pair comes under the limit, by the bounds of the coil.
+    clear_to_m: f64,
+    pairs: Pairs,
+}
+
+impl<'a> PieceSearch<'a> {
+    fn new(dragon: &'a Dragon, [from_m, to_m]: [f64; 2], limit_m: f64) -> Self {
+        let clear_to_m = clear_to_m(dragon, limit_m);
+        // If no pair comes under the limit up to the interval, none does that repeats a position from before.
+        let since_m = if from_m <= clear_to_m { dragon.start_travel_m() } else { from_m };
+        let strides = Strides::of(dragon, from_m, to_m);
+        Self { dragon, strides, limit_m, clear_to_m, pairs: Pairs::UnrepeatedSince(since_m) }
     }
-    Ok(pieces)
+
+    /// The pieces, those of each pair in order of travel, and the travel up to which they are complete.
+    fn pieces(&self, meter: &Meter, progress: &(impl Fn(f64) + Sync)) -> (Vec<Piece>, f64) {
+        let part = 0.5 / self.strides.stretches() as f64;
+        // The work left of the other half is for the pairs that repeat.
+        let first = meter.half();
+        let (mut pieces, reached_m) = self.on_stretches(&first, None, &|| progress(part));
+        meter.add(first.done());
+        let ground = NearGround::of(pieces.iter());
+        if ground.is_empty() {
+            progress(0.5);
+            return (pieces, reached_m);
+        }
+        let (repeated, repeated_m) = self.on_stretches(meter, Some(&ground), &|| progress(part));
+        pieces.extend(repeated);
+        (pieces, reached_m.min(repeated_m))
+    }
+
+    /// The pieces of the pairs that do not repeat, or of those that do on a ground.
+    fn on_stretches(
+        &self,
+        meter: &Meter,
+        repeated: Option<&NearGround>,
+        looked: &(impl Fn() + Sync),
+    ) -> (Vec<Piece>, f64) {
+        let stretches = on_all_cores(meter, self.strides.stretches(), |stretch, meter| {
+            looked();
+            self.of_stretch(&self.dragon.metered(meter), stretch, repeated)
+        });
+        let mut reached_m = self.strides.reached_m(stretches.len());
+        let mut found = Vec::new();
+        for pieces in stretches {
+            let Ok(pieces) = pieces.map_err(|spent| reached_m = spent.reached_m) else { break };
+            found.extend(pieces);
+        }
+        (found, reached_m)
+    }
+
+    fn of_stretch(&self, dragon: &Dragon, stretch: usize, repeated: Option<&NearGround>) -> Result<Vec<Piece>, Spent> {
+        let ends_m = self.strides.stretch(stretch, dragon);
+        let first = ends_m.partition_point(|&end_m| end_m <= self.clear_to_m).saturating_sub(1);
+        let [from_m, to_m @ ..] = &ends_m[first..] else { return Ok(Vec::new()) };
+        let mut pieces = Vec::new();
+        if to_m.is_empty() {
+            return Ok(pieces);
+        }
+        let mut search = ApproachSearch::new(dragon, self.pairs, *from_m);
+        if let Some(ground) = repeated {
+            search = search.of_repeated(ground);
+        }
+        for &to_m in to_m {
+            search.walk(to_m, &|| self.limit_m, &mut |piece| pieces.push(piece))?;
+        }
+        Ok(pieces)
+    }
 }
 
 /// An interval on which the clearance of a pair has a minimum, possibly at an end.
 struct Bracket {
     benches: [usize; 2],
     travels_m: [f64; 2],
+    /// Lower bound on the clearance.
+    least_m: f64,
     /// Travel at which the clearance begins to stay at the minimum, if it stays there.
     plateau_m: Option<f64>,
 }
@@ -143,20 +209,29 @@ fn brackets(way: &[Piece]) -> Vec<Bracket> {
         let follows = i > 0 && way[i - 1].travels_m[1] == low_m;
         if !falls(piece) {
             if !follows && !piece.is_rigid {
-                brackets.push(Bracket { benches, travels_m: piece.travels_m, plateau_m: None });
+                brackets.push(Bracket {
+                    benches,
+                    travels_m: piece.travels_m,
+                    least_m: piece.bounds_m[0],
+                    plateau_m: None,
+                });
             }
             continue;
         }
         let contiguous = way[i..].windows(2).take_while(|ends| ends[1].travels_m[0] == ends[0].travels_m[1]);
         let mut behind = contiguous.map(|ends| &ends[1]).peekable();
-        let (mut end_m, mut stays) = (high_m, false);
+        let (mut end_m, mut least_m, mut stays) = (high_m, piece.bounds_m[0], false);
         while let Some(level) = behind.next_if(|next| !falls(next) && !rises(next)) {
             end_m = level.travels_m[1];
+            least_m = least_m.min(level.bounds_m[0]);
             stays |= level.is_rigid;
         }
         if behind.peek().is_none_or(|next| rises(next)) {
-            end_m = behind.next().map_or(end_m, |next| next.travels_m[1]);
-            brackets.push(Bracket { benches, travels_m: [low_m, end_m], plateau_m: stays.then_some(high_m) });
+            if let Some(next) = behind.next() {
+                (end_m, least_m) = (next.travels_m[1], least_m.min(next.bounds_m[0]));
+            }
+            let plateau_m = stays.then_some(high_m);
+            brackets.push(Bracket { benches, travels_m: [low_m, end_m], least_m, plateau_m });
         }
     }
     brackets

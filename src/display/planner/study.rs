@@ -22,9 +22,10 @@ use super::plan_folder::PlanFolder;
 const PARTS: usize = 64;
 /// Most work for a part, and for each other answer, in steps of the meter: seconds.
 const WORK: u64 = 20_000_000;
-/// Points of the clearance over time, and points of one message.
+/// Points of the clearance over time, and points of one message. The first message has one in so many of the whole run.
 const POINTS: usize = 480;
 const POINTS_AT_ONCE: usize = 48;
+const COARSE: usize = 10;
 /// Time in which a dragging hand gives the next plan, and the niceness of the thread.
 const PAUSE: Duration = Duration::from_millis(40);
 const NICE: i32 = 5;
@@ -102,7 +103,7 @@ impl Study {
         Ok(self.touch)
     }
 
-    /// The least clearance over time, in parts.
+    /// The least clearance over time, in parts: first a coarse curve of the whole run, then the points between.
     fn curve(&self, end_s: f64, tell: Tell<'_>) -> Result<(), Ended> {
         let (plan, formation) = (&self.plan, self.plan.config.formation());
         let start_s = plan.times_s()[0];
@@ -110,7 +111,7 @@ impl Study {
         let mut solvers: Vec<ChainSolver> =
             plan.planned().iter().map(|planned| ChainSolver::new(&planned.dragon)).collect();
         let (mut boards, mut points) = (Vec::new(), Vec::new());
-        for point in 0..POINTS {
+        for (number, point) in coarse_first().enumerate() {
             let time_s = start_s + (end_s - start_s) * point as f64 / (POINTS - 1) as f64;
             let mut handles: Vec<DVec3> = Vec::with_capacity(formation.layout().handles());
             for (planned, solver) in plan.planned().iter().zip(&mut solvers) {
@@ -120,8 +121,8 @@ impl Study {
             formation.place_boards(&handles, |&at| at, &mut boards);
             let nearest = search.nearest(&boards);
             points.extend(nearest.into_iter().flat_map(|pair| [time_s, (pair.clearance_m * 1e6).round() / 1e6]));
-            let is_last = point + 1 == POINTS;
-            if is_last || (point + 1) % POINTS_AT_ONCE == 0 {
+            let is_last = number + 1 == POINTS;
+            if is_last || (number + 1) % POINTS_AT_ONCE == 0 {
                 let part = std::mem::take(&mut points);
                 tell(json!({ "type": "curve", "points": part, "is_complete": is_last }))?;
             }
@@ -211,6 +212,12 @@ impl Study {
         }
         found
     }
+}
+
+/// The numbers of all points of a curve: first every so many, then those between.
+fn coarse_first() -> impl Iterator<Item = usize> {
+    let is_coarse = |point: &usize| point.is_multiple_of(COARSE);
+    (0..POINTS).filter(is_coarse).chain((0..POINTS).filter(move |point| !is_coarse(point)))
 }
 
 /// Keeps the nearest ones, in the order of travel.

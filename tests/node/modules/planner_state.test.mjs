@@ -30,6 +30,14 @@ test('a curve grows in parts, stays in grey after an edit, and gives way to the 
   assert.deepEqual(state.samples, [{ time_s: 0, clearance_m: 0.9 }]);
 });
 
+test('the points of a curve that come after a coarse one lie between its points', () => {
+  const state = new State();
+  state.take(plan(1));
+  state.take(curve([0, 0.5, 2, 0.3], false));
+  state.take(curve([1, 0.4, 3, 0.2], true));
+  assert.deepEqual(state.samples.map(({ time_s }) => time_s), [0, 1, 2, 3]);
+});
+
 test('after a mistake the last good plan stays, and the next good text lifts the mistake', () => {
   const state = new State();
   state.take(plan(1));

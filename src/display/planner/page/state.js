@@ -65,6 +65,8 @@ export class State {
   #takeCurve(points, isComplete) {
     if (this.isCurveOld) this.samples = [];
     for (let at = 0; at + 1 < points.length; at += 2) this.samples.push({ time_s: points[at], clearance_m: points[at + 1] });
+    // A coarse curve comes first. The points behind it lie between its points.
+    this.samples.sort((one, other) => one.time_s - other.time_s);
     Object.assign(this, { isCurveOld: false, isCurveComplete: isComplete });
   }
 }
