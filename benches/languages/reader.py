@@ -9,7 +9,7 @@ total, latencies_ns = 0.0, []
 with Show(sys.argv[1], name="reader-python", timeout_s=60) as show:
     while len(latencies_ns) < int(sys.argv[2]):
         frame = show.wait(60)
-        total += frame.positions[0, 0]
+        total += frame.position(0)[0]
         now_ns = time.monotonic_ns()
         latencies_ns.append(now_ns - frame.header.published_ns)
 print(*latencies_ns, sep="\n")

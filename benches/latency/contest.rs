@@ -8,6 +8,7 @@ use crate::process::{self, Publisher, Reader};
 use crate::scores::{Scores, report};
 use crate::setting::{Mode, Setting};
 use crate::shared;
+use crate::transport::Transport;
 
 /// Mode, number of readers, and turns per contestant. Settings with many readers need fewer turns, because more readers
 /// measure. Ratios of a few microseconds need the most turns.
@@ -45,7 +46,8 @@ fn hold(bench: &'static str) {
     let begun = Instant::now();
     let mut all = Vec::new();
     for (mode, readers, turns) in CONTESTS {
-        let settings = crate::CONTESTANTS.iter().map(|transport| Setting { transport, mode, readers });
+        let can_play = |transport: &&Transport| mode == Mode::Polling || !transport.only_polling;
+        let settings = crate::CONTESTANTS.iter().filter(can_play).map(|transport| Setting { transport, mode, readers });
         let mut scores: Vec<Scores> = settings.map(Scores::new).collect();
         for turn in 0..turns {
             // The order rotates from turn to turn.

@@ -7,7 +7,8 @@ use bench_dragon_ipc::{FrameHeader, FromBytes as _, HandleState, IntoBytes as _}
 use crate::arrival::Arrival;
 use crate::frame_source::HANDLES;
 
-const HEADER_BYTES: usize = FrameHeader::SHOW_BYTES;
+/// Size of a header in bytes.
+pub(crate) const HEADER_BYTES: usize = FrameHeader::SHOW_BYTES;
 const HANDLE_BYTES: usize = size_of::<HandleState>();
 /// Size of a frame in bytes.
 pub(crate) const FRAME_BYTES: usize = HEADER_BYTES + HANDLES * HANDLE_BYTES;

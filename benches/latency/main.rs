@@ -1,5 +1,6 @@
 //! Measures the latency of a frame from one process to another for several transports: our server and subscriber, a bare
-//! iceoryx2 publisher and subscriber, a Unix stream socket and UDP on loopback. The bench `zenoh_latency` adds zenoh.
+//! iceoryx2 publisher and subscriber, a seqlock ring in shared memory as the physical limit (polling only), a Unix stream socket and UDP
+//! on loopback. The bench `zenoh_latency` adds zenoh.
 //!
 //! The frame is that of the paper's dragon, 224 handles and a header: 10,824 bytes, a thousand times per second. The publisher
 //! and each reader are separate processes. Our publisher is `bench-dragon serve`. The others use the same schedule, sleep and
@@ -16,13 +17,15 @@
 //! sums the values of each frame, and compares the sums with the exact solver after the turn. Percentiles cover all turns
 //! together; a ratio is the median of the turns' ratios.
 //!
-//! Then follows the latency of GO (see `go`). `cargo bench --bench latency -- go` measures this alone.
+//! Then follow the latency of a command (see `command`) and of GO (see `go`). `cargo bench --bench latency -- command` and `-- go`
+//! measure these alone.
 #![allow(clippy::print_stdout, reason = "a bench prints")]
 
 #[path = "../shared/mod.rs"]
 mod shared;
 
 mod arrival;
+mod command;
 mod contest;
 mod frame_bytes;
 mod frame_source;
@@ -35,17 +38,21 @@ mod scores;
 mod setting;
 mod transport;
 
-use transport::{BARE, OURS, Transport, UDP, UNIX};
+use transport::{BARE, OURS, SEQLOCK, Transport, UDP, UNIX};
 
 /// The contestants. Ours must be first.
-static CONTESTANTS: [Transport; 4] = [OURS, BARE, UNIX, UDP];
+static CONTESTANTS: [Transport; 5] = [OURS, BARE, SEQLOCK, UNIX, UDP];
 
 fn main() {
-    match std::env::args().nth(1).as_deref() {
-        Some(go::GO) => go::measure(),
-        Some(process::PUBLISH | process::READ) => contest::play_part("latency"),
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    match args.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        [command::ANSWER, place, habit] => command::answer(place, habit),
+        [command::COMMAND, ..] => command::measure(),
+        [go::GO, ..] => go::measure(),
+        [process::PUBLISH | process::READ, ..] => contest::play_part("latency"),
         _ => {
             contest::play_part("latency");
+            command::measure();
             go::measure();
         }
     }

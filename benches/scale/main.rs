@@ -12,6 +12,7 @@ mod reader;
 mod server;
 
 use std::process::ExitCode;
+use std::time::Instant;
 
 use bench_dragon::system::stop::StopFlag;
 
@@ -20,16 +21,18 @@ use shared::{Figures, median};
 use formation::{ROUNDS, many_dragons};
 use growth::{exponent, start_s, step_ns};
 use reader::{Habit, Role};
-use server::{Cost, Setting, measure, prove};
+use server::{Cost, RUN_S, Setting, measure, prove};
 
 /// Turns of each number of readers.
-const READER_ROUNDS: usize = 9;
+const READER_ROUNDS: usize = 5;
 /// Turns of each number of benches.
 const BENCH_ROUNDS: usize = 7;
 /// Ticks per second in the measurement with readers.
 const RATE_HZ: u32 = 1000;
 /// Numbers of readers, in addition to 0.
 const READERS: [usize; 4] = [1, 4, 8, 16];
+/// How the readers find a frame.
+const HABITS: [Habit; 4] = [Habit::Polling, Habit::Woken, Habit::Event, Habit::Clock];
 /// Numbers of benches.
 const BENCHES: [usize; 4] = [223, 2230, 22_300, 100_000];
 
@@ -46,7 +49,11 @@ fn main() -> ExitCode {
 #[allow(clippy::print_stdout, reason = "a bench prints")]
 fn measure_all() {
     let stop = StopFlag::on_signals().expect("signal handlers can be installed");
+    let begun = Instant::now();
     let mut figures = Figures::of("scale");
+    let runs =
+        READERS.len() * HABITS.len() * (READER_ROUNDS + 1) + 2 * READER_ROUNDS + BENCHES.len() * (BENCH_ROUNDS + 1);
+    println!("{runs} runs of {RUN_S} s, and their starts; each round says how long the rest takes");
     println!("\ndragons: 20 of 223 benches beside one of 4,460, {ROUNDS} rounds");
     many_dragons(&mut figures);
     println!(
@@ -55,14 +62,14 @@ fn measure_all() {
     fan_out(&mut figures, &stop);
     println!("\nbenches: no readers, a tick takes at most a third of the period, {BENCH_ROUNDS} rounds");
     growth_of_cost(&mut figures, &stop);
+    figures.set("seconds_in_all", begun.elapsed().as_secs_f64());
     figures.write();
 }
 
-/// Sets the cost of a tick with every number of readers: polling, and woken by the wake word and by iceoryx2's event.
+/// Sets the cost of a tick with every number of readers: polling, woken by the wake word and by iceoryx2's event, and by the clock.
 fn fan_out(figures: &mut Figures, stop: &StopFlag) {
     let setting = |readers, habit| Setting { benches: 223, rate_hz: RATE_HZ, readers, habit };
-    let with_readers =
-        [Habit::Polling, Habit::Woken, Habit::Event].map(|habit| READERS.map(|readers| setting(readers, habit)));
+    let with_readers = HABITS.map(|habit| READERS.map(|readers| setting(readers, habit)));
     // The setting without readers occurs twice. The difference between equal settings is noise.
     let mut settings = vec![setting(0, Habit::Polling)];
     settings.extend(with_readers.iter().flatten());
@@ -82,7 +89,7 @@ fn fan_out(figures: &mut Figures, stop: &StopFlag) {
         &costs[index.expect("the setting has been measured")]
     };
     figures.set("woken_vs_event_16", tick_ns(with_16(Habit::Woken)) / tick_ns(with_16(Habit::Event)));
-    for habit in [Habit::Polling, Habit::Woken, Habit::Event] {
+    for habit in HABITS {
         let (most, name) = (with_16(habit), habit.name());
         figures.set(&format!("fan_out_ratio_16_to_0_{name}"), tick_ns(most) / tick_ns(first));
         figures.set(&format!("cpu_fan_out_ratio_16_to_0_{name}"), cpu_ns(most) / cpu_ns(first));
@@ -158,9 +165,15 @@ impl Costs {
 }
 
 /// Measures all settings in turns, `rounds` times.
+#[allow(clippy::print_stdout, reason = "a bench prints")]
 fn interleaved_costs(rounds: usize, settings: &[Setting], stop: &StopFlag) -> Vec<Costs> {
+    let begun = Instant::now();
     let mut costs: Vec<Costs> = settings.iter().map(|_| Costs::default()).collect();
-    for _ in 0..rounds {
+    for round in 0..rounds {
+        if round > 0 {
+            let left_s = begun.elapsed().as_secs_f64() / round as f64 * (rounds - round) as f64;
+            println!("round {} of {rounds}, some {left_s:.0} s left", round + 1);
+        }
         for (setting, costs) in settings.iter().zip(&mut costs) {
             costs.add(&measure(setting, stop));
         }

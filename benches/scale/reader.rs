@@ -13,6 +13,7 @@ use bench_dragon_ipc::{BusError, Domain, Frame, FrameHeader, FrameSubscriber, Ha
 use serde::{Deserialize, Serialize};
 use test_support::dragons::paper_dragon_of;
 
+use crate::HABITS;
 use crate::server::Setting;
 
 /// The first argument of a reader.
@@ -21,6 +22,8 @@ const ROLE: &str = "read-frames";
 const POLL_PERIOD: Duration = Duration::from_millis(1);
 /// Longest wait of a woken reader for one frame.
 const WAIT: Duration = Duration::from_secs(1);
+/// Busy loop of a reader by the clock, before and after each due instant.
+const SPIN: Duration = Duration::from_micros(100);
 /// A reader panics after this time without a frame.
 const FRAME_TIMEOUT: Duration = Duration::from_secs(30);
 /// Frames that a proving reader keeps, and the number of ticks between them.
@@ -42,6 +45,8 @@ pub(crate) enum Habit {
     Woken,
     /// Sleeps on iceoryx2's event, as stock clients do.
     Event,
+    /// Sleeps by the clock until shortly before a frame is due, then polls.
+    Clock,
 }
 
 impl Habit {
@@ -50,6 +55,7 @@ impl Habit {
             Self::Polling => "polling",
             Self::Woken => "woken",
             Self::Event => "event",
+            Self::Clock => "clock",
         }
     }
 }
@@ -135,10 +141,9 @@ impl Role {
     pub(crate) fn of_arguments() -> Option<Self> {
         let arguments: Vec<String> = std::env::args().skip(1).collect();
         let [role, instance, habit, benches, proving] = arguments.as_slice() else { return None };
-        let habits = [Habit::Polling, Habit::Woken, Habit::Event];
         (role == ROLE).then(|| Self {
             instance: Instance::new(instance).expect("the bench's instance"),
-            habit: habits.into_iter().find(|known| known.name() == habit).expect("a known habit"),
+            habit: HABITS.into_iter().find(|known| known.name() == habit).expect("a known habit"),
             benches: benches.parse().expect("a number of benches"),
             proving: proving == "true",
         })
@@ -163,6 +168,7 @@ impl Role {
                 frames.receive()
             }
             (None, Habit::Woken) => frames.wait(WAIT),
+            (None, Habit::Clock) => frames.wait_until_due(WAIT, SPIN),
             (None, _) => frames.receive(),
         };
         self.read_all(&mut read, &mut log);

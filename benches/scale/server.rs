@@ -13,7 +13,7 @@ use rustix::time::{ClockId, clock_gettime};
 use crate::reader::{Account, Habit, Reader};
 
 /// Wall-clock seconds of a run.
-const RUN_S: f64 = 1.2;
+pub(crate) const RUN_S: f64 = 1.2;
 /// Seconds at the start and at the end of a run that the measurement of processor time excludes.
 const MARGIN_S: f64 = 0.1;
 

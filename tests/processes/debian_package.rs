@@ -42,6 +42,25 @@ fn files(root: &Path) -> Vec<String> {
     files
 }
 
+/// Makes the package in a folder of a test. Returns its path.
+fn packed(stage: &Stage, folder: &str) -> String {
+    let mut command = Command::new(Path::new(env!("CARGO_MANIFEST_DIR")).join("packaging/deb/build"));
+    command.args(["--fast", "--program", env!("CARGO_BIN_EXE_bench-dragon"), "--libraries"]);
+    command.arg(built_libraries()).arg(stage.path(folder));
+    succeed(command).trim().to_owned()
+}
+
+#[test]
+fn lintian_finds_no_error_and_no_warning() {
+    if !has_programs(&["dpkg-deb", "lintian"]) {
+        return;
+    }
+    let stage = Stage::new();
+    let mut lintian = Command::new("lintian");
+    lintian.args(["--allow-root", "--fail-on", "error,warning"]).arg(packed(&stage, "package"));
+    assert_eq!(succeed(lintian), "");
+}
+
 #[test]
 fn it_is_installed_into_an_empty_root_and_removed_without_a_rest() {
     if !has_programs(&["dpkg", "dpkg-deb", "objdump"]) {
@@ -50,14 +69,8 @@ fn it_is_installed_into_an_empty_root_and_removed_without_a_rest() {
     if !geteuid().is_root() {
         return skip("dpkg installs as root only");
     }
-    let (stage, build) = (Stage::new(), Path::new(env!("CARGO_MANIFEST_DIR")).join("packaging/deb/build"));
-    let packed = |name: &str| {
-        let mut command = Command::new(&build);
-        command.args(["--fast", "--program", env!("CARGO_BIN_EXE_bench-dragon"), "--libraries"]);
-        command.arg(built_libraries()).arg(stage.path(name));
-        succeed(command).trim().to_owned()
-    };
-    let [package, again] = ["one", "two"].map(packed);
+    let stage = Stage::new();
+    let [package, again] = ["one", "two"].map(|folder| packed(&stage, folder));
     assert!(fs::read(&package).expect("a package") == fs::read(again).expect("a package"), "two packages are alike");
 
     let root = empty_root(&stage);

@@ -37,19 +37,29 @@ pub(crate) struct BareSender {
 }
 
 /// The folder of one domain. Its name is the prefix of the domain's files in shared memory.
-struct Domain(TempDir);
+pub(crate) struct Domain(TempDir);
+
+impl Domain {
+    pub(crate) fn new() -> Self {
+        Self(tempfile::Builder::new().prefix("latency-").tempdir().expect("a folder"))
+    }
+
+    /// The folder, by which other processes join.
+    pub(crate) fn place(&self) -> &str {
+        self.0.path().to_str().expect("temporary folders have plain names")
+    }
+}
 
 impl BareSender {
     /// Opens a publisher and waits for all readers.
     pub(crate) fn open(setting: Setting) -> Self {
-        let folder = tempfile::Builder::new().prefix("latency-").tempdir().expect("a folder");
-        let node = node(folder.path());
-        let domain = Domain(folder);
+        let domain = Domain::new();
+        let node = node(Path::new(domain.place()));
         let (frames, events) = (frames(&node), events(&node));
         let publisher = frames.publisher_builder().initial_max_slice_len(HANDLES).create().expect("the only publisher");
         let notifier =
             (setting.mode != Mode::Polling).then(|| events.notifier_builder().create().expect("the only notifier"));
-        announce(domain.0.path().to_str().expect("temporary folders have plain names"));
+        announce(domain.place());
         while frames.dynamic_config().number_of_subscribers() < setting.readers {
             std::thread::yield_now();
         }
@@ -115,7 +125,7 @@ impl Receiver for BareReceiver {
 }
 
 /// Creates a node of a separate domain, whose root is a new temporary folder.
-fn node(folder: &Path) -> Node<Service> {
+pub(crate) fn node(folder: &Path) -> Node<Service> {
     set_log_level(LogLevel::Error);
     let mut config = Config::default();
     config.global.set_root_path(

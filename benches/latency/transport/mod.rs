@@ -1,7 +1,8 @@
 //! The contestants, one file each: sending and reading of frames.
 
-mod bare;
+pub(crate) mod bare;
 mod ours;
+mod seqlock;
 mod udp;
 mod unix;
 
@@ -18,6 +19,8 @@ pub(crate) struct Transport {
     pub(crate) title: &'static str,
     /// Publishes until the parent closes stdin. `None` for ours: the real server publishes these frames.
     pub(crate) publish: Option<fn(Setting)>,
+    /// Whether only polling readers can read it.
+    pub(crate) only_polling: bool,
     /// Reads one turn from the publisher with this name or address.
     pub(crate) read: fn(Setting, &str),
 }
@@ -26,23 +29,34 @@ pub(crate) const OURS: Transport = Transport {
     name: "ours",
     title: "bench-dragon",
     publish: None,
+    only_polling: false,
     read: |setting, place| read(setting, ours::Subscriber::open(setting, place)),
 };
 pub(crate) const BARE: Transport = Transport {
     name: "bare",
     title: "bare iceoryx2",
     publish: Some(|setting| publish(bare::BareSender::open(setting))),
+    only_polling: false,
     read: |setting, place| read(setting, bare::BareReceiver::open(setting, place)),
 };
 pub(crate) const UNIX: Transport = Transport {
     name: "unix",
     title: "Unix stream",
     publish: Some(|setting| publish(unix::UnixSender::open(setting))),
+    only_polling: false,
     read: |setting, place| read(setting, unix::UnixReceiver::open(setting, place)),
 };
 pub(crate) const UDP: Transport = Transport {
     name: "udp",
     title: "UDP, loopback",
     publish: Some(|setting| publish(udp::UdpSender::open(setting))),
+    only_polling: false,
     read: |setting, place| read(setting, udp::UdpReceiver::open(setting, place)),
+};
+pub(crate) const SEQLOCK: Transport = Transport {
+    name: "seqlock",
+    title: "seqlock ring",
+    publish: Some(|setting| publish(seqlock::RingSender::open(setting))),
+    only_polling: true,
+    read: |setting, place| read(setting, seqlock::RingReceiver::open(place)),
 };

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use serde_json::{Map, Value};
 
@@ -15,11 +16,13 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// The figures of the bench of this name. The first ones describe the machine.
+    /// The figures of the bench of this name. The first ones describe the machine and the date.
     pub fn of(bench: &'static str) -> Self {
         let mut figures = Self { bench, values: Map::new() };
         figures.set("cpu", cpu_model());
         figures.set("cores", std::thread::available_parallelism().map_or(0, usize::from));
+        figures.set("kernel", fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default().trim());
+        figures.set("measured_unix_s", SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs()));
         figures
     }
 

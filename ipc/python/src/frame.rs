@@ -1,6 +1,7 @@
 //! A frame that stays in shared memory.
 
 use bench_dragon_ipc::{Continuity, HandleState, IntoBytes as _, LentFrame};
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -34,6 +35,18 @@ impl Frame {
         }
     }
 
+    /// Position of a handle in metres, without an array. A negative number counts from the last handle.
+    fn position(&self, handle: isize) -> PyResult<(f64, f64, f64)> {
+        let [x, y, z] = self.handle(handle)?.position_m;
+        Ok((x, y, z))
+    }
+
+    /// Velocity of a handle in metres per show second, likewise.
+    fn velocity(&self, handle: isize) -> PyResult<(f64, f64, f64)> {
+        let [x, y, z] = self.handle(handle)?.velocity_mps;
+        Ok((x, y, z))
+    }
+
     /// numpy's protocol, <https://numpy.org/doc/stable/reference/arrays.interface.html>: the handles as an array of shape
     /// (N + 1, 2, 3), position and velocity of each. `True` means read-only.
     #[getter]
@@ -46,5 +59,16 @@ impl Frame {
         interface.set_item("shape", (handles.len(), 2, 3))?;
         interface.set_item("data", (handles.as_ptr().addr(), true))?;
         Ok(interface)
+    }
+}
+
+impl Frame {
+    fn handle(&self, handle: isize) -> PyResult<&HandleState> {
+        let handles = self.lent.handles();
+        let index = if handle < 0 { handle.checked_add_unsigned(handles.len()) } else { Some(handle) };
+        let found = index.and_then(|index| handles.get(usize::try_from(index).ok()?));
+        found.ok_or_else(|| {
+            PyIndexError::new_err(format!("handle is {handle}, the frame has {} handles", handles.len()))
+        })
     }
 }

@@ -82,6 +82,21 @@ def test_the_first_positions_are_those_of_the_paper(stage):
     server.stop()
 
 
+def test_one_handle_is_read_without_an_array(stage):
+    server = stage.serve("--rate", "20", "--start-at", "100")
+    with Show(stage.instance) as show:
+        frame = show.wait(PATIENCE_S)
+        for each in (frame, frame.copy()):
+            for handle in (0, 7, 223, -1, -224):
+                assert each.position(handle) == tuple(frame.positions[handle])
+                assert each.velocity(handle) == tuple(frame.velocities[handle])
+            for handle in (224, -225):
+                with pytest.raises(IndexError):
+                    each.position(handle)
+        del frame, each
+    server.stop()
+
+
 def test_benches_lie_between_their_handles(stage):
     server = stage.serve("--rate", "20", "--start-at", "100")
     with Show(stage.instance) as show:
@@ -109,16 +124,21 @@ def test_benches_lie_between_their_handles(stage):
 def test_turn_rates_are_the_derivatives_of_the_headings(stage):
     server = stage.serve("--readers", "1", "--rate", "100", "--start-at", "50", "--until", "50.5")
     with Show(stage.instance) as show:
-        headings, turn_rates = [], []
+        times_ns, headings, turn_rates = [], [], []
         for frame in show.frames(PATIENCE_S):
             if frame.header.show_state is ShowState.ENDED:
                 break
+            times_ns.append(frame.header.show_time_ns)
             headings.append(frame.benches.headings)
             turn_rates.append(frame.benches.turn_rates)
         del frame
         assert show.lost == 0
         turned = (np.array(headings[2:]) - np.array(headings[:-2]) + np.pi) % (2 * np.pi) - np.pi
-        np.testing.assert_allclose(turned / 0.02, np.array(turn_rates[1:-1]), atol=1e-5)
+        # A period that the server has missed makes a step of another length.
+        steps_ns = np.diff(times_ns)
+        even = (steps_ns[:-1] == 10_000_000) & (steps_ns[1:] == 10_000_000)
+        assert even.any(), steps_ns
+        np.testing.assert_allclose(turned[even] / 0.02, np.array(turn_rates[1:-1])[even], atol=1e-5)
     server.summary()
 
 

@@ -56,9 +56,13 @@ fn judge_governors(governors: &BTreeSet<String>) -> Finding {
 /// Exit latencies of idle states over this share of a frame's period are a warning.
 const IDLE_SHARE: f64 = 0.1;
 
+/// The driver of a virtual machine, whose idle state is a halt that its host handles.
+const HOST_DRIVER: &str = "haltpoll";
+
 /// How deep an idle processor sleeps: how long the kernel expects it to take until it runs again.
 pub(super) fn idle_states(target: &Target) -> Finding {
-    judge_idle(deepest_idle(), target.config.tables().serve.rate_hz)
+    let driver = fs::read_to_string(format!("{PROCESSORS}/cpuidle/current_driver")).unwrap_or_default();
+    judge_idle(driver.trim(), deepest_idle(), target.config.tables().serve.rate_hz)
 }
 
 /// The idle state with the longest exit latency, in microseconds, that no processor has disabled.
@@ -74,7 +78,12 @@ fn deepest_idle() -> Option<(u64, String)> {
     processors.flat_map(states).filter_map(|state| latency(state.path())).max()
 }
 
-fn judge_idle(deepest: Option<(u64, String)>, rate_hz: u32) -> Finding {
+fn judge_idle(driver: &str, deepest: Option<(u64, String)>, rate_hz: u32) -> Finding {
+    if driver == HOST_DRIVER {
+        return Finding::not_known(
+            "an idle processor goes to the host, which does not report how deep it lets it sleep",
+        );
+    }
     let Some((latency_us, name)) = deepest else {
         return Finding::not_known("this system does not report it; in a virtual machine the host controls it");
     };
@@ -142,13 +151,15 @@ mod tests {
 
     #[test]
     fn an_idle_state_that_takes_a_tenth_of_a_period_to_leave_is_a_warning() {
-        let judged = |latency_us, rate_hz| judge_idle(Some((latency_us, "C6".to_owned())), rate_hz);
+        let judged = |latency_us, rate_hz| judge_idle("intel_idle", Some((latency_us, "C6".to_owned())), rate_hz);
         assert_eq!(judged(100, 1000).status, Verdict::Ok);
         let deep = judged(133, 1000);
         assert_eq!((deep.status, deep.value.as_str()), (Verdict::Warning, "133 \u{b5}s"));
         assert_eq!(deep.remedy.as_deref(), Some("`cpupower idle-set --disable-by-latency 100`"));
         assert_eq!(judged(133, 60).status, Verdict::Ok);
-        assert_eq!(judge_idle(None, 1000).status, Verdict::NotKnown);
+        assert_eq!(judge_idle("none", None, 1000).status, Verdict::NotKnown);
+        let halts = Some((1, "haltpoll idle".to_owned()));
+        assert_eq!(judge_idle("haltpoll", halts, 1000).status, Verdict::NotKnown);
     }
 
     #[test]

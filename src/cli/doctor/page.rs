@@ -20,7 +20,7 @@ const MOST_BYTES: usize = 16 << 10;
 /// How to start a page beside a show that runs.
 const START: &str = "start it: `bench-dragon view --listen";
 
-/// What a page answers at `/access`.
+/// The answer of a page at `/access`.
 #[derive(Debug, Deserialize)]
 struct PageAccess {
     version: String,
@@ -87,7 +87,7 @@ fn ask(address: SocketAddr) -> io::Result<Option<PageAccess>> {
     Ok(access(&answer))
 }
 
-/// What a page says about itself in an answer by HTTP; `None` for anything else.
+/// The answer of a page in HTTP; `None` for anything else.
 fn access(answer: &[u8]) -> Option<PageAccess> {
     let text = str::from_utf8(answer).ok()?;
     let (head, body) = text.split_once("\r\n\r\n")?;

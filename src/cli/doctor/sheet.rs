@@ -24,7 +24,7 @@ use crate::system::whole_file;
 /// The page, and the same for programs.
 const PAGE: &str = "checks.html";
 const JSON: &str = "checks.json";
-/// What no program can check.
+/// Checks that only people can make.
 const BY_HAND: [&str; 4] = [
     "The wired emergency stop was pressed, and it stopped everyone.",
     "Each desk shows the dragon where it stands.",
@@ -156,7 +156,7 @@ impl CheckSheet {
     }
 }
 
-/// What the show plays, in words.
+/// The plan of the show, in words.
 fn plan(target: &Target) -> String {
     let Target { config, from_s, until_s, .. } = target;
     let layout = config.formation().layout();

@@ -25,7 +25,7 @@ const LOOK_PERIOD: Duration = Duration::from_millis(10);
 const SLACK_S: f64 = 0.25;
 const SEND_IT: &str = "start the desk's timecode, and let it send to";
 
-/// What the receiver has heard.
+/// The packets that the receiver has heard.
 struct Heard {
     listen: SocketAddr,
     samples: Vec<TimecodeSample>,

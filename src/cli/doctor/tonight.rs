@@ -111,7 +111,7 @@ fn room(target: &Target) -> Finding {
     Finding::ok(value, message)
 }
 
-/// Who listens where: the page, the server for timecode, and the commands beside the show.
+/// The ends that listen: the page, the server for timecode, and the commands beside the show.
 fn listeners(target: &Target) -> Vec<(&str, Endpoint)> {
     let page = target.view.map(|address| ("view", Endpoint::Listens(Transport::Tcp, address)));
     let timecode = match &target.timecode.source {

@@ -29,10 +29,10 @@ mod transport;
 
 mod zenoh;
 
-use transport::{BARE, OURS, Transport, UDP, UNIX};
+use transport::{BARE, OURS, SEQLOCK, Transport, UDP, UNIX};
 
 /// The contestants. Ours must be first.
-static CONTESTANTS: [Transport; 6] = [OURS, BARE, UNIX, UDP, zenoh::TCP, zenoh::SHARED_MEMORY];
+static CONTESTANTS: [Transport; 7] = [OURS, BARE, SEQLOCK, UNIX, UDP, zenoh::TCP, zenoh::SHARED_MEMORY];
 
 fn main() {
     contest::play_part("zenoh_latency");

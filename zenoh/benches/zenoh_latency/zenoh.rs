@@ -21,12 +21,14 @@ pub(crate) const TCP: Transport = Transport {
     name: "zenoh_tcp",
     title: "zenoh, TCP",
     publish: Some(|_| publish(TcpSender::open())),
+    only_polling: false,
     read: |setting, place| read(setting, ZenohReceiver::open(setting, place, Way::Tcp)),
 };
 pub(crate) const SHARED_MEMORY: Transport = Transport {
     name: "zenoh_shm",
     title: "zenoh, shared memory",
     publish: Some(|_| publish(ShmSender::open())),
+    only_polling: false,
     read: |setting, place| read(setting, ZenohReceiver::open(setting, place, Way::SharedMemory)),
 };
 
