@@ -56,18 +56,20 @@ fn only_release_lifts_a_hold() {
 }
 
 #[test]
-fn a_seek_to_the_last_show_time_is_not_past_the_end_by_rounding() {
-    let mut rounded_up = 0;
+fn a_seek_to_the_last_show_time_is_at_the_end_in_spite_of_rounding() {
+    let (mut rounded_up, mut rounded_down) = (0, 0);
     for number in 1..1000 {
         let (speed_mps, end_travel_m) = (0.1 + 0.0037 * f64::from(number), 61.85);
         let last_s = end_travel_m / speed_mps;
         rounded_up += u32::from(speed_mps * last_s > end_travel_m);
+        rounded_down += u32::from(speed_mps * last_s < end_travel_m);
         let mut motion =
             start(MotionSettings { speed_mps, start_speed_mps: speed_mps, end_travel_m, last_s, ..plan() });
         motion.request(Request::Seek { show_time_s: last_s }).expect("the end is inside the run");
-        assert_eq!(after(motion, 1).head().travel_m.max(end_travel_m), end_travel_m);
+        let head = after(motion, 1).head();
+        assert_eq!((head.travel_m, head.state), (end_travel_m, ShowState::Finished));
     }
-    assert!(rounded_up > 0, "no case is rounded up");
+    assert!(rounded_up > 0 && rounded_down > 0, "{rounded_up} cases are rounded up, {rounded_down} down");
 }
 
 #[test]

@@ -254,7 +254,7 @@ fn draw_usual(seed: u64, until_ns: u64, seek_s: [f64; 2], has_timecode: bool) ->
 }
 
 /// Any command, those that go on more often than those that stop. Some have values out of range.
-pub(crate) fn command(dice: &mut Dice, [first_s, last_s]: [f64; 2]) -> Request {
+fn command(dice: &mut Dice, [first_s, last_s]: [f64; 2]) -> Request {
     match dice.below(24) {
         0..=2 => Request::Pause,
         3..=6 => Request::Resume,
@@ -270,6 +270,12 @@ pub(crate) fn command(dice: &mut Dice, [first_s, last_s]: [f64; 2]) -> Request {
         _ if dice.chance(0.3) => Request::Stop,
         _ => Request::Pace { factor: 2.0 },
     }
+}
+
+/// The commands of a burst: so many, of a seed.
+pub(crate) fn flurry(seed: u64, count: u64, seek_s: [f64; 2]) -> impl Iterator<Item = Request> {
+    let mut dice = Dice::new(seed, 9);
+    (0..count).map(move |_| command(&mut dice, seek_s))
 }
 
 fn timecode(dice: &mut Dice) -> TimecodeFault {

@@ -2,7 +2,7 @@
 
 #![allow(clippy::format_push_string, reason = "the texts are short")]
 
-use bench_dragon::config::{Config, ConfigDocument};
+use bench_dragon::config::{Config, PlanDocument};
 
 use crate::dice::Dice;
 
@@ -15,8 +15,7 @@ const LEAST_COURSE_M: f64 = 1.0;
 
 /// Builds a configuration; `None` where dragons do not fit on their routes, stand in each other, or hardly walk.
 fn build(toml: &str) -> Option<Config> {
-    let built = ConfigDocument::from_toml(toml).map(|document| document.with_placing_steps(PLACING_STEPS));
-    let config = built.and_then(ConfigDocument::build).ok()?;
+    let config = PlanDocument::from_toml_within(toml, PLACING_STEPS).and_then(PlanDocument::build).ok()?;
     let begin_m = config.course_m(config.start_s());
     (config.require_start().is_ok() && config.formation().end_m() > begin_m + LEAST_COURSE_M).then_some(config)
 }

@@ -101,6 +101,16 @@ impl Scenario {
         first_s + 0.1 * (last_s - first_s)
     }
 
+    /// First and last show time to which an operator may seek.
+    pub(crate) fn times_s(&self) -> [f64; 2] {
+        [self.config.start_s(), self.config.last_seek_s()]
+    }
+
+    /// The configuration of the show.
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
     pub(crate) fn is_guarded(&self) -> bool {
         self.config.tables().monitor.guard
     }

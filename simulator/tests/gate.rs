@@ -38,6 +38,18 @@ fn fixed_seeds_keep_all_promises() {
 }
 
 #[test]
+fn the_fixed_seeds_have_several_dragons_cues_and_guards() {
+    let scenarios: Vec<Scenario> = (1..=FIXED).map(|seed| Scenario::of(seed, 0.0)).collect();
+    let count = |has: fn(&Scenario) -> bool| scenarios.iter().filter(|scenario| has(scenario)).count();
+    let several = count(|scenario| scenario.config().formation().dragons().len() > 1);
+    let cued = count(|scenario| !scenario.config().cues().is_empty());
+    let both =
+        count(|scenario| scenario.config().cues().len().min(scenario.config().formation().dragons().len() - 1) > 0);
+    let guarded = count(|scenario| scenario.config().tables().monitor.guard);
+    assert!(several >= 20 && cued >= 30 && both >= 5 && guarded >= 60, "{several} {cued} {both} {guarded}");
+}
+
+#[test]
 fn fresh_seeds_keep_all_promises() {
     let now = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock after 1970");
     // Short, so that people can type it.

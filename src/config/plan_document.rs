@@ -43,6 +43,14 @@ impl PlanDocument {
         FormationDocument::build(tables, Path::new(""), None).map(Self::Formation)
     }
 
+    /// The same with a limit of steps for placing each dragon, as for [`load`](Self::load).
+    ///
+    /// # Errors
+    /// As for [`from_toml`](Self::from_toml).
+    pub fn from_toml_within(text: &str, placing_steps: u64) -> Result<Self, ConfigError> {
+        Self::of_tables(parse(text)?, Path::new(""), Some(placing_steps))
+    }
+
     /// Parses the text of a file in a folder, as [`load`](Self::load) reads the file.
     ///
     /// # Errors

@@ -136,9 +136,11 @@ impl RunBook {
         self.last = Some(Last { header, behind_ns: ticked.behind_ns, clearance_m });
     }
 
-    /// Travel to which a seek moves the head.
+    /// Travel to which a seek moves the head. A head that is planned to reach its end is there in spite of rounding.
     fn travel_at(&self, show_time_s: f64) -> f64 {
-        (self.settings.speed_mps * show_time_s).min(self.settings.end_travel_m)
+        let (travel_m, end_m) = (self.settings.speed_mps * show_time_s, self.settings.end_travel_m);
+        let is_rounded = !self.formation.has_plan_course() && end_m - travel_m <= 2.0 * f64::EPSILON * end_m.abs();
+        if is_rounded { end_m } else { travel_m.min(end_m) }
     }
 
     /// Checks that the frame of a seek shows its target.

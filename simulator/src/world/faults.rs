@@ -1,8 +1,7 @@
 //! The faults of a scenario take effect.
 
 use super::{Event, START_NS, World};
-use crate::dice::Dice;
-use crate::fault::{FaultKind, Operator, Part, command};
+use crate::fault::{FaultKind, Operator, Part, flurry};
 use crate::guard::GuardProcess;
 
 /// Windows in which the bus or a process is bad, each up to an instant.
@@ -70,10 +69,7 @@ impl World<'_> {
             FaultKind::Command(Operator::Tool, request) => self.begin_call(request, false),
             FaultKind::Command(Operator::Desk(desk), request) => self.submit(desk, request),
             FaultKind::Flurry(desk, seed, count) => {
-                let mut dice = Dice::new(seed, 9);
-                for _ in 0..count {
-                    let request =
-                        command(&mut dice, [self.scenario.config.start_s(), self.scenario.config.last_seek_s()]);
+                for request in flurry(seed, count, self.scenario.times_s()) {
                     self.submit(desk, request);
                 }
             }

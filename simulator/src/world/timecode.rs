@@ -15,6 +15,8 @@ pub(super) const TIMECODE_NS: u64 = 40 * MS_NS;
 /// between two packets and two ticks.
 const STEADY_NS: u64 = 8 * SECOND_NS;
 const FARTHEST_S: f64 = 1.2;
+/// Greatest change of the pace for the correction of a difference.
+const CORRECTION: f64 = 0.05;
 
 /// The sender of timecode.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +25,11 @@ pub(super) struct Sender {
     pub(super) pace: f64,
     pub(super) stands: bool,
     pub(super) silent_until: u64,
+    /// Greatest speed of a show so far, and the number of times at most that it has braked from there since its last seek.
+    pub(super) fastest_mps: f64,
+    pub(super) stood: u32,
+    /// Whether the pace has changed at once by more than the follower corrects, which costs a seek.
+    pub(super) costs_seek: bool,
 }
 
 impl World<'_> {
@@ -30,9 +37,12 @@ impl World<'_> {
         let sender = &mut self.sender;
         match fault {
             TimecodeFault::Jump(seconds) => sender.position_s = (sender.position_s + seconds).max(0.0),
-            TimecodeFault::Stand => sender.stands = !sender.stands,
+            TimecodeFault::Stand => (sender.stands, sender.stood) = (!sender.stands, sender.stood + 1),
             TimecodeFault::Silent(ns) => sender.silent_until = self.now_ns + ns,
-            TimecodeFault::Pace(pace) => sender.pace = pace,
+            TimecodeFault::Pace(pace) => {
+                sender.costs_seek |= (pace - sender.pace).abs() > CORRECTION;
+                sender.pace = pace;
+            }
             TimecodeFault::Stray(seconds) => {
                 let position_s = (sender.position_s + seconds).max(0.0);
                 self.hear_timecode(position_s);
@@ -44,6 +54,15 @@ impl World<'_> {
     /// guarded head may have to wait for its grant.
     pub(super) fn check_timecode(&mut self, header: &FrameHeader, steering: Option<Steering>, has_sought: bool) {
         let config = &self.scenario.config;
+        let sender = &mut self.sender;
+        sender.fastest_mps = sender.fastest_mps.max(header.course_mps);
+        // A head with ramps comes to rest ahead of a timecode that stands. The pace removes that lead, or a seek does.
+        let braking_s = config.accel_mps2().map_or(0.0, |accel_mps2| sender.fastest_mps / accel_mps2);
+        let lead_s = f64::from(sender.stood) * braking_s;
+        let may_seek = sender.costs_seek || lead_s > 0.0;
+        if has_sought {
+            (sender.stood, sender.costs_seek) = (0, false);
+        }
         let runs = header.show_state() == Some(ShowState::Running) && steering.is_some_and(|steering| steering.leads);
         if !runs || self.scenario.is_guarded() {
             self.steady_ns = self.now_ns;
@@ -56,7 +75,7 @@ impl World<'_> {
         self.promises.require(
             Promise::FollowsTimecode,
             self.now_ns,
-            !is_within || off_s.abs() < FARTHEST_S && !has_sought,
+            !is_within || (-FARTHEST_S..FARTHEST_S + lead_s).contains(&off_s) && (!has_sought || may_seek),
             || format!("the show is {off_s} s from its timecode: {header:?}"),
         );
     }

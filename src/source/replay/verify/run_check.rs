@@ -83,23 +83,36 @@ impl RunCheck {
         })?;
         let begins_late = self.periods.is_empty() && missing > 0;
         let missed = self.periods.take(header, missing)?;
+        match self.compare(frame, missed, found, stop) {
+            // The replies to the commands before the first frame depend on the missed periods as well.
+            Err(RunVerdict::Differs { difference }) if begins_late => {
+                let what = if difference.tick == header.tick { "its first frame" } else { "its record of commands" };
+                let reason = format!(
+                    "the recording begins at tick {}, and {what} differs from a simulation without missed periods: {difference}",
+                    header.tick
+                );
+                Err(unverifiable(header.tick, reason))
+            }
+            compared => compared,
+        }
+    }
+
+    /// Simulates up to a frame, and compares replies and frame.
+    fn compare(
+        &mut self,
+        frame: &RecordedFrame,
+        missed: u64,
+        found: &mut RunVerification,
+        stop: &AtomicBool,
+    ) -> Result<(), RunVerdict> {
+        let header = &frame.header;
         self.simulate_missing(header.tick, missed, found, stop)?;
         self.simulate(header.tick, missed, Some(header), found)?;
         let simulated = self.simulation.header(self.run_id, header.tick, header.scheduled_ns);
         self.simulation.write(&mut self.handles);
         self.next_tick = header.tick.saturating_add(1);
-        match difference(frame, &simulated, &self.handles) {
-            None => Ok(()),
-            Some(difference) if begins_late => {
-                let reason = format!(
-                    "the recording begins at tick {}, and its first frame differs from a simulation without missed \
-                     periods: {}",
-                    header.tick, difference
-                );
-                Err(unverifiable(header.tick, reason))
-            }
-            Some(difference) => Err(RunVerdict::Differs { difference }),
-        }
+        difference(frame, &simulated, &self.handles)
+            .map_or(Ok(()), |difference| Err(RunVerdict::Differs { difference }))
     }
 
     fn simulate_missing(

@@ -393,8 +393,11 @@ impl Motion {
     fn seek(&mut self, show_time_s: f64) -> Result<(), Refusal> {
         let last_s = self.plan.until_s.map_or(self.plan.last_s, |until_s| until_s.min(self.plan.last_s));
         require(show_time_s, self.plan.first_s, last_s)?;
-        // Rounding must not put the head past the end of its run.
+        // Rounding must put the head neither past the end of its run nor just before it: there, a timecode beyond the end would
+        // seek at each tick, and the run would never be finished.
         let travel_m = (self.plan.speed_mps * show_time_s).min(self.plan.end_travel_m);
+        let is_at_end = self.plan.end_travel_m - travel_m <= 2.0 * f64::EPSILON * self.plan.end_travel_m.abs();
+        let travel_m = if is_at_end && !self.plan.has_planned_ends { self.plan.end_travel_m } else { travel_m };
         if let Some(authority) = &mut self.authority {
             authority.seek(travel_m)?;
         }
