@@ -31,6 +31,10 @@
 //!     these benches is further out than that bound plus o.
 //! 13. Boards within a clearance c of each other have a common point once each is grown by c/2 on every side. So the same
 //!     bounds rule out clearances up to c, with h + c/2 and w + c in place of h and w.
+//! 14. With play c, the poles of a bench are D apart, with D from d − 2c to d + 2c, and no corner of its board is further than
+//!     g = c·√(1 + 4ρ²/d²) from its place with the middle of the holes in that of the poles, where ρ is half of the diagonal (see
+//!     `play::board_reach`). So the board lies in one with the link D that is longer by c + g at each end than h, and wider by 2g.
+//!     Bounds 2 to 8 hold for every D between two lengths if each uses the length that makes it weaker.
 
 use std::f64::consts::TAU;
 
@@ -46,8 +50,10 @@ const ANGLE_TOLERANCE: f64 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoilReach {
     pub(super) coil: Coil,
-    /// Dimensions of the boards, grown by half of the clearance on every side (13).
+    /// Dimensions of the boards, grown by half of the clearance, and by what the play allows, on every side (13, 14).
     dimensions: Dimensions,
+    /// Greatest difference of the distance of two poles from the length of their link (14).
+    slack_m: f64,
     /// A bound on |curvature| between the way in and the way out.
     turn_curvature: f64,
 }
@@ -56,10 +62,25 @@ impl CoilReach {
     /// The bounds for a dragon whose route has a coil. In all that follows, benches *touch* if they are within `clearance_m` of
     /// each other.
     pub(super) fn of(dragon: &Dragon, clearance_m: f64) -> Option<Self> {
+        Self::grown(dragon, clearance_m, 0.0)
+    }
+
+    /// The same for all poses that the play of the hinges allows (14).
+    pub(super) fn of_loose(dragon: &Dragon, clearance_m: f64) -> Option<Self> {
+        let dimensions = dragon.dimensions();
+        let play_m = dimensions.play_m();
+        let grown_m = |bench: usize| {
+            let lever = 2.0 * dragon.board_radius_m(bench) / dimensions.link_m(bench);
+            play_m * (1.0 + lever.hypot(1.0))
+        };
+        Self::grown(dragon, clearance_m + 2.0 * grown_m(0).max(grown_m(1)), 2.0 * play_m)
+    }
+
+    fn grown(dragon: &Dragon, by_m: f64, slack_m: f64) -> Option<Self> {
         dragon.route().coil().map(|coil| {
             let turn_end = coil.way_out.map_or(coil.end, |way_out| way_out.begin);
             let turn_curvature = dragon.route().curvature_bound(coil.end, turn_end);
-            Self { coil, dimensions: dragon.dimensions().grown(clearance_m), turn_curvature }
+            Self { coil, dimensions: dragon.dimensions().grown(by_m), slack_m, turn_curvature }
         })
     }
 
@@ -88,6 +109,24 @@ impl CoilReach {
     pub(super) fn clear_from(&self, highest: f64) -> Option<f64> {
         let clear = |angle| [0, 1].iter().all(|&bench| self.turns(bench, angle) == Some(0.0));
         clear(highest).then(|| turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear).1)
+    }
+
+    /// The parameter up to which `bench`, with its front handle anywhere up to there, touches no bench behind it; `None` if the
+    /// bounds do not prove it at the parameter `from`.
+    pub(super) fn bench_is_clear_to(&self, bench: usize, from: f64) -> Option<f64> {
+        let clear = |angle| self.turns(bench, angle) == Some(0.0);
+        let highest = self.coil.angle(from).filter(|&angle| clear(angle))?;
+        let (_, angle) = turning_point(self.coil.end_angle, highest, ANGLE_TOLERANCE, clear);
+        Some(self.coil.parameter(angle))
+    }
+
+    /// A parameter such that `bench` touches no bench whose front handle is behind it. `bench` has its front handle at `front` or
+    /// behind, and its rear handle at `rear` or ahead of it. `None` if the bounds prove none.
+    pub(super) fn reached_to(&self, bench: usize, front: f64, rear: f64) -> Option<f64> {
+        let front_angle = self.coil.angle(front)?;
+        let turns = self.turns(bench, front_angle)?;
+        let rear_angle = self.coil.angle(rear)?;
+        Some(self.coil.parameter(rear_angle + TAU * turns + 2.0 * self.overhang_angle(front_angle)))
     }
 
     /// A parameter on the way out, at most `highest`; `None` if the bounds prove none. No bench with its rear handle there or
@@ -132,17 +171,18 @@ impl CoilReach {
     /// Bounds for a bench with its front handle at `angle` or further out; `None` if they do not hold (2 to 6).
     fn stand(&self, bench: usize, angle: f64) -> Option<Stand> {
         let b = self.coil.radius_per_radian_m;
-        let (link_m, hole_m) = (self.dimensions.link_m(bench), self.dimensions.hole_offset_m());
+        let hole_m = self.dimensions.hole_offset_m();
+        let [shortest_m, longest_m] = self.links_m(bench);
         let half_width_m = 0.5 * self.dimensions.width_m();
         let squared = 1.0 + angle * angle;
-        let half_bend = 0.5 * link_m * (1.0 + squared) / (b * squared * squared.sqrt());
+        let half_bend = 0.5 * longest_m * (1.0 + squared) / (b * squared * squared.sqrt());
         if half_bend >= 1.0 {
             return None;
         }
         // 2, 3
         let stretch = half_bend.asin() / half_bend;
-        let ahead_m = (0.5 * link_m - b * angle / squared.sqrt()).max(b * stretch - 0.5 * link_m);
-        let behind_m = 0.5 * link_m + b * stretch;
+        let ahead_m = (0.5 * longest_m - b * angle / squared.sqrt()).max(b * stretch - 0.5 * shortest_m);
+        let behind_m = 0.5 * longest_m + b * stretch;
         let foot_m = ((b * angle).powi(2) - ahead_m * ahead_m).max(0.0).sqrt();
         // 4
         let edge_m = foot_m - half_width_m;
@@ -158,7 +198,7 @@ impl CoilReach {
             }
         };
         Some(Stand {
-            turn: link_m * stretch / (b * angle),
+            turn: longest_m * stretch / (b * angle),
             outward_m: corner_m(behind_m).max(corner_m(ahead_m) + b * self.overhang_angle(angle)),
             inward_m: half_width_m
                 + (foot_m.hypot(ahead_m) - foot_m)
@@ -167,15 +207,22 @@ impl CoilReach {
         })
     }
 
+    /// The shortest and the longest distance of a bench's poles (14).
+    fn links_m(&self, bench: usize) -> [f64; 2] {
+        let link_m = self.dimensions.link_m(bench);
+        [link_m - self.slack_m, link_m + self.slack_m]
+    }
+
     /// Whether two benches with one between them have no common angle, with the front handle of the rear bench at `angle` or
     /// further out (8). It also checks that the angles of a board's corners grow with those of its handles. They do where θ +
     /// asin(o/(b·θ)) grows.
     fn keeps_apart(&self, angle: f64) -> bool {
         let b = self.coil.radius_per_radian_m;
-        let (link_m, overhang_m) = (self.dimensions.link_m(1), self.dimensions.overhang_m());
+        let [shortest_m, longest_m] = self.links_m(1);
+        let overhang_m = self.dimensions.overhang_m();
         let radius_m = b * angle;
         let tangent_m = (radius_m * radius_m - overhang_m * overhang_m).max(0.0).sqrt();
-        let turn = link_m / (b * b + radius_m * radius_m + 0.5 * TAU * b * link_m).sqrt();
+        let turn = shortest_m / (b * b + radius_m * radius_m + 0.5 * TAU * b * longest_m).sqrt();
         radius_m * tangent_m > overhang_m * b && turn > 2.0 * self.overhang_angle(angle)
     }
 }

@@ -47,6 +47,7 @@ pub use formation_search::{Meeting, Unfinished, first_between, first_meeting, st
 pub use meeting_zone::{DragonPair, MeetingZone, Tip};
 pub(crate) use near_ground::NearGround;
 pub use own_time::Nearest;
+pub(crate) use play::first_leading_touch;
 pub use play::{
     PlayEnd, PlaySearch, PossibleTouch, TouchingPose, first_possible_touch, first_touching_pose, most_play_reach_m,
     play_reach_m,

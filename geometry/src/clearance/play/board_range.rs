@@ -112,13 +112,16 @@ impl BoardRange {
                 return self.pitched_extent_m(board, length_m, direction);
             }
             let (centre_m, across) = (board.centre.dot(direction), board.heading.perp().dot(direction));
-            let corners = board.corners().into_iter().map(|corner| {
-                let lever = 2.0 * (corner - board.centre).perp_dot(direction) / self.link_m;
+            let ahead = board.heading * board.half_length;
+            let aside = board.heading.perp() * board.half_width;
+            // The other two corners are opposite to these.
+            let [one_m, other_m] = [ahead + aside, ahead - aside].map(|corner| {
+                let lever = 2.0 * corner.perp_dot(direction) / self.link_m;
                 let squared = 1.0 + lever * lever;
                 let [one, other] = [1.0, -1.0].map(|sign| (squared + 2.0 * sign * lever * across).max(0.0).sqrt());
-                (corner - board.centre).dot(direction) + 0.5 * self.play_m * (one + other)
+                corner.dot(direction).abs() + 0.5 * self.play_m * (one + other)
             });
-            centre_m + corners.fold(f64::NEG_INFINITY, f64::max)
+            centre_m + one_m.max(other_m)
         };
         self.boards.iter().map(furthest).fold(f64::NEG_INFINITY, f64::max) + self.remainder_m
     }

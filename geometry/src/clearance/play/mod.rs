@@ -10,6 +10,9 @@
 //! prove a pair apart, the search divides the bracket of the rear bench. If that is not enough, it halves the cell, down to
 //! [`RESOLUTION_M`].
 //!
+//! **Coils.** On outer turns of a spiral the bounds of the coil (see `coil_reach`) rule out all touches at once: cells there are
+//! skipped. Further in, they state how many turns outward a bench reaches, and the bracket is followed only that far.
+//!
 //! **Guarantee.** No pose that the play allows has a clearance up to the searched one before the travel that is found, up to the
 //! rounding of the poses, about 10⁻¹² m. The bound lets each bench use its play at its own poles and the play of all links before
 //! it at once, so it is too early, in a narrow gap by seconds: see `tests/play.rs`.
@@ -19,11 +22,14 @@ mod board_reach;
 mod pole_range;
 mod witness;
 
+use std::ops::RangeInclusive;
+
 use board_range::BoardRange;
 pub use board_reach::{most_play_reach_m, play_reach_m};
 use pole_range::PoleRange;
 pub use witness::{TouchingPose, first_touching_pose};
 
+use super::coil_reach::CoilReach;
 use crate::dragon::loose::Loose;
 use crate::dragon::meter::Spent;
 use crate::dragon::{Dimensions, Dragon};
@@ -77,9 +83,27 @@ pub fn first_possible_touch(
         Some(touch) => Some(touch),
         None => search.advance(to_travel_m)?,
     };
-    let unknown = PlayEnd { travel_m: search.end_m().max(from_travel_m), benches: None };
-    let touch = touch.map(|touch| PlayEnd { travel_m: touch.travel_m, benches: Some(touch.benches) });
-    Ok(touch.or_else(|| (search.end_m() < to_travel_m).then_some(unknown)))
+    Ok(search.play_end(touch, to_travel_m))
+}
+
+/// Where the proof ends that benches 0 and 1 touch no bench behind, between two travels of the run; `None` if it holds throughout, and
+/// for hinges without play. A body bench behind may touch on ground that bench 1 has passed before.
+///
+/// # Errors
+/// The dragon's meter is spent.
+pub(crate) fn first_leading_touch(
+    dragon: &Dragon,
+    clearance_m: f64,
+    [from_m, to_m]: [f64; 2],
+) -> Result<Option<PlayEnd>, Spent> {
+    let Some(loose) = dragon.loose() else { return Ok(None) };
+    let mut search = PlaySearch::unplaced(dragon, clearance_m, from_m);
+    let mut touch = None;
+    if search.is_known_here() {
+        search.body = loose.bracket(from_m, 1)[1];
+        touch = search.advance(to_m)?;
+    }
+    Ok(search.play_end(touch, to_m))
 }
 
 impl PossibleTouch {
@@ -93,6 +117,10 @@ impl PossibleTouch {
 pub struct PlaySearch {
     dragon: Dragon,
     clearance_m: f64,
+    /// Bounds for all poses on the coil of the route.
+    reach: Option<CoilReach>,
+    /// Parameters up to which the head's bench and a body bench, with their front pole anywhere up to there, touch no bench behind.
+    clear_to: [f64; 2],
     /// Travel of the head up to which its own pairs are settled.
     head_m: f64,
     /// Parameter up to which the pairs of body benches are settled.
@@ -120,12 +148,23 @@ impl PlaySearch {
     pub fn at(dragon: &Dragon, clearance_m: f64, travel_m: f64) -> Result<Option<Self>, Spent> {
         assert!(clearance_m >= 0.0 && clearance_m.is_finite(), "a search for a clearance of {clearance_m} m");
         let Some(loose) = dragon.loose() else { return Ok(None) };
-        let mut search = Self { dragon: dragon.clone(), clearance_m, head_m: travel_m, body: f64::NAN, behind: None };
+        let mut search = Self::unplaced(dragon, clearance_m, travel_m);
         if search.is_known_here() {
             search.body = loose.bracket(travel_m, 1)[1];
             search.behind = search.first_behind(loose, travel_m)?;
         }
         Ok(Some(search))
+    }
+
+    /// A search that does not know which body benches touch.
+    fn unplaced(dragon: &Dragon, clearance_m: f64, head_m: f64) -> Self {
+        let reach = CoilReach::of_loose(dragon, clearance_m);
+        let start = dragon.route().parameter(dragon.start_travel_m());
+        let clear_to = [0, 1].map(|bench| {
+            let parameter = reach.and_then(|reach| reach.bench_is_clear_to(bench, start));
+            parameter.unwrap_or(f64::NEG_INFINITY)
+        });
+        Self { dragon: dragon.clone(), clearance_m, reach, clear_to, head_m, body: f64::NAN, behind: None }
     }
 
     /// Whether the poses at the present travel of the head are known: it is not beyond [`end_m`](Self::end_m).
@@ -153,6 +192,13 @@ impl PlaySearch {
     /// Travel beyond which nothing can be proved, because a pole of some allowed pose might stop or jump there.
     pub fn end_m(&self) -> f64 {
         self.dragon.loose().map_or(self.head_m, Loose::end_travel_m)
+    }
+
+    /// Where a search up to `to_m` ends that has found this touch.
+    fn play_end(&self, touch: Option<PossibleTouch>, to_m: f64) -> Option<PlayEnd> {
+        let unknown = PlayEnd { travel_m: self.end_m().max(self.head_m), benches: None };
+        let touch = touch.map(|touch| PlayEnd { travel_m: touch.travel_m, benches: Some(touch.benches) });
+        touch.or_else(|| (self.end_m() < to_m).then_some(unknown))
     }
 
     /// Searches on, up to `to_m` or [`end_m`](Self::end_m). Returns the first possible touch. A later call goes on behind it.
@@ -187,6 +233,15 @@ impl PlaySearch {
         Ok(None)
     }
 
+    /// Whether the bounds do not rule out that two benches touch in some pose with the head between two travels.
+    fn may_touch(&self, [first, second]: [usize; 2], span_m: [f64; 2]) -> bool {
+        let Some(loose) = self.dragon.loose() else { return false };
+        let [[rear, _], [_, front]] = span_m.map(|travel_m| loose.bracket(travel_m, first));
+        let offset = second - first;
+        let found = self.first_of(Front { bench: first, followers: offset }, offset..=offset, [rear, front]);
+        found.map_or(true, |touch| touch.is_some())
+    }
+
     /// The first touch of two body benches whose front pole, now or when it first gets there, is at a place that some body pole
     /// has or passes before pole 1 walks on new ground.
     fn first_behind(&self, loose: &Loose, travel_m: f64) -> Result<Option<PossibleTouch>, Spent> {
@@ -216,7 +271,17 @@ impl PlaySearch {
     /// The first place of a front pole between two parameters at which its bench may touch a bench behind, and how many benches
     /// behind that one is.
     fn first_in(&self, front: Front, from: f64, to: f64) -> Result<Option<(f64, usize)>, Spent> {
-        if front.followers < 2 {
+        self.first_of(front, 2..=front.followers, [from, to])
+    }
+
+    /// The same for the benches at these offsets only.
+    fn first_of(
+        &self,
+        front: Front,
+        offsets: RangeInclusive<usize>,
+        [from, to]: [f64; 2],
+    ) -> Result<Option<(f64, usize)>, Spent> {
+        if offsets.is_empty() {
             return Ok(None);
         }
         let route = self.dragon.route();
@@ -224,8 +289,12 @@ impl PlaySearch {
         while begin < to {
             let end = to.min(route.parameter(route.travel(begin) + stride_m(&self.dragon)));
             let end = if end > begin { end } else { to };
+            if end <= self.clear_to[front.bench.min(1)] {
+                begin = end;
+                continue;
+            }
             let cell = PoleRange::new(&self.dragon, begin, end);
-            let found = self.first_in_cell(front, cell, &(2..=front.followers).collect::<Vec<_>>());
+            let found = self.first_in_cell(front, cell, &offsets.clone().collect::<Vec<_>>());
             self.dragon.meter().check(self.head_m)?;
             if found.is_some() {
                 return Ok(found);
@@ -241,16 +310,15 @@ impl PlaySearch {
         let poles = self.poles(front, cell, *offsets.last()?);
         let board = BoardRange::new(&self.dragon, front.bench, &poles[0], poles.get(1)?);
         let is_near = |&offset: &usize| {
-            offset + 1 < poles.len()
-                && self.may_meet(
-                    front.bench,
-                    [&poles[0], &poles[1]],
-                    front.bench + offset,
-                    [&poles[offset], &poles[offset + 1]],
-                )
-                && !self.stays_clear(&board, front.bench + offset, &poles[offset], cell.length_m)
+            self.may_meet(
+                front.bench,
+                [&poles[0], &poles[1]],
+                front.bench + offset,
+                [&poles[offset], &poles[offset + 1]],
+            ) && !self.stays_clear(&board, front.bench + offset, &poles[offset], cell.length_m)
         };
-        let near: Vec<usize> = offsets.iter().copied().filter(is_near).collect();
+        let placed = offsets.iter().copied().take_while(|offset| offset + 1 < poles.len());
+        let near: Vec<usize> = placed.filter(is_near).collect();
         let &first = near.first()?;
         if cell.length_m <= RESOLUTION_M || self.dragon.meter().is_spent() {
             return Some((cell.rear, first));
@@ -259,16 +327,19 @@ impl PlaySearch {
     }
 
     /// The brackets of the poles from a front pole to the rear pole of the bench at an offset, as far as they matter: on a coil,
-    /// all poles further behind are further out.
+    /// benches further behind are out of reach.
     fn poles(&self, front: Front, cell: PoleRange, offset: usize) -> Vec<PoleRange> {
-        let mut poles = Vec::with_capacity(offset + 2);
-        poles.push(cell);
+        let mut poles = vec![cell];
+        let mut reached_to = None;
         for bench in front.bench..=front.bench + offset {
             let last = poles.last().expect("the front pole is one");
-            if self.is_out_of_reach(&poles[0], last) {
+            if reached_to.is_some_and(|parameter| last.front < parameter) || self.is_out_of_reach(&poles[0], last) {
                 break;
             }
             let Some(next) = last.behind(&self.dragon, bench) else { break };
+            if bench == front.bench {
+                reached_to = self.reach.and_then(|reach| reach.reached_to(front.bench.min(1), cell.front, next.rear));
+            }
             poles.push(next);
         }
         poles

@@ -3,12 +3,13 @@
 //! [`Share`]s of its freedom determine a pose of two benches: how long the links before and between them are, how far apart the
 //! two poles of each bench are, and how each board lies on its poles. Every choice of shares is an allowed pose by construction. A
 //! pattern search (Hooke and Jeeves 1961, Journal of the ACM 8) looks for the shares with the least clearance, in one interval of
-//! travel after the other. It finds a touch or finds none: it proves nothing.
+//! travel after the other. It leaves out pairs that the proof rules out there. It finds a touch or finds none: it proves nothing.
 
 use std::f64::consts::PI;
 
 use glam::DVec2;
 
+use super::PlaySearch;
 use crate::clearance::near_pairs::NearPairs;
 use crate::clearance::pose::Pose;
 use crate::dragon::Dragon;
@@ -57,13 +58,15 @@ pub fn first_touching_pose(
     let (from_m, to_m) = (from_travel_m.max(dragon.start_travel_m()), to_travel_m.min(loose.end_travel_m()));
     let longest_m = LONGEST_LINKS * dragon.dimensions().link_m(0).min(dragon.dimensions().link_m(1));
     let count = INTERVALS.max(((to_m - from_m) / longest_m).ceil()).min(MAX_INTERVALS);
+    let proof = PlaySearch::unplaced(dragon, clearance_m, from_m);
     for number in 0..count as usize {
         let [begin_m, end_m] = [number, number + 1].map(|at| from_m + (to_m - from_m) * at as f64 / count);
         if end_m <= begin_m {
             break;
         }
         let search = Search { dragon, clearance_m, begin_m, end_m };
-        let found = search.near_pairs().into_iter().filter_map(|benches| search.first_touch(benches));
+        let open = search.near_pairs().into_iter().filter(|&benches| proof.may_touch(benches, [begin_m, end_m]));
+        let found = open.filter_map(|benches| search.first_touch(benches));
         let first = found.min_by(|one, other| one.travel_m.total_cmp(&other.travel_m));
         dragon.meter().check(begin_m)?;
         if first.is_some() {

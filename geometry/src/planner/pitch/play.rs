@@ -1,15 +1,16 @@
 //! The smallest pitch for loose hinges: no pose that the play allows touches on the way to the circle.
 //!
 //! The search starts at the smallest pitch without play and widens it, in steps that double, until the bounds on all poses (see
-//! `clearance::play`) rule out a contact; then it bisects the last step. The pitches that the bounds rule out need not be an
-//! interval. So the answer is a pitch without a possible contact, a step of [`TOLERANCE_M`] below which there is none without;
-//! a smaller pitch further below is not ruled out.
+//! `clearance::play`) rule out a contact; then it bisects the last step. A pitch is first examined from about where the last one
+//! touched to the circle, which is quick. A pitch that passes is then examined on the whole way. The pitches that the bounds rule
+//! out need not be an interval. So the answer is a pitch without a possible contact, a step of [`TOLERANCE_M`] below which there is
+//! none without; a smaller pitch further below is not ruled out.
 
 use std::sync::Arc;
 
 use super::{PitchError, SmallestPitch};
-use crate::clearance::first_possible_touch;
-use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter};
+use crate::clearance::{PlayEnd, first_leading_touch, first_possible_touch};
+use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
 use crate::numerics::try_turning_point;
 use crate::route::SpiralSpec;
 
@@ -36,25 +37,70 @@ pub fn guaranteed_pitch(
     if dimensions.play_m() == 0.0 {
         return Ok(nominal.pitch_m);
     }
-    let is_clear = |pitch_m: f64| {
-        let route = SpiralSpec { pitch_m, start_turns }.to_circle(turn_diameter_m).map_err(PitchError::Route)?;
-        let dragon = match Dragon::with_meter(*dimensions, Arc::new(route), meter.clone()) {
-            Ok(dragon) => dragon,
-            Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::PlayUndecided { pitch_m, spent }),
-            Err(_) => return Ok(false),
-        };
-        let end_m = dragon.end_travel_m();
-        let touch = first_possible_touch(&dragon, clearance_m, dragon.start_travel_m(), end_m)
-            .map_err(|spent| PitchError::PlayUndecided { pitch_m, spent })?;
-        Ok(touch.is_none() && dragon.feasible_end() == FeasibleEnd::RouteEnd)
-    };
+    let mut search = Widening { dimensions, start_turns, turn_diameter_m, clearance_m, meter, left_m: 0.0 };
     let (mut low_m, mut step_m) = (nominal.pitch_m, STEP_PER_PLAY * dimensions.play_m());
-    while !is_clear(low_m + step_m)? {
+    while !(search.may_be_clear(low_m + step_m)? && search.is_clear(low_m + step_m)?) {
         low_m += step_m;
         step_m *= 2.0;
         if step_m > MOST_M {
             return Err(PitchError::NoPitch { turn_diameter_m });
         }
     }
-    Ok(try_turning_point(low_m, low_m + step_m, TOLERANCE_M, is_clear)?.1)
+    let clear_m = low_m + step_m;
+    loop {
+        let (_, high_m) = try_turning_point(low_m, clear_m, TOLERANCE_M, |pitch_m| search.may_be_clear(pitch_m))?;
+        if high_m == clear_m || search.is_clear(high_m)? {
+            return Ok(high_m);
+        }
+        low_m = high_m;
+    }
+}
+
+/// A search of pitches for one that is wide enough.
+struct Widening<'a> {
+    dimensions: &'a Dimensions,
+    start_turns: f64,
+    turn_diameter_m: f64,
+    clearance_m: f64,
+    meter: &'a Meter,
+    /// Travel that was left to the circle at the last touch.
+    left_m: f64,
+}
+
+impl Widening<'_> {
+    /// Whether no benches touch on the whole way to the circle.
+    fn is_clear(&mut self, pitch_m: f64) -> Result<bool, PitchError> {
+        self.is_free(pitch_m, |dragon, clearance_m| {
+            first_possible_touch(dragon, clearance_m, dragon.start_travel_m(), dragon.end_travel_m())
+        })
+    }
+
+    /// Whether the leading benches touch none on the last part of the way, from about where a touch was found last.
+    fn may_be_clear(&mut self, pitch_m: f64) -> Result<bool, PitchError> {
+        let left_m = self.left_m + self.dimensions.link_m(0);
+        self.is_free(pitch_m, |dragon, clearance_m| {
+            let from_m = (dragon.end_travel_m() - left_m).max(dragon.start_travel_m());
+            first_leading_touch(dragon, clearance_m, [from_m, dragon.end_travel_m()])
+        })
+    }
+
+    /// Whether the dragon reaches the circle at a pitch, and a search finds no touch.
+    fn is_free(
+        &mut self,
+        pitch_m: f64,
+        search: impl Fn(&Dragon, f64) -> Result<Option<PlayEnd>, Spent>,
+    ) -> Result<bool, PitchError> {
+        let spec = SpiralSpec { pitch_m, start_turns: self.start_turns };
+        let route = spec.to_circle(self.turn_diameter_m).map_err(PitchError::Route)?;
+        let dragon = match Dragon::with_meter(*self.dimensions, Arc::new(route), self.meter.clone()) {
+            Ok(dragon) => dragon,
+            Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::PlayUndecided { pitch_m, spent }),
+            Err(_) => return Ok(false),
+        };
+        let touch = search(&dragon, self.clearance_m).map_err(|spent| PitchError::PlayUndecided { pitch_m, spent })?;
+        if let Some(touch) = touch {
+            self.left_m = dragon.end_travel_m() - touch.travel_m;
+        }
+        Ok(touch.is_none() && dragon.feasible_end() == FeasibleEnd::RouteEnd)
+    }
 }
