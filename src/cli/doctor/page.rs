@@ -11,6 +11,7 @@ use serde::Deserialize;
 
 use super::{Finding, Target};
 use crate::cli::endpoint::{Endpoint, Transport};
+use crate::cli::show::AlsoCommand;
 use crate::cli::web::{reachable, url};
 
 /// Longest wait for a page's answer.
@@ -48,7 +49,7 @@ pub(super) fn page(target: &Target) -> Finding {
 
 /// The addresses of the pages: that of `--view`, and those of the commands beside the show.
 fn pages(target: &Target) -> Vec<SocketAddr> {
-    let beside = target.beside.iter().filter(|command| command.is_page()).flat_map(|command| command.endpoints());
+    let beside = target.beside.iter().filter(|command| command.is_page()).flat_map(AlsoCommand::endpoints);
     let listens = |end| match end {
         Endpoint::Listens(Transport::Tcp, address) => Some(address),
         _ => None,
