@@ -8,7 +8,8 @@
 //!
 //! A [`Scenario`] is a function of its seed: the dragons, their plan, the settings, and a list of [`Fault`]s with their instants.
 //! [`play`] is a function of the scenario: the same scenario gives the same trace, to the bit. [`Promise`] lists what must hold.
-//! [`shortest`] reduces the faults of a broken promise to those that matter.
+//! [`shortest`] reduces the faults of a broken promise to those that matter. [`Scenario::script`] is the part of a scenario that real
+//! processes can repeat.
 
 mod agenda;
 mod dice;
@@ -21,13 +22,15 @@ mod plan;
 mod promises;
 mod recorder;
 mod scenario;
+mod script;
 mod server;
 mod shrink;
 mod supervisor;
 mod world;
 
-pub use fault::{Fault, FaultKind, Part, TimecodeFault};
+pub use fault::{Fault, FaultKind, Operator, Part, TimecodeFault};
 pub use promises::{Broken, Promise};
 pub use scenario::Scenario;
+pub use script::{Script, ScriptAction, ScriptStep};
 pub use shrink::shortest;
 pub use world::{Outcome, play};

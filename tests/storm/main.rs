@@ -8,6 +8,10 @@
 //!
 //!     cargo test --release --test storm -- --ends 500 --seed 7
 //!
+//! The scenarios: seeds of the simulator on the real bus (`scenario.rs`).
+//!
+//!     cargo test --release --test storm -- --scenarios 200 --seed 7
+//!
 //! The printed seed determines the kills and their instants. The state of the processes at these instants depends on the
 //! machine.
 
@@ -21,20 +25,24 @@ mod stage;
 mod arguments;
 mod books;
 mod endings;
+mod outside;
 mod player;
 mod random;
 mod role;
+mod scenario;
 mod supervised;
 mod troupe;
+mod witness;
 
 use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
 use std::thread;
 
-use arguments::{ENDINGS, STORM, Task};
+use arguments::{ENDINGS, SCENARIOS, STORM, Scenarios, Task};
 use books::Books;
 use endings::end_sets;
 use random::Random;
+use scenario::play_scenario;
 use stage::Stage;
 use supervised::play_shows;
 use troupe::Troupe;
@@ -42,10 +50,13 @@ use troupe::Troupe;
 /// Percentage of the kills in shows.
 const SHOWS_PERCENT: u32 = 25;
 
+/// Number of scenarios that play at the same time.
+const SIDE_BY_SIDE: usize = 4;
+
 #[allow(clippy::print_stdout, clippy::print_stderr, reason = "a test target without libtest prints its results")]
 fn main() -> ExitCode {
-    let (kills, ends, seed) = match Task::of(std::env::args().skip(1)) {
-        Ok(Task::Run { kills, ends, seed }) => (kills, ends, seed),
+    let (kills, ends, scenarios, seed) = match Task::of(std::env::args().skip(1)) {
+        Ok(Task::Run { kills, ends, scenarios, seed }) => (kills, ends, scenarios, seed),
         Ok(Task::List(names)) => {
             for name in &names {
                 println!("{name}: test");
@@ -67,8 +78,12 @@ fn main() -> ExitCode {
         println!("\nstorm of {kills} kills, seed {seed}");
         outcomes.push(run(STORM, move || storm(kills, seed)));
     }
+    if let Some(scenarios) = scenarios {
+        println!("\nscenarios of seeds {:?}", scenarios.seeds);
+        outcomes.push(run(SCENARIOS, move || play_scenarios(&scenarios)));
+    }
     let passed = outcomes.iter().filter(|&&is_well| is_well).count();
-    let (failed, left_out) = (outcomes.len() - passed, 2 - outcomes.len());
+    let (failed, left_out) = (outcomes.len() - passed, 3 - outcomes.len());
     let word = if failed == 0 { "ok" } else { "FAILED" };
     println!("\ntest result: {word}. {passed} passed; {failed} failed; 0 ignored; 0 measured; {left_out} filtered out");
     if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
@@ -88,6 +103,27 @@ fn endings(rounds: u32, seed: u64) {
     let stage = Stage::new();
     if let Err(failure) = end_sets(&stage, &mut Random::new(seed), rounds) {
         panic!("seed {seed}, {failure}");
+    }
+}
+
+/// Plays the scenarios of some seeds, several side by side. Panics with the seed of the first one that breaks a promise.
+#[allow(clippy::print_stdout, reason = "a test target without libtest prints its results")]
+fn play_scenarios(scenarios: &Scenarios) {
+    let Scenarios { seeds, seconds, only } = scenarios;
+    for together in seeds.chunks(SIDE_BY_SIDE) {
+        let played = thread::scope(|scope| {
+            let play =
+                |&seed: &u64| (seed, scope.spawn(move || play_scenario(seed, f64::from(*seconds), only.as_deref())));
+            let playing: Vec<_> = together.iter().map(play).collect();
+            playing.into_iter().map(|(seed, thread)| (seed, thread.join())).collect::<Vec<_>>()
+        });
+        for (seed, outcome) in played {
+            let outcome = outcome.unwrap_or_else(|_| panic!("seed {seed}, {seconds} s: a panic"));
+            match outcome.unwrap_or_else(|failure| panic!("seed {seed}, {seconds} s: {failure}")) {
+                Some(told) => println!("{told}"),
+                None => println!("seed {seed}: a show with timecode, left out"),
+            }
+        }
     }
 }
 

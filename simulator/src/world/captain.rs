@@ -1,6 +1,6 @@
 //! The captain, who leads the show to its end after the faults.
 
-use bench_dragon_ipc::{Request, ShowState, Status, Stop, TimecodeState};
+use bench_dragon_ipc::{FrameHeader, Request, ShowState, Status, Stop, TimecodeState};
 
 use super::faults::Windows;
 use super::timecode::Sender;
@@ -38,7 +38,7 @@ impl World<'_> {
         }
         match self.captain {
             Captain::Leads(until_ns) => {
-                let state = self.newest.as_ref().and_then(|header| header.show_state());
+                let state = self.newest.as_ref().and_then(FrameHeader::show_state);
                 if self.has_arrived() {
                     let seeks = self.is_seek_due();
                     let until_ns = self.now_ns + SETTLE_NS;

@@ -15,7 +15,7 @@ pub(super) const TIMECODE_NS: u64 = 40 * MS_NS;
 /// between two packets and two ticks.
 const STEADY_NS: u64 = 8 * SECOND_NS;
 const FARTHEST_S: f64 = 1.2;
-/// Greatest change of the pace for the correction of a difference.
+/// Greatest change of the pace for the correction of a difference, and greatest deviation of a pace that the follower learns.
 const CORRECTION: f64 = 0.05;
 
 /// The sender of timecode.
@@ -59,7 +59,9 @@ impl World<'_> {
         // A head with ramps comes to rest ahead of a timecode that stands. The pace removes that lead, or a seek does.
         let braking_s = config.accel_mps2().map_or(0.0, |accel_mps2| sender.fastest_mps / accel_mps2);
         let lead_s = f64::from(sender.stood) * braking_s;
-        let may_seek = sender.costs_seek || lead_s > 0.0;
+        // Beyond this range of paces, the follower seeks.
+        let is_beyond = (sender.pace - 1.0).abs() > CORRECTION;
+        let may_seek = is_beyond || sender.costs_seek || lead_s > 0.0;
         if has_sought {
             (sender.stood, sender.costs_seek) = (0, false);
         }
