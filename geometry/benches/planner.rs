@@ -6,12 +6,13 @@ mod shared;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use bench_dragon_geometry::clearance::first_contact;
+use bench_dragon_geometry::clearance::{first_contact, first_possible_touch, first_touching_pose};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
-    Staging, largest_speed_ratio, least_clearance, passage_through, shortest_turn, smallest_pitch,
+    Staging, guaranteed_pitch, largest_speed_ratio, least_clearance, near_misses, passage_through, shortest_turn,
+    smallest_pitch,
 };
-use bench_dragon_geometry::route::{SpiralSpec, Turnaround};
+use bench_dragon_geometry::route::{Route, SpiralSpec, Turnaround};
 use criterion::{Criterion, criterion_group, criterion_main};
 use test_support::dragons::{paper_benches, paper_dragon};
 
@@ -80,6 +81,44 @@ fn clearance_to_the_circle(criterion: &mut Criterion) {
     criterion.bench_function("least clearance on the way to a circle of 9 m", |bencher| bencher.iter(least));
 }
 
+/// The near misses of the paper's dragon up to its first contact, as the planner's page shows them.
+fn misses(criterion: &mut Criterion) {
+    const NEAR_M: f64 = 0.02;
+    let dragon = paper_dragon();
+    let all = || near_misses(&dragon, black_box(0.0), 412.473_8, NEAR_M, |_| ()).approaches;
+    let known = [402.115_621, 406.846_569, 409.831_991];
+    let is_known = all().iter().zip(known).all(|(miss, known_m)| (miss.travel_m - known_m).abs() < 1e-6);
+    assert!(is_known && all().len() == known.len(), "{:?}", all());
+    criterion.bench_function("near misses of the paper's dragon", |bencher| bencher.iter(all));
+}
+
+/// Hinges with poles of 50 mm in holes of 55 mm: the first possible contact, and a pose that touches; for 223 and for 10,000 benches.
+fn play(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("play");
+    group.sample_size(10);
+    for benches in [223, 10_000] {
+        let dimensions = paper_benches(benches).with_poles(0.055, 0.050).expect("valid poles");
+        let route = Arc::new(Route::spiral(0.55, 16.0).expect("the paper's spiral"));
+        let contact = || {
+            let dragon = Dragon::new(black_box(dimensions), Arc::clone(&route)).expect("the dragon stands");
+            let end_m = dragon.end_travel_m();
+            let possible = first_possible_touch(&dragon, 0.0, 0.0, end_m).expect("no limit").expect("boards may touch");
+            let pose = first_touching_pose(&dragon, 0.0, possible.travel_m, end_m).expect("no limit");
+            (possible, pose.expect("a pose touches"))
+        };
+        let (possible, pose) = contact();
+        assert!((possible.travel_m - 405.665).abs() < 2e-3 && pose.travel_m < 406.2, "{possible:?}, {pose:?}");
+        group.bench_function(format!("contact of {benches} benches"), |bencher| bencher.iter(contact));
+    }
+    let dimensions = paper_benches(223).with_poles(0.055, 0.050).expect("valid poles");
+    let meter = Meter::unlimited();
+    let nominal = smallest_pitch(&dimensions, 16.0, 9.0, 0.0, &meter).expect("there is a smallest pitch");
+    let pitch = || guaranteed_pitch(black_box(&dimensions), 16.0, 9.0, 0.0, &nominal, &meter).expect("a wider pitch");
+    assert!((pitch() - 0.459_742).abs() < 2e-5, "{}", pitch());
+    group.bench_function("smallest pitch to a circle of 9 m", |bencher| bencher.iter(pitch));
+    group.finish();
+}
+
 /// The shortest S of two arcs within the default limits.
 fn turn(criterion: &mut Criterion) {
     let turnaround = Turnaround::new(1.7, 9.0, 2.0).expect("the paper's turnaround is valid");
@@ -103,5 +142,16 @@ fn chain(criterion: &mut Criterion) {
     criterion.bench_function("chain of 224 handles", |bencher| bencher.iter(|| tail(black_box(300.0))));
 }
 
-criterion_group!(planner, contact, contact_on_a_path, pitch, speed_limit, clearance_to_the_circle, turn, chain);
+criterion_group!(
+    planner,
+    contact,
+    contact_on_a_path,
+    pitch,
+    speed_limit,
+    clearance_to_the_circle,
+    misses,
+    play,
+    turn,
+    chain
+);
 criterion_main!(planner);

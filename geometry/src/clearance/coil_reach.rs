@@ -242,10 +242,12 @@ mod tests {
     use std::sync::Arc;
 
     use glam::DVec2;
+    use proptest::collection::vec;
     use proptest::prelude::*;
     use test_support::property::random_cases;
 
     use super::*;
+    use crate::dragon::link::Link;
     use crate::dragon::{Board, ChainSolver, Handle};
     use crate::route::{Route, Turnaround};
 
@@ -289,6 +291,39 @@ mod tests {
                 prop_assert!(front.parameter - rear.parameter <= stand.turn, "link {bench} turns by more than {}", stand.turn);
                 for point in edge(&dragon.board(bench, front, rear)) {
                     let excess_m = point.length() - reach.coil.radius_per_radian_m * angle_at(front, point);
+                    let bounds = -stand.inward_m - 1e-12..=stand.outward_m + 1e-12;
+                    prop_assert!(bounds.contains(&excess_m), "bench {bench}: {excess_m} m is not in {bounds:?}");
+                }
+            }
+        }
+
+        #[test]
+        fn loose_boards_stay_within_the_bounds_on_their_excess(
+            (dragon, handles) in standing_dragons(),
+            play_m in 0.001..0.01_f64,
+            lies in vec((-1.0..=1.0_f64, -1.0..=1.0_f64, 0.0..TAU, 0.0..=1.0_f64), 16),
+        ) {
+            let Ok(dimensions) = dragon.dimensions().with_poles(0.055, 0.055 - 2.0 * play_m) else { return Ok(()) };
+            let Ok(loose) = Dragon::new(dimensions, Arc::new(dragon.route().clone())) else { return Ok(()) };
+            let reach = CoilReach::of_loose(&loose, 0.0).expect("a spiral is a coil");
+            let tries = (0..8).flat_map(|bench| lies.iter().map(move |&lie| (bench, lie)));
+            for (bench, (longer, turn, towards, share)) in tries {
+                let (handle, link_m) = (&handles[bench], dimensions.link_m(bench));
+                let Some(stand) = reach.stand(bench, -handle.parameter) else { continue };
+                let front = loose.route().point(handle.parameter);
+                let length_m = link_m + 2.0 * longer * play_m;
+                let link = Link { route: loose.route(), front, length_m, meter: loose.meter() };
+                let Some(rear) = link.rear(handle.parameter) else { continue };
+                let poles = [front.position, rear.point.position];
+                let heading = (poles[0] - poles[1]).normalize().rotate(DVec2::from_angle(turn * 2.0 * play_m / link_m));
+                let middle = 0.5 * (poles[0] + poles[1]) + share * play_m * DVec2::from_angle(towards);
+                let holes = [middle + 0.5 * link_m * heading, middle - 0.5 * link_m * heading];
+                if holes.iter().zip(poles).any(|(hole, pole)| hole.distance(pole) > play_m) {
+                    continue;
+                }
+                let board = Board::from_handles(holes[0], holes[1], dimensions.length_m(bench), dimensions.width_m());
+                for point in edge(&board) {
+                    let excess_m = point.length() - reach.coil.radius_per_radian_m * angle_at(handle, point);
                     let bounds = -stand.inward_m - 1e-12..=stand.outward_m + 1e-12;
                     prop_assert!(bounds.contains(&excess_m), "bench {bench}: {excess_m} m is not in {bounds:?}");
                 }

@@ -116,9 +116,10 @@ impl FeasibleTravel {
     /// The first bench whose rear handle has no valid position at the start. The result is valid only if the meter's limit is
     /// not reached.
     pub(crate) fn of(route: &Route, dimensions: &Dimensions, meter: &Meter) -> Result<Self, TightSpot> {
-        let parameters = standing_parameters(route, dimensions, meter)?;
+        let benches = if walks_on_coil(route, dimensions) { dimensions.benches().min(2) } else { dimensions.benches() };
+        let parameters = standing_parameters(route, &dimensions.with_benches(benches), meter)?;
         let mut feasible = Self { end_travel_m: route.end_travel_m(), end: FeasibleEnd::RouteEnd };
-        for bench in 0..dimensions.benches() {
+        for bench in 0..benches {
             let length_m = dimensions.link_m(bench);
             // A body link is sampled only up to the start of the link before it, which reaches a fault beyond that first.
             let limit = if bench < 2 { route.parameter(feasible.end_travel_m) } else { parameters[bench - 1] };
@@ -146,6 +147,14 @@ impl FeasibleTravel {
                 if fault.jump { FeasibleEnd::HandleJumps { handle } } else { FeasibleEnd::HandleStops { handle } };
         }
     }
+}
+
+/// Whether the curvature bound proves that body links walk everywhere behind the route's start: on a coil, whose curvature falls outward
+/// without end. Then only benches 0 and 1 have to be examined, because no other one comes to ground that bench 1 has not passed.
+fn walks_on_coil(route: &Route, dimensions: &Dimensions) -> bool {
+    let start = route.parameter(route.start_travel_m());
+    let is_coil = route.coil().is_some_and(|coil| start < coil.end) && route.standing_begin() == f64::NEG_INFINITY;
+    is_coil && route.curvature_bound(start, start) * dimensions.link_m(1) < 2.0
 }
 
 /// The parameters of all handles at the route's start.

@@ -290,6 +290,8 @@ impl PlaySearch {
             let end = to.min(route.parameter(route.travel(begin) + stride_m(&self.dragon)));
             let end = if end > begin { end } else { to };
             if end <= self.clear_to[front.bench.min(1)] {
+                self.dragon.meter().add(1);
+                self.dragon.meter().check(self.head_m)?;
                 begin = end;
                 continue;
             }

@@ -1,8 +1,8 @@
 //! The smallest pitch for loose hinges: no pose that the play allows touches on the way to the circle.
 //!
 //! The search starts at the smallest pitch without play and widens it, in steps that double, until the bounds on all poses (see
-//! `clearance::play`) rule out a contact; then it bisects the last step. A pitch is first examined from about where the last one
-//! touched to the circle, which is quick. A pitch that passes is then examined on the whole way. The pitches that the bounds rule
+//! `clearance::play`) rule out a contact; then it bisects the last step. A pitch is first examined from the places of known touches
+//! to the circle, which is quick. A pitch that passes is then examined on the whole way. The pitches that the bounds rule
 //! out need not be an interval. So the answer is a pitch without a possible contact, a step of [`TOLERANCE_M`] below which there is
 //! none without; a smaller pitch further below is not ruled out.
 
@@ -63,44 +63,45 @@ struct Widening<'a> {
     turn_diameter_m: f64,
     clearance_m: f64,
     meter: &'a Meter,
-    /// Travel that was left to the circle at the last touch.
+    /// Most travel that was left to the circle at a touch on the whole way.
     left_m: f64,
 }
 
 impl Widening<'_> {
     /// Whether no benches touch on the whole way to the circle.
     fn is_clear(&mut self, pitch_m: f64) -> Result<bool, PitchError> {
-        self.is_free(pitch_m, |dragon, clearance_m| {
-            first_possible_touch(dragon, clearance_m, dragon.start_travel_m(), dragon.end_travel_m())
-        })
+        let left_m = self.left_at_touch(pitch_m, |dragon| {
+            first_possible_touch(dragon, self.clearance_m, dragon.start_travel_m(), dragon.end_travel_m())
+        })?;
+        self.left_m = left_m.map_or(self.left_m, |left_m| left_m.max(self.left_m));
+        Ok(left_m.is_none())
     }
 
-    /// Whether the leading benches touch none on the last part of the way, from about where a touch was found last.
-    fn may_be_clear(&mut self, pitch_m: f64) -> Result<bool, PitchError> {
-        let left_m = self.left_m + self.dimensions.link_m(0);
-        self.is_free(pitch_m, |dragon, clearance_m| {
-            let from_m = (dragon.end_travel_m() - left_m).max(dragon.start_travel_m());
-            first_leading_touch(dragon, clearance_m, [from_m, dragon.end_travel_m()])
-        })
+    /// Whether the leading benches touch none on the last part of the way, from before the places of known touches.
+    fn may_be_clear(&self, pitch_m: f64) -> Result<bool, PitchError> {
+        let last_m = self.left_m + self.dimensions.link_m(0);
+        let left_m = self.left_at_touch(pitch_m, |dragon| {
+            let from_m = (dragon.end_travel_m() - last_m).max(dragon.start_travel_m());
+            first_leading_touch(dragon, self.clearance_m, [from_m, dragon.end_travel_m()])
+        })?;
+        Ok(left_m.is_none())
     }
 
-    /// Whether the dragon reaches the circle at a pitch, and a search finds no touch.
-    fn is_free(
-        &mut self,
+    /// The travel that is left to the circle at the touch that a search finds at a pitch; 0 if the dragon does not reach the circle.
+    fn left_at_touch(
+        &self,
         pitch_m: f64,
-        search: impl Fn(&Dragon, f64) -> Result<Option<PlayEnd>, Spent>,
-    ) -> Result<bool, PitchError> {
+        search: impl Fn(&Dragon) -> Result<Option<PlayEnd>, Spent>,
+    ) -> Result<Option<f64>, PitchError> {
         let spec = SpiralSpec { pitch_m, start_turns: self.start_turns };
         let route = spec.to_circle(self.turn_diameter_m).map_err(PitchError::Route)?;
         let dragon = match Dragon::with_meter(*self.dimensions, Arc::new(route), self.meter.clone()) {
             Ok(dragon) => dragon,
             Err(DragonError::TooMuchWork(spent)) => return Err(PitchError::PlayUndecided { pitch_m, spent }),
-            Err(_) => return Ok(false),
+            Err(_) => return Ok(Some(0.0)),
         };
-        let touch = search(&dragon, self.clearance_m).map_err(|spent| PitchError::PlayUndecided { pitch_m, spent })?;
-        if let Some(touch) = touch {
-            self.left_m = dragon.end_travel_m() - touch.travel_m;
-        }
-        Ok(touch.is_none() && dragon.feasible_end() == FeasibleEnd::RouteEnd)
+        let touch = search(&dragon).map_err(|spent| PitchError::PlayUndecided { pitch_m, spent })?;
+        let stops = (dragon.feasible_end() != FeasibleEnd::RouteEnd).then_some(0.0);
+        Ok(touch.map(|touch| dragon.end_travel_m() - touch.travel_m).or(stops))
     }
 }
