@@ -228,7 +228,7 @@ fn named_tests(command: &str) -> Vec<(&str, Vec<&str>)> {
     while let Some(word) = words.next() {
         match word {
             "--test" => named.extend(words.next().map(|target| (target, Vec::new()))),
-            "--kills" | "--ends" | "--seed" => drop(words.next()),
+            "--kills" | "--ends" | "--scenarios" | "--only" | "--seed" => drop(words.next()),
             word if word.starts_with('-') => {}
             word => {
                 if let Some((_, filters)) = named.last_mut() {
