@@ -1,7 +1,7 @@
 // The planner's page asks the questions of `solve`: an answer is put into the plan and taken out again, a mend takes a problem away, a
 // cancelled question ends its process, and a drag stays quick beside a question.
 //
-//     node planner_asks.mjs URL PICTURES-FOLDER
+//     node planner_asks.mjs URL PICTURES-FOLDER PROCESS-OF-THE-PLANNER
 
 import fs from 'node:fs';
 import path from 'node:path';
@@ -10,9 +10,9 @@ import { examine } from './accessible.mjs';
 import { expect, openPage, reads, say, withBrowser } from './browser.mjs';
 import { drag, place, settled, text } from './planner_page.mjs';
 
-const [address, pictures] = process.argv.slice(2);
+const [address, pictures, planner] = process.argv.slice(2);
 
-/** The command lines of all processes that answer a question. */
+/** The command lines of the planner's processes that answer a question. */
 function questions(word) {
   const lines = fs.readdirSync('/proc').filter((name) => /^\d+$/.test(name)).map((pid) => {
     try {
@@ -21,7 +21,7 @@ function questions(word) {
       return [];
     }
   });
-  return lines.filter((line) => line.includes('solve') && line.includes(word));
+  return lines.filter((line) => line.includes('solve') && line.includes(word) && line[line.indexOf('--parent') + 1] === planner);
 }
 
 /** Waits until there are so many processes for a question. */
@@ -85,12 +85,20 @@ await withBrowser(async (browser) => {
   await reads(page, '#ask-state', /“circle”, “ratio of radii” or “pitch” makes it one/);
 
   // A cancelled question ends its process; a newer one takes the place of an older one.
+  // That of a long dragon takes minutes, far longer than the drag.
+  await page.click('#edit-tab');
+  await page.fill('#text', opened.replace('benches = 40', 'benches = 400').replace('end_s = 360.0\n', ''));
+  await page.click('#ask-tab');
   await ask(page, 'Sensitivity');
   await page.fill('#ask-options input[name=steps]', '100');
+  await page.fill('#ask-options input[name=work]', '1000000');
   await page.click('#ask-go');
   await processes('sensitivity', 1);
   await reads(page, '#ask-state', /% done/);
   await page.click('#edit-tab');
+  await page.click('#undo');
+  await settled(page);
+  expect((await text(page)) === opened, 'the question goes on while the plan is another one');
   const from = await place(page, 'Pitch');
   const beside_ms = await drag(page, from, { x: from.x + 3, y: from.y });
   expect(questions('sensitivity').length === 1, 'the question is under way during the drag');

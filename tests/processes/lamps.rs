@@ -161,10 +161,12 @@ fn a_show_without_room_for_its_recording_is_red_until_there_is_room() {
         told.push(show.complaint());
     }
     // A status that begins now has received no report of the recorder.
-    let (json, code) = status_with(&stage, "the full disk", |json| lamp(json, "recorder").0 == "danger");
+    // On a busy machine, an observer that is late itself says that before all else.
+    let is_told =
+        |json: &Value| json["standing"]["cause"].as_str().is_some_and(|cause| cause.starts_with("The disk is full"));
+    let (json, code) = status_with(&stage, "the full disk", is_told);
     assert_eq!((code, &json["well"]), (Some(1), &false.into()), "{json}");
-    assert_eq!(lamp(&json, "recorder").1, "disk full, not recorded");
-    assert!(json["standing"]["cause"].as_str().is_some_and(|cause| cause.starts_with("The disk is full")), "{json}");
+    assert_eq!(lamp(&json, "recorder"), ("danger", "disk full, not recorded"));
     fs::remove_file(format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display())).expect("a filler");
     status_with(&stage, "the next recording", |json| lamp(json, "recorder").1.ends_with("of disk left"));
     let ended = show.terminate();

@@ -122,7 +122,8 @@ fn an_answer_and_a_mend_are_put_into_the_plan_and_a_cancelled_question_ends() {
     fs::write(&file, SPIRAL).expect("a file");
     let planner = planner(&file);
     let pictures = std::env::var("BENCH_DRAGON_PICTURES").map_or_else(|_| stage.path("."), Into::into);
-    let mut page = browser.play("planner_asks.mjs", &[&planner.url, &pictures.display().to_string()]);
+    let of_planner = planner.process.pid().to_string();
+    let mut page = browser.play("planner_asks.mjs", &[&planner.url, &pictures.display().to_string(), &of_planner]);
     let done = page.json();
     println!("beside a question, a dragged pitch is drawn after {} ms (p95)", done["beside_p95_ms"]);
     page.end().expect_clean();
