@@ -17,8 +17,6 @@ const STEADY_NS: u64 = 8 * SECOND_NS;
 const FARTHEST_S: f64 = 1.2;
 /// Greatest change of the pace for the correction of a difference, and greatest deviation of a pace that the follower learns.
 const CORRECTION: f64 = 0.05;
-/// Greatest change of the pace at once that costs no seek: the follower learns the pace only once its correction has room.
-const SUDDEN: f64 = 0.04;
 
 /// The sender of timecode.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +28,7 @@ pub(super) struct Sender {
     /// Greatest speed of a show so far, and the number of times at most that it has braked from there since its last seek.
     pub(super) fastest_mps: f64,
     pub(super) stood: u32,
-    /// Whether the pace has changed at once by more than the follower can learn in time, which costs a seek.
+    /// Whether the pace has changed at once by more than the follower corrects, which costs a seek.
     pub(super) costs_seek: bool,
 }
 
@@ -42,7 +40,7 @@ impl World<'_> {
             TimecodeFault::Stand => (sender.stands, sender.stood) = (!sender.stands, sender.stood + 1),
             TimecodeFault::Silent(ns) => sender.silent_until = self.now_ns + ns,
             TimecodeFault::Pace(pace) => {
-                sender.costs_seek |= (pace - sender.pace).abs() > SUDDEN;
+                sender.costs_seek |= (pace - sender.pace).abs() > CORRECTION;
                 sender.pace = pace;
             }
             TimecodeFault::Stray(seconds) => {
