@@ -5,7 +5,7 @@ use std::{
     fs, io,
     path::{Path, PathBuf},
     thread,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -13,7 +13,8 @@ use rustix::process::setpriority_process;
 
 use super::{
     check::{COPY_EXTENSION, DAMAGED_EXTENSION},
-    repair::{Repair, RepairError, repair},
+    disk::SystemDisk,
+    repair::{Repair, RepairError, open_ours, repair},
 };
 
 /// Greatest number of files and folders in the queue.
@@ -24,6 +25,10 @@ const NICE: i32 = 19;
 const RETRY_PERIOD: Duration = Duration::from_millis(100);
 /// Greatest number of retries.
 const MOST_RETRIES: u32 = 100;
+/// Longest period at which the files of folders that other processes have open are tried again.
+const LONGEST_PERIOD: Duration = Duration::from_secs(30);
+/// Greatest number of these files.
+const MOST_BUSY: usize = 1000;
 
 /// A low-priority thread that repairs recordings one after the other.
 ///
@@ -60,26 +65,33 @@ impl BackgroundRepair {
             let _end: Sender<()> = end;
             // If this fails, the thread works at the priority of the process.
             let _ = setpriority_process(None, NICE);
-            for request in requests {
-                if request.is_dir() {
+            let mut busy = Busy::default();
+            loop {
+                match busy.next_request(&requests) {
                     // A folder that cannot be listed counts as empty.
-                    repair_folder(&request).unwrap_or_default().into_iter().for_each(&mut report);
-                } else {
-                    report(repair_when_free(&request));
+                    Ok(request) if request.is_dir() => {
+                        let (repairs, open) = repair_free(candidates_in(&request).unwrap_or_default());
+                        repairs.into_iter().for_each(&mut report);
+                        busy.add(open);
+                    }
+                    Ok(request) => report(repair_when_free(&request)),
+                    Err(RecvTimeoutError::Timeout) => busy.retry().into_iter().for_each(&mut report),
+                    Err(RecvTimeoutError::Disconnected) => return,
                 }
             }
         })?;
         Ok(Self { waiting, ended })
     }
 
-    /// Queues the repair of a file, or of all unfinished recordings of a folder as by [`repair_folder`]. Never waits. Returns
-    /// `false` if the queue is full.
+    /// Queues the repair of a file, or of all unfinished recordings of a folder as by [`repair_folder`]. Recordings of a folder
+    /// that another process has open are repaired after it has closed them. Never waits. Returns `false` if the queue is full.
     pub fn repair(&self, path: PathBuf) -> bool {
         self.waiting.try_send(path).is_ok()
     }
 
     /// Waits until all requested repairs are done, but no longer than `timeout`. Returns whether they are done. Otherwise the
-    /// thread continues, at most until the process ends.
+    /// thread continues, at most until the process ends. Recordings of folders that another process has open are left as they
+    /// are.
     pub fn finish(self, timeout: Duration) -> bool {
         drop(self.waiting);
         self.ended.recv_timeout(timeout) == Err(RecvTimeoutError::Disconnected)
@@ -104,11 +116,28 @@ fn repair_when_free(path: &Path) -> Result<Repair, RepairError> {
 /// [`RepairError::Read`] if the folder cannot be listed. A failed repair is an entry of the list; the other recordings are
 /// still repaired.
 pub fn repair_folder(folder: &Path) -> Result<Vec<Result<Repair, RepairError>>, RepairError> {
-    Ok(unfinished_in(folder)?.iter().map(|path| repair(path)).filter(is_of_unfinished).collect())
+    Ok(repair_free(candidates_in(folder)?).0)
+}
+
+/// Repairs the unfinished recordings of ours among these files. Returns the results, and the recordings that it skipped since
+/// another process has them open.
+fn repair_free(files: Vec<PathBuf>) -> (Vec<Result<Repair, RepairError>>, Vec<PathBuf>) {
+    let open_files = open_files();
+    let is_open = |path: &PathBuf| path.canonicalize().is_ok_and(|path| open_files.contains(&path));
+    let (mut open, free): (Vec<_>, Vec<_>) = files.into_iter().partition(is_open);
+    open.retain(|path| open_ours(&SystemDisk, path).is_ok());
+    let mut repairs = Vec::new();
+    for path in free {
+        match repair(&path) {
+            Err(RepairError::InUse { .. }) => open.push(path),
+            repair => repairs.extend(is_of_unfinished(&repair).then_some(repair)),
+        }
+    }
+    (repairs, open)
 }
 
 /// Files of a folder that may come from a killed recorder, sorted.
-fn unfinished_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
+fn candidates_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
     let entries = fs::read_dir(folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
     let entries = entries.map_err(|source| RepairError::Read(folder.into(), source))?;
     let is_candidate = |path: &PathBuf| {
@@ -116,9 +145,43 @@ fn unfinished_in(folder: &Path) -> Result<Vec<PathBuf>, RepairError> {
     };
     let mut candidates: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).filter(is_candidate).collect();
     candidates.sort();
-    let open_files = open_files();
-    candidates.retain(|path| path.canonicalize().is_ok_and(|path| !open_files.contains(&path)));
     Ok(candidates)
+}
+
+/// Recordings that other processes had open. They are tried again at periods that double up to [`LONGEST_PERIOD`], since another
+/// process may be reading or copying them, or the kernel may still be ending their killed recorder.
+#[derive(Debug, Default)]
+struct Busy {
+    files: Vec<PathBuf>,
+    period: Duration,
+    due: Option<Instant>,
+}
+
+impl Busy {
+    /// Waits for the next request, or until the files are to be tried again.
+    fn next_request(&self, requests: &Receiver<PathBuf>) -> Result<PathBuf, RecvTimeoutError> {
+        match self.due {
+            Some(due) => requests.recv_deadline(due),
+            None => requests.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        }
+    }
+
+    fn add(&mut self, files: Vec<PathBuf>) {
+        if !files.is_empty() {
+            self.files.extend(files);
+            self.files.truncate(MOST_BUSY);
+            self.period = RETRY_PERIOD;
+            self.due = Some(Instant::now() + self.period);
+        }
+    }
+
+    fn retry(&mut self) -> Vec<Result<Repair, RepairError>> {
+        let (repairs, files) = repair_free(std::mem::take(&mut self.files));
+        self.files = files;
+        self.period = (2 * self.period).min(LONGEST_PERIOD);
+        self.due = (!self.files.is_empty()).then(|| Instant::now() + self.period);
+        repairs
+    }
 }
 
 /// Files that other processes have open, as far as this user may see them. For example, a file that another process is copying

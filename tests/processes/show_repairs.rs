@@ -1,6 +1,7 @@
 //! Unfinished recordings of killed recorders: a show finishes them, and does not wait for them.
 
 use std::fs::File;
+use std::path::PathBuf;
 use std::sync::mpsc;
 use std::thread;
 
@@ -58,19 +59,24 @@ fn a_killed_server_and_recorder_are_restarted_while_the_file_is_unfinished() {
     assert!(ended.stderr.contains("finished out/recording.mcap, which a killed recorder left:"), "{}", ended.stderr);
 }
 
-#[test]
-fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
-    let stage = Stage::new();
-    let show = stage.start(&[&CALM[..], &["json", "--out", "show-earlier"]].concat());
-    let earlier = stage.path("show-earlier/recording.mcap");
+/// Leaves the unfinished recording of a show, its recorder and all other processes killed. Returns its path.
+fn leave_unfinished(stage: &Stage, out: &str) -> PathBuf {
+    let show = stage.start(&[&CALM[..], &["json", "--out", out]].concat());
+    let recording = stage.path(&format!("{out}/recording.mcap"));
     let recorder = await_child(show.pid(), "record", None);
-    record::await_frames(&earlier);
+    record::await_frames(&recording);
     // In this order of kills, neither the recorder nor the show finishes the file.
     rustix::process::kill_process(pid(show.pid()), Signal::STOP).expect("the process runs");
     kill(recorder);
     show.kill();
-    assert!(record::read(&earlier).1);
+    assert!(record::read(&recording).1);
+    recording
+}
 
+#[test]
+fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
+    let stage = Stage::new();
+    let earlier = leave_unfinished(&stage, "show-earlier");
     let show = stage.start(&[&CALM[..], &["json", "--out", "out"]].concat());
     eventually("the earlier recording is finished", || (!record::read(&earlier).1).then_some(()));
     // The show itself has begun before that.
@@ -81,6 +87,23 @@ fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
     let finished = "finished ./show-earlier/recording.mcap, which a killed recorder left:";
     assert!(ended.stderr.contains(finished), "{}", ended.stderr);
     assert_eq!(ended.last_json()["frames"]["missed_by_recorder"], 0, "the earlier show's frames are not counted");
+}
+
+#[test]
+fn an_earlier_recording_that_another_process_has_open_is_finished_once_it_is_closed() {
+    let stage = Stage::new();
+    let open = leave_unfinished(&stage, "show-earlier-1");
+    let closed = leave_unfinished(&stage, "show-earlier-2");
+    let is_open = File::open(&open).expect("the recording");
+    let show = stage.start(&[&CALM[..], &["json", "--out", "out"]].concat());
+    // The show looks through the folders in the order of their names.
+    eventually("the second recording is finished", || (!record::read(&closed).1).then_some(()));
+    assert!(record::read(&open).1, "this test has the file open");
+    drop(is_open);
+    eventually("the first recording is finished", || (!record::read(&open).1).then_some(()));
+    show.signal(Signal::INT);
+    let ended = show.end();
+    assert_eq!(ended.code(), Some(0), "{}", ended.stderr);
 }
 
 fn pid(process: u32) -> rustix::process::Pid {

@@ -99,7 +99,9 @@ impl Folder {
         let is_of_show = |path: &PathBuf| {
             path.is_dir() && path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(FOLDER_PREFIX))
         };
-        let shows = fs::read_dir(".").into_iter().flatten().flatten().map(|entry| entry.path()).filter(is_of_show);
+        let entries = fs::read_dir(".").into_iter().flatten().flatten().map(|entry| entry.path());
+        let mut shows: Vec<_> = entries.filter(is_of_show).collect();
+        shows.sort();
         std::iter::once(self.path.clone()).chain(shows).collect()
     }
 
