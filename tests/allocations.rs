@@ -122,7 +122,13 @@ fn run_after_timecode(ticks: u64) -> (AllocationInfo, u64) {
     let (domain, mut server) = create(ticks, 0);
     let source = "osc:0".parse().expect("a source");
     let (receiver, inbox) = TimecodeReceiver::start(source, FrameRate::default(), 1_000_000_000).expect("a port");
-    let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: 100.0 };
+    let settings = FollowerSettings {
+        offset_s: 0.0,
+        timeout_ns: 1_000_000_000,
+        period_s: 1.0 / RATE_HZ as f64,
+        first_s: 0.0,
+        last_s: 100.0,
+    };
     server.follow(TimecodeFollowing::new(settings, TimecodeKind::Osc, inbox).0);
     let (begun, over) = mpsc::channel::<()>();
     let listen = receiver.listen;
@@ -145,7 +151,6 @@ fn thread_number() -> usize {
 
 /// Creates a server that ends this many ticks after tick 0.
 fn create(ticks: u64, spin_us: u32) -> (Domain, Server) {
-    const RATE_HZ: u64 = 2000;
     // The tests run in parallel, each on its own thread.
     let name = format!("allocations-{}-{}", std::process::id(), thread_number());
     let domain = Domain::new(Instance::new(&name).expect("allowed characters")).expect("a short path");

@@ -16,6 +16,7 @@ const DAY_S: f64 = 86_400.0;
 
 /// A show, and the timecode source that it follows.
 struct Rehearsal {
+    rate_hz: u64,
     motion: Motion,
     follower: Follower,
     tick: u64,
@@ -36,22 +37,30 @@ impl Rehearsal {
     }
 
     fn with_offset(plan: MotionSettings, offset_s: f64) -> Self {
-        let settings = FollowerSettings { offset_s, timeout_ns: 1_000_000_000, first_s: 0.0, last_s: LAST_S };
+        Self::at_rate(RATE_HZ, plan, offset_s)
+    }
+
+    fn at_rate(rate_hz: u64, plan: MotionSettings, offset_s: f64) -> Self {
+        let period_s = 1.0 / rate_hz as f64;
+        // Slow shows hear one packet per tick.
+        let timeout_ns = (2_000_000_000 / rate_hz).max(1_000_000_000);
+        let settings = FollowerSettings { offset_s, timeout_ns, period_s, first_s: 0.0, last_s: LAST_S };
         let mut motion = Motion::new(MotionPlan::new(plan).expect("the settings are sound"));
         motion.set_stands(true);
-        Self { motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
+        Self { rate_hz, motion, follower: Follower::new(settings), tick: 0, events: Vec::new() }
     }
 
     /// Plays ticks. The source's clock is at `clock_s` of the seconds since the first tick. The source sends at the start of
     /// each timecode frame, and the packet arrives up to two ticks late. After a day, the clock starts again at 0.
     fn play(&mut self, ticks: u64, clock_s: impl Fn(f64) -> Option<f64>) -> Vec<Moment> {
-        (0..ticks).map(|tick| self.tick(clock_s(tick as f64 / RATE_HZ as f64))).collect()
+        (0..ticks).map(|tick| self.tick(clock_s(tick as f64 / self.rate_hz as f64))).collect()
     }
 
     fn tick(&mut self, clock_s: Option<f64>) -> Moment {
-        let due_ns = 5_000_000_000 + self.tick * TICK_NS;
-        if let Some(position_s) = clock_s.filter(|_| self.tick.is_multiple_of(FRAME_TICKS)) {
-            let late_ns = self.tick / FRAME_TICKS * 7 % 3 * TICK_NS;
+        let due_ns = 5_000_000_000 + self.tick * 1_000_000_000 / self.rate_hz;
+        let frame_ticks = (FRAME_TICKS * self.rate_hz / RATE_HZ).max(1);
+        if let Some(position_s) = clock_s.filter(|_| self.tick.is_multiple_of(frame_ticks)) {
+            let late_ns = self.tick / frame_ticks * 7 % 3 * TICK_NS;
             let position = Position { since_midnight_s: position_s.rem_euclid(DAY_S), day_s: DAY_S };
             self.follower.hear(TimecodeSample { position, arrived_ns: (due_ns + late_ns).saturating_sub(2 * TICK_NS) });
         }
@@ -62,7 +71,7 @@ impl Rehearsal {
             self.follower.note_seek(self.motion.request(Request::Seek { show_time_s }).is_ok());
         }
         self.motion.set_stands(order.stands);
-        self.motion.set_tick(order.time_scale / RATE_HZ as f64);
+        self.motion.set_tick(order.time_scale / self.rate_hz as f64);
         self.motion.advance();
         self.tick += 1;
         Moment { head: self.motion.head(), time_scale: order.time_scale, clock_s }
@@ -126,6 +135,24 @@ fn a_faster_or_slower_timecode_is_followed_without_a_jump() {
         assert_near(&moments[20_000..], FRAME_S / 4.0);
         let mean = moments[20_000..].iter().map(|moment| moment.time_scale).sum::<f64>() / 20_000.0;
         assert!((mean - pace).abs() < 1e-3, "{mean} for {pace}");
+    }
+}
+
+#[test]
+fn a_pace_that_changes_at_once_costs_no_seek_and_is_followed_at_any_rate() {
+    for (rate_hz, from, to) in [1, 2, 10, 1000]
+        .into_iter()
+        .flat_map(|rate| [(0.95, 1.05), (1.05, 0.95), (1.0, 1.0476), (1.0, 0.95)].map(|(from, to)| (rate, from, to)))
+    {
+        let mut rehearsal = Rehearsal::at_rate(rate_hz, plan(), 0.0);
+        rehearsal.play(30 * rate_hz, |elapsed_s| Some(20.0 + from * elapsed_s));
+        let changed_s = 20.0 + from * 30.0;
+        let moments = rehearsal.play(60 * rate_hz, |elapsed_s| Some(changed_s + to * elapsed_s));
+        for pair in moments.windows(2) {
+            let step_s = pair[1].sim_s() - pair[0].sim_s();
+            assert!((step_s - pair[1].time_scale / rate_hz as f64).abs() <= 1.5e-9, "{rate_hz} Hz, {to}: {pair:?}");
+        }
+        assert_near(&moments[50 * rate_hz as usize..], FRAME_S / 2.0);
     }
 }
 

@@ -140,6 +140,7 @@ impl Server {
             let settings = FollowerSettings {
                 offset_s: 0.0,
                 timeout_ns: 1_000_000_000,
+                period_s: config.tick_s(),
                 first_s: config.start_s(),
                 last_s: start.until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
             };

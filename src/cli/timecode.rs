@@ -122,6 +122,8 @@ impl AwaitedTimecode {
         let settings = FollowerSettings {
             offset_s: args.offset_s.unwrap_or(0.0),
             timeout_ns,
+            // The time scale is 1.
+            period_s: config.tick_s(),
             first_s: config.start_s(),
             last_s: until_s.map_or(config.last_seek_s(), |until_s| until_s.min(config.last_seek_s())),
         };

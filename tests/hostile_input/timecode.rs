@@ -16,7 +16,13 @@ const LAST_S: f64 = 432.75;
 pub(crate) fn check(input: &[u8]) {
     let Some((&[source, ticks, length], packets)) = input.split_first_chunk() else { return };
     let source: TimecodeSource = (if source & 1 == 0 { "osc:0" } else { "artnet" }).parse().expect("a source");
-    let settings = FollowerSettings { offset_s: 0.0, timeout_ns: 100_000_000, first_s: 0.0, last_s: LAST_S };
+    let settings = FollowerSettings {
+        offset_s: 0.0,
+        timeout_ns: 100_000_000,
+        period_s: 1e-9 * TICK_NS as f64,
+        first_s: 0.0,
+        last_s: LAST_S,
+    };
     let mut follower = Follower::new(settings);
     let mut motion = Motion::new(
         MotionPlan::new(MotionSettings::plain(1e-9 * TICK_NS as f64, 0.0, LAST_S))

@@ -154,15 +154,7 @@ struct World<'a> {
 impl<'a> World<'a> {
     fn new(scenario: &'a Scenario) -> Self {
         let epoch = Instant::now();
-        let sender = Sender {
-            position_s: 10.0,
-            pace: 1.0,
-            stands: false,
-            silent_until: 0,
-            fastest_mps: 0.0,
-            stood: 0,
-            costs_seek: false,
-        };
+        let sender = Sender { position_s: 10.0, pace: 1.0, stands: false, silent_until: 0, fastest_mps: 0.0, stood: 0 };
         let counts = Outcome {
             broken: None,
             trace: 0,

@@ -89,6 +89,8 @@ impl World<'_> {
         self.end_recorder();
         let own: Vec<u64> = self.guards.iter().filter(|guard| !guard.is_foreign).map(|guard| guard.life).collect();
         self.guards.retain(|guard| !own.contains(&guard.life));
+        // All children are new.
+        (self.hung_ns, self.lived_ns) = ([self.now_ns; 3], [self.now_ns; 3]);
         self.begin_show();
     }
 }

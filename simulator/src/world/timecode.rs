@@ -15,8 +15,8 @@ pub(super) const TIMECODE_NS: u64 = 40 * MS_NS;
 /// between two packets and two ticks.
 const STEADY_NS: u64 = 8 * SECOND_NS;
 const FARTHEST_S: f64 = 1.2;
-/// Greatest change of the pace for the correction of a difference, and greatest deviation of a pace that the follower learns.
-const CORRECTION: f64 = 0.05;
+/// Greatest deviation of a pace that the show follows.
+const PACE_RANGE: f64 = 0.05;
 
 /// The sender of timecode.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +28,6 @@ pub(super) struct Sender {
     /// Greatest speed of a show so far, and the number of times at most that it has braked from there since its last seek.
     pub(super) fastest_mps: f64,
     pub(super) stood: u32,
-    /// Whether the pace has changed at once by more than the follower corrects, which costs a seek.
-    pub(super) costs_seek: bool,
 }
 
 impl World<'_> {
@@ -39,10 +37,7 @@ impl World<'_> {
             TimecodeFault::Jump(seconds) => sender.position_s = (sender.position_s + seconds).max(0.0),
             TimecodeFault::Stand => (sender.stands, sender.stood) = (!sender.stands, sender.stood + 1),
             TimecodeFault::Silent(ns) => sender.silent_until = self.now_ns + ns,
-            TimecodeFault::Pace(pace) => {
-                sender.costs_seek |= (pace - sender.pace).abs() > CORRECTION;
-                sender.pace = pace;
-            }
+            TimecodeFault::Pace(pace) => sender.pace = pace,
             TimecodeFault::Stray(seconds) => {
                 let position_s = (sender.position_s + seconds).max(0.0);
                 self.hear_timecode(position_s);
@@ -60,10 +55,9 @@ impl World<'_> {
         let braking_s = config.accel_mps2().map_or(0.0, |accel_mps2| sender.fastest_mps / accel_mps2);
         let lead_s = f64::from(sender.stood) * braking_s;
         // Beyond this range of paces, the follower seeks.
-        let is_beyond = (sender.pace - 1.0).abs() > CORRECTION;
-        let may_seek = is_beyond || sender.costs_seek || lead_s > 0.0;
+        let may_seek = (sender.pace - 1.0).abs() > PACE_RANGE || lead_s > 0.0;
         if has_sought {
-            (sender.stood, sender.costs_seek) = (0, false);
+            sender.stood = 0;
         }
         let runs = header.show_state() == Some(ShowState::Running) && steering.is_some_and(|steering| steering.leads);
         if !runs || self.scenario.is_guarded() {

@@ -1,8 +1,8 @@
 //! Follower of a timecode: decides from tick to tick how the show responds. Pure: instants are arguments.
 //!
 //! While the timecode runs, a proportional-integral controller sets the time scale. Its input is the timecode's show
-//! time minus the show's. The integral part estimates the timecode's pace, the proportional part corrects the
-//! difference. The controller is critically damped, so that the difference decays without oscillation.
+//! time minus the show's. The proportional part, within a limit, corrects the difference. Its integral estimates the
+//! timecode's pace. The controller is critically damped, so that the difference decays without oscillation.
 //!
 //! A position that does not continue the earlier ones has no effect until the next one agrees with it. So a single
 //! stray packet causes no jump. Readers of linear timecode do the same.
@@ -14,8 +14,8 @@ use super::{Position, TimecodeSample};
 
 /// Proportional gain, per second: differences decay within some seconds.
 const GAIN_PER_S: f64 = 1.0;
-/// Integral gain, per square second, of the critically damped controller.
-const INTEGRAL_GAIN_PER_S2: f64 = GAIN_PER_S * GAIN_PER_S / 4.0;
+/// Integral gain of the correction, per second, of the critically damped controller.
+const INTEGRAL_GAIN_PER_S: f64 = GAIN_PER_S / 4.0;
 /// Greatest deviation of the timecode's pace from one second per second.
 const PACE_RANGE: f64 = 0.05;
 /// Greatest change of the time scale for the correction of a difference.
@@ -36,6 +36,8 @@ pub struct FollowerSettings {
     pub offset_s: f64,
     /// Silence after which a timecode is lost, in nanoseconds.
     pub timeout_ns: u64,
+    /// Period of the show's ticks, in seconds.
+    pub period_s: f64,
     /// Show time at which the run starts, in seconds.
     pub first_s: f64,
     /// Show time at which the run ends, in seconds.
@@ -304,13 +306,13 @@ impl Follower {
         };
         self.learned_ns = Some(newest.arrived_ns);
         let step_s = before_ns.map_or(0.0, |before_ns| newest.arrived_ns.saturating_sub(before_ns) as f64 * 1e-9);
+        // The show's position contains the earlier correction for the tick that is about to begin.
+        let difference_s = difference_s + self.correction * self.settings.period_s;
         let correction = GAIN_PER_S * difference_s;
         self.correction = correction.clamp(-CORRECTION_RANGE, CORRECTION_RANGE);
-        if self.correction == correction {
-            // While the correction is at its limit, the difference is no measure of the pace.
-            let pace = self.pace + INTEGRAL_GAIN_PER_S2 * difference_s * step_s.min(LONGEST_STEP_S);
-            self.pace = pace.clamp(1.0 - PACE_RANGE, 1.0 + PACE_RANGE);
-        }
+        // The correction is bounded, and so is its integral. So a large difference that is no measure of the pace does little.
+        let pace = self.pace + INTEGRAL_GAIN_PER_S * self.correction * step_s.min(LONGEST_STEP_S);
+        self.pace = pace.clamp(1.0 - PACE_RANGE, 1.0 + PACE_RANGE);
     }
 
     fn order(&self, stands: bool, seek_s: Option<f64>) -> FollowerOrder {
