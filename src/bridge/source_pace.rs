@@ -25,10 +25,15 @@ impl SourcePace {
         self.spacing = (last.run_id == next.run_id).then(|| (next.run_id, Duration::from_nanos(apart_ns)));
     }
 
+    /// Period of the run of a frame, by its status.
+    pub fn period_of(&self, header: &FrameHeader) -> Option<Duration> {
+        let described = self.rate.filter(|(run_id, _)| *run_id == header.run_id);
+        described.and_then(|(_, rate_hz)| Duration::from_secs(1).checked_div(rate_hz))
+    }
+
     /// Returns whether a frame is fresh at `now_ns`.
     pub fn freshness(&self, header: &FrameHeader, now_ns: u64, stale_after: StaleAfter) -> Freshness {
-        let described = self.rate.filter(|(run_id, _)| *run_id == header.run_id);
-        let period = described.and_then(|(_, rate_hz)| Duration::from_secs(1).checked_div(rate_hz));
+        let period = self.period_of(header);
         // A status reaches a new reader a little later than the first frames.
         let spacing = self.spacing.filter(|(run_id, _)| *run_id == header.run_id).map(|(_, apart)| apart);
         freshness(header.published_ns, now_ns, stale_after.limit(period.or(spacing)))

@@ -107,6 +107,8 @@ impl RunPorts {
 /// loses no frame at its end, and a reader that is slower than the server ends, too.
 pub(crate) struct FrameReading<'a> {
     stop: &'a StopFlag,
+    /// How long it looks for a frame before and after its due instant; `None` if the server wakes it.
+    spin: Option<Duration>,
     stopped_ns: Option<u64>,
 }
 
@@ -121,12 +123,21 @@ pub(crate) enum Next {
 
 impl<'a> FrameReading<'a> {
     pub(crate) fn until(stop: &'a StopFlag) -> Self {
-        Self { stop, stopped_ns: None }
+        Self { stop, spin: None, stopped_ns: None }
+    }
+
+    /// Sleeps by the clock until a frame is due, if `spin` is given.
+    pub(crate) fn by_clock(self, spin: Option<Duration>) -> Self {
+        Self { spin, ..self }
     }
 
     /// Waits up to [`WAIT_PERIOD`] for the next frame. The server wakes all readers that wait in one system call.
     pub(crate) fn wait(&mut self, frames: &mut FrameSubscriber) -> Result<Next, BusError> {
-        self.next(frames, |frames| frames.wait(WAIT_PERIOD))
+        let spin = self.spin;
+        self.next(frames, |frames| match spin {
+            Some(spin) => frames.wait_until_due(WAIT_PERIOD, spin),
+            None => frames.wait(WAIT_PERIOD),
+        })
     }
 
     /// Polls for the next frame, up to [`POLL_PERIOD`] late. The server does not wake this reader, so the reader costs the

@@ -5,6 +5,7 @@ use std::net::SocketAddr;
 use std::ops::{Add, RangeInclusive};
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::time::Duration;
 
 use bench_dragon_geometry::number::Number;
 use bench_dragon_ipc::{Domain, DomainError, Instance};
@@ -34,6 +35,22 @@ impl BusArgs {
     /// The bus of the instance.
     pub(crate) fn domain(&self) -> Result<Domain, DomainError> {
         Domain::new(self.instance.clone())
+    }
+}
+
+/// The flag for readers that sleep by the clock.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct SpinArgs {
+    /// Sleep by the clock until this many microseconds before each frame is due, then look for it in a busy loop, at most until as
+    /// long after it; 0 to 1000. The server then need not wake this reader.
+    #[arg(long, value_name = "MICROSECONDS", allow_negative_numbers = true, value_parser = within(0..=1000_u32))]
+    pub(crate) spin_us: Option<u32>,
+}
+
+impl SpinArgs {
+    /// Length of each half of the busy loop; `None` without the flag.
+    pub(crate) fn spin(self) -> Option<Duration> {
+        self.spin_us.map(|spin_us| Duration::from_micros(spin_us.into()))
     }
 }
 

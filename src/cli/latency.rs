@@ -10,7 +10,7 @@ use clap::{Args, ValueHint};
 use serde::Serialize;
 
 use crate::cli::bus_readers::{FrameCounts, WAIT_PERIOD, open_frames};
-use crate::cli::flags::{BusArgs, Format, FormatArgs, within};
+use crate::cli::flags::{BusArgs, Format, FormatArgs, SpinArgs, within};
 use crate::cli::print::{print_bytes, print_json, print_line};
 use crate::output::Counted;
 use crate::output::histogram::{Bars, LatencyHistogram, PercentileText, Percentiles};
@@ -34,12 +34,10 @@ pub(crate) struct LatencyArgs {
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, allow_negative_numbers = true, value_parser = within(0.01..=1e6))]
     pub(crate) seconds: f64,
     /// Poll for frames without a pause, instead of being woken by the server.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "spin_us")]
     pub(crate) poll: bool,
-    /// Sleep by the clock until this many microseconds before each frame is due, then look for it, at most until as long after
-    /// it; 0 to 1000.
-    #[arg(long, value_name = "MICROSECONDS", conflicts_with = "poll", value_parser = clap::value_parser!(u32).range(0..=1_000))]
-    pub(crate) spin_us: Option<u32>,
+    #[command(flatten)]
+    pub(crate) clock: SpinArgs,
     /// Write the distribution of the latency from due to read, in microseconds, as .hgrm for the HDR histogram plotter.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) hgrm: Option<PathBuf>,
@@ -106,8 +104,8 @@ pub(crate) fn run(args: &LatencyArgs) -> anyhow::Result<ExitCode> {
         whole_file::check(path)?;
     }
     let Some((mut frames, stop)) = open_frames(&args.bus, "latency")? else { return Ok(ExitCode::SUCCESS) };
-    let mode = match args.spin_us {
-        Some(spin_us) => ReadMode::Clock(Duration::from_micros(spin_us.into())),
+    let mode = match args.clock.spin() {
+        Some(spin) => ReadMode::Clock(spin),
         None if args.poll => ReadMode::Polling,
         None => ReadMode::Woken,
     };

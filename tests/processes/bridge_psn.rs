@@ -98,7 +98,7 @@ fn two_receivers_get_every_tracker_of_every_frame_for_ten_seconds() {
 }
 
 /// Flags of a desk whose stage is turned, and where the head and the tail are trackers 101 and 321 to 323.
-const ON_A_DESK: [&str; 12] = [
+const ON_A_DESK: [&str; 14] = [
     "--benches",
     "0,220..",
     "--first-id",
@@ -111,6 +111,8 @@ const ON_A_DESK: [&str; 12] = [
     "-12,3.5,1",
     "--axes",
     "-x,z,y",
+    "--spin-us",
+    "100",
 ];
 
 #[test]

@@ -207,10 +207,11 @@ fn a_hold_is_reported_once() {
 }
 
 #[test]
-fn two_monitors_report_the_same_alerts() {
+fn a_monitor_that_is_woken_and_one_that_sleeps_by_the_clock_report_the_same_alerts() {
     let stage = Stage::new();
     let server = stage.serve(&["--readers", "2", "--start-at", "411", "--time-scale", "20", "--until", "413"]);
-    let monitors = [(); 2].map(|()| stage.start(&["monitor", "--format", "json"]));
+    let flags: [&[&str]; 2] = [&[], &["--spin-us", "100"]];
+    let monitors = flags.map(|flags| stage.start(&[&["monitor", "--format", "json"], flags].concat()));
     server.summary();
     let [first, second] = monitors.map(|monitor| alerts_in(&monitor.terminate().expect_clean().json_lines()));
     let without_forecast = |alerts: &[Value]| {

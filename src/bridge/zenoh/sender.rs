@@ -47,6 +47,8 @@ pub struct SenderSettings {
     pub share: Share,
     /// Whether the bridge passes commands from other hosts to the server.
     pub allows_commands: bool,
+    /// How long the bridge looks for a frame before and after its due instant in a busy loop; `None` if the server wakes it.
+    pub spin: Option<Duration>,
 }
 
 /// Ports through which a sending bridge reads the bus.
@@ -159,7 +161,10 @@ impl SendingBridge {
     }
 
     fn send_messages(&mut self) -> Result<(), BridgeError> {
-        let frame = self.ports.frames.wait(WAIT_PERIOD)?;
+        let frame = match self.settings.spin {
+            Some(spin) => self.ports.frames.wait_until_due(WAIT_PERIOD, spin)?,
+            None => self.ports.frames.wait(WAIT_PERIOD)?,
+        };
         self.look_for_peers();
         if let Some(frame) = &frame {
             self.send_frame(frame)?;

@@ -1,8 +1,12 @@
 //! The feed of a bridge: the newest frame of the bus at each due instant of the bridge's own rate.
 
+use std::hint;
 use std::sync::Arc;
+use std::time::Duration;
 
-use bench_dragon_ipc::{BusError, Description, DescriptionReader, Domain, FrameHeader, FrameSubscriber, StatusReader};
+use bench_dragon_ipc::{
+    BusError, Description, DescriptionReader, Domain, Frame, FrameHeader, FrameSubscriber, StatusReader,
+};
 
 use crate::bridge::{Freshness, LatestFrame, SourcePace, StaleAfter};
 use crate::cli::bus_readers::{WAIT_PERIOD, open_when_there};
@@ -14,6 +18,17 @@ use crate::system::stop::StopFlag;
 /// Statuses that are read per frame sent: the present source's, and one that the last source may have left.
 const MAX_STATUSES: usize = 4;
 
+/// Settings of a feed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FeedSettings {
+    /// Frames that the bridge sends per second.
+    pub(super) rate_hz: u32,
+    /// The age from which a frame is stale.
+    pub(super) stale_after: StaleAfter,
+    /// How long the feed looks for a frame before and after its due instant in a busy loop; `None` if it takes the newest frame.
+    pub(super) spin: Option<Duration>,
+}
+
 /// Polls the bus at a fixed rate, so that the server need not wake the bridge. After a server has ended, the feed repeats its
 /// last frame as stale. It goes on with the next server's frames.
 pub(super) struct Feed<'a> {
@@ -23,7 +38,7 @@ pub(super) struct Feed<'a> {
     dragons: NamedDragons,
     pace: SourcePace,
     schedule: Schedule,
-    stale_after: StaleAfter,
+    settings: FeedSettings,
     latest: Option<LatestFrame>,
     /// Whether the last frame has been sent as stale.
     has_left: bool,
@@ -46,8 +61,7 @@ impl<'a> Feed<'a> {
     pub(super) fn open(
         domain: &Domain,
         name: &str,
-        rate_hz: u32,
-        stale_after: StaleAfter,
+        settings: FeedSettings,
         stop: &'a StopFlag,
     ) -> Result<Option<Self>, BusError> {
         let open = || Ok((StatusReader::open(domain, name)?, FrameSubscriber::open(domain, name)?));
@@ -58,8 +72,8 @@ impl<'a> Feed<'a> {
             status,
             dragons: NamedDragons::new(domain, name),
             pace: SourcePace::default(),
-            schedule: Schedule::new(monotonic_ns(), rate_hz),
-            stale_after,
+            schedule: Schedule::new(monotonic_ns(), settings.rate_hz),
+            settings,
             latest: None,
             has_left: false,
         }))
@@ -91,24 +105,57 @@ impl<'a> Feed<'a> {
         Ok(Some((now_ns, self.latest.as_ref())))
     }
 
-    /// Takes the newest frame from the bus. Returns the present.
+    /// Takes the newest frame from the bus, or the one that is due next. Returns the present.
     fn look(&mut self) -> Result<u64, BusError> {
         for _ in 0..MAX_STATUSES {
             let Some(status) = self.status.poll()? else { break };
             self.pace.note_rate(status.run_id, status.rate_hz);
         }
-        if let Some(frame) = self.frames.latest()?
-            && self.dragons.are_of(frame.header())?
-        {
-            let latest = self.latest.get_or_insert_default();
-            self.pace.note_frame(&latest.header, frame.header());
-            latest.replace(&frame);
+        self.take_newest()?;
+        if let Some(spin) = self.settings.spin {
+            self.take_due(spin.as_nanos() as u64)?;
         }
         let now_ns = monotonic_ns();
         if let Some(latest) = &mut self.latest {
-            latest.freshness = self.pace.freshness(&latest.header, now_ns, self.stale_after);
+            latest.freshness = self.pace.freshness(&latest.header, now_ns, self.settings.stale_after);
         }
         Ok(now_ns)
+    }
+
+    /// Takes the newest frame from the bus. Returns whether there is one that has not been read yet.
+    fn take_newest(&mut self) -> Result<bool, BusError> {
+        let newest = self.frames.latest()?;
+        newest.map_or(Ok(false), |frame| self.take(&frame).map(|()| true))
+    }
+
+    fn take(&mut self, frame: &Frame) -> Result<(), BusError> {
+        if self.dragons.are_of(frame.header())? {
+            let latest = self.latest.get_or_insert_default();
+            self.pace.note_frame(&latest.header, frame.header());
+            latest.replace(frame);
+        }
+        Ok(())
+    }
+
+    /// Sleeps by the clock until the next frame is due, and takes it. If the source publishes it later, the source wakes the bridge.
+    /// Does nothing if the frame is overdue already, or due only after the bridge's next period.
+    fn take_due(&mut self, spin_ns: u64) -> Result<(), BusError> {
+        let Some(latest) = &self.latest else { return Ok(()) };
+        let Some(period) = self.pace.period_of(&latest.header) else { return Ok(()) };
+        let due_ns = latest.header.scheduled_ns.saturating_add(period.as_nanos() as u64);
+        let (now_ns, own_ns) = (monotonic_ns(), 1_000_000_000 / u64::from(self.settings.rate_hz));
+        let is_next = (now_ns..now_ns + own_ns).contains(&due_ns.saturating_add(spin_ns));
+        if !is_next || !self.sleep_until(due_ns.saturating_sub(spin_ns)) {
+            return Ok(());
+        }
+        while !self.take_newest()? {
+            if monotonic_ns() > due_ns + spin_ns {
+                let late = self.frames.wait(period.min(Duration::from_nanos(own_ns)))?;
+                return late.map_or(Ok(()), |frame| self.take(&frame));
+            }
+            hint::spin_loop();
+        }
+        Ok(())
     }
 
     fn farewell(&mut self) -> Option<DueFrame<'_>> {

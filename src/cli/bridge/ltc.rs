@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::BridgeArgs;
 use super::feed::Feed;
-use super::timecode::TimecodeArgs;
+use super::timecode::{TimecodeArgs, feed_of};
 use crate::bridge::timecode::{LtcPacer, SampleInstants};
 use crate::cli::flags::{BadInput, Format};
 use crate::cli::print::{complain, print_notice, print_report};
@@ -28,8 +28,6 @@ use crate::system::stop::StopFlag;
 const BLOCKS_HZ: u32 = 200;
 /// Delay from which on the sound counts as late: it goes on from the present.
 const LATE_NS: u64 = 100_000_000;
-/// Rate at which the bus is looked at until there is a server.
-const LOOK_HZ: u32 = 200;
 /// Period at which a write that nobody reads checks whether to end.
 const WRITE_PERIOD: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 /// Bytes that a pipe takes without blocking if it takes any.
@@ -78,7 +76,7 @@ pub(super) fn run(args: &BridgeArgs, timecode: &TimecodeArgs, to: &LtcOutput) ->
     } else {
         complain(&settings);
     }
-    if let Some(mut feed) = Feed::open(&domain, "bridge-timecode", LOOK_HZ, silence.stale_after, &stop)? {
+    if let Some(mut feed) = Feed::open(&domain, "bridge-timecode", feed_of(silence), &stop)? {
         sleep_precisely();
         let pacer = LtcPacer::new(rate, (offset * 1e9).round() as i64, sample_rate);
         sing(&mut feed, pacer, rate, &mut sound, &stop)?;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::feed::{DueFrame, Feed};
+use super::feed::{DueFrame, Feed, FeedSettings};
 use super::session::PacketSession;
 use super::steering::SteeringArgs;
 use super::{BridgeArgs, NetworkArgs, SilenceArgs, StageArgs, open_udp, target};
@@ -13,7 +13,7 @@ use crate::bridge::desk_settings::{self, OscTransport};
 use crate::bridge::osc::{AddressPattern, AngleUnit, OscEncoder, OscSettings, ShowAddress, SlipSender};
 use crate::bridge::osc_steering::encode_cue;
 use crate::bridge::{AxisOrder, Outlet, Packets};
-use crate::cli::flags::{BadInput, Format, within};
+use crate::cli::flags::{BadInput, Format, SpinArgs, within};
 use crate::config::PlannedCue;
 use crate::system::clock::offset_bounds;
 use crate::system::stop::StopFlag;
@@ -68,6 +68,8 @@ pub(crate) struct OscArgs {
     #[arg(long)]
     pub(crate) bundle: bool,
     #[command(flatten)]
+    pub(crate) clock: SpinArgs,
+    #[command(flatten)]
     pub(crate) silence: SilenceArgs,
     #[command(flatten)]
     pub(crate) stage: StageArgs,
@@ -94,7 +96,8 @@ pub(super) fn run(args: &BridgeArgs, osc: &OscArgs) -> anyhow::Result<ExitCode> 
     let mut poses = osc.receiver().map(|to| PoseSender::open(osc, to, format)).transpose()?;
     let steering = osc.steering.start(domain.clone().for_operators(), format)?;
     let mut missed = 0;
-    if let Some(mut feed) = Feed::open(&domain, "bridge-osc", osc.rate, osc.silence.stale_after, &stop)? {
+    let feed = FeedSettings { rate_hz: osc.rate, stale_after: osc.silence.stale_after, spin: osc.clock.spin() };
+    if let Some(mut feed) = Feed::open(&domain, "bridge-osc", feed, &stop)? {
         let mut last = None;
         while let Some(due) = feed.next()? {
             let reached = due.cues.reached(last.replace(due.latest.header).as_ref(), &due.latest.header);

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use bench_dragon_ipc::Instance;
 use clap::Args;
 
-use super::feed::Feed;
+use super::feed::{Feed, FeedSettings};
 use super::session::PacketSession;
 use super::{BridgeArgs, NetworkArgs, SilenceArgs, StageArgs, open_udp, target};
 use crate::bridge::psn::{DEFAULT_TARGET, PsnEncoder, PsnSettings, SystemName, TrackerName};
 use crate::bridge::{AxisOrder, Packets, desk_settings};
-use crate::cli::flags::within;
+use crate::cli::flags::{SpinArgs, within};
 use crate::source::server::schedule::Schedule;
 use crate::system::clock::monotonic_ns;
 use crate::system::stop::StopFlag;
@@ -45,6 +45,8 @@ pub(crate) struct PsnArgs {
     #[arg(long, value_name = "NAME")]
     pub(crate) name: Option<SystemName>,
     #[command(flatten)]
+    pub(crate) clock: SpinArgs,
+    #[command(flatten)]
     pub(crate) silence: SilenceArgs,
     #[command(flatten)]
     pub(crate) stage: StageArgs,
@@ -67,7 +69,8 @@ pub(super) fn run(args: &BridgeArgs, psn: &PsnArgs) -> anyhow::Result<ExitCode> 
     let stop = StopFlag::on_signals()?;
     let outlet = open_udp(psn.to, psn.network)?;
     let mut session = PacketSession::new(args.format.format, psn.to, psn.rate, outlet);
-    let Some(mut feed) = Feed::open(&domain, "bridge-psn", psn.rate, psn.silence.stale_after, &stop)? else {
+    let feed = FeedSettings { rate_hz: psn.rate, stale_after: psn.silence.stale_after, spin: psn.clock.spin() };
+    let Some(mut feed) = Feed::open(&domain, "bridge-psn", feed, &stop)? else {
         return session.finish(0);
     };
     hand_on(&mut feed, &settings(psn, &args.bus.instance), psn.to, &mut session)?;

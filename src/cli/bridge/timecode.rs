@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::feed::Feed;
+use super::feed::{Feed, FeedSettings};
 use super::ltc::{self, LtcOutput};
 use super::session::PacketSession;
 use super::{BridgeArgs, NetworkArgs, SilenceArgs, open_udp, target};
@@ -72,6 +72,11 @@ fn art_net_target(text: &str) -> Result<SocketAddrV4, String> {
         .map_err(|_| "must be an IPv4 address, and perhaps a port, such as 10.0.0.255 or 10.0.0.20:6455".to_owned())
 }
 
+/// The feed of timecode.
+pub(super) fn feed_of(silence: SilenceArgs) -> FeedSettings {
+    FeedSettings { rate_hz: LOOK_HZ, stale_after: silence.stale_after, spin: None }
+}
+
 pub(super) fn run(args: &BridgeArgs, timecode: &TimecodeArgs) -> anyhow::Result<ExitCode> {
     match timecode.output {
         OutputArgs { ltc: Some(ref to), .. } => ltc::run(args, timecode, to),
@@ -89,7 +94,7 @@ fn send_art_net(args: &BridgeArgs, timecode: &TimecodeArgs, to: SocketAddrV4) ->
     let stop = StopFlag::on_signals()?;
     let mut session =
         PacketSession::new(args.format.format, to, rate, open_udp(to, network)?).when_silent("the timecode stands");
-    let Some(mut feed) = Feed::open(&domain, "bridge-timecode", LOOK_HZ, silence.stale_after, &stop)? else {
+    let Some(mut feed) = Feed::open(&domain, "bridge-timecode", feed_of(silence), &stop)? else {
         return session.finish(0);
     };
     sleep_precisely();

@@ -12,7 +12,7 @@ use crate::bridge::zenoh::{
     wire::MAX_EVERY,
 };
 use crate::cli::bus_readers::open_when_there;
-use crate::cli::flags::{BadInput, Format, within};
+use crate::cli::flags::{BadInput, Format, SpinArgs, within};
 use crate::cli::print::{complain, percentiles, print_notice, print_report};
 use crate::config::RATE_HZ;
 use crate::output::Counted;
@@ -30,7 +30,7 @@ The bridge listens and connects only as the flags and the configuration specify.
 on tcp/127.0.0.1:7447, and a receiving bridge connects there.")]
 pub(crate) struct ZenohArgs {
     /// Receive another machine's frames and publish them on this instance's bus, instead of sending this bus.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "spin_us")]
     pub(crate) receive: bool,
     /// zenoh's own configuration file, JSON5, with TLS, passwords or timeouts; everything that it does not mention stays off.
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
@@ -56,6 +56,8 @@ pub(crate) struct ZenohArgs {
     /// Accept commands to the server (pause, seek, stop and all others) from anyone who can reach this bridge.
     #[arg(long, conflicts_with = "receive")]
     pub(crate) allow_commands: bool,
+    #[command(flatten)]
+    pub(crate) clock: SpinArgs,
 }
 
 pub(super) fn run(args: &BridgeArgs, zenoh: &ZenohArgs) -> anyhow::Result<ExitCode> {
@@ -102,7 +104,7 @@ fn send(
     stop: &StopFlag,
 ) -> anyhow::Result<()> {
     let share = zenoh.rate.map_or(Share::OneOf(zenoh.every.unwrap_or(1)), Share::RateHz);
-    let settings = SenderSettings { prefix, share, allows_commands: zenoh.allow_commands };
+    let settings = SenderSettings { prefix, share, allows_commands: zenoh.allow_commands, spin: zenoh.clock.spin() };
     let ports = open_when_there(domain.instance(), stop, || SenderPorts::open(domain))?;
     let mut summary = SenderSummary::default();
     if let Some(ports) = ports {

@@ -9,7 +9,7 @@ use clap::Args;
 
 use crate::cli::bus_readers::{FrameReading, Next, RunPorts, open_when_there};
 use crate::cli::exit_status::CONTACT;
-use crate::cli::flags::{BusArgs, FormatArgs, within};
+use crate::cli::flags::{BusArgs, FormatArgs, SpinArgs, within};
 use crate::config::Config;
 use crate::safety::alerts::{ALERTS_PER_S, AlertPublisher};
 use crate::safety::forecast::Forecaster;
@@ -42,6 +42,8 @@ pub(crate) struct MonitorArgs {
     /// With --format json, seconds between two lines of progress, 0.01 to 3600 [default: no lines].
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = within(0.01..=3600.0))]
     pub(crate) progress: Option<f64>,
+    #[command(flatten)]
+    pub(crate) clock: SpinArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }
@@ -101,7 +103,7 @@ struct MonitorSession<'a> {
 impl MonitorSession<'_> {
     /// Watches frame after frame; after a signal, only frames that were published before it.
     fn read_frames(&mut self, ports: &mut MonitorPorts) -> anyhow::Result<()> {
-        let mut reading = FrameReading::until(self.stop);
+        let mut reading = FrameReading::until(self.stop).by_clock(self.args.clock.spin());
         loop {
             match reading.wait(&mut ports.run.frames)? {
                 Next::Frame(frame) => self.take(&frame, ports)?,

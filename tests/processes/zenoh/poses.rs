@@ -59,7 +59,7 @@ fn the_far_bus_has_the_same_frames_bit_for_bit_except_run_and_stamps() {
 fn the_far_bus_has_all_dragons_bit_for_bit() {
     let (near, far) = (Stage::new(), Stage::new());
     let server = near.serve(&["--config", TWO_DRAGONS, "--rate", "50", "--until", "3.2", "--readers", "2"]);
-    let sender = Bridge::sending(&near, &[]);
+    let sender = Bridge::sending(&near, &["--spin-us", "100"]);
     let mut receiver = Bridge::receiving(&far, &sender);
     let mut reader = Reader::join(&near);
     receiver.until("receiving");
