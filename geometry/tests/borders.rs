@@ -15,6 +15,8 @@ use test_support::property::random_cases;
 
 /// Distance between two samples of a run, in metres of travel.
 const STEP_M: f64 = 0.002;
+/// More than the rounding of a distance.
+const ROUNDING_M: f64 = 1e-9;
 
 fn segments() -> impl Strategy<Value = PathSegment> {
     let turn = || prop_oneof![-4.0..-0.2_f64, 0.2..4.0_f64];
@@ -206,21 +208,57 @@ fn borders(dragon: &Dragon, star_of: &(Vec<f64>, f64, bool)) -> Option<Vec<Borde
     ])
 }
 
-/// The least distance of all boards at the samples of a run, and the travel of the first sample at which it is under `clear_m`.
-fn sampled(dragon: &Dragon, border: &Border, clear_m: f64) -> (f64, Option<f64>) {
+/// What the samples of a run have of a border.
+struct Sampled {
+    /// The least distance of all boards.
+    least_m: f64,
+    /// The travel of the first sample with a distance under a limit.
+    first_m: Option<f64>,
+    /// Lower bounds on the distance of each board at the last sample.
+    bounds_m: Vec<f64>,
+}
+
+impl Sampled {
+    /// Adds a sample. `moved_m` has how far the corners of each board have moved since the last one: a distance changes by no more.
+    /// So only boards that may be nearer than all before are measured.
+    fn add(&mut self, travel_m: f64, border: &Border, clear_m: f64, boards: &[Board], moved_m: &[f64]) {
+        for ((board, bound_m), moved_m) in boards.iter().zip(&mut self.bounds_m).zip(moved_m) {
+            *bound_m -= moved_m;
+            if *bound_m <= self.least_m + ROUNDING_M {
+                *bound_m = border.distance_m(board);
+                self.least_m = bound_m.min(self.least_m);
+            }
+        }
+        if self.least_m < clear_m {
+            self.first_m = self.first_m.or(Some(travel_m));
+        }
+    }
+}
+
+/// The largest distance between the same corners of two boards.
+fn moved_m(from: &Board, to: &Board) -> f64 {
+    let corners = from.corners().into_iter().zip(to.corners());
+    corners.map(|(from, to)| from.distance_squared(to)).fold(0.0, f64::max).sqrt()
+}
+
+/// Samples a run for all borders, with the first distances under `clear_m`.
+fn sampled(dragon: &Dragon, borders: &[Border], clear_m: f64) -> Vec<Sampled> {
     let (start_m, end_m) = (dragon.start_travel_m(), dragon.end_travel_m());
     let count = ((end_m - start_m) / STEP_M).ceil();
-    let (mut solver, mut least_m, mut first_m) = (ChainSolver::new(dragon), f64::INFINITY, None);
+    let mut solver = ChainSolver::new(dragon);
+    let mut before = boards_at(dragon, &mut solver, start_m);
+    let unknown = || Sampled { least_m: f64::INFINITY, first_m: None, bounds_m: vec![0.0; before.len()] };
+    let mut sampled: Vec<Sampled> = borders.iter().map(|_| unknown()).collect();
     for step in 0..=count as u32 {
         let travel_m = start_m + (end_m - start_m) * (f64::from(step) / count);
         let boards = boards_at(dragon, &mut solver, travel_m);
-        let distance_m = boards.iter().map(|board| border.distance_m(board)).fold(f64::INFINITY, f64::min);
-        least_m = distance_m.min(least_m);
-        if distance_m < clear_m {
-            first_m = first_m.or(Some(travel_m));
+        let moved_m: Vec<f64> = before.iter().zip(&boards).map(|(from, to)| moved_m(from, to)).collect();
+        for (border, sampled) in borders.iter().zip(&mut sampled) {
+            sampled.add(travel_m, border, clear_m, &boards, &moved_m);
         }
+        before = boards;
     }
-    (least_m, first_m)
+    sampled
 }
 
 proptest! {
@@ -229,9 +267,8 @@ proptest! {
     #[test]
     fn the_least_distance_is_that_of_dense_samples(dragon in dragons(), star_of in outlines()) {
         let Some(borders) = borders(&dragon, &star_of) else { return Ok(()) };
-        for border in borders {
+        for (border, Sampled { least_m: sampled_m, .. }) in borders.iter().zip(sampled(&dragon, &borders, 0.0)) {
             let kind = border.kind();
-            let (sampled_m, _) = sampled(&dragon, &border, 0.0);
             let stage = Stage::new(vec![border.clone()], 0.0);
             let least = least_distance(&dragon, &stage, kind).expect("no limit");
             let Some(least) = least else {
@@ -253,7 +290,7 @@ proptest! {
         dragon in dragons(), star_of in outlines(), clear_m in 0.01..1.0_f64,
     ) {
         let Some(borders) = borders(&dragon, &star_of) else { return Ok(()) };
-        for border in borders {
+        for (border, Sampled { first_m: sampled_m, .. }) in borders.iter().zip(sampled(&dragon, &borders, clear_m)) {
             let (kind, stage) = (border.kind(), Stage::new(vec![border.clone()], clear_m));
             let breach = first_breach(&dragon, &stage, clear_m).expect("no limit");
             // Boards that come in count from a look on.
@@ -262,7 +299,6 @@ proptest! {
                     .iter()
                     .any(|board| border.breach(board, clear_m).is_some());
             if !comes_in {
-                let (_, sampled_m) = sampled(&dragon, &border, clear_m);
                 match (breach, sampled_m) {
                     (None, sampled_m) => prop_assert!(sampled_m.is_none(), "{kind:?}: too near at {sampled_m:?}"),
                     (Some(breach), Some(at_m)) => prop_assert!(breach.travel_m <= at_m + 1e-7, "{kind:?}: {breach:?}, {at_m}"),

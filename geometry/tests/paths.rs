@@ -12,7 +12,7 @@ use bench_dragon_geometry::route::{
 };
 use glam::DVec2;
 use proptest::prelude::*;
-use test_support::dragons::{boards_at, handles_at, pairs, paper_benches};
+use test_support::dragons::{boards_at, handles_at, least_clearance_m, paper_benches};
 use test_support::property::random_cases;
 
 fn build(spec: &RouteSpec, dimensions: &Dimensions) -> Result<Route, RouteError> {
@@ -297,10 +297,8 @@ fn crossing_dragons() -> impl Strategy<Value = Dragon> {
     })
 }
 
-/// The least clearance of all pairs, each measured.
-fn least_clearance_m(dragon: &Dragon, travel_m: f64) -> f64 {
-    let boards = boards_at(dragon, travel_m);
-    pairs(boards.len()).map(|[first, second]| boards[first].clearance(&boards[second])).fold(f64::INFINITY, f64::min)
+fn least_at(dragon: &Dragon, travel_m: f64) -> f64 {
+    least_clearance_m(&boards_at(dragon, travel_m))
 }
 
 fn assert_first_within(dragon: &Dragon, clearance_m: f64) -> Result<(), TestCaseError> {
@@ -311,14 +309,14 @@ fn assert_first_within(dragon: &Dragon, clearance_m: f64) -> Result<(), TestCase
     let steps = ((searched_m - start_m) / STEP_M) as u32;
     for step in 0..=steps {
         let travel_m = start_m + f64::from(step) * STEP_M;
-        let least_m = least_clearance_m(dragon, travel_m);
+        let least_m = least_at(dragon, travel_m);
         prop_assert!(
             least_m > clearance_m || travel_m > searched_m - 1e-9,
             "{least_m} m at {travel_m} m, but the search reports {found:?}"
         );
     }
     if let Some(contact) = found {
-        let least_m = least_clearance_m(dragon, (contact.travel_m + 1e-9).min(end_m));
+        let least_m = least_at(dragon, (contact.travel_m + 1e-9).min(end_m));
         prop_assert!(least_m <= clearance_m + 1e-8, "{least_m} m at {contact:?}");
     }
     Ok(())
@@ -363,12 +361,12 @@ proptest! {
             proven.extend(dragon.end_travel_m(), 10_000);
         }
         for step in 0..=(proven.end_m() / STEP_M) as u32 {
-            let least_m = least_clearance_m(&dragon, f64::from(step) * STEP_M);
+            let least_m = least_at(&dragon, f64::from(step) * STEP_M);
             prop_assert!(least_m >= margin_m - 1e-11, "{least_m} m at step {step}, under the margin of {margin_m} m");
         }
         if proven.end_m() < dragon.end_travel_m() {
             // The proof ends where the margin is nearly reached.
-            let least_m = least_clearance_m(&dragon, proven.end_m());
+            let least_m = least_at(&dragon, proven.end_m());
             prop_assert!(least_m < margin_m + 1e-6, "proved up to {} m only, with {least_m} m", proven.end_m());
         }
     }

@@ -11,6 +11,9 @@ use glam::DVec2;
 use proptest::collection::{SizeRange, vec};
 use proptest::prelude::*;
 
+/// More than the rounding of a distance between boards.
+const ROUNDING_M: f64 = 1e-9;
+
 /// The paper's benches, as many as `count`. The paper's dragon has 223.
 pub fn paper_benches(count: usize) -> Dimensions {
     Dimensions::new(count, 3.41, 2.20, 0.30, 0.275).expect("the paper's benches are valid")
@@ -56,6 +59,18 @@ pub fn boards_at(dragon: &Dragon, travel_m: f64) -> Vec<Board> {
 /// All pairs of benches that share no hinge.
 pub fn pairs(benches: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..benches).flat_map(move |first| (first + 2..benches).map(move |second| [first, second]))
+}
+
+/// The least clearance of all boards that share no hinge.
+///
+/// Boards are no nearer to each other than the circles about them. So pairs with circles further apart than the least clearance so far
+/// are not measured.
+pub fn least_clearance_m(boards: &[Board]) -> f64 {
+    let radii_m: Vec<f64> = boards.iter().map(|board| board.half_length.hypot(board.half_width)).collect();
+    pairs(boards.len()).fold(f64::INFINITY, |least_m, [first, second]| {
+        let apart_m = boards[first].centre.distance(boards[second].centre) - radii_m[first] - radii_m[second];
+        if apart_m > least_m + ROUNDING_M { least_m } else { boards[first].clearance(&boards[second]).min(least_m) }
+    })
 }
 
 /// The pairs that share no hinge and are at most this far apart, each measured.

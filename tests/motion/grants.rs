@@ -1,0 +1,93 @@
+//! Grants of a guard: how far the head may walk, and where it may be repositioned.
+
+use bench_dragon::source::server::motion::{Motion, MotionSettings};
+use bench_dragon_ipc::{Refusal, Request, ShowState};
+
+use crate::{after, grant, guarded, plan, start};
+
+/// Returns a guarded head at this travel.
+fn guarded_at(travel_m: f64) -> Motion {
+    start(MotionSettings { start_s: travel_m, start_travel_m: travel_m, ..guarded() })
+}
+
+#[test]
+fn a_guarded_head_starts_held_and_walks_exactly_as_far_as_it_was_granted() {
+    let mut motion = after(start(guarded()), 10);
+    assert_eq!((motion.head().state, motion.head().show_time_ns), (ShowState::Held, 0));
+    grant(&mut motion, 0.0, 0.012_345_6).expect("the grant covers the head");
+    assert_eq!(after(motion.clone(), 12).head().state, ShowState::Running);
+    let head = after(motion.clone(), 20).head();
+    assert_eq!((head.state, head.travel_m, head.show_time_ns), (ShowState::Held, 0.012_345_6, 12_345_600));
+    let mut motion = after(motion, 50);
+    grant(&mut motion, 0.01, 1.0).expect("the grant covers the head");
+    assert_eq!(after(motion, 1).head().show_time_ns, 13_345_600, "one step from the place of rest");
+}
+
+#[test]
+fn without_a_grant_the_head_stays_where_it_is() {
+    assert_eq!(guarded_at(12.5).limits().granted_to_m, Some(12.5));
+}
+
+#[test]
+fn grants_are_joined_and_never_shrink() {
+    let mut motion = guarded_at(1.5);
+    for (from_m, to_m, limit_m) in [(0.0, 2.0, 2.0), (0.0, 5.0, 5.0), (1.0, 3.0, 5.0)] {
+        grant(&mut motion, from_m, to_m).expect("the grant is for this run");
+        assert_eq!(motion.limits().granted_to_m, Some(limit_m));
+    }
+}
+
+#[test]
+fn the_permanent_end_is_known_with_its_grant_and_then_stays() {
+    let mut motion = guarded_at(1.5);
+    for (to_m, is_final, end_m) in [(2.0, false, None), (5.0, true, Some(5.0)), (3.0, false, Some(5.0))] {
+        motion.request(Request::Grant { run_id: 7, from_m: 0.0, to_m, is_final }).expect("the grant is for this run");
+        assert_eq!(motion.limits().end_m, end_m);
+    }
+}
+
+#[test]
+fn neither_release_nor_resume_lifts_a_guards_stop() {
+    let mut motion = start(guarded());
+    assert_eq!(motion.request(Request::Release), Err(Refusal::HeldByGuard));
+    assert_eq!(motion.request(Request::Resume), Err(Refusal::HeldByGuard));
+    motion.request(Request::Hold).expect("hold is always accepted");
+    motion.request(Request::Release).expect("the release is accepted");
+    assert_eq!(after(motion, 5).head().state, ShowState::Held);
+}
+
+#[test]
+fn a_grant_does_not_lift_a_hold() {
+    let mut motion = start(MotionSettings { is_held: true, ..guarded() });
+    grant(&mut motion, 0.0, 10.0).expect("the grant covers the head");
+    assert_eq!(after(motion.clone(), 5).head().state, ShowState::Held);
+    motion.request(Request::Release).expect("the release is accepted");
+    assert_eq!(after(motion, 5).head().travel_m, 0.005);
+}
+
+#[test]
+fn a_guarded_head_is_repositioned_only_where_its_guard_has_proved_it() {
+    let mut motion = start(guarded());
+    let seek = Request::Seek { show_time_s: 300.0 };
+    assert_eq!((motion.request(seek), motion.limits().asked_m), (Err(Refusal::NotProved), Some(300.0)));
+    grant(&mut motion, 300.0, 300.5).expect("the grant begins at the target of the seek");
+    assert_eq!((motion.head().travel_m, motion.limits().granted_to_m), (0.0, Some(0.0)));
+    motion.request(seek).expect("the target is proved");
+    assert_eq!((motion.limits().granted_to_m, motion.limits().asked_m), (Some(300.5), None));
+    assert_eq!(after(motion, 2000).head().travel_m, 300.5);
+}
+
+#[test]
+fn grants_of_an_unguarded_head_for_another_run_and_outside_the_run_are_refused() {
+    let grant = |run_id, from_m, to_m| Request::Grant { run_id, from_m, to_m, is_final: false };
+    assert_eq!(start(plan()).request(grant(7, 0.0, 1.0)), Err(Refusal::NotGuarded));
+    let mut motion = start(guarded());
+    assert_eq!(motion.request(grant(8, 0.0, 1.0)), Err(Refusal::OtherRun));
+    for (from_m, to_m) in
+        [(2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::NAN), (0.0, f64::INFINITY), (0.0, 401.0), (-1.0, 1.0)]
+    {
+        let refusal = motion.request(grant(7, from_m, to_m));
+        assert!(matches!(refusal, Err(Refusal::OutOfRange { .. })), "{from_m} to {to_m}: {refusal:?}");
+    }
+    assert_eq!(motion.limits().granted_to_m, Some(0.0));
+}
