@@ -1,4 +1,4 @@
-//! Measures the planner's questions on one core. Each answer is first compared with its published value.
+//! Measures the planner's questions. Each answer is first compared with its published value.
 #![allow(missing_docs, reason = "criterion's macros make public functions")]
 
 mod shared;
@@ -9,8 +9,8 @@ use std::sync::Arc;
 use bench_dragon_geometry::clearance::{first_contact, first_possible_touch, first_touching_pose};
 use bench_dragon_geometry::dragon::{ChainSolver, Dragon, Meter};
 use bench_dragon_geometry::planner::{
-    Staging, guaranteed_pitch, largest_speed_ratio, least_clearance, near_misses, passage_through, shortest_turn,
-    smallest_pitch,
+    Parameter, Sensitivity, Setting, Staging, guaranteed_pitch, largest_speed_ratio, least_clearance, near_misses,
+    passage_through, shortest_turn, shortest_turn_with_line, smallest_pitch,
 };
 use bench_dragon_geometry::route::{Route, SpiralSpec, Turnaround};
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -128,9 +128,36 @@ fn turn(criterion: &mut Criterion) {
         found.expect("no limit").expect("there is a shortest turn").turnaround.turn_length_m()
     };
     assert!((shortest() - 8.660_191).abs() <= 5.001e-7, "{}", shortest());
+    let with_line = || {
+        let meter = Meter::unlimited();
+        let found = shortest_turn_with_line(black_box(turnaround), paper_benches(223), staging, None, &meter, |_| ());
+        found.expect("no limit").expect("there is a shortest turn").turnaround.turn_length_m()
+    };
+    assert!((with_line() - 8.530_694).abs() <= 5e-6, "{}", with_line());
     let mut group = criterion.benchmark_group("turn");
     group.sample_size(10);
     group.bench_function("shortest turn of two arcs", |bencher| bencher.iter(shortest));
+    group.bench_function("shortest turn with a line", |bencher| bencher.iter(with_line));
+    group.finish();
+}
+
+/// How all answers change with all parameters, in two steps of 2.5 % to either side: 85 answers.
+fn sensitivity(criterion: &mut Criterion) {
+    let setting = Setting {
+        dimensions: paper_benches(223),
+        route: SpiralSpec::default().into(),
+        speed_mps: 1.0,
+        accel_mps2: None,
+    };
+    let parameters = Parameter::ALL.to_vec();
+    let study = Sensitivity { setting, turn_diameter_m: 9.0, range: 0.05, steps: 2, parameters };
+    let values = || study.study(&Meter::unlimited(), || ()).into_iter().map(|response| response.value);
+    let known = [412.473_838, 0.099_448, 1.0, 0.450_337];
+    let is_known = values().zip(known).all(|(value, known)| value.is_ok_and(|value| (value - known).abs() <= 5.001e-7));
+    assert!(is_known, "{:?}", values().collect::<Vec<_>>());
+    let mut group = criterion.benchmark_group("sensitivity");
+    group.sample_size(10);
+    group.bench_function("all answers and parameters", |bencher| bencher.iter(|| values().count()));
     group.finish();
 }
 
@@ -152,6 +179,7 @@ criterion_group!(
     misses,
     play,
     turn,
+    sensitivity,
     chain
 );
 criterion_main!(planner);

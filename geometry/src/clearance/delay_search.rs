@@ -364,22 +364,28 @@ impl<'a> DelaySearch<'a> {
         0.0
     }
 
-    /// Moves a point along its plan towards the least clearance near it.
-    fn slide(&self, mut here: Nearest) -> Nearest {
+    /// Moves a point along its plan towards the least clearance of its two boards near it.
+    fn slide(&self, here: Nearest) -> Nearest {
+        let clearance_m = |shift_s: f64| {
+            let [ours, theirs] = [0, 1].map(|i| {
+                let (planned, bench) = (&self.walkers[i].planned, here.benches[i]);
+                Pose::of(&planned.dragon, planned.travel_m(here.times_s[i] + shift_s), bench + 1).boards[bench]
+            });
+            ours.clearance(&theirs)
+        };
         // Steps are short, so that the point stays in its zone.
         let longest_s = self.walkers[0].stride_s().min(self.walkers[1].stride_s());
         let mut step_s = 0.5 * longest_s;
-        let mut sign = 1.0;
+        let (mut shift_s, mut least_m) = (0.0, here.approach.clearance_m);
         for _ in 0..SLIDES {
-            let trial = nearest_at(self.walkers, here.times_s.map(|time_s| time_s + sign * step_s));
-            if trial.approach.clearance_m < here.approach.clearance_m {
-                here = trial;
-                step_s = longest_s.min(1.5 * step_s);
+            let trial_m = clearance_m(shift_s + step_s);
+            if trial_m < least_m {
+                (shift_s, least_m) = (shift_s + step_s, trial_m);
+                step_s = (1.5 * step_s).clamp(-longest_s, longest_s);
             } else {
-                sign = -sign;
-                step_s *= 0.6;
+                step_s *= -0.6;
             }
         }
-        here
+        if shift_s == 0.0 { here } else { nearest_at(self.walkers, here.times_s.map(|time_s| time_s + shift_s)) }
     }
 }

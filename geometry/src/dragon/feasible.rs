@@ -17,7 +17,7 @@ use super::dimensions::Dimensions;
 use super::link::{Link, RearEnd};
 use super::meter::Meter;
 use crate::number::{Fixed, Place};
-use crate::numerics::{peak, turning_point};
+use crate::numerics::{crossing, peak, turning_point};
 use crate::route::Route;
 
 /// Samples per link length in an interval that the curvature bound does not clear.
@@ -264,10 +264,14 @@ impl Faults<'_> {
 
     /// Finds the fault between two parameters with no jump of [`leap`](Self::leap) between them.
     fn stop(&self, (from, start): (f64, &RearEnd), (to, end): (f64, Option<RearEnd>)) -> Option<Fault> {
-        let is_fault = |rear: Option<RearEnd>| rear.is_none_or(|rear| !rear.walks() || self.jumps(start, &rear));
-        let fails = |parameter| is_fault(self.rear(parameter));
-        let failing = if is_fault(end) { to } else { self.dip((from, start), (to, &end?))? };
-        let (parameter, beyond) = turning_point(from, failing, TOLERANCE, fails);
+        let value = |rear: Option<RearEnd>| match rear {
+            Some(rear) if !self.jumps(start, &rear) => rear.cos_front.min(rear.cos_rear),
+            _ => f64::NEG_INFINITY,
+        };
+        let at = |parameter| value(self.rear(parameter));
+        let failing = if value(end) <= 0.0 { to } else { self.dip((from, start), (to, &end?))? };
+        let values = [value(Some(*start)), if failing == to { value(end) } else { at(failing) }];
+        let (parameter, beyond) = crossing([from, failing], values, TOLERANCE, at);
         let jump = self.rear(beyond).is_none_or(|rear| self.jumps(start, &rear));
         Some(Fault { parameter, jump })
     }

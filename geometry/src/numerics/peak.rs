@@ -3,6 +3,9 @@
 /// Part of an interval that a golden-section step excludes: 1 − 1/φ.
 pub(crate) const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
+/// Factor by which an interval is shortened to the part at its higher end, if the function falls from that end.
+const SHORTENING: f64 = 64.0;
+
 /// Bound on evaluations. Golden section alone reduces an interval by a factor of 10¹⁰ in 48.
 const MAX_EVALUATIONS: usize = 100;
 
@@ -16,12 +19,14 @@ pub(crate) struct Peak {
 /// Finds the maximum of a function with one peak on an interval, ends included.
 ///
 /// Brent's method (Brent 1973, Algorithms for Minimization without Derivatives, chapter 5): a parabola through the best three
-/// points, or golden section where the parabola does not help. The argument is exact to `tolerance`, or to the square root of
+/// points, or golden section where the parabola does not help. Golden section takes longest towards a peak at an end, so the
+/// interval is first shortened to the part at its higher end, as often as the function falls from there. The argument is exact to `tolerance`, or to the square root of
 /// rounding at a smooth peak. The value is then exact to rounding. For a function with several peaks, the result is one of
 /// them, and at least the value at either end.
 pub(crate) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {
     let mut evaluate = |at| Peak { at, value: function(at) };
     let ends = [evaluate(low), evaluate(high)];
+    let [low, high] = at_higher_end(ends, tolerance, &mut evaluate);
     let inner = within(low, high, tolerance, &mut evaluate);
     ends.into_iter().fold(inner, higher)
 }
@@ -29,6 +34,16 @@ pub(crate) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut
 /// The higher of two peaks; the first if they are equal.
 pub(crate) fn higher(first: Peak, second: Peak) -> Peak {
     if second.value > first.value { second } else { first }
+}
+
+/// The part of the interval between two ends that contains the peak: at the higher end, if the function falls from there.
+fn at_higher_end(ends: [Peak; 2], tolerance: f64, evaluate: &mut impl FnMut(f64) -> Peak) -> [f64; 2] {
+    let top = higher(ends[0], ends[1]);
+    let mut reach = (ends[0].at - top.at) + (ends[1].at - top.at);
+    while reach.abs() > tolerance && evaluate(top.at + reach / SHORTENING).value < top.value {
+        reach /= SHORTENING;
+    }
+    [top.at + reach.min(0.0), top.at + reach.max(0.0)]
 }
 
 fn within(low: f64, high: f64, tolerance: f64, evaluate: &mut impl FnMut(f64) -> Peak) -> Peak {
@@ -112,5 +127,20 @@ mod tests {
     fn a_peak_at_an_end_is_exact() {
         assert_eq!(peak(2.0, 5.0, 1e-9, |x| x).at, 5.0);
         assert_eq!(peak(2.0, 5.0, 1e-9, |x| -x).at, 2.0);
+    }
+
+    #[test]
+    fn a_peak_at_an_end_or_beside_it_takes_few_evaluations() {
+        let count = |at: f64| {
+            let mut count = 0;
+            let found = peak(2.0, 5.0, 1e-11, |x| {
+                count += 1;
+                -(x - at).abs()
+            });
+            assert!((found.at - at).abs() < 2e-11, "{found:?}");
+            count
+        };
+        assert!(count(5.0) < 12 && count(2.0) < 12, "{}, {}", count(5.0), count(2.0));
+        assert!(count(5.0 - 1e-6) < 45, "{}", count(5.0 - 1e-6));
     }
 }

@@ -9,8 +9,12 @@
 //! radii from the centre outward, each with [`RATIOS`] ratios. Two neighbouring ratios may have different obstacles, for
 //! example a handle that stops on one arc and on the other. Between them there may be a clear ratio. Such an interval is
 //! bisected until a clear ratio is found, or the two obstacles meet. If a handle is too fast at three neighbouring ratios, and
-//! slowest at the middle one, golden section searches between them for a clear ratio. The first radius with a clear ratio and
-//! the radius before it bracket the answer. Bisection with the same search at each radius then finds it.
+//! slowest at the middle one, the search between them is for the ratio with the slowest handle. There, mostly, two handles are equally
+//! fast, and the chords of their speeds meet near it; golden section helps where they do not.
+//!
+//! The first radius with a clear ratio and the radius before it bracket the answer. The bracket is narrowed with the same search, or,
+//! where handles are too fast, with that of the slowest handle alone: its speed over the radius leads to the radius at which it
+//! is slow enough. At last, the whole search confirms that the lower end of the bracket has no clear ratio.
 //!
 //! The first search checks only the links. Whether a handle stops or jumps depends only on the head's link and one body link,
 //! and the fastest handles are mostly among the first few. A contact is a pair within the required clearance. If the dragon
@@ -69,6 +73,15 @@ const EDGE_PART: f64 = 0.75 / 4096.0;
 
 /// Factor between any ratio tried and the limits of the allowed ratios: more than [`FAR`] steps.
 const RATIO_ROOM: f64 = 1.02;
+
+/// Least distance of a trial from those beside it, as a share of their distance, where lines through them meet.
+const BESIDE_KINK: f64 = 1.0 / 32.0;
+
+/// Factor between the distances from a ratio at which trials to either side of it are made.
+const WIDENING: f64 = 4.0;
+
+/// Distance of a radius from the one at which handles are expected to be slow enough, as a share of the bracket.
+const BESIDE_GUESS: f64 = 1.0 / 64.0;
 
 /// Bound on the steps of a golden section. Each leaves 0.62 of the interval; from a factor of 1.4 to [`NEAREST_RATIOS`] it
 /// takes 61 steps.
@@ -150,16 +163,27 @@ impl Trial {
     }
 }
 
-/// A trial of a golden section: the logarithm of its ratio, and its excess.
+/// A trial of a search for the slowest handle: the logarithm of its ratio, its fastest handle and that handle's excess.
 #[derive(Clone, Copy)]
 struct Dip {
     at: f64,
     excess: f64,
+    handle: usize,
 }
 
 impl Dip {
     fn of(trial: &Trial) -> Self {
-        Self { at: trial.ratio.ln(), excess: trial.excess() }
+        let handle = if let Some(Obstacle::TooFast(largest)) = trial.obstacle { largest.handle } else { usize::MAX };
+        Self { at: trial.ratio.ln(), excess: trial.excess(), handle }
+    }
+
+    /// The point at which the line through this dip and another one has the excess of the line through two more.
+    fn meeting(&self, other: &Self, two: [&Self; 2]) -> Option<Self> {
+        let slope = |one: &Self, other: &Self| (other.excess - one.excess) / (other.at - one.at);
+        let [ours, theirs] = [slope(self, other), slope(two[0], two[1])];
+        let at = other.at + (two[0].excess - other.excess + theirs * (other.at - two[0].at)) / (ours - theirs);
+        let excess = other.excess + ours * (at - other.at);
+        excess.is_finite().then_some(Self { at, excess, handle: self.handle })
     }
 }
 
@@ -167,6 +191,26 @@ impl Dip {
 fn is_valley(three: &[Trial]) -> bool {
     let [before, middle, after] = [three[0].excess(), three[1].excess(), three[2].excess()];
     middle < f64::INFINITY && middle <= before && middle <= after
+}
+
+/// Where the fastest handle is slowest, between the trials beside the slowest one of them: where the lines through the two nearest
+/// trials on either side meet, if there is one handle on each side. With it, the interval that contains it.
+fn kink(dips: &[Dip], slowest: usize) -> Option<(Dip, [f64; 2])> {
+    let gap = (slowest - 1..=slowest).find(|&i| dips[i].handle != dips[i + 1].handle)?;
+    let [before, low, high, beyond] = dips.get(gap.checked_sub(1)?..gap + 3)? else { return None };
+    let is_alike = before.handle == low.handle && high.handle == beyond.handle;
+    let meeting = before.meeting(low, [high, beyond]).filter(|_| is_alike)?;
+    (low.at < meeting.at && meeting.at < high.at).then_some((meeting, [low.at, high.at]))
+}
+
+/// Result of a search for the slowest handle at one radius.
+#[derive(Clone, Copy)]
+struct Slowest {
+    /// Whether the ratio is clear.
+    is_clear: bool,
+    ratio: f64,
+    /// The excess at the ratio, by the lines through the trials beside it.
+    excess: f64,
 }
 
 /// The least radius at which the dragon passes, a ratio at which it passes, and the obstacles of a smaller radius.
@@ -186,6 +230,34 @@ pub(super) fn all_ratios() -> Vec<f64> {
 /// Whether a ratio and the ratios tried beside it are within the allowed range.
 fn is_allowed(ratio: f64) -> bool {
     (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(&ratio)
+}
+
+/// The excess of the slowest handle at two radii, the later one last, as a guide to the radius at which it vanishes.
+#[derive(Default)]
+struct Guide {
+    known: [Option<(f64, f64)>; 2],
+}
+
+impl Guide {
+    fn note(&mut self, radius_m: f64, excess: f64) {
+        if excess > 0.0 {
+            self.known = [self.known[1], Some((radius_m, excess))];
+        }
+    }
+
+    /// The next radius to try in a bracket: a little beyond the expected one, first on the side of the more distant end. The middle
+    /// without an expectation.
+    fn next_m(&self, [tight_m, clear_m]: [f64; 2], tolerance_m: f64) -> f64 {
+        let beside_m = (BESIDE_GUESS * (clear_m - tight_m)).max(0.25 * tolerance_m);
+        let guess_m = match self.known {
+            [Some((one_m, one)), Some((other_m, other))] => other_m + other * (other_m - one_m) / (one - other),
+            _ => f64::NAN,
+        };
+        let tries_m = [guess_m + beside_m, guess_m - beside_m];
+        let tries_m = if clear_m - guess_m > guess_m - tight_m { tries_m } else { [tries_m[1], tries_m[0]] };
+        let next_m = tries_m.into_iter().find(|&next_m| tight_m < next_m && next_m < clear_m);
+        next_m.unwrap_or(0.5 * (tight_m + clear_m))
+    }
 }
 
 /// A search for turns that a dragon passes.
@@ -213,7 +285,7 @@ impl Search<'_> {
         self.refine(bracket_m, ratio, TOLERANCE_M, || progress(0.5 / 32.0)).map(Some)
     }
 
-    /// The least radius at which the dragon passes, by bisection to `tolerance_m`. At the upper end of the bracket it passes
+    /// The least radius at which the dragon passes, to `tolerance_m`. At the upper end of the bracket it passes
     /// with this ratio, at the lower end it does not pass. `step` is called after each step.
     pub(super) fn refine(
         &self,
@@ -222,13 +294,35 @@ impl Search<'_> {
         tolerance_m: f64,
         step: impl Fn(),
     ) -> Result<Tightest, Spent> {
-        while clear_m - tight_m > tolerance_m {
-            let middle_m = 0.5 * (tight_m + clear_m);
-            match self.clear_ratio(middle_m, clear_m - tight_m, &ratios_around(ratio))? {
-                Some(found) => (clear_m, ratio) = (middle_m, found),
-                None => tight_m = middle_m,
+        // The whole search found no clear ratio at this radius.
+        let mut searched_m = tight_m;
+        loop {
+            let mut guide = Guide::default();
+            let mut centre = ratio;
+            while clear_m - tight_m > tolerance_m {
+                let (next_m, width_m) = (guide.next_m([tight_m, clear_m], tolerance_m), clear_m - tight_m);
+                let found = if let Some(slowest) = self.slowest_beside(next_m, width_m, centre)? {
+                    guide.note(next_m, slowest.excess - self.check.staging.speed_ratio);
+                    centre = slowest.ratio;
+                    slowest.is_clear.then_some(slowest.ratio)
+                } else {
+                    let found = self.clear_ratio(next_m, width_m, &ratios_around(ratio))?;
+                    searched_m = if found.is_none() { next_m } else { searched_m };
+                    found
+                };
+                match found {
+                    Some(found) => (clear_m, ratio) = (next_m, found),
+                    None => tight_m = next_m,
+                }
+                step();
             }
-            step();
+            if searched_m == tight_m {
+                break;
+            }
+            match self.clear_ratio(tight_m, clear_m - tight_m, &ratios_around(ratio))? {
+                Some(found) => (clear_m, ratio, tight_m) = (tight_m, found, searched_m),
+                None => break,
+            }
         }
         if tight_m == 0.0 {
             // The dragon passes however tight the S is.
@@ -261,8 +355,7 @@ impl Search<'_> {
         Ok((low? * high?).sqrt())
     }
 
-    /// A ratio at which the dragon passes an S that begins at this radius. It is one of `ratios`, or lies between two of them
-    /// with different obstacles. `excess_m` is the remaining bracket of the radius.
+    /// A ratio at which the dragon passes an S that begins at this radius. It is one of `ratios`, or lies between them. `excess_m` is the remaining bracket of the radius.
     pub(super) fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Result<Option<f64>, Spent> {
         let trials = self.on_all(ratios.len(), |i, meter| self.trial(meter, radius_m, ratios[i]))?;
         if let Some(clear) = trials.iter().find(|trial| trial.obstacle.is_none()) {
@@ -270,14 +363,37 @@ impl Search<'_> {
         }
         let excess = excess_m / radius_m;
         let finest = (RATIO_PER_RADIUS * excess).max(NEAREST_RATIOS);
+        let valleys: Vec<&[Trial]> = trials.windows(3).filter(|three| is_valley(three)).collect();
+        let slowest = |i: usize, meter: &Meter| self.slowest(meter, radius_m, valleys[i], finest);
+        let slowest = self.on_all(valleys.len(), slowest)?;
+        if let Some(clear) = slowest.into_iter().find(|slowest| slowest.is_clear) {
+            return Ok(Some(clear.ratio));
+        }
         let gaps: Vec<&[Trial]> = trials.windows(2).collect();
         let between = |gap: usize, meter: &Meter| self.between(meter, radius_m, gaps[gap][0], gaps[gap][1], excess);
-        if let Some(clear) = self.on_all(gaps.len(), between)?.into_iter().flatten().next() {
-            return Ok(Some(clear));
+        Ok(self.on_all(gaps.len(), between)?.into_iter().flatten().next())
+    }
+
+    /// The slowest handle near a ratio at which a handle is too fast at most; `None` if the fastest handle is not slower there than
+    /// at ratios to either side.
+    fn slowest_beside(&self, radius_m: f64, excess_m: f64, ratio: f64) -> Result<Option<Slowest>, Spent> {
+        let middle = self.trial(self.meter, radius_m, ratio)?;
+        if middle.obstacle.is_none() {
+            return Ok(Some(Slowest { is_clear: true, ratio, excess: f64::NEG_INFINITY }));
         }
-        let valleys: Vec<&[Trial]> = trials.windows(3).filter(|three| is_valley(three)).collect();
-        let slowest = |i: usize, meter: &Meter| self.slow_ratio(meter, radius_m, valleys[i], finest);
-        Ok(self.on_all(valleys.len(), slowest)?.into_iter().flatten().next())
+        let excess = excess_m / radius_m;
+        let mut reach = excess.max(NEAREST_RATIOS);
+        while middle.excess() < f64::INFINITY && reach < LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64) - 1.0 {
+            let sides = [ratio / (1.0 + reach), ratio * (1.0 + reach)];
+            let sides = self.on_all(2, |i, meter| self.trial(meter, radius_m, sides[i]))?;
+            let three = [sides[0], middle, sides[1]];
+            if is_valley(&three) {
+                let finest = (RATIO_PER_RADIUS * excess).max(NEAREST_RATIOS);
+                return self.slowest(self.meter, radius_m, &three, finest).map(Some);
+            }
+            reach *= WIDENING;
+        }
+        Ok(None)
     }
 
     /// Runs `work` on all items, on all cores.
@@ -332,13 +448,15 @@ impl Search<'_> {
         Some(if are_faults == [true; 2] && are_fast == [false; 2] { FAULT_RATIO_PER_RADIUS } else { RATIO_PER_RADIUS })
     }
 
-    /// A clear ratio between the outer two of three trials. At the middle one, the fastest handle is slowest. Golden section in
-    /// the logarithm of the ratio runs down to `finest`, or until the fastest handle would have to become slower [`STEEPEST`]
-    /// times as quickly as between the trials to be slow enough.
-    fn slow_ratio(&self, meter: &Meter, radius_m: f64, three: &[Trial], finest: f64) -> Result<Option<f64>, Spent> {
-        let [mut low, mut near, mut high] = [three[0], three[1], three[2]].map(|trial| Dip::of(&trial));
+    /// The slowest handle between the outer two of three trials. At the middle one, the fastest handle is slowest. The search ends
+    /// with a clear ratio, at `finest`, or when the fastest handle would have to become slower [`STEEPEST`] times as quickly as
+    /// between the trials to be slow enough.
+    fn slowest(&self, meter: &Meter, radius_m: f64, three: &[Trial], finest: f64) -> Result<Slowest, Spent> {
+        let mut dips: Vec<Dip> = three.iter().map(Dip::of).collect();
         let limit = self.check.staging.speed_ratio;
+        let mut slowest = 1;
         for _ in 0..GOLDEN_STEPS {
+            let [low, near, high] = [dips[slowest - 1], dips[slowest], dips[slowest + 1]];
             let slope = (low.excess - near.excess) / (near.at - low.at);
             let slope = slope.max((high.excess - near.excess) / (high.at - near.at));
             let is_hopeless = near.excess - STEEPEST * slope * (high.at - low.at) > limit;
@@ -346,19 +464,21 @@ impl Search<'_> {
                 break;
             }
             let side = if high.at - near.at > near.at - low.at { high.at } else { low.at };
-            let trial = self.trial(meter, radius_m, (near.at + GOLDEN * (side - near.at)).exp())?;
+            let golden = near.at + GOLDEN * (side - near.at);
+            let at = kink(&dips, slowest).map_or(golden, |(kink, [low, high])| {
+                let aside = BESIDE_KINK * (high - low);
+                kink.at.clamp(low + aside, high - aside)
+            });
+            let trial = self.trial(meter, radius_m, at.exp())?;
             if trial.obstacle.is_none() {
-                return Ok(Some(trial.ratio));
+                return Ok(Slowest { is_clear: true, ratio: trial.ratio, excess: f64::NEG_INFINITY });
             }
-            let far = Dip::of(&trial);
-            match (far.excess < near.excess, far.at > near.at) {
-                (true, true) => (low, near) = (near, far),
-                (true, false) => (high, near) = (near, far),
-                (false, true) => high = far,
-                (false, false) => low = far,
-            }
+            let place = slowest + usize::from(at > near.at);
+            dips.insert(place, Dip::of(&trial));
+            slowest = if dips[place].excess < near.excess { place } else { slowest + usize::from(at < near.at) };
         }
-        Ok(None)
+        let Dip { at, excess, .. } = kink(&dips, slowest).map_or(dips[slowest], |(kink, _)| kink);
+        Ok(Slowest { is_clear: false, ratio: at.exp(), excess })
     }
 
     /// Approximate last clear ratio in one direction from a clear one, or a ratio far from it.

@@ -317,7 +317,7 @@ impl PlaySearch {
                 [&poles[0], &poles[1]],
                 front.bench + offset,
                 [&poles[offset], &poles[offset + 1]],
-            ) && !self.stays_clear(&board, front.bench + offset, &poles[offset], cell.length_m)
+            ) && !self.stays_clear(&board, front.bench + offset, [&poles[offset], &poles[offset + 1]], cell.length_m)
         };
         let placed = offsets.iter().copied().take_while(|offset| offset + 1 < poles.len());
         let near: Vec<usize> = placed.filter(is_near).collect();
@@ -371,17 +371,20 @@ impl PlaySearch {
         centre.distance_squared(other_centre) <= reach_m * reach_m
     }
 
-    /// Whether no place of a front bench's board comes within the clearance of a bench with its front pole in an interval. The
-    /// interval is halved down to the length of the cell of the front bench, or to the play.
-    fn stays_clear(&self, front: &BoardRange, bench: usize, pole: &PoleRange, cell_m: f64) -> bool {
+    /// Whether no place of a front bench's board comes within the clearance of a bench with its poles in two intervals. The interval
+    /// of its front pole is halved down to the length of the cell of the front bench, or to the play.
+    fn stays_clear(&self, front: &BoardRange, bench: usize, [pole, next]: [&PoleRange; 2], cell_m: f64) -> bool {
         self.dragon.meter().add(STEPS_PER_RANGE);
-        let Some(rear) = pole.behind(&self.dragon, bench) else { return false };
-        if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, &rear), self.clearance_m) {
+        if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, next), self.clearance_m) {
             return true;
         }
-        pole.length_m > cell_m.max(self.dragon.dimensions().play_m())
-            && !self.dragon.meter().is_spent()
-            && pole.halves(&self.dragon).iter().all(|half| self.stays_clear(front, bench, half, cell_m))
+        if pole.length_m <= cell_m.max(self.dragon.dimensions().play_m()) || self.dragon.meter().is_spent() {
+            return false;
+        }
+        let halves = pole.halves_with_next(next, &self.dragon, bench);
+        halves.is_some_and(|halves| {
+            halves.iter().all(|[pole, next]| self.stays_clear(front, bench, [pole, next], cell_m))
+        })
     }
 }
 

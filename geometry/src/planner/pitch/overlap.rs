@@ -12,6 +12,7 @@ use std::f64::consts::{PI, TAU};
 use super::{LeadIn, MAX_PITCH_M};
 use crate::clearance::{ClearanceSearch, Contact};
 use crate::dragon::{Board, Handle};
+use crate::numerics::{Peak, higher, peak};
 
 /// Target of a step, as a share of the step that the depth appears to allow, so that most steps are proved at the first
 /// attempt.
@@ -20,10 +21,13 @@ const STEP_SAFETY: f64 = 0.9;
 /// Share of the depth at which a deeper overlap of the same pair is searched for nearby.
 const DEPTH_LEFT: f64 = 0.1;
 
-/// First and last step of that search, in depths. Since the last search, the radius of the deepest overlap has moved by some
-/// depths. The depth changes by at most a few steps.
+/// Half of the interval of that search, and its tolerance, in depths. Since the last search, the radius of the deepest overlap has
+/// moved by some depths.
 const FIRST_LOOK: f64 = 16.0;
 const LAST_LOOK: f64 = 1e-3;
+
+/// Factor by which the interval is widened while the deepest overlap is at its end.
+const WIDENING: f64 = 4.0;
 
 /// Number of poses evaluated before the circle, over the arc of a body link. Beyond that arc, poses recur with the next bench.
 const POSES: u32 = 16;
@@ -107,24 +111,25 @@ impl Overlap {
         proved_m
     }
 
-    /// Finds the radius nearby, between circle and start, at which the pair overlaps most, by a compass search.
+    /// Finds the radius nearby, between circle and start, at which the pair overlaps most. The interval that is searched is widened
+    /// while that is at its end.
     fn deepest_nearby(&self, lead_in: &LeadIn<'_>, pitch_m: f64) -> Self {
-        let lowest_m = lead_in.circle_radius_m;
-        let highest_m = lead_in.start_radius_m(pitch_m);
-        let depth_m = |overlap: &Self| overlap.stand(lead_in, pitch_m).map_or(f64::NEG_INFINITY, |stand| stand.depth_m);
-        let (mut best, mut best_m) = (*self, depth_m(self));
-        let mut look_m = (FIRST_LOOK * best_m.abs()).min(0.25 * lead_in.dimensions.link_m(1));
-        while look_m > LAST_LOOK * best_m.abs() && !lead_in.meter.is_spent() {
-            let sides = [-look_m, look_m].map(|side_m| (best.radius_m + side_m).clamp(lowest_m, highest_m));
-            let found = sides.into_iter().find_map(|radius_m| {
-                let other = Self { radius_m, ..best };
-                let other_m = depth_m(&other);
-                (other_m > best_m).then_some((other, other_m))
-            });
-            (best, best_m) = found.unwrap_or((best, best_m));
-            look_m *= if found.is_some() { 1.5 } else { 0.5 };
+        let [lowest_m, highest_m] = [lead_in.circle_radius_m, lead_in.start_radius_m(pitch_m)];
+        let depth_m = |radius_m| {
+            let stand = Self { radius_m, ..*self }.stand(lead_in, pitch_m);
+            stand.map_or(f64::NEG_INFINITY, |stand| stand.depth_m)
+        };
+        let mut deepest = Peak { at: self.radius_m, value: depth_m(self.radius_m) };
+        let mut look_m = (FIRST_LOOK * deepest.value.abs()).min(0.25 * lead_in.dimensions.link_m(1));
+        loop {
+            let [low_m, high_m] = [-look_m, look_m].map(|side_m| (deepest.at + side_m).clamp(lowest_m, highest_m));
+            deepest = higher(deepest, peak(low_m, high_m, LAST_LOOK * deepest.value.abs(), depth_m));
+            let is_inner = |limit_m: f64, end_m: f64| deepest.at != end_m || end_m == limit_m;
+            if is_inner(lowest_m, low_m) && is_inner(highest_m, high_m) || lead_in.meter.is_spent() {
+                return Self { radius_m: deepest.at, ..*self };
+            }
+            look_m *= WIDENING;
         }
-        best
     }
 
     /// The pair at a pitch; `None` if the chain ends before the pair, or if the head's link could not have walked there.
