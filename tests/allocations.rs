@@ -20,6 +20,8 @@ mod steady_desk;
 
 use steady_desk::send_timecode;
 
+/// Ticks per second.
+const RATE_HZ: u64 = 2000;
 /// Ticks of the shorter run. By then its reader has fallen behind, and loses a frame with each tick.
 const LEAD_TICKS: u64 = 600;
 /// Additional ticks of the longer run.
