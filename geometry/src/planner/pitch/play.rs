@@ -12,19 +12,12 @@ use super::{PitchError, SmallestPitch};
 use crate::clearance::{PlayEnd, first_leading_touch, first_possible_touch};
 use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
 use crate::numerics::try_turning_point;
-use crate::planner::cores::on_all_cores;
 use crate::route::SpiralSpec;
 
 /// Tolerance of the answer, in metres. The bounds are resolved to a millimetre of travel.
 const TOLERANCE_M: f64 = 1e-5;
 /// First step of the search, in lengths of the play.
 const STEP_PER_PLAY: f64 = 1.0;
-/// Number of parts of the way.
-const PARTS: usize = 32;
-/// Number of parts that are searched at once.
-const PARTS_AT_ONCE: usize = 4;
-/// Number of parts that cover half of the way, and half of each rest of it.
-const PARTS_PER_HALF: f64 = 4.0;
 /// Greatest widening of the pitch, in metres.
 const MOST_M: f64 = 10.0;
 
@@ -77,7 +70,9 @@ struct Widening<'a> {
 impl Widening<'_> {
     /// Whether no benches touch on the whole way to the circle.
     fn is_clear(&mut self, pitch_m: f64) -> Result<bool, PitchError> {
-        let left_m = self.left_at_touch(pitch_m, |dragon| self.first_touch(dragon, dragon.start_travel_m()))?;
+        let left_m = self.left_at_touch(pitch_m, |dragon| {
+            first_possible_touch(dragon, self.clearance_m, dragon.start_travel_m(), dragon.end_travel_m())
+        })?;
         self.left_m = left_m.map_or(self.left_m, |left_m| left_m.max(self.left_m));
         Ok(left_m.is_none())
     }
@@ -86,36 +81,10 @@ impl Widening<'_> {
     fn may_be_clear(&self, pitch_m: f64) -> Result<bool, PitchError> {
         let last_m = self.left_m + self.dimensions.link_m(0);
         let left_m = self.left_at_touch(pitch_m, |dragon| {
-            self.first_touch(dragon, (dragon.end_travel_m() - last_m).max(dragon.start_travel_m()))
+            let from_m = (dragon.end_travel_m() - last_m).max(dragon.start_travel_m());
+            first_leading_touch(dragon, self.clearance_m, [from_m, dragon.end_travel_m()])
         })?;
         Ok(left_m.is_none())
-    }
-
-    /// The first touch on the way from a travel to the circle: of the leading benches, which pass all places of the way, and at the start
-    /// also of those behind. All cores search parts of the way, which are shorter towards the circle, where the proofs take longest.
-    fn first_touch(&self, dragon: &Dragon, from_m: f64) -> Result<Option<PlayEnd>, Spent> {
-        let end_m = dragon.end_travel_m();
-        let left = |part: usize| if part < PARTS { 0.5_f64.powf(part as f64 / PARTS_PER_HALF) } else { 0.0 };
-        let at_m = |part: usize| end_m - (end_m - from_m) * left(part);
-        for first in (0..PARTS).step_by(PARTS_AT_ONCE) {
-            let touches = on_all_cores(dragon.meter(), PARTS_AT_ONCE, |part, meter| {
-                let (dragon, way_m) = (dragon.metered(meter), [at_m(first + part), at_m(first + part + 1)]);
-                if way_m[0] <= dragon.start_travel_m() {
-                    first_possible_touch(&dragon, self.clearance_m, way_m[0], way_m[1])
-                } else {
-                    first_leading_touch(&dragon, self.clearance_m, way_m)
-                }
-            });
-            let searched = touches.len();
-            let touch = touches.into_iter().find_map(Result::transpose).transpose()?;
-            if touch.is_some() {
-                return Ok(touch);
-            }
-            if searched < PARTS_AT_ONCE {
-                return Err(dragon.meter().spent(at_m(first + searched)));
-            }
-        }
-        Ok(None)
     }
 
     /// The travel that is left to the circle at the touch that a search finds at a pitch; 0 if the dragon does not reach the circle.
