@@ -37,6 +37,8 @@ pub(super) const RESOLUTION_S: f64 = 1.0 / 4096.0;
 const LEAST_STEP_S: f64 = RESOLUTION_S / 32.0;
 /// Points that are tried to find the nearest boards along a plan.
 const SLIDES: u32 = 10;
+/// Distance of these points, in the longest one, at which the search for the nearest boards ends.
+const LAST_SLIDE: f64 = 0.125;
 
 /// An interval of own times of one dragon.
 #[derive(Clone, Debug)]
@@ -378,6 +380,9 @@ impl<'a> DelaySearch<'a> {
         let mut step_s = 0.5 * longest_s;
         let (mut shift_s, mut least_m) = (0.0, here.approach.clearance_m);
         for _ in 0..SLIDES {
+            if step_s.abs() < LAST_SLIDE * longest_s {
+                break;
+            }
             let trial_m = clearance_m(shift_s + step_s);
             if trial_m < least_m {
                 (shift_s, least_m) = (shift_s + step_s, trial_m);

@@ -67,6 +67,11 @@ impl Board {
         DVec2::new(self.half_length, self.half_width).length()
     }
 
+    /// Half of the projection of the board onto a unit vector.
+    pub(crate) fn half_extent_m(&self, direction: DVec2) -> f64 {
+        self.half_length * self.heading.dot(direction).abs() + self.half_width * self.heading.perp_dot(direction).abs()
+    }
+
     /// Whether the circumscribed circles of the boards are further apart than `reach_m`, so the boards are too.
     pub(crate) fn is_beyond(&self, other: &Self, reach_m: f64) -> bool {
         let sum_m = self.radius_m() + other.radius_m() + reach_m;

@@ -20,6 +20,7 @@ mod schedule;
 mod sensitivity;
 mod setting;
 mod shortest_turn;
+mod slow_ratio;
 mod speed_limit;
 mod strides;
 mod turn_line;

@@ -9,12 +9,11 @@
 //! radii from the centre outward, each with [`RATIOS`] ratios. Two neighbouring ratios may have different obstacles, for
 //! example a handle that stops on one arc and on the other. Between them there may be a clear ratio. Such an interval is
 //! bisected until a clear ratio is found, or the two obstacles meet. If a handle is too fast at three neighbouring ratios, and
-//! slowest at the middle one, the search between them is for the ratio with the slowest handle. There, mostly, two handles are equally
-//! fast, and the chords of their speeds meet near it; golden section helps where they do not.
+//! slowest at the middle one, the ratio at which it is slowest is searched for (see `slow_ratio`).
 //!
 //! The first radius with a clear ratio and the radius before it bracket the answer. The bracket is narrowed with the same search, or,
-//! where handles are too fast, with that of the slowest handle alone: its speed over the radius leads to the radius at which it
-//! is slow enough. At last, the whole search confirms that the lower end of the bracket has no clear ratio.
+//! where handles are too fast, with that of the slowest ratio alone. At last, the whole search confirms that the lower end of the
+//! bracket has no clear ratio.
 //!
 //! The first search checks only the links. Whether a handle stops or jumps depends only on the head's link and one body link,
 //! and the fastest handles are mostly among the first few. A contact is a pair within the required clearance. If the dragon
@@ -30,21 +29,22 @@ use super::cores::on_all_cores;
 use super::least_clearance::ClosestApproach;
 use super::obstacle::{Extent, Obstacle, TurnCheck};
 use super::passage::{Staging, TurnPassage, walk_through};
+use super::slow_ratio::{Guide, is_valley};
 use crate::dragon::{Dimensions, FeasibleEnd, Meter, Spent};
-use crate::numerics::{GOLDEN, try_turning_point};
+use crate::numerics::try_turning_point;
 use crate::route::{RADIUS_RATIO, Turnaround};
 
 /// Number of radii tried, evenly spaced up to the circle's radius.
 const RADII: usize = 64;
 
 /// Number of ratios tried with each radius, evenly spaced in their logarithm.
-const RATIOS: usize = 17;
+pub(super) const RATIOS: usize = 17;
 
 /// The largest ratio tried, of entry to exit or of exit to entry.
-const LARGEST_RATIO: f64 = 4.0;
+pub(super) const LARGEST_RATIO: f64 = 4.0;
 
 /// Least relative distance of two ratios.
-const NEAREST_RATIOS: f64 = 1e-13;
+pub(super) const NEAREST_RATIOS: f64 = 1e-13;
 
 /// Bisection between two faults of different handles or arcs ends at this share of the radius's remaining bracket, relative to
 /// the radius. Where such obstacles meet in a tip, the tip is narrow.
@@ -52,7 +52,7 @@ const FAULT_RATIO_PER_RADIUS: f64 = 1e-6;
 
 /// The same if one of the two obstacles is a contact or a handle that is too fast. They hardly depend on the ratio, so an
 /// interval of clear ratios is wide as soon as it exists.
-const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
+pub(super) const RATIO_PER_RADIUS: f64 = 1.0 / 16.0;
 
 /// Tolerance of the answer's radius, in metres.
 const TOLERANCE_M: f64 = 1e-10;
@@ -73,23 +73,6 @@ const EDGE_PART: f64 = 0.75 / 4096.0;
 
 /// Factor between any ratio tried and the limits of the allowed ratios: more than [`FAR`] steps.
 const RATIO_ROOM: f64 = 1.02;
-
-/// Least distance of a trial from those beside it, as a share of their distance, where lines through them meet.
-const BESIDE_KINK: f64 = 1.0 / 32.0;
-
-/// Factor between the distances from a ratio at which trials to either side of it are made.
-const WIDENING: f64 = 4.0;
-
-/// Distance of a radius from the one at which handles are expected to be slow enough, as a share of the bracket.
-const BESIDE_GUESS: f64 = 1.0 / 64.0;
-
-/// Bound on the steps of a golden section. Each leaves 0.62 of the interval; from a factor of 1.4 to [`NEAREST_RATIOS`] it
-/// takes 61 steps.
-const GOLDEN_STEPS: u32 = 64;
-
-/// Times by which the fastest handle may become slower more quickly between the trials of a golden section than it does from
-/// trial to trial.
-const STEEPEST: f64 = 4.0;
 
 /// Relative distance from the answer's ratio at which the limits are determined.
 const BESIDE: f64 = 1e-6;
@@ -151,66 +134,16 @@ pub(super) fn beside_any(tried: &[(Search<'_>, Tightest)]) -> Result<Option<Shor
 
 /// A ratio and its obstacle, if it has one.
 #[derive(Clone, Copy)]
-struct Trial {
-    ratio: f64,
-    obstacle: Option<Obstacle>,
+pub(super) struct Trial {
+    pub(super) ratio: f64,
+    pub(super) obstacle: Option<Obstacle>,
 }
 
 impl Trial {
     /// Speed ratio of the fastest handle, if only the speed is the obstacle; otherwise infinite.
-    fn excess(&self) -> f64 {
+    pub(super) fn excess(&self) -> f64 {
         if let Some(Obstacle::TooFast(largest)) = self.obstacle { largest.ratio } else { f64::INFINITY }
     }
-}
-
-/// A trial of a search for the slowest handle: the logarithm of its ratio, its fastest handle and that handle's excess.
-#[derive(Clone, Copy)]
-struct Dip {
-    at: f64,
-    excess: f64,
-    handle: usize,
-}
-
-impl Dip {
-    fn of(trial: &Trial) -> Self {
-        let handle = if let Some(Obstacle::TooFast(largest)) = trial.obstacle { largest.handle } else { usize::MAX };
-        Self { at: trial.ratio.ln(), excess: trial.excess(), handle }
-    }
-
-    /// The point at which the line through this dip and another one has the excess of the line through two more.
-    fn meeting(&self, other: &Self, two: [&Self; 2]) -> Option<Self> {
-        let slope = |one: &Self, other: &Self| (other.excess - one.excess) / (other.at - one.at);
-        let [ours, theirs] = [slope(self, other), slope(two[0], two[1])];
-        let at = other.at + (two[0].excess - other.excess + theirs * (other.at - two[0].at)) / (ours - theirs);
-        let excess = other.excess + ours * (at - other.at);
-        excess.is_finite().then_some(Self { at, excess, handle: self.handle })
-    }
-}
-
-/// Whether a handle is too fast at the middle one of three trials, and no faster there than at the other two.
-fn is_valley(three: &[Trial]) -> bool {
-    let [before, middle, after] = [three[0].excess(), three[1].excess(), three[2].excess()];
-    middle < f64::INFINITY && middle <= before && middle <= after
-}
-
-/// Where the fastest handle is slowest, between the trials beside the slowest one of them: where the lines through the two nearest
-/// trials on either side meet, if there is one handle on each side. With it, the interval that contains it.
-fn kink(dips: &[Dip], slowest: usize) -> Option<(Dip, [f64; 2])> {
-    let gap = (slowest - 1..=slowest).find(|&i| dips[i].handle != dips[i + 1].handle)?;
-    let [before, low, high, beyond] = dips.get(gap.checked_sub(1)?..gap + 3)? else { return None };
-    let is_alike = before.handle == low.handle && high.handle == beyond.handle;
-    let meeting = before.meeting(low, [high, beyond]).filter(|_| is_alike)?;
-    (low.at < meeting.at && meeting.at < high.at).then_some((meeting, [low.at, high.at]))
-}
-
-/// Result of a search for the slowest handle at one radius.
-#[derive(Clone, Copy)]
-struct Slowest {
-    /// Whether the ratio is clear.
-    is_clear: bool,
-    ratio: f64,
-    /// The excess at the ratio, by the lines through the trials beside it.
-    excess: f64,
 }
 
 /// The least radius at which the dragon passes, a ratio at which it passes, and the obstacles of a smaller radius.
@@ -230,34 +163,6 @@ pub(super) fn all_ratios() -> Vec<f64> {
 /// Whether a ratio and the ratios tried beside it are within the allowed range.
 fn is_allowed(ratio: f64) -> bool {
     (RADIUS_RATIO.start() * RATIO_ROOM..=RADIUS_RATIO.end() / RATIO_ROOM).contains(&ratio)
-}
-
-/// The excess of the slowest handle at two radii, the later one last, as a guide to the radius at which it vanishes.
-#[derive(Default)]
-struct Guide {
-    known: [Option<(f64, f64)>; 2],
-}
-
-impl Guide {
-    fn note(&mut self, radius_m: f64, excess: f64) {
-        if excess > 0.0 {
-            self.known = [self.known[1], Some((radius_m, excess))];
-        }
-    }
-
-    /// The next radius to try in a bracket: a little beyond the expected one, first on the side of the more distant end. The middle
-    /// without an expectation.
-    fn next_m(&self, [tight_m, clear_m]: [f64; 2], tolerance_m: f64) -> f64 {
-        let beside_m = (BESIDE_GUESS * (clear_m - tight_m)).max(0.25 * tolerance_m);
-        let guess_m = match self.known {
-            [Some((one_m, one)), Some((other_m, other))] => other_m + other * (other_m - one_m) / (one - other),
-            _ => f64::NAN,
-        };
-        let tries_m = [guess_m + beside_m, guess_m - beside_m];
-        let tries_m = if clear_m - guess_m > guess_m - tight_m { tries_m } else { [tries_m[1], tries_m[0]] };
-        let next_m = tries_m.into_iter().find(|&next_m| tight_m < next_m && next_m < clear_m);
-        next_m.unwrap_or(0.5 * (tight_m + clear_m))
-    }
 }
 
 /// A search for turns that a dragon passes.
@@ -285,8 +190,8 @@ impl Search<'_> {
         self.refine(bracket_m, ratio, TOLERANCE_M, || progress(0.5 / 32.0)).map(Some)
     }
 
-    /// The least radius at which the dragon passes, to `tolerance_m`. At the upper end of the bracket it passes
-    /// with this ratio, at the lower end it does not pass. `step` is called after each step.
+    /// The least radius at which the dragon passes, to `tolerance_m`. At the upper end of the bracket it passes with this ratio, at
+    /// the lower end it does not pass. `step` is called after each step.
     pub(super) fn refine(
         &self,
         [mut tight_m, mut clear_m]: [f64; 2],
@@ -297,7 +202,7 @@ impl Search<'_> {
         // The whole search found no clear ratio at this radius.
         let mut searched_m = tight_m;
         loop {
-            let mut guide = Guide::default();
+            let mut guide = Guide::new();
             let mut centre = ratio;
             while clear_m - tight_m > tolerance_m {
                 let (next_m, width_m) = (guide.next_m([tight_m, clear_m], tolerance_m), clear_m - tight_m);
@@ -374,30 +279,8 @@ impl Search<'_> {
         Ok(self.on_all(gaps.len(), between)?.into_iter().flatten().next())
     }
 
-    /// The slowest handle near a ratio at which a handle is too fast at most; `None` if the fastest handle is not slower there than
-    /// at ratios to either side.
-    fn slowest_beside(&self, radius_m: f64, excess_m: f64, ratio: f64) -> Result<Option<Slowest>, Spent> {
-        let middle = self.trial(self.meter, radius_m, ratio)?;
-        if middle.obstacle.is_none() {
-            return Ok(Some(Slowest { is_clear: true, ratio, excess: f64::NEG_INFINITY }));
-        }
-        let excess = excess_m / radius_m;
-        let mut reach = excess.max(NEAREST_RATIOS);
-        while middle.excess() < f64::INFINITY && reach < LARGEST_RATIO.powf(2.0 / (RATIOS - 1) as f64) - 1.0 {
-            let sides = [ratio / (1.0 + reach), ratio * (1.0 + reach)];
-            let sides = self.on_all(2, |i, meter| self.trial(meter, radius_m, sides[i]))?;
-            let three = [sides[0], middle, sides[1]];
-            if is_valley(&three) {
-                let finest = (RATIO_PER_RADIUS * excess).max(NEAREST_RATIOS);
-                return self.slowest(self.meter, radius_m, &three, finest).map(Some);
-            }
-            reach *= WIDENING;
-        }
-        Ok(None)
-    }
-
     /// Runs `work` on all items, on all cores.
-    fn on_all<Answer: Send>(
+    pub(super) fn on_all<Answer: Send>(
         &self,
         count: usize,
         work: impl Fn(usize, &Meter) -> Result<Answer, Spent> + Sync,
@@ -448,39 +331,6 @@ impl Search<'_> {
         Some(if are_faults == [true; 2] && are_fast == [false; 2] { FAULT_RATIO_PER_RADIUS } else { RATIO_PER_RADIUS })
     }
 
-    /// The slowest handle between the outer two of three trials. At the middle one, the fastest handle is slowest. The search ends
-    /// with a clear ratio, at `finest`, or when the fastest handle would have to become slower [`STEEPEST`] times as quickly as
-    /// between the trials to be slow enough.
-    fn slowest(&self, meter: &Meter, radius_m: f64, three: &[Trial], finest: f64) -> Result<Slowest, Spent> {
-        let mut dips: Vec<Dip> = three.iter().map(Dip::of).collect();
-        let limit = self.check.staging.speed_ratio;
-        let mut slowest = 1;
-        for _ in 0..GOLDEN_STEPS {
-            let [low, near, high] = [dips[slowest - 1], dips[slowest], dips[slowest + 1]];
-            let slope = (low.excess - near.excess) / (near.at - low.at);
-            let slope = slope.max((high.excess - near.excess) / (high.at - near.at));
-            let is_hopeless = near.excess - STEEPEST * slope * (high.at - low.at) > limit;
-            if high.at - low.at <= finest || is_hopeless {
-                break;
-            }
-            let side = if high.at - near.at > near.at - low.at { high.at } else { low.at };
-            let golden = near.at + GOLDEN * (side - near.at);
-            let at = kink(&dips, slowest).map_or(golden, |(kink, [low, high])| {
-                let aside = BESIDE_KINK * (high - low);
-                kink.at.clamp(low + aside, high - aside)
-            });
-            let trial = self.trial(meter, radius_m, at.exp())?;
-            if trial.obstacle.is_none() {
-                return Ok(Slowest { is_clear: true, ratio: trial.ratio, excess: f64::NEG_INFINITY });
-            }
-            let place = slowest + usize::from(at > near.at);
-            dips.insert(place, Dip::of(&trial));
-            slowest = if dips[place].excess < near.excess { place } else { slowest + usize::from(at < near.at) };
-        }
-        let Dip { at, excess, .. } = kink(&dips, slowest).map_or(dips[slowest], |(kink, _)| kink);
-        Ok(Slowest { is_clear: false, ratio: at.exp(), excess })
-    }
-
     /// Approximate last clear ratio in one direction from a clear one, or a ratio far from it.
     fn edge(&self, radius_m: f64, ratio: f64, step: f64) -> Result<f64, Spent> {
         let clear = |exponent: f64| -> Result<bool, Spent> {
@@ -495,7 +345,7 @@ impl Search<'_> {
         Ok(ratio * step.powf(near))
     }
 
-    fn trial(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Trial, Spent> {
+    pub(super) fn trial(&self, meter: &Meter, radius_m: f64, ratio: f64) -> Result<Trial, Spent> {
         Ok(Trial { ratio, obstacle: self.check.obstacle(meter, radius_m, ratio)? })
     }
 }

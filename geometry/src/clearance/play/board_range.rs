@@ -90,14 +90,19 @@ impl BoardRange {
     }
 
     /// Whether every place of this board is more than `clearance_m` from every place of the other one, by the gaps in a few
-    /// directions.
+    /// directions. Only those are examined in which the boards without play have such a gap.
     pub(super) fn is_beyond(&self, other: &Self, clearance_m: f64) -> bool {
         let [ours, theirs] = [self, other].map(|range| range.boards[1]);
+        let approach = ours.approach(&theirs);
+        if approach.clearance_m <= clearance_m {
+            return false;
+        }
         let axes = [ours.heading.perp(), theirs.heading.perp(), ours.heading, theirs.heading];
         let apart = theirs.centre - ours.centre;
-        let towards = |axis: DVec2| if axis.dot(apart) < 0.0 { -axis } else { axis };
-        axes.into_iter().any(|axis| self.gap_m(other, towards(axis)) > clearance_m)
-            || self.gap_m(other, ours.approach(&theirs).direction) > clearance_m
+        let is_open =
+            |axis: &DVec2| axis.dot(apart) - ours.half_extent_m(*axis) - theirs.half_extent_m(*axis) > clearance_m;
+        let axes = axes.map(|axis| if axis.dot(apart) < 0.0 { -axis } else { axis }).into_iter().filter(is_open);
+        std::iter::once(approach.direction).chain(axes).any(|axis| self.gap_m(other, axis) > clearance_m)
     }
 
     /// The least gap from this board to the other one in a direction. It is a lower bound on their clearance.

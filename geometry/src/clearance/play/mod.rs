@@ -184,7 +184,7 @@ impl PlaySearch {
             let cell = PoleRange::new(&self.dragon, parameter, parameter);
             let offsets: Vec<usize> = (2..benches).collect();
             let head = Front { bench: 0, followers: benches - 1 };
-            let (_, offset) = self.first_in_cell(head, cell, &offsets)?;
+            let (_, offset) = self.first_in_cell(head, &self.poles(head, cell, *offsets.last()?), &offsets)?;
             Some(PossibleTouch { travel_m, benches: [0, offset] })
         })
     }
@@ -296,7 +296,8 @@ impl PlaySearch {
                 continue;
             }
             let cell = PoleRange::new(&self.dragon, begin, end);
-            let found = self.first_in_cell(front, cell, &offsets.clone().collect::<Vec<_>>());
+            let poles = self.poles(front, cell, *offsets.end());
+            let found = self.first_in_cell(front, &poles, &offsets.clone().collect::<Vec<_>>());
             self.dragon.meter().check(self.head_m)?;
             if found.is_some() {
                 return Ok(found);
@@ -306,26 +307,24 @@ impl PlaySearch {
         Ok(None)
     }
 
-    /// The same in a cell, for the benches at these offsets.
-    fn first_in_cell(&self, front: Front, cell: PoleRange, offsets: &[usize]) -> Option<(f64, usize)> {
+    /// The same in a cell, for the benches at these offsets. `poles` are the intervals of the front pole and of those behind.
+    fn first_in_cell(&self, front: Front, poles: &[PoleRange], offsets: &[usize]) -> Option<(f64, usize)> {
         self.dragon.meter().add(offsets.len() as u64 / OFFSETS_PER_STEP);
-        let poles = self.poles(front, cell, *offsets.last()?);
+        let cell_m = poles[0].length_m;
         let board = BoardRange::new(&self.dragon, front.bench, &poles[0], poles.get(1)?);
         let is_near = |&offset: &usize| {
-            self.may_meet(
-                front.bench,
-                [&poles[0], &poles[1]],
-                front.bench + offset,
-                [&poles[offset], &poles[offset + 1]],
-            ) && !self.stays_clear(&board, front.bench + offset, [&poles[offset], &poles[offset + 1]], cell.length_m)
+            let bench = front.bench + offset;
+            self.may_meet(front.bench, [&poles[0], &poles[1]], bench, [&poles[offset], &poles[offset + 1]])
+                && !self.stays_clear(&board, bench, &poles[offset..=offset + 1], cell_m)
         };
         let placed = offsets.iter().copied().take_while(|offset| offset + 1 < poles.len());
         let near: Vec<usize> = placed.filter(is_near).collect();
-        let &first = near.first()?;
-        if cell.length_m <= RESOLUTION_M || self.dragon.meter().is_spent() {
-            return Some((cell.rear, first));
+        let (&first, &last) = (near.first()?, near.last()?);
+        if cell_m <= RESOLUTION_M || self.dragon.meter().is_spent() {
+            return Some((poles[0].rear, first));
         }
-        cell.halves(&self.dragon).into_iter().find_map(|half| self.first_in_cell(front, half, &near))
+        let halves = PoleRange::halves(&poles[..=last + 1], &self.dragon, front.bench)?;
+        halves.iter().find_map(|poles| self.first_in_cell(front, poles, &near))
     }
 
     /// The brackets of the poles from a front pole to the rear pole of the bench at an offset, as far as they matter: on a coil,
@@ -371,20 +370,19 @@ impl PlaySearch {
         centre.distance_squared(other_centre) <= reach_m * reach_m
     }
 
-    /// Whether no place of a front bench's board comes within the clearance of a bench with its poles in two intervals. The interval
-    /// of its front pole is halved down to the length of the cell of the front bench, or to the play.
-    fn stays_clear(&self, front: &BoardRange, bench: usize, [pole, next]: [&PoleRange; 2], cell_m: f64) -> bool {
+    /// Whether no place of a front bench's board comes within the clearance of a bench with its two poles in these intervals. The
+    /// interval of its front pole is halved down to the length of the cell of the front bench, or to the play.
+    fn stays_clear(&self, front: &BoardRange, bench: usize, poles: &[PoleRange], cell_m: f64) -> bool {
         self.dragon.meter().add(STEPS_PER_RANGE);
+        let [pole, next] = poles else { return false };
         if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, next), self.clearance_m) {
             return true;
         }
         if pole.length_m <= cell_m.max(self.dragon.dimensions().play_m()) || self.dragon.meter().is_spent() {
             return false;
         }
-        let halves = pole.halves_with_next(next, &self.dragon, bench);
-        halves.is_some_and(|halves| {
-            halves.iter().all(|[pole, next]| self.stays_clear(front, bench, [pole, next], cell_m))
-        })
+        let halves = PoleRange::halves(poles, &self.dragon, bench);
+        halves.is_some_and(|halves| halves.iter().all(|poles| self.stays_clear(front, bench, poles, cell_m)))
     }
 }
 

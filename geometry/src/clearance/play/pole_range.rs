@@ -62,12 +62,6 @@ impl PoleRange {
         [place(self.rear, 0), place(self.front, 1)]
     }
 
-    /// The two halves, the rear one first.
-    pub(super) fn halves(&self, dragon: &Dragon) -> [Self; 2] {
-        let middle = 0.5 * (self.rear + self.front);
-        [Self::new(dragon, self.rear, middle), Self::new(dragon, middle, self.front)]
-    }
-
     /// The interval of the next pole behind, over the link of a bench.
     ///
     /// The chain rule finds the nearest point behind at a distance. It lies further behind for a longer link, and further ahead
@@ -80,18 +74,23 @@ impl PoleRange {
         Some(Self::between(rear, front))
     }
 
-    /// The two halves, the rear one first, each with the interval of the next pole [`behind`](Self::behind) it. `next` is that of the
-    /// whole interval.
-    pub(super) fn halves_with_next(&self, next: &Self, dragon: &Dragon, bench: usize) -> Option<[[Self; 2]; 2]> {
-        let loose = dragon.loose()?;
-        let middle = Place::at(dragon, 0.5 * (self.rear + self.front));
-        let next_of = |chain: &Dragon| Some(Place::of_rear(dragon, &chain.rear(bench, middle.parameter)?));
-        let (rearmost, foremost) = (next_of(loose.taut())?, next_of(loose.compact())?);
-        let ([rear, front], [next_rear, next_front]) = (self.places(), next.places());
-        Some([
-            [Self::between(rear, middle), Self::between(next_rear, foremost)],
-            [Self::between(middle, front), Self::between(rearmost, next_front)],
-        ])
+    /// The intervals of a pole and of those [`behind`](Self::behind) it, if the first pole is in the rear half of its interval, and if it
+    /// is in the front half. `poles` are those of the whole interval; its ends and its middle determine them. `bench` is the first bench.
+    pub(super) fn halves(poles: &[Self], dragon: &Dragon, bench: usize) -> Option<[Vec<Self>; 2]> {
+        let chains = [dragon.loose()?.taut(), dragon.loose()?.compact()];
+        let mut middles = [Place::at(dragon, 0.5 * (poles[0].rear + poles[0].front)); 2];
+        let mut halves = [Vec::with_capacity(poles.len()), Vec::with_capacity(poles.len())];
+        for (number, pole) in poles.iter().enumerate() {
+            if number > 0 {
+                let next = |end: usize| chains[end].rear(bench + number - 1, middles[end].parameter);
+                let (Some(rearmost), Some(foremost)) = (next(0), next(1)) else { break };
+                middles = [rearmost, foremost].map(|rear| Place::of_rear(dragon, &rear));
+            }
+            let ([rear, front], [rearmost, foremost]) = (pole.places(), middles);
+            halves[0].push(Self::between(rear, foremost));
+            halves[1].push(Self::between(rearmost, front));
+        }
+        Some(halves)
     }
 
     /// Centre in the plan of a circle of the radius `0.5 * length_m` that contains the interval: the sum of a point's distances from

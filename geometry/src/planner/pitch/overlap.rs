@@ -123,7 +123,11 @@ impl Overlap {
         let mut look_m = (FIRST_LOOK * deepest.value.abs()).min(0.25 * lead_in.dimensions.link_m(1));
         loop {
             let [low_m, high_m] = [-look_m, look_m].map(|side_m| (deepest.at + side_m).clamp(lowest_m, highest_m));
-            deepest = higher(deepest, peak(low_m, high_m, LAST_LOOK * deepest.value.abs(), depth_m));
+            let tolerance_m = LAST_LOOK * deepest.value.abs();
+            // Each side has its own search, because boards may overlap on a small part of the interval alone.
+            let sides = [[low_m, deepest.at], [deepest.at, high_m]];
+            let sides = sides.map(|[low_m, high_m]| peak(low_m, high_m, tolerance_m, depth_m));
+            deepest = sides.into_iter().fold(deepest, higher);
             let is_inner = |limit_m: f64, end_m: f64| deepest.at != end_m || end_m == limit_m;
             if is_inner(lowest_m, low_m) && is_inner(highest_m, high_m) || lead_in.meter.is_spent() {
                 return Self { radius_m: deepest.at, ..*self };

@@ -12,15 +12,12 @@ use super::{PitchError, SmallestPitch};
 use crate::clearance::{PlayEnd, first_leading_touch, first_possible_touch};
 use crate::dragon::{Dimensions, Dragon, DragonError, FeasibleEnd, Meter, Spent};
 use crate::numerics::try_turning_point;
-use crate::planner::cores::on_all_cores;
 use crate::route::SpiralSpec;
 
 /// Tolerance of the answer, in metres. The bounds are resolved to a millimetre of travel.
 const TOLERANCE_M: f64 = 1e-5;
 /// First step of the search, in lengths of the play.
 const STEP_PER_PLAY: f64 = 1.0;
-/// Number of parts of the way that are searched one by one.
-const PARTS: usize = 32;
 /// Greatest widening of the pitch, in metres.
 const MOST_M: f64 = 10.0;
 
@@ -73,27 +70,11 @@ struct Widening<'a> {
 impl Widening<'_> {
     /// Whether no benches touch on the whole way to the circle.
     fn is_clear(&mut self, pitch_m: f64) -> Result<bool, PitchError> {
-        let left_m = self.left_at_touch(pitch_m, |dragon| self.first_on_way(dragon))?;
+        let left_m = self.left_at_touch(pitch_m, |dragon| {
+            first_possible_touch(dragon, self.clearance_m, dragon.start_travel_m(), dragon.end_travel_m())
+        })?;
         self.left_m = left_m.map_or(self.left_m, |left_m| left_m.max(self.left_m));
         Ok(left_m.is_none())
-    }
-
-    /// The first touch on the whole way. Its parts are searched on all cores.
-    fn first_on_way(&self, dragon: &Dragon) -> Result<Option<PlayEnd>, Spent> {
-        let [start_m, end_m] = [dragon.start_travel_m(), dragon.end_travel_m()];
-        let at_m = |part: usize| start_m + (end_m - start_m) * part as f64 / PARTS as f64;
-        let touches = on_all_cores(dragon.meter(), PARTS, |part, meter| {
-            let (dragon, way_m) = (dragon.metered(meter), [at_m(part), at_m(part + 1)]);
-            // The leading benches pass all places after the first part. The others stand on the first one.
-            if part > 0 {
-                first_leading_touch(&dragon, self.clearance_m, way_m)
-            } else {
-                first_possible_touch(&dragon, self.clearance_m, way_m[0], way_m[1])
-            }
-        });
-        let searched = touches.len();
-        let touch = touches.into_iter().find_map(Result::transpose).transpose()?;
-        if touch.is_none() && searched < PARTS { Err(dragon.meter().spent(at_m(searched))) } else { Ok(touch) }
     }
 
     /// Whether the leading benches touch none on the last part of the way, from before the places of known touches.
