@@ -29,7 +29,7 @@
 //! run. The first piece with a sample or a refined maximum over the ratio contains it. There the ratio of the fastest handle is
 //! continuous, because the route has a continuous tangent. So bisection finds the travel at which it exceeds the ratio.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::infeasible::Infeasible;
 use crate::dragon::{ARC_PER_CHORD, Chain, Dragon, FeasibleEnd, Spent, Station};
@@ -84,8 +84,9 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
             survey.check_meter()?;
         }
     }
+    let mut chains = Chains::new();
     for ahead in 0..spots.len() - 1 {
-        if let Some(handles) = survey.candidates(&mut spots, ahead, largest.ratio) {
+        if let Some(handles) = survey.candidates(&mut spots, ahead, largest.ratio, &mut chains) {
             let found = survey.look_through(&spots, ahead, handles);
             largest = found.into_iter().fold(largest, faster);
         }
@@ -113,8 +114,9 @@ pub fn first_faster(dragon: &Dragon, ratio: f64) -> Result<Option<LargestRatio>,
     if start.ratio > limit {
         return Ok(Some(survey.lowest_as_fast(start)));
     }
+    let mut chains = Chains::new();
     for ahead in (0..spots.len() - 1).rev() {
-        let handles = survey.candidates(&mut spots, ahead, limit);
+        let handles = survey.candidates(&mut spots, ahead, limit, &mut chains);
         let found = handles.and_then(|handles| survey.first_over(&spots, ahead, handles, limit));
         dragon.meter().check(start_m)?;
         if let Some(found) = found {
@@ -173,6 +175,9 @@ impl Spot {
         LargestRatio { ratio: self.ratio, travel_m, handle: self.handle }
     }
 }
+
+/// The speed ratios of all handles at the last few spots, by their index.
+type Chains = BTreeMap<usize, Vec<f64>>;
 
 struct Survey<'a> {
     dragon: &'a Dragon,
@@ -286,28 +291,28 @@ impl Survey<'_> {
 
     /// Number of handles to evaluate between a spot and the next, whose heads it solves. `None` if no handle may exceed `largest`
     /// there.
-    fn candidates(&self, spots: &mut [Spot], ahead: usize, largest: f64) -> Option<usize> {
+    fn candidates(&self, spots: &mut [Spot], ahead: usize, largest: f64, chains: &mut Chains) -> Option<usize> {
         if !may_exceed(spots, ahead, largest) {
             return None;
         }
         spots[ahead..=ahead + 1].iter_mut().for_each(|spot| self.solve(spot));
-        if may_exceed(spots, ahead, largest) { self.handles_between(spots, ahead, largest) } else { None }
+        if may_exceed(spots, ahead, largest) { self.handles_between(spots, ahead, largest, chains) } else { None }
     }
 
     /// Number of handles to evaluate between a spot and the next: up to the last one that may exceed `largest` there. It may if it is
     /// below `largest` at both by no more than its ratio changes from spot to spot around them.
-    fn handles_between(&self, spots: &mut [Spot], ahead: usize, largest: f64) -> Option<usize> {
-        let first = ahead.saturating_sub(1);
-        let around = first..spots.len().min(ahead + 3);
-        let ratios_at = |spot: &mut Spot| -> Vec<f64> {
-            self.solve(spot);
-            self.chain(spot.fastest().travel_m).map(|handle| handle.speed_ratio).collect()
-        };
-        let ratios: Vec<Vec<f64>> = spots[around].iter_mut().map(ratios_at).collect();
+    fn handles_between(&self, spots: &mut [Spot], ahead: usize, largest: f64, chains: &mut Chains) -> Option<usize> {
+        let around = ahead.saturating_sub(1)..spots.len().min(ahead + 3);
+        chains.retain(|index, _| around.contains(index));
+        for index in around {
+            self.solve(&mut spots[index]);
+            let chain = || self.chain(spots[index].fastest().travel_m).map(|handle| handle.speed_ratio).collect();
+            chains.entry(index).or_insert_with(chain);
+        }
+        let ratios: Vec<&Vec<f64>> = chains.values().collect();
         let may_exceed = |&handle: &usize| {
             let changes = ratios.windows(2).map(|ends| (ends[0][handle] - ends[1][handle]).abs());
-            let higher = ratios[ahead - first][handle].max(ratios[ahead + 1 - first][handle]);
-            higher + changes.fold(0.0, f64::max) > largest
+            chains[&ahead][handle].max(chains[&(ahead + 1)][handle]) + changes.fold(0.0, f64::max) > largest
         };
         (0..self.dragon.dimensions().handles()).rev().find(may_exceed).map(|last| last + 1)
     }
