@@ -215,14 +215,14 @@ struct Sampled {
     /// The travel of the first sample with a distance under a limit.
     first_m: Option<f64>,
     /// Lower bounds on the distance of each board at the last sample, in metres.
-    lower_bounds: Vec<f64>,
+    bounds: Vec<f64>,
 }
 
 impl Sampled {
     /// Adds a sample. `moved_m` has how far the corners of each board have moved since the last one: a distance changes by no more.
     /// So only boards that may be nearer than all before are measured.
     fn add(&mut self, travel_m: f64, border: &Border, clear_m: f64, boards: &[Board], moved_m: &[f64]) {
-        for ((board, bound_m), moved_m) in boards.iter().zip(&mut self.lower_bounds).zip(moved_m) {
+        for ((board, bound_m), moved_m) in boards.iter().zip(&mut self.bounds).zip(moved_m) {
             *bound_m -= moved_m;
             if *bound_m <= self.least_m + ROUNDING_M {
                 *bound_m = border.distance_m(board);
@@ -247,7 +247,7 @@ fn sampled(dragon: &Dragon, borders: &[Border], clear_m: f64) -> Vec<Sampled> {
     let count = ((end_m - start_m) / STEP_M).ceil();
     let mut solver = ChainSolver::new(dragon);
     let mut before = boards_at(dragon, &mut solver, start_m);
-    let unknown = || Sampled { least_m: f64::INFINITY, first_m: None, lower_bounds: vec![0.0; before.len()] };
+    let unknown = || Sampled { least_m: f64::INFINITY, first_m: None, bounds: vec![0.0; before.len()] };
     let mut sampled: Vec<Sampled> = borders.iter().map(|_| unknown()).collect();
     for step in 0..=count as u32 {
         let travel_m = start_m + (end_m - start_m) * (f64::from(step) / count);

@@ -195,3 +195,26 @@ fn the_largest_ratio_may_be_that_of_a_handle_far_behind() {
         }
     }
 }
+
+/// All handles are faster where handle 11 crosses a joint. At the samples of the search on both sides of it, handles 1 to 10 are the
+/// fastest.
+#[test]
+fn the_largest_ratio_may_be_that_of_the_tail_at_a_kink_between_samples() {
+    let segments = vec![
+        PathSegment::Spiral { start_radius_m: 3.431_496_811_530_114, end_radius_m: 7.096_606_582_407_746, turn: 0.5 },
+        PathSegment::Arc { radius_m: 2.932_603_903_508_078, turn: 4.144_058_128_978_162 },
+        PathSegment::Spiral {
+            start_radius_m: 3.017_615_833_431_490_6,
+            end_radius_m: 5.424_091_036_737_479,
+            turn: 4.087_932_239_663_057,
+        },
+    ];
+    let dimensions = Dimensions::new(13, 2.264_489_892_425_964, 1.270_118_086_926_206_3, 0.1, 0.043_818_324_199_136_11)
+        .expect("valid benches");
+    let route = RouteSpec::from(PathSpec { segments, laps: None }).build(1.0, dimensions.links_m()).expect("a path");
+    let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
+    let largest = largest_speed_ratio(&dragon).expect("every handle walks");
+    assert!(largest.handle == 13 && (largest.travel_m - 18.663).abs() < 1e-3, "{largest:?}");
+    let found = first_faster(&dragon, 1.0066).expect("no limit").expect("the tail exceeds it");
+    assert!(found.handle == 13 && found.travel_m < largest.travel_m, "{found:?}");
+}

@@ -33,4 +33,4 @@ pub use promises::{Broken, Promise};
 pub use scenario::Scenario;
 pub use script::{Script, ScriptAction, ScriptStep};
 pub use shrink::shortest;
-pub use world::{Outcome, play};
+pub use world::{Outcome, play, request_to_walk};

@@ -14,7 +14,8 @@ use test_support::pytest::python;
 use test_support::skip::skip;
 
 use crate::reader::{Reader, Shot};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// A desk, which ends with the test.
 pub(crate) struct Desk {

@@ -13,7 +13,8 @@ use test_support::skip::is_possible;
 
 use crate::first_tracker::{receiver, wait_for, wait_for_status};
 use crate::reader::Reader;
-use crate::stage::{Server, Stage, program};
+use crate::server::Server;
+use crate::stage::{Stage, program};
 
 /// An address of this machine on which no other program chooses ports.
 const RECEIVER: &str = "127.34.56.78:0";

@@ -9,7 +9,8 @@ use test_support::process::Ended;
 
 use crate::periods::periods;
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// Slow, so that the reader's buffer holds twenty seconds.
 const RATE_HZ: i64 = 10;

@@ -4,10 +4,10 @@ use std::fs;
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
+use test_support::children::{await_child, kill};
 use test_support::process::Process;
 
 use crate::browser::{Browser, View};
-use crate::children::{await_child, kill};
 use crate::reader::Reader;
 use crate::stage::{Stage, program};
 

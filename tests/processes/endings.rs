@@ -8,7 +8,8 @@ use rustix::process::Signal;
 use test_support::eventually::eventually;
 
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// A server whose head brakes from 1 m/s to rest in two show seconds: 40 periods, of which a busy machine may miss some.
 fn serve_braking(stage: &Stage, args: &[&str]) -> Server {

@@ -3,18 +3,18 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
 use bench_dragon::recording::FrameReader;
 use rustix::process::Signal;
 use serde_json::json;
+use test_support::children::{await_child, kill, send};
 use test_support::eventually::{eventually, eventually_from};
-use test_support::process::Process;
+use test_support::process::{Ended, Process};
 use test_support::skip::is_possible;
 
-use crate::children::{await_child, kill, send};
+use crate::resources::behind;
 use crate::stage::Stage;
 
 /// A process with a small `/dev/shm` of its own.
@@ -33,14 +33,7 @@ impl Confined {
         }
         let stage = Stage::new();
         let show = stage.command(&[&["show", "--out", "out", "--format", "json"], args].concat());
-        Some(Self { show: Self::behind(&launcher, &show), stage })
-    }
-
-    fn behind(launcher: &[&str], command: &Command) -> Process {
-        let mut launched = Command::new(launcher[0]);
-        launched.args(&launcher[1..]).arg(command.get_program()).args(command.get_args());
-        launched.env_remove("RUST_LOG").current_dir(command.get_current_dir().expect("the stage has a folder"));
-        Process::start(launched)
+        Some(Self { show: behind(&launcher, &show), stage })
     }
 
     /// A file in the `/dev/shm` of the show.
@@ -49,9 +42,9 @@ impl Confined {
     }
 
     /// Runs a command on the show's instance, in its namespace.
-    fn run(&self, args: &[&str]) -> test_support::process::Ended {
+    fn run(&self, args: &[&str]) -> Ended {
         let target = format!("--target={}", self.show.pid());
-        Self::behind(&["nsenter", &target, "--mount"], &self.stage.command(args)).end()
+        behind(&["nsenter", &target, "--mount"], &self.stage.command(args)).end()
     }
 
     /// Waits until the recording has frames up to a show time.

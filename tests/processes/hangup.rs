@@ -5,9 +5,9 @@ use std::fs;
 use bench_dragon_ipc::StatusReader;
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::children::children;
 use test_support::eventually::eventually;
 
-use crate::children::children;
 use crate::pty::Pty;
 use crate::reader::Reader;
 use crate::record;

@@ -6,16 +6,16 @@ use std::path::Path;
 use bench_dragon_ipc::clear;
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::children::{await_child, children, kill};
 use test_support::eventually::{eventually, eventually_from};
 use test_support::process::Process;
 use test_support::skip::is_possible;
 
-use crate::children::{await_child, children, kill};
 use crate::ctl_status::{lamp, status, status_with};
 use crate::metrics::Exporter;
 use crate::reader::Reader;
 use crate::record::await_frames;
-use crate::resources::behind;
+use crate::resources::{behind, empty_disk, fill_disk};
 use crate::show::CALM;
 use crate::stage::Stage;
 use crate::suspended::suspend;
@@ -152,14 +152,7 @@ fn a_show_without_room_for_its_recording_is_red_until_there_is_room() {
         return;
     }
     let stage = Stage::new();
-    fs::create_dir(stage.path("disk")).expect("the folder is there");
-    let script = r#"mount -t tmpfs -o size=300m none disk && fallocate --length 294MiB disk/filler && exec "$@""#;
-    let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
-    let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
-    let mut told = Vec::new();
-    while !told.last().is_some_and(|line: &String| line.contains("the show is not recorded from here on")) {
-        told.push(show.complaint());
-    }
+    let (show, mut told) = fill_disk(&stage);
     // A status that begins now has received no report of the recorder.
     // On a busy machine, an observer that is late itself says that before all else.
     let is_told =
@@ -167,7 +160,7 @@ fn a_show_without_room_for_its_recording_is_red_until_there_is_room() {
     let (json, code) = status_with(&stage, "the full disk", is_told);
     assert_eq!((code, &json["well"]), (Some(1), &false.into()), "{json}");
     assert_eq!(lamp(&json, "recorder"), ("danger", "disk full, not recorded"));
-    fs::remove_file(format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display())).expect("a filler");
+    empty_disk(&stage, &show);
     status_with(&stage, "the next recording", |json| lamp(json, "recorder").1.ends_with("of disk left"));
     let ended = show.terminate();
     told.extend(ended.stderr.lines().map(str::to_owned));

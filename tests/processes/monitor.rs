@@ -9,7 +9,8 @@ use test_support::process::Process;
 
 use crate::periods::assert_no_frame_missing;
 use crate::reader::Reader;
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 const CONTACT_S: f64 = 412.473_838;
 const CONTACT_BENCHES: [u32; 2] = [0, 8];

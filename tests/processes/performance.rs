@@ -5,10 +5,10 @@ use std::fs;
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::children::{await_child, children, kill, send};
 use test_support::eventually::eventually;
 use test_support::process::Process;
 
-use crate::children::{await_child, children, kill, send};
 use crate::reader::Reader;
 use crate::show::{Playing, logged};
 use crate::stage::{Stage, program};

@@ -10,7 +10,8 @@ use serde_json::Value;
 
 use crate::first_tracker::{FirstTracker, receiver, wait_for};
 use crate::reader::{Reader, Shot};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// Period of the servers below.
 const PERIOD_NS: u64 = 50_000_000;

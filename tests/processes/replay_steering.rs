@@ -160,16 +160,21 @@ fn a_replay_is_paused_sought_and_sped_up_and_stays_at_its_end() {
     }
 }
 
-#[test]
-fn a_seek_into_another_recorded_run_begins_another_pass() {
-    let stage = Stage::new();
+/// Records two runs of 0.8 s, from 100 s and from 200 s, as `a.mcap`.
+fn record_two_runs(stage: &Stage, rate: &str) {
     let recorder = stage.start(&["record", "a.mcap"]);
     for start in ["100", "200"] {
         stage
-            .serve(&["--rate", "20", "--start-at", start, "--until", &format!("{start}.8"), "--readers", "1"])
+            .serve(&["--rate", rate, "--start-at", start, "--until", &format!("{start}.8"), "--readers", "1"])
             .summary();
     }
     recorder.terminate();
+}
+
+#[test]
+fn a_seek_into_another_recorded_run_begins_another_pass() {
+    let stage = Stage::new();
+    record_two_runs(&stage, "20");
     let (mut process, first) = replay(&stage, &["a.mcap", "--paused", "--stay", "--readers", "1"]);
     let positions = ReplayStatusReader::open(stage.domain(), "test").expect("the replay has created the services");
     let mut reader = Reader::join(&stage);
@@ -194,13 +199,7 @@ fn a_seek_into_another_recorded_run_begins_another_pass() {
 #[test]
 fn a_replay_that_stays_also_stays_after_a_seek_beyond_its_last_frame() {
     let stage = Stage::new();
-    let recorder = stage.start(&["record", "a.mcap"]);
-    for start in ["100", "200"] {
-        stage
-            .serve(&["--rate", "20", "--start-at", start, "--until", &format!("{start}.8"), "--readers", "1"])
-            .summary();
-    }
-    recorder.terminate();
+    record_two_runs(&stage, "20");
     for to_s in [100.4, 200.4] {
         let (process, _) = replay(&stage, &["a.mcap", "--stay", "--to", &to_s.to_string(), "--readers", "1"]);
         let mut reader = Reader::join(&stage);
@@ -219,13 +218,7 @@ fn a_replay_that_stays_also_stays_after_a_seek_beyond_its_last_frame() {
 #[test]
 fn a_sought_run_is_shown_at_once_however_far_it_is() {
     let stage = Stage::new();
-    let recorder = stage.start(&["record", "a.mcap"]);
-    for start in ["100", "200"] {
-        stage
-            .serve(&["--rate", "100", "--start-at", start, "--until", &format!("{start}.8"), "--readers", "1"])
-            .summary();
-    }
-    recorder.terminate();
+    record_two_runs(&stage, "100");
     // At this pace, the time between the two runs takes minutes.
     let (mut process, _) = replay(&stage, &["a.mcap", "--paused", "--stay", "--rate", "0.01", "--readers", "1"]);
     let positions = ReplayStatusReader::open(stage.domain(), "test").expect("the replay has created the services");

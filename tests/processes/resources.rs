@@ -187,26 +187,38 @@ fn a_missing_runtime_directory_is_reported_by_readers_too() {
     }
 }
 
+/// Starts a show on a disk with six megabytes of room. Returns it with its messages once it is not recorded any more.
+pub(crate) fn fill_disk(stage: &Stage) -> (Process, Vec<String>) {
+    fs::create_dir(stage.path("disk")).expect("the folder is there");
+    let script = r#"mount -t tmpfs -o size=300m none disk && fallocate --length 294MiB disk/filler && exec "$@""#;
+    let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
+    let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
+    let mut told = vec![show.complaint()];
+    while !told[told.len() - 1].contains("the show is not recorded from here on") {
+        told.push(show.complaint());
+    }
+    (show, told)
+}
+
+/// Makes room on the disk of such a show, which no other process sees.
+pub(crate) fn empty_disk(stage: &Stage, show: &Process) {
+    let filler = format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display());
+    fs::remove_file(filler).expect("the show's disk has a filler");
+}
+
 #[test]
 fn a_show_reports_a_full_disk_once_and_records_again_when_there_is_room() {
     if !is_possible(&["unshare", "--mount"]) {
         return;
     }
     let stage = Stage::new();
-    fs::create_dir(stage.path("disk")).expect("the folder is there");
-    // The disk has six megabytes left.
-    let script = r#"mount -t tmpfs -o size=300m none disk && fallocate --length 294MiB disk/filler && exec "$@""#;
-    let launcher = ["unshare", "--mount", "sh", "-c", script, "sh"];
-    let show = behind(&launcher, &stage.command(&["show", "--rate", "1000", "--out", "disk/show"]));
-    let mut told = vec![show.complaint()];
-    while told
-        .last()
-        .is_some_and(|line| !line.contains("  the show is not recorded from here on, until its disk has 268.4 MB"))
-    {
-        told.push(show.complaint());
-    }
-    let seen_by_show = format!("/proc/{}/root{}", show.pid(), stage.path("disk/filler").display());
-    fs::remove_file(seen_by_show).expect("the show's disk has a filler");
+    let (show, told) = fill_disk(&stage);
+    assert!(
+        told.last()
+            .is_some_and(|line| line.contains("  the show is not recorded from here on, until its disk has 268.4 MB")),
+        "{told:?}"
+    );
+    empty_disk(&stage, &show);
     show.complaint_with("the disk has room again: the show is recorded from here on, in another file");
     let second = format!("/proc/{}/root{}", show.pid(), stage.path("disk/show/recording-2.mcap").display());
     eventually("the second recording", || fs::exists(&second).expect("the path can be checked").then_some(()));

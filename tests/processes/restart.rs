@@ -4,7 +4,8 @@ use bench_dragon_ipc::Continuity;
 
 use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// A run of 101 periods. A reader's buffer holds all its frames. The run is long enough for a reader that stays to find it.
 const SHORT_RUN: [&str; 6] = ["--rate", "25", "--until", "4", "--readers", "1"];

@@ -5,10 +5,10 @@ use std::fs;
 use bench_dragon_ipc::{Continuity, FrameHeader, ShowState, Status, StatusReader};
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::children::{await_child, children, kill, send};
 use test_support::eventually::eventually;
 use test_support::process::{Ended, Process};
 
-use crate::children::{await_child, children, kill, send};
 use crate::periods::assert_no_frame_missing;
 use crate::reader::{Reader, Shot};
 use crate::record;

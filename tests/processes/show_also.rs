@@ -5,9 +5,9 @@ use std::net::UdpSocket;
 
 use rustix::process::Signal;
 use serde_json::json;
+use test_support::children::{await_child, children, kill, send};
 use test_support::eventually::eventually;
 
-use crate::children::{await_child, children, kill, send};
 use crate::ctl_status::{lamp, status_with};
 use crate::show::Playing;
 use crate::stage::Stage;

@@ -2,9 +2,9 @@
 
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::children::{await_child, children, kill};
 use test_support::process::Process;
 
-use crate::children::{await_child, children, kill};
 use crate::page_socket::{PageSocket, outcome};
 use crate::record::await_frames;
 use crate::show::{CALM, Playing};

@@ -3,11 +3,11 @@
 use bench_dragon::recording::repair;
 use bench_dragon_ipc::{Status, StatusReader};
 use rustix::process::Signal;
+use test_support::children::{await_child, children, send};
 use test_support::eventually::eventually;
 use test_support::process::Process;
 use test_support::pytest::python;
 
-use crate::children::{await_child, children, send};
 use crate::record;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;

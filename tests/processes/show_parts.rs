@@ -5,9 +5,9 @@ use std::fs;
 
 use bench_dragon::recording::{FrameReader, Parts};
 use serde_json::Value;
+use test_support::children::{await_child, kill};
 use test_support::process::{Ended, Process};
 
-use crate::children::{await_child, kill};
 use crate::reader::Reader;
 use crate::record::{await_commands, await_frames};
 use crate::show::Playing;

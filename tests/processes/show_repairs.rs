@@ -6,9 +6,9 @@ use std::sync::mpsc;
 use std::thread;
 
 use rustix::process::Signal;
+use test_support::children::{await_child, kill};
 use test_support::eventually::eventually;
 
-use crate::children::{await_child, kill};
 use crate::record;
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;

@@ -5,9 +5,9 @@ use std::fs;
 use bench_dragon::system::clock::monotonic_ns;
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::children::{await_child, kill, send};
 use test_support::eventually::eventually;
 
-use crate::children::{await_child, kill, send};
 use crate::show::{CALM, Playing};
 use crate::stage::Stage;
 

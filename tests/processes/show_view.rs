@@ -4,10 +4,10 @@ use std::net::TcpListener;
 
 use rustix::process::Signal;
 use serde_json::{Value, json};
+use test_support::children::{await_child, children, kill};
 use test_support::eventually::eventually;
 use test_support::process::Process;
 
-use crate::children::{await_child, children, kill};
 use crate::show::{assert_published, logged};
 use crate::stage::Stage;
 

@@ -10,7 +10,8 @@ use test_support::eventually::eventually;
 use test_support::process::Process;
 
 use crate::reader::{Reader, Shot, assert_whole};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 const RATE_HZ: usize = 50;
 const PAPER_BENCHES: usize = 223;

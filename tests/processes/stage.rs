@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 
 use bench_dragon_ipc::{Domain, Instance};
-use serde_json::Value;
 use tempfile::TempDir;
 use test_support::process::{Ended, Process};
 
@@ -17,13 +16,6 @@ use test_support::process::{Ended, Process};
 pub(crate) struct Stage {
     domain: Domain,
     folder: TempDir,
-}
-
-/// A server that has created its services. It waits for its readers if the arguments name some.
-#[derive(Debug)]
-pub(crate) struct Server {
-    pub(crate) process: Process,
-    pub(crate) run_id: u64,
 }
 
 impl Stage {
@@ -56,24 +48,9 @@ impl Stage {
         Process::start(self.command(args))
     }
 
-    /// Starts a reader without a server. Returns when the reader has reported that it waits for one.
-    pub(crate) fn start_waiting<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Process {
-        let process = self.start(args);
-        assert_eq!(process.complaint(), format!("waiting for a server on instance {}", self.domain.instance()));
-        process
-    }
-
     /// Runs a command on this instance to its end.
     pub(crate) fn run<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Ended {
         self.start(args).end()
-    }
-
-    /// Starts a server, and waits until its services exist.
-    pub(crate) fn serve(&self, args: &[&str]) -> Server {
-        let mut process = self.start(&[&["serve", "--format", "json"], args].concat());
-        let started = process.json();
-        assert_eq!(started["type"], "started", "{started}");
-        Server { run_id: started["run_id"].as_u64().expect("a run has a number"), process }
     }
 
     /// Returns all files and directories of this instance.
@@ -104,18 +81,6 @@ impl Drop for Stage {
         if !thread::panicking() {
             assert!(remains.is_empty(), "left behind: {remains:#?}");
         }
-    }
-}
-
-impl Server {
-    /// Ends the server by a signal. Returns its summary.
-    pub(crate) fn stop(self) -> Value {
-        self.process.terminate().expect_clean().last_json()
-    }
-
-    /// Waits for the end of the server. Returns its summary.
-    pub(crate) fn summary(self) -> Value {
-        self.process.end().expect_clean().last_json()
     }
 }
 

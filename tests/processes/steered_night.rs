@@ -6,11 +6,11 @@ use std::net::{SocketAddr, UdpSocket};
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
+use test_support::children::{await_child, kill};
 use test_support::process::Process;
 
 use crate::bridge_steering::{Desk, listen};
 use crate::browser::View;
-use crate::children::{await_child, kill};
 use crate::companion::{self, Companion};
 use crate::http::post;
 use crate::page_socket::PageSocket;

@@ -6,10 +6,10 @@ use std::process::{Command, Stdio};
 use bench_dragon_ipc::{AlertKind, AlertSubscriber, StatusReader};
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::children::{await_child, children, kill};
 use test_support::eventually::eventually;
 use test_support::process::Process;
 
-use crate::children::{await_child, children, kill};
 use crate::pty::Pty;
 use crate::stage::{Stage, program};
 

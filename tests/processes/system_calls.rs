@@ -16,7 +16,8 @@ use test_support::eventually::{DEADLINE, eventually};
 use test_support::process::Process;
 use test_support::skip::skip;
 
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 use crate::steady_desk::send_timecode;
 
 /// Number of tested ticks: more than a reader's buffer holds.

@@ -6,13 +6,14 @@ use std::process::ChildStdin;
 
 use bench_dragon_ipc::{FrameHeader, ShowState};
 use serde_json::{Value, json};
+use test_support::children::{await_child, kill};
 use test_support::process::Process;
 use test_support::pytest::python;
 
-use crate::children::{await_child, kill};
 use crate::periods::periods;
 use crate::reader::{Reader, Shot};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// Seconds of a frame of timecode.
 const FRAME_S: f64 = 0.04;

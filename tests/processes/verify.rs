@@ -9,7 +9,8 @@ use test_support::process::{Ended, Process};
 
 use crate::reader::Reader;
 use crate::record::{await_commands, await_frames};
-use crate::stage::{Server, Stage, program};
+use crate::server::Server;
+use crate::stage::{Stage, program};
 use crate::suspended::suspend;
 use crate::timecode::{self, Desk, event, read_following};
 

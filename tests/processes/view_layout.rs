@@ -8,7 +8,8 @@ use test_support::eventually::eventually;
 use test_support::process::Process;
 
 use crate::browser::{Browser, View};
-use crate::stage::{Server, Stage};
+use crate::server::Server;
+use crate::stage::Stage;
 
 /// A head that brakes for ten seconds of wall time, long enough to measure three pages meanwhile.
 const SLOW_TO_STOP: &str = "[head]\naccel_mps2 = 0.05\n";

@@ -4,14 +4,15 @@
 //!     cargo test --release --test storm -- --ends 500 --seed 7
 
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rustix::process::Signal;
+use test_support::eventually::{DEADLINE, before_deadline};
 use test_support::process::Process;
 
 use crate::random::Random;
 use crate::stage::Stage;
-use crate::troupe::{Failure, PROGRESS_TIMEOUT};
+use crate::troupe::Failure;
 
 /// Longest time from one start to the next, and from the last start to the end.
 const BETWEEN: Duration = Duration::from_millis(80);
@@ -111,16 +112,10 @@ fn draw(random: &mut Random) -> Vec<&'static [&'static str]> {
 
 /// Waits until frames can be read. Then the processes have joined the bus.
 fn await_members(stage: &Stage) -> Result<(), Failure> {
-    let begun = Instant::now();
-    loop {
+    before_deadline(|| {
         let read = stage.run(&["echo", "--count", "1", "--format", "json"]);
-        if read.code() == Some(0) {
-            return Ok(());
-        }
-        if begun.elapsed() > PROGRESS_TIMEOUT {
-            return Err(format!("waited {PROGRESS_TIMEOUT:?} for a frame: {}", read.stderr));
-        }
-    }
+        if read.code() == Some(0) { Ok(()) } else { Err(format!("waited {DEADLINE:?} for a frame: {}", read.stderr)) }
+    })
 }
 
 /// Marks some of the processes to be killed, not all.

@@ -15,13 +15,6 @@
 //! The printed seed determines the kills and their instants. The state of the processes at these instants depends on the
 //! machine.
 
-#[path = "../processes/children.rs"]
-#[allow(dead_code, reason = "the storm uses a part of it")]
-mod children;
-#[path = "../processes/stage.rs"]
-#[allow(dead_code, reason = "the storm uses a part of it")]
-mod stage;
-
 mod arguments;
 mod books;
 mod endings;
@@ -30,6 +23,8 @@ mod player;
 mod random;
 mod role;
 mod scenario;
+#[path = "../processes/stage.rs"]
+mod stage;
 mod supervised;
 mod troupe;
 mod witness;

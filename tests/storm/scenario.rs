@@ -17,13 +17,14 @@ use bench_dragon::recording::Parts;
 use bench_dragon::source::replay::verify::{RunVerdict, RunVerification, verify};
 use bench_dragon_ipc::{CommandReply, FrameHeader, Request, Sender, ShowState, Status, Stop};
 use rustix::process::Signal;
-use simulator::{Operator, Part, Scenario, Script, ScriptAction};
+use simulator::{Operator, Part, Scenario, Script, ScriptAction, request_to_walk};
+use test_support::children::{children, send};
+use test_support::eventually::{DEADLINE, before_deadline};
 use test_support::process::{Ended, Process};
 
-use crate::children::{children, send};
 use crate::outside::check;
 use crate::stage::Stage;
-use crate::troupe::{Failure, LOOK_PERIOD, PROGRESS_TIMEOUT};
+use crate::troupe::Failure;
 use crate::witness::{Seen, Witness};
 
 /// Folder of the recordings of a show.
@@ -155,7 +156,7 @@ impl<'a> Cast<'a> {
     fn end_operators(&mut self) -> Vec<Answer> {
         let Operators { desks, tools, answers } = &mut self.operators;
         for desk in desks.drain(..) {
-            desk.close(PROGRESS_TIMEOUT, |_| true);
+            desk.close(DEADLINE, |_| true);
         }
         tools.drain(..).for_each(|tool| tool.join().expect("a tool ends"));
         std::mem::take(&mut *answers.lock().unwrap_or_else(PoisonError::into_inner))
@@ -193,15 +194,7 @@ fn lead(stage: &Stage, scenario: &Scenario, witness: &Witness) -> Result<(), Fai
             return Ok(());
         }
         let stops = status.stops();
-        let request = if stops.has(Stop::Held) || stops.has(Stop::Ready) {
-            Request::Release
-        } else if stops.has(Stop::Paused) {
-            Request::Resume
-        } else if stops.has(Stop::Waiting) {
-            Request::Go
-        } else {
-            Request::Speed { speed_mps }
-        };
+        let request = request_to_walk(stops, speed_mps);
         let reply = call(stage.domain(), "captain", Sender::Ctl, request, &|| false, &|| false);
         Err(format!("{header:?}, stops {stops:?}, {request:?} gets {reply:?}"))
     })
@@ -231,13 +224,6 @@ fn end_show(stage: &Stage, show: Process) -> Result<Ended, Failure> {
 }
 
 /// Calls `look` until it succeeds.
-fn await_state(what: &str, mut look: impl FnMut() -> Result<(), String>) -> Result<(), Failure> {
-    let begun = Instant::now();
-    loop {
-        let Err(state) = look() else { return Ok(()) };
-        if begun.elapsed() > PROGRESS_TIMEOUT {
-            return Err(format!("waited {PROGRESS_TIMEOUT:?} until {what}; last seen: {state}"));
-        }
-        thread::sleep(LOOK_PERIOD);
-    }
+fn await_state(what: &str, look: impl FnMut() -> Result<(), String>) -> Result<(), Failure> {
+    before_deadline(look).map_err(|state| format!("waited {DEADLINE:?} until {what}; last seen: {state}"))
 }

@@ -2,18 +2,19 @@
 
 use std::path::PathBuf;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bench_dragon::recording::repair;
 use rustix::process::Signal;
 use serde_json::Value;
+use test_support::children::{children, send};
+use test_support::eventually::before_deadline;
 use test_support::process::Process;
 
 use crate::books::{Books, Phase};
-use crate::children::{children, send};
 use crate::random::Random;
 use crate::stage::Stage;
-use crate::troupe::{Failure, LOOK_PERIOD, PROGRESS_TIMEOUT, START_UP};
+use crate::troupe::{Failure, START_UP};
 
 /// Commands of a show's children.
 const CHILDREN: [&str; 3] = ["serve", "monitor", "record"];
@@ -64,30 +65,23 @@ fn play_show(stage: &Stage, number: u32, random: &mut Random, most: u32, books: 
 
 /// Waits until the children of a killed show have ended, or, in half of the cases, returns at once.
 fn await_orphans(show: u32, random: &mut Random) -> Result<(), Failure> {
-    let begun = Instant::now();
     if random.percent(50) {
         return Ok(());
     }
-    while !children(show).is_empty() {
-        if begun.elapsed() > PROGRESS_TIMEOUT {
-            return Err(format!("the children of a killed show still run: {:?}", children(show)));
-        }
-        thread::sleep(LOOK_PERIOD);
-    }
-    Ok(())
+    before_deadline(|| {
+        let running = children(show);
+        if running.is_empty() { Ok(()) } else { Err(format!("the children of a killed show still run: {running:?}")) }
+    })
 }
 
 /// Waits until all children run again, ends the show, and checks its report.
 fn end_show(stage: &Stage, show: Process, killed: &[u32], books: &mut Books) -> Result<(), Failure> {
-    let (begun, pid) = (Instant::now(), show.pid());
+    let pid = show.pid();
     // A killed child may take some time to end.
     let running = || children(pid).iter().filter(|(child, _)| !killed.contains(child)).count();
-    while running() < CHILDREN.len() {
-        if begun.elapsed() > PROGRESS_TIMEOUT {
-            show.signal(Signal::INT);
-            return Err(format!("a show does not restart its children: {}", show.end().stderr));
-        }
-        thread::sleep(LOOK_PERIOD);
+    if before_deadline(|| (running() >= CHILDREN.len()).then_some(()).ok_or(())).is_err() {
+        show.signal(Signal::INT);
+        return Err(format!("a show does not restart its children: {}", show.end().stderr));
     }
     let echo = stage.run(&["echo", "--count", "5"]);
     if echo.code() != Some(0) {

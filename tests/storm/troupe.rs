@@ -3,10 +3,11 @@
 use std::fs;
 use std::process::ExitStatus;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bench_dragon::recording::repair;
 use rustix::process::{Pid, Signal, kill_process};
+use test_support::eventually::{DEADLINE, before_deadline};
 
 use crate::books::{Books, Phase};
 use crate::player::Player;
@@ -14,10 +15,6 @@ use crate::random::Random;
 use crate::role::{Role, recording};
 use crate::stage::Stage;
 
-/// Period of the checks of the processes.
-pub(crate) const LOOK_PERIOD: Duration = Duration::from_millis(2);
-/// Longest wait for progress. On a busy machine, each wait is much shorter.
-pub(crate) const PROGRESS_TIMEOUT: Duration = Duration::from_mins(3);
 /// Length of a process's start, in which it creates or opens its services.
 pub(crate) const START_UP: Duration = Duration::from_millis(30);
 /// Longest time between two kills of a round.
@@ -107,16 +104,8 @@ impl<'a> Troupe<'a> {
             if player.ended().is_none() {
                 kill_process(pid, Signal::TERM).expect("the process has not been waited for");
             }
-            let begun = Instant::now();
-            let status = loop {
-                match player.ended() {
-                    Some(status) => break status,
-                    None if begun.elapsed() > PROGRESS_TIMEOUT => {
-                        return Err(format!("{} does not end at SIGTERM", player.role.name()));
-                    }
-                    None => thread::sleep(LOOK_PERIOD),
-                }
-            };
+            let ended = before_deadline(|| player.ended().ok_or(()));
+            let status = ended.map_err(|()| format!("{} does not end at SIGTERM", player.role.name()))?;
             if !status.success() && !player.role.is_brief() {
                 return Err(describe(&player, status));
             }
@@ -264,23 +253,17 @@ impl<'a> Troupe<'a> {
         books: &mut Books,
         missing: impl Fn(&Self) -> Option<&'static str>,
     ) -> Result<(), Failure> {
-        let begun = Instant::now();
-        loop {
-            self.look(books)?;
-            let Some(name) = missing(self) else { return Ok(()) };
-            if begun.elapsed() > PROGRESS_TIMEOUT {
-                let players: Vec<String> = self
-                    .players
-                    .iter()
-                    .map(|player| {
-                        let (name, turn, progress) = (player.role.name(), player.turn, self.progress(player));
-                        format!("\n{name} {turn}, pid {}: progress {progress}, {:?}", player.pid(), player.complaints())
-                    })
-                    .collect();
-                return Err(format!("waited {PROGRESS_TIMEOUT:?} until {what}: {name} does not{}", players.concat()));
-            }
-            thread::sleep(LOOK_PERIOD);
-        }
+        let looked = before_deadline(|| match self.look(books) {
+            Ok(()) => missing(self).map_or(Ok(Ok(())), Err),
+            Err(failure) => Ok(Err(failure)),
+        });
+        looked.unwrap_or_else(|name| {
+            let players = self.players.iter().map(|player| {
+                let (name, turn, progress) = (player.role.name(), player.turn, self.progress(player));
+                format!("\n{name} {turn}, pid {}: progress {progress}, {:?}", player.pid(), player.complaints())
+            });
+            Err(format!("waited {DEADLINE:?} until {what}: {name} does not{}", players.collect::<String>()))
+        })
     }
 }
 

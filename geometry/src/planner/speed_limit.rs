@@ -8,7 +8,9 @@
 //! fastest handle behind each station.
 //!
 //! 1. The run is surveyed. [`SURVEYED_PER_LINK`] such orbits give the speed of the fastest handle for a few thousand parameters
-//!    of the head. Often a bound on r is enough for the head; otherwise the head is solved.
+//!    of the head. Often a bound on r is enough for the head; otherwise the head is solved. A handle may be the fastest between two
+//!    parameters at which others are. So the orbits beside one give the *outlook* of each handle, its ratio if it goes on to change
+//!    as it does from or to them.
 //! 2. Some stretches between two of those parameters may contain the largest ratio. The search examines them with the dragon
 //!    itself, up to the last handle that may be the fastest in between. It splits a stretch wherever a handle crosses a seam of
 //!    the route: there the curvature jumps, and with it the slope of the ratio. It also splits the stretch evenly, into pieces
@@ -19,15 +21,15 @@
 //!
 //! *Guarantee.* The result is the ratio of a handle at a travel, to rounding. No sample of the survey or of the pieces exceeds
 //! it. A maximum at a kink is exact, because kinks are samples. That no ratio between samples is larger depends on their
-//! density. Within a piece the ratio is smooth. A stretch is skipped only if the samples at its ends are well below the largest
-//! ratio: further than the ratio changes between samples around the stretch. A higher peak is narrower. The run treats peaks
-//! narrower than a piece as jumps, and ends there.
+//! density. Within a piece the ratio is smooth. A stretch is skipped only if each handle is well below the largest ratio at its
+//! ends: further than the ratio of that handle changes between samples around the stretch. A higher peak is narrower. The run
+//! treats peaks narrower than a piece as jumps, and ends there.
 //!
 //! *First excess.* The first travel at which a handle exceeds a given ratio is found in the same way, from the beginning of the
 //! run. The first piece with a sample or a refined maximum over the ratio contains it. There the ratio of the fastest handle is
 //! continuous, because the route has a continuous tangent. So bisection finds the travel at which it exceeds the ratio.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use super::infeasible::Infeasible;
 use crate::dragon::{ARC_PER_CHORD, Chain, Dragon, FeasibleEnd, Spent, Station};
@@ -82,19 +84,13 @@ pub fn largest_speed_ratio(dragon: &Dragon) -> Result<LargestRatio, Infeasible> 
             survey.check_meter()?;
         }
     }
+    let mut chains = Chains::new();
     for ahead in 0..spots.len() - 1 {
-        if !may_exceed(&spots, ahead, largest.ratio) {
-            continue;
-        }
-        let stretch = &mut spots[ahead..=ahead + 1];
-        for spot in stretch {
-            survey.solve(spot);
-        }
-        if may_exceed(&spots, ahead, largest.ratio) {
-            let found = survey.look_through(&spots, ahead, largest.ratio);
-            survey.check_meter()?;
+        if let Some(handles) = survey.candidates(&mut spots, ahead, largest.ratio, &mut chains) {
+            let found = survey.look_through(&spots, ahead, handles);
             largest = found.into_iter().fold(largest, faster);
         }
+        survey.check_meter()?;
     }
     let LargestRatio { ratio, travel_m, handle } = survey.lowest_as_fast(largest);
     if ratio > JUMP_RATIO {
@@ -118,13 +114,10 @@ pub fn first_faster(dragon: &Dragon, ratio: f64) -> Result<Option<LargestRatio>,
     if start.ratio > limit {
         return Ok(Some(survey.lowest_as_fast(start)));
     }
+    let mut chains = Chains::new();
     for ahead in (0..spots.len() - 1).rev() {
-        if !may_exceed(&spots, ahead, limit) {
-            continue;
-        }
-        spots[ahead..=ahead + 1].iter_mut().for_each(|spot| survey.solve(spot));
-        let is_possible = may_exceed(&spots, ahead, limit);
-        let found = is_possible.then(|| survey.first_over(&spots, ahead, limit)).flatten();
+        let handles = survey.candidates(&mut spots, ahead, limit, &mut chains);
+        let found = handles.and_then(|handles| survey.first_over(&spots, ahead, handles, limit));
         dragon.meter().check(start_m)?;
         if let Some(found) = found {
             return Ok(Some(survey.lowest_as_fast(found)));
@@ -143,10 +136,10 @@ fn faster(first: LargestRatio, second: LargestRatio) -> LargestRatio {
     if second.ratio > first.ratio { second } else { first }
 }
 
-/// Whether the ratio between a spot and the next may exceed `largest`. It may if the faster of the two is below `largest` by no
-/// more than the ratio changes from spot to spot around them.
+/// Whether the ratio between a spot and the next may exceed `largest`. It may if the better outlook of the two is below `largest`
+/// by no more than the ratio changes from spot to spot around them.
 fn may_exceed(spots: &[Spot], ahead: usize, largest: f64) -> bool {
-    spots[ahead].ratio.max(spots[ahead + 1].ratio) + change_around(spots, ahead) > largest
+    spots[ahead].outlook().max(spots[ahead + 1].outlook()) + change_around(spots, ahead) > largest
 }
 
 /// The most by which the ratio changes from spot to spot around a spot and the next.
@@ -166,15 +159,25 @@ struct Spot {
     behind: f64,
     /// Speed of that handle divided by the head's; an upper bound until the head is solved.
     ratio: f64,
+    /// The largest outlook of a handle, divided by the speed of the fastest handle: 1 or more.
+    lift: f64,
     travel_m: Option<f64>,
 }
 
 impl Spot {
+    /// The largest ratio that a handle has beside the spot if it goes on to change as on the other side.
+    fn outlook(&self) -> f64 {
+        self.ratio * self.lift
+    }
+
     fn fastest(&self) -> LargestRatio {
         let travel_m = self.travel_m.expect("the spot is solved");
         LargestRatio { ratio: self.ratio, travel_m, handle: self.handle }
     }
 }
+
+/// The speed ratios of all handles at the last few spots, by their index.
+type Chains = BTreeMap<usize, Vec<f64>>;
 
 struct Survey<'a> {
     dragon: &'a Dragon,
@@ -203,38 +206,43 @@ impl Survey<'_> {
         let length = last_orbit.count();
         let link_behind = dragon.orbit(end_parameter).nth(1).map_or(begin_parameter, |station| station.parameter);
         let [low_m, high_m] = [link_behind, end_parameter].map(|parameter| route.travel(parameter));
-        let phases = (1..=SURVEYED_PER_LINK).rev().map(|i| {
+        let orbits = (1..=SURVEYED_PER_LINK).rev().map(|i| {
             let share = i as f64 / SURVEYED_PER_LINK as f64;
             let parameter =
                 if i == SURVEYED_PER_LINK { end_parameter } else { route.parameter(low_m + (high_m - low_m) * share) };
-            self.spots_of_phase(parameter, length)
+            dragon.orbit(parameter).take(length).collect()
         });
-        let phases: Vec<Vec<Spot>> = phases.take_while(|_| !dragon.meter().is_spent()).collect();
+        let orbits: Vec<Vec<Station>> = orbits.take_while(|_| !dragon.meter().is_spent()).collect();
+        let phases: Vec<Vec<Spot>> = (0..orbits.len()).map(|phase| self.spots_of_phase(&orbits, phase)).collect();
         let walked = |spot: &&Spot| spot.parameter > begin_parameter;
         let mut spots: Vec<Spot> = (0..length)
             .flat_map(|m| phases.iter().filter_map(move |phase| phase.get(m)))
             .take_while(walked)
             .copied()
             .collect();
-        spots.extend(self.spots_of_phase(begin_parameter, benches).first());
+        let last: Vec<Station> = dragon.orbit(begin_parameter).take(benches).collect();
+        spots.extend(self.spots_of_phase(&[last], 0).first());
         spots
     }
 
-    /// The spots with handle 1 at the stations of one orbit.
-    fn spots_of_phase(&self, parameter: f64, length: usize) -> Vec<Spot> {
+    /// The spots with handle 1 at the stations of an orbit. Each of these orbits begins behind the one before, all within a link.
+    fn spots_of_phase(&self, orbits: &[Vec<Station>], phase: usize) -> Vec<Spot> {
         let dragon = self.dragon;
-        let stations: Vec<Station> = dragon.orbit(parameter).take(length).collect();
+        let stations = &orbits[phase];
         let dimensions = dragon.dimensions();
         let bench = 1.min(dimensions.benches() - 1);
         let stations_ahead = (ARC_PER_CHORD * dimensions.link_m(0) / dimensions.link_m(bench)).ceil() as usize;
         let end_parameter = dragon.end_parameter;
+        let speeds: Vec<f64> = stations.iter().map(|station| station.speed_ratio).collect();
+        let lifts = lifts(orbits, phase, dimensions.benches());
         let spot = |(m, rear): (usize, usize)| {
-            let behind = stations[rear].speed_ratio / stations[m].speed_ratio;
+            let behind = speeds[rear] / speeds[m];
             let head_parameter = m.checked_sub(stations_ahead).map_or(end_parameter, |ahead| stations[ahead].parameter);
             let ratio = behind * self.head_bound(stations[m].parameter, head_parameter);
-            Spot { parameter: stations[m].parameter, handle: rear - m + 1, behind, ratio, travel_m: None }
+            let lift = (lifts[m] / speeds[rear]).max(1.0);
+            Spot { parameter: stations[m].parameter, handle: rear - m + 1, behind, ratio, lift, travel_m: None }
         };
-        fastest_behind(&stations, dimensions.benches()).into_iter().enumerate().map(spot).collect()
+        fastest_behind(&speeds, dimensions.benches()).into_iter().enumerate().map(spot).collect()
     }
 
     /// An upper bound on the speed of handle 1 at `parameter` divided by the head's: at most 1 / cos of the link's angle at
@@ -260,16 +268,16 @@ impl Survey<'_> {
         }
     }
 
-    /// The largest ratios between a solved spot and the next, of handles that may exceed `largest`.
-    fn look_through(&self, spots: &[Spot], ahead: usize, largest: f64) -> Vec<LargestRatio> {
-        let samples = self.samples(spots, ahead, self.handles_between(spots, ahead, largest));
+    /// The largest ratios of the first `handles` handles between a solved spot and the next.
+    fn look_through(&self, spots: &[Spot], ahead: usize, handles: usize) -> Vec<LargestRatio> {
+        let samples = self.samples(spots, ahead, handles);
         let peaks = (0..samples.len() - 1).flat_map(|piece| self.peaks(&samples, piece));
         samples.iter().copied().chain(peaks).collect()
     }
 
-    /// The first travel between a solved spot and the next at which a handle exceeds a ratio. At the spot behind, none does.
-    fn first_over(&self, spots: &[Spot], ahead: usize, limit: f64) -> Option<LargestRatio> {
-        let handles = self.handles_between(spots, ahead, limit);
+    /// The first travel between a solved spot and the next at which one of the first `handles` handles exceeds a ratio. At the spot
+    /// behind, none does.
+    fn first_over(&self, spots: &[Spot], ahead: usize, handles: usize, limit: f64) -> Option<LargestRatio> {
         let samples = self.samples(spots, ahead, handles);
         let over = samples.windows(2).enumerate().find_map(|(piece, ends)| {
             let peaks = self.peaks(&samples, piece);
@@ -281,15 +289,32 @@ impl Survey<'_> {
         Some(self.fastest_at(turning_point(low_m, high_m, TOLERANCE_M, is_over).1, handles))
     }
 
-    /// Number of handles that are evaluated between a solved spot and the next. At one of them, the last handle, or the one
-    /// before, is the fastest, or below `largest` by no more than the ratio changes from spot to spot around them.
-    fn handles_between(&self, spots: &[Spot], ahead: usize, largest: f64) -> usize {
-        let least = largest - change_around(spots, ahead);
-        let last = spots[ahead..=ahead + 1].iter().map(|spot| {
-            let ratios = self.chain(spot.fastest().travel_m).map(|handle| handle.speed_ratio).enumerate();
-            ratios.filter(|(_, ratio)| *ratio >= least).fold(spot.handle, |_, (handle, _)| handle).max(spot.handle)
-        });
-        (last.max().unwrap_or(0) + 2).min(self.dragon.dimensions().handles())
+    /// Number of handles to evaluate between a spot and the next, whose heads it solves. `None` if no handle may exceed `largest`
+    /// there.
+    fn candidates(&self, spots: &mut [Spot], ahead: usize, largest: f64, chains: &mut Chains) -> Option<usize> {
+        if !may_exceed(spots, ahead, largest) {
+            return None;
+        }
+        spots[ahead..=ahead + 1].iter_mut().for_each(|spot| self.solve(spot));
+        if may_exceed(spots, ahead, largest) { self.handles_between(spots, ahead, largest, chains) } else { None }
+    }
+
+    /// Number of handles to evaluate between a spot and the next: up to the last one that may exceed `largest` there. It may if it is
+    /// below `largest` at both by no more than its ratio changes from spot to spot around them.
+    fn handles_between(&self, spots: &mut [Spot], ahead: usize, largest: f64, chains: &mut Chains) -> Option<usize> {
+        let around = ahead.saturating_sub(1)..spots.len().min(ahead + 3);
+        chains.retain(|index, _| around.contains(index));
+        for index in around {
+            self.solve(&mut spots[index]);
+            let chain = || self.chain(spots[index].fastest().travel_m).map(|handle| handle.speed_ratio).collect();
+            chains.entry(index).or_insert_with(chain);
+        }
+        let ratios: Vec<&Vec<f64>> = chains.values().collect();
+        let may_exceed = |&handle: &usize| {
+            let changes = ratios.windows(2).map(|ends| (ends[0][handle] - ends[1][handle]).abs());
+            chains[&ahead][handle].max(chains[&(ahead + 1)][handle]) + changes.fold(0.0, f64::max) > largest
+        };
+        (0..self.dragon.dimensions().handles()).rev().find(may_exceed).map(|last| last + 1)
     }
 
     /// The fastest of the first `handles` handles, at the ends of the pieces between a solved spot and the next.
@@ -360,13 +385,38 @@ impl Survey<'_> {
     }
 }
 
+/// For every station m of a phase, the largest outlook of the `count` stations n that begin with it, from the orbits before and
+/// after. It is a speed divided by that at the first station, as those of the stations are.
+///
+/// Relative to handle 1, a handle is C(n)/C(m) times as fast here, and C′(n)/C′(m) times on the other orbit. If its ratio goes on to
+/// change by this factor, it is C(n)²/C′(n) · C′(m)/C(m)² times as fast.
+fn lifts(orbits: &[Vec<Station>], phase: usize, count: usize) -> Vec<f64> {
+    let stations = &orbits[phase];
+    let mut lifts = vec![0.0_f64; stations.len()];
+    let last = orbits.len() - 1;
+    // Behind the last orbit is the first, one station on.
+    let before = if phase == 0 { (last, -1) } else { (phase - 1, 0) };
+    let after = if phase == last { (0, 1) } else { (phase + 1, 0) };
+    for (other, shift) in [before, after].into_iter().filter(|(other, _)| *other != phase) {
+        let beside = |n: usize| n.checked_add_signed(shift).and_then(|n| orbits[other].get(n)).map(|at| at.speed_ratio);
+        let outlook =
+            |(n, station): (usize, &Station)| beside(n).map_or(0.0, |beside| station.speed_ratio.powi(2) / beside);
+        let outlooks: Vec<f64> = stations.iter().enumerate().map(outlook).collect();
+        for (m, rear) in fastest_behind(&outlooks, count).into_iter().enumerate() {
+            let lift = beside(m).map_or(0.0, |beside| outlooks[rear] * beside / stations[m].speed_ratio);
+            lifts[m] = lifts[m].max(lift);
+        }
+    }
+    lifts
+}
+
 /// For every station, the fastest of the `count` stations that begin with it; the first if several are equal.
-fn fastest_behind(stations: &[Station], count: usize) -> Vec<usize> {
-    let mut fastest = vec![0; stations.len()];
+fn fastest_behind(speeds: &[f64], count: usize) -> Vec<usize> {
+    let mut fastest = vec![0; speeds.len()];
     // The stations behind that are faster than all stations between. The fastest is at the front end.
     let mut falling: VecDeque<usize> = VecDeque::new();
-    for m in (0..stations.len()).rev() {
-        while falling.back().is_some_and(|&rear| stations[rear].speed_ratio <= stations[m].speed_ratio) {
+    for m in (0..speeds.len()).rev() {
+        while falling.back().is_some_and(|&rear| speeds[rear] <= speeds[m]) {
             falling.pop_back();
         }
         falling.push_back(m);

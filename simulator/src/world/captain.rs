@@ -1,6 +1,6 @@
 //! The captain, who leads the show to its end after the faults.
 
-use bench_dragon_ipc::{FrameHeader, Request, ShowState, Status, Stop, TimecodeState};
+use bench_dragon_ipc::{FrameHeader, Request, ShowState, Status, Stop, Stops, TimecodeState};
 
 use super::faults::Windows;
 use super::timecode::Sender;
@@ -24,6 +24,19 @@ pub(super) enum Captain {
     /// Has sent a stop. Instant by which the show has ended.
     Stops(u64),
     Done,
+}
+
+/// Returns the command that lets a show with these stops walk on, at this speed.
+pub fn request_to_walk(stops: Stops, speed_mps: f64) -> Request {
+    if stops.has(Stop::Held) || stops.has(Stop::Ready) {
+        Request::Release
+    } else if stops.has(Stop::Paused) {
+        Request::Resume
+    } else if stops.has(Stop::Waiting) {
+        Request::Go
+    } else {
+        Request::Speed { speed_mps }
+    }
 }
 
 impl World<'_> {
@@ -119,16 +132,7 @@ impl World<'_> {
             return;
         }
         let Some(status) = &self.status else { return };
-        let stops = status.stops();
-        let request = if stops.has(Stop::Held) || stops.has(Stop::Ready) {
-            Request::Release
-        } else if stops.has(Stop::Paused) {
-            Request::Resume
-        } else if stops.has(Stop::Waiting) {
-            Request::Go
-        } else {
-            Request::Speed { speed_mps: self.scenario.config.tables().head.speed_mps }
-        };
+        let request = request_to_walk(status.stops(), self.scenario.config.tables().head.speed_mps);
         self.begin_call(request, true);
     }
 }

@@ -32,6 +32,8 @@ mod timecode;
 pub(crate) use clients::Caller;
 pub(crate) use desks::DeskCall;
 
+pub use captain::request_to_walk;
+
 use captain::Captain;
 use clients::Call;
 use desks::{DESKS, Desk};

@@ -3,10 +3,11 @@
 use std::fs;
 
 use rustix::process::{Pid, Signal, kill_process};
-use test_support::eventually::eventually;
+
+use crate::eventually::eventually;
 
 /// Waits for a child of the show that runs a command, other than the one with the id `before`. Returns its process id.
-pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 {
+pub fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 {
     eventually(&format!("the show has a {command} other than {before:?}"), || {
         children(show).into_iter().find(|(pid, name)| name == command && Some(*pid) != before)
     })
@@ -14,7 +15,7 @@ pub(crate) fn await_child(show: u32, command: &str, before: Option<u32>) -> u32 
 }
 
 /// Returns the show's running children with their commands.
-pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
+pub fn children(show: u32) -> Vec<(u32, String)> {
     let processes = fs::read_dir("/proc").expect("Linux has this file").flatten();
     processes
         .filter_map(|process| {
@@ -30,11 +31,14 @@ pub(crate) fn children(show: u32) -> Vec<(u32, String)> {
 }
 
 /// Kills a child of a show.
-pub(crate) fn kill(child: u32) {
+pub fn kill(child: u32) {
     send(child, Signal::KILL).expect("the process runs");
 }
 
-/// Sends a signal to a child of a show. Fails if the child has ended and its show has waited for it.
-pub(crate) fn send(child: u32, signal: Signal) -> rustix::io::Result<()> {
+/// Sends a signal to a child of a show.
+///
+/// # Errors
+/// The child has ended, and its show has waited for it.
+pub fn send(child: u32, signal: Signal) -> rustix::io::Result<()> {
     kill_process(Pid::from_raw(child.cast_signed()).expect("a process id is not 0"), signal)
 }
