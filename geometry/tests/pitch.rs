@@ -44,7 +44,8 @@ fn a_walk_keeps(
     on_the_way(dimensions, start_turns, diameter_m, pitch_m).is_some_and(|(dragon, arrival_m)| {
         let steps = (arrival_m / step_m) as u32;
         // From the circle backwards, because the turns are tightest there, and at the start: boards may overlap there alone.
-        let mut travels_m = (0..=steps).map(|step| arrival_m - f64::from(step) * step_m).chain([dragon.start_travel_m()]);
+        let mut travels_m =
+            (0..=steps).map(|step| arrival_m - f64::from(step) * step_m).chain([dragon.start_travel_m()]);
         dragon.end_travel_m() >= arrival_m
             && !travels_m.any(|travel_m| some_pair_overlaps(&dragon, clearance_m, travel_m))
     })

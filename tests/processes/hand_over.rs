@@ -190,7 +190,7 @@ fn bad_input_is_refused_in_one_line_before_anything_is_written() {
             &["config.toml", "--out", "."][..],
             "--out would replace ./config.toml, the configuration: choose another folder",
         ),
-        (&["--out", "new", "--at", "500"], "--at is 500, must be from 0 to 432.7581340836548, where the run ends"),
+        (&["--out", "new", "--at", "500"], "--at is 500, must be from 0 to 432.758134083"),
         (&["--out", "new", "--at", &times], "start, cues, --at and end are 73 moments, at most 60 are allowed"),
         (&["--out", "file/new"], "--out is file/new, must be a folder that can be created"),
         (&["--out", "new", "--step", "0"], "invalid value '0' for '--step <SECONDS>': must be from 0.001 to 1000"),

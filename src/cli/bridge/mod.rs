@@ -78,16 +78,19 @@ impl Bridge {
 
     /// Where the bridge listens and sends to. zenoh finds its peers itself.
     pub(crate) fn endpoints(&self) -> Vec<Endpoint> {
-        let udp = |to: SocketAddrV4| Endpoint::Sends(Transport::Udp, to.into());
+        let udp =
+            |to: SocketAddrV4, network: NetworkArgs| Endpoint::Sends(Transport::Udp, to.into(), network.interface);
         match self {
-            Self::Psn(psn) => vec![udp(psn.to)],
+            Self::Psn(psn) => vec![udp(psn.to, psn.network)],
             Self::Osc(osc) => {
                 let transport = if osc.tcp { Transport::Tcp } else { Transport::Udp };
-                let to = osc.to.map(|to| Endpoint::Sends(transport, to.into()));
+                let to = osc.to.map(|to| Endpoint::Sends(transport, to.into(), osc.network.interface));
                 let listen = osc.steering.listen.map(|listen| Endpoint::Listens(Transport::Udp, listen));
                 to.into_iter().chain(listen).collect()
             }
-            Self::Timecode(timecode) => timecode.output.art_net.map(udp).into_iter().collect(),
+            Self::Timecode(timecode) => {
+                timecode.output.art_net.map(|to| udp(to, timecode.network)).into_iter().collect()
+            }
             Self::Foxglove(foxglove) => vec![Endpoint::Listens(Transport::Tcp, foxglove.listen)],
             Self::Zenoh(_) => Vec::new(),
         }

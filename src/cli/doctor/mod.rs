@@ -26,10 +26,10 @@ use anyhow::Context as _;
 use bench_dragon_ipc::{BusError, Census, Cleared, Domain, DomainError, Instance, NodeEntry, clear, service};
 use clap::{Args, ValueHint};
 
-use crate::cli::flags::{Format, FormatArgs, listen_address};
+use crate::cli::flags::{BadInput, Format, FormatArgs};
 use crate::cli::print::{print_json, print_line};
 use crate::cli::serve::{RunArgs, check_pace, configure, end_s};
-use crate::cli::show::AlsoCommand;
+use crate::cli::show::{AlsoCommand, MannerArgs};
 use crate::cli::timecode::{TimecodeArgs, check_show};
 use crate::config::Config;
 use crate::output::terminal_text::Painted;
@@ -60,7 +60,7 @@ pub(crate) use sheet::CheckSheet;
 
 The exit status is 1 if a check finds a problem; a warning is not a problem. The checks do not disturb a running show.
 
-Give --tonight the flags of the show: --view, --timecode, --guard, --out and the others. With --out it writes the check sheet into \
+Give --tonight all flags of the show, such as --view, --timecode, --guard and --out. With --out it removes the sheet of earlier checks, and writes the check sheet into \
 the folder: checks.html to print and to sign, and checks.json. The show with this folder has the sheet as the first page of its report.")]
 pub(crate) struct DoctorArgs {
     /// Before the checks, remove files and entries of the instance that no living process owns.
@@ -74,20 +74,8 @@ pub(crate) struct DoctorArgs {
     /// written into it.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// With --tonight, check the page of the show, as for `show` [without a value: 127.0.0.1:8223].
-    #[arg(
-        long,
-        value_name = "ADDRESS:PORT",
-        num_args = 0..=1,
-        require_equals = true,
-        default_missing_value = "127.0.0.1:8223",
-        requires = "tonight",
-        value_parser = listen_address
-    )]
-    pub(crate) view: Option<SocketAddr>,
-    /// Check a show with a guard, as for `show`.
-    #[arg(long)]
-    pub(crate) guard: bool,
+    #[command(flatten)]
+    pub(crate) manner: MannerArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
     #[command(flatten)]
@@ -95,9 +83,12 @@ pub(crate) struct DoctorArgs {
 }
 
 pub(crate) fn run(args: &DoctorArgs) -> anyhow::Result<ExitCode> {
-    let mut target = Target::read(args)?;
+    if args.manner.view.is_some() && !args.tonight {
+        return Err(BadInput("--view is a check of --tonight, must be given with it".to_owned()).into());
+    }
     let sheet_folder = args.out.as_deref().filter(|_| args.tonight);
-    sheet_folder.map_or(Ok(()), sheet::check_folder)?;
+    sheet_folder.map_or(Ok(()), sheet::make_room)?;
+    let mut target = Target::read(args)?;
     let (fixed, failed) = fix(args);
     if args.fix {
         target.census = census(&target.instance);
@@ -228,7 +219,7 @@ impl Target {
     /// Reads the configuration, and takes a census of the instance. The checks read all other facts.
     fn read(args: &DoctorArgs) -> anyhow::Result<Self> {
         let RunArgs { bus, config, pace, timecode } = &args.run;
-        let config = configure(config, pace, args.guard)?;
+        let config = configure(config, pace, args.manner.guard)?;
         check_pace(&config, pace)?;
         check_show(timecode, &config)?;
         let instance = bus.instance.clone();
@@ -238,7 +229,7 @@ impl Target {
         let root = Domain::new(instance.clone()).ok().map(|domain| domain.root().to_owned());
         let census = census(&instance);
         let out = args.out.clone().unwrap_or_else(|| PathBuf::from("."));
-        let (view, timecode) = (args.view, timecode.clone());
+        let (view, timecode) = (args.manner.view, timecode.clone());
         Ok(Self { instance, root, census, config, from_s, until_s, out, beside, view, timecode })
     }
 

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use bench_dragon_ipc::service::{ALERT_MEMORY, SOURCE_FILES};
-use rustix::fs::fstatfs;
+use rustix::fs::{Access, access, fstatfs};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, capabilities};
 
@@ -40,6 +40,7 @@ struct Mount {
 
 fn mounted() -> io::Result<Mount> {
     let folder = File::open("/dev/shm")?;
+    access("/dev/shm", Access::WRITE_OK)?;
     Ok(Mount { space: DiskSpace::around(&folder)?, is_memory: fstatfs(&folder)?.f_type == TMPFS })
 }
 
@@ -47,7 +48,7 @@ fn judge_shared_memory(mount: io::Result<Mount>, needed: u64) -> Finding {
     const MOUNT: &str = "`mount -t tmpfs -o mode=1777 tmpfs /dev/shm`";
     let Mount { space: DiskSpace { free_bytes, total_bytes }, is_memory } = match mount {
         Ok(mount) => mount,
-        Err(error) => return Finding::problem("none", format!("/dev/shm cannot be read: {error}"), MOUNT),
+        Err(error) => return Finding::problem("none", format!("/dev/shm cannot be used: {error}"), MOUNT),
     };
     let value = format!("{} free", Size(free_bytes));
     if free_bytes < needed {

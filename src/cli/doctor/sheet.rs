@@ -14,9 +14,11 @@ use serde::{Deserialize, Serialize};
 
 use super::finding::{Examination, Examined, Verdict};
 use super::{Target, machine};
+use crate::cli::flags::BadInput;
 use crate::cli::show::{SUMMARY, create_private, used_before};
 use crate::config::Config;
 use crate::output::report::{self, Block, Fact, Layout, Report, Section, Table, Weight};
+use crate::output::terminal_text::Printable;
 use crate::output::{Counted, json};
 use crate::system::machine::Machine;
 use crate::system::whole_file;
@@ -50,9 +52,22 @@ pub(crate) struct CheckSheet {
     examination: Examination,
 }
 
-/// Refuses a folder whose show is over. Call it before the checks.
-pub(super) fn check_folder(folder: &Path) -> anyhow::Result<()> {
-    if folder.join(SUMMARY).exists() { Err(used_before(folder, SUMMARY).into()) } else { Ok(()) }
+/// Refuses a folder whose show is over, and removes the sheet of earlier checks: it must not stay beside checks that fail. Call it
+/// before the checks.
+pub(super) fn make_room(folder: &Path) -> anyhow::Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(BadInput(format!("--out is {}, which is not a folder", Printable(folder))).into());
+    }
+    if folder.join(SUMMARY).exists() {
+        return Err(used_before(folder, SUMMARY).into());
+    }
+    for path in [PAGE, JSON].map(|name| folder.join(name)) {
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            removed => removed.with_context(|| format!("cannot remove {}", path.display()))?,
+        }
+    }
+    Ok(())
 }
 
 /// Checksum (CRC-32) of a configuration with all its keys.

@@ -124,12 +124,13 @@ fn listeners(target: &Target) -> Vec<(&str, Endpoint)> {
 
 /// Whether each port at which the show or a command beside it listens is free.
 fn ports(listens: &[(&str, Endpoint)]) -> Finding {
-    let is_twice = |(at, (_, end)): &(usize, &(&str, Endpoint))| {
-        end.address().port() != 0 && listens[..*at].iter().any(|(_, earlier)| earlier == end)
-    };
-    if let Some((_, (name, end))) = listens.iter().enumerate().find(is_twice) {
+    let twice = listens.iter().enumerate().find_map(|(at, (name, end))| {
+        let (earlier, _) = listens[..at].iter().find(|(_, earlier)| earlier == end && end.address().port() != 0)?;
+        Some((*earlier, *name, *end))
+    });
+    if let Some((earlier, name, end)) = twice {
         let (address, transport) = (end.address(), end.transport());
-        let message = format!("{name} and a command before it listen on {address} ({transport})");
+        let message = format!("{earlier} and {name} listen on {address} ({transport})");
         return Finding::problem(address.to_string(), message, "give one of them another port");
     }
     let taken = listens.iter().find_map(|(name, end)| Some((name, *end, end.probe().err()?)));
@@ -141,8 +142,10 @@ fn ports(listens: &[(&str, Endpoint)]) -> Finding {
         }
         None if listens.is_empty() => Finding::ok("none", "no process of the show listens"),
         None => {
-            let names: Vec<String> =
-                listens.iter().map(|(name, end)| format!("{} for {name}", end.address())).collect();
+            let names: Vec<String> = listens
+                .iter()
+                .map(|(name, end)| format!("{} ({}) for {name}", end.address(), end.transport()))
+                .collect();
             Finding::ok(names.len().to_string(), format!("free: {}", names.join(", ")))
         }
     }
@@ -217,11 +220,11 @@ mod tests {
         assert!(finding.message.starts_with(&format!("view cannot listen on {taken} (TCP): ")), "{}", finding.message);
         drop(tcp);
         let twice = listens(&[format!("view --listen {taken}"), format!("metrics --listen {taken}")]);
-        let words = format!("metrics and a command before it listen on {taken} (TCP)");
+        let words = format!("view and metrics listen on {taken} (TCP)");
         assert_eq!((twice.status, twice.message), (Verdict::Problem, words));
         let udp = UdpSocket::bind("127.0.0.1:0").expect("a free port").local_addr().expect("an address");
         let finding = listens(&[format!("bridge osc --listen {udp} --allow 127.0.0.1")]);
-        assert_eq!((finding.status, finding.message), (Verdict::Ok, format!("free: {udp} for bridge osc")));
+        assert_eq!((finding.status, finding.message), (Verdict::Ok, format!("free: {udp} (UDP) for bridge osc")));
         assert_eq!(ports(&[]).status, Verdict::Ok);
     }
 
@@ -230,6 +233,12 @@ mod tests {
         let finding = desks(&beside(&["bridge psn --to 127.0.0.1:56565".to_owned(), "hz".to_owned()]));
         let words = "bridge psn to 127.0.0.1:56565 from 127.0.0.1; look at each desk whether it receives";
         assert_eq!((finding.status, finding.message.as_str()), (Verdict::Ok, words));
+        let multicast = desks(&beside(&["bridge psn --interface 127.0.0.1".to_owned()]));
+        assert!(multicast.message.starts_with("bridge psn to 236.10.10.10:56565 from 127.0.0.1"), "{multicast:?}");
+        // An address for documentation (RFC 5737), which no machine has.
+        for line in ["bridge psn --interface 192.0.2.77", "bridge osc --to 127.0.0.1:9000 --interface 192.0.2.77"] {
+            assert_eq!(desks(&beside(&[line.to_owned()])).status, Verdict::Problem, "{line}");
+        }
         assert_eq!(desks(&[]).value, "none");
     }
 }

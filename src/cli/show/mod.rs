@@ -82,7 +82,6 @@ With --timecode a rehearsal also continues until Ctrl-C or `ctl stop`, because t
 
 The configuration may list up to eight commands that run beside the show and restart like its own processes: [[show.also]] \
 command = \"bridge psn --interface 10.0.0.5\". Allowed are bridge, view, metrics, monitor, hz and echo.")]
-#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct ShowArgs {
     #[command(flatten)]
     pub(crate) run: RunArgs,
@@ -90,6 +89,16 @@ pub(crate) struct ShowArgs {
     /// the current folder].
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) manner: MannerArgs,
+    #[command(flatten)]
+    pub(crate) format: FormatArgs,
+}
+
+/// The flags for how a show is played. `doctor --tonight` takes them, too.
+#[derive(Clone, Copy, Debug, Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag")]
+pub(crate) struct MannerArgs {
     /// Start held: the dragon stands still until `ctl release`.
     #[arg(long)]
     pub(crate) held: bool,
@@ -119,15 +128,13 @@ pub(crate) struct ShowArgs {
         value_parser = listen_address
     )]
     pub(crate) view: Option<SocketAddr>,
-    #[command(flatten)]
-    pub(crate) format: FormatArgs,
 }
 
 /// Period at which the show reads the bus.
 const LOOK_PERIOD: Duration = Duration::from_millis(50);
 
 pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
-    let config = configure(&args.run.config, &args.run.pace, args.guard)?;
+    let config = configure(&args.run.config, &args.run.pace, args.manner.guard)?;
     check_pace(&config, &args.run.pace)?;
     timecode::check_show(&args.run.timecode, &config)?;
     let also = AlsoCommand::read_all(&config.also(), &args.run.bus.instance)?;
@@ -135,7 +142,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     // Held until the end: while this show restarts its server, no other one takes its place.
     let _lock = ShowLock::take(&domain)?;
-    let page = args.view.map(Page::new).transpose()?;
+    let page = args.manner.view.map(Page::new).transpose()?;
     let folder = Folder::claim(args.out.as_deref(), &config)?;
     let mut show = Show::new(args, &config, domain, folder, page, also, stop);
     let played = show.play();
@@ -145,7 +152,7 @@ pub(crate) fn run(args: &ShowArgs) -> anyhow::Result<ExitCode> {
     let printed = summary.as_ref().map_or(Ok(()), print);
     result.and(printed)?;
     let summary = summary.expect("only a show with an error has none");
-    let has_touched = args.fail_on_contact && summary.contact.is_some();
+    let has_touched = args.manner.fail_on_contact && summary.contact.is_some();
     Ok(match (has_touched, show.reports.has_given_up) {
         (true, _) => ExitCode::from(CONTACT),
         (false, true) => ExitCode::FAILURE,
@@ -204,7 +211,7 @@ impl<'a> Show<'a> {
             // A plan has its own ramps.
             accel_mps2: config.tables().head.accel_mps2.filter(|_| !config.formation().has_plan_course()),
         };
-        let is_performance = args.stay || config.stays();
+        let is_performance = args.manner.stay || config.stays();
         let mut children = Children::new(is_performance);
         for (role, name) in
             [(ChildRole::Serve, "serve"), (ChildRole::Monitor, "monitor"), (ChildRole::Record, "record")]

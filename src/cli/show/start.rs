@@ -54,7 +54,7 @@ impl Show<'_> {
             args.extend(resumption.args());
         } else {
             args.extend(self.args.run.pace.start_at.map(|start_s| format!("--start-at={start_s}")));
-            args.extend(self.args.held.then(|| "--held".to_owned()));
+            args.extend(self.args.manner.held.then(|| "--held".to_owned()));
         }
         self.launch("serve", args)
     }
@@ -62,7 +62,7 @@ impl Show<'_> {
     /// How a restarted server continues; `None` for the first server.
     fn resumption(&self) -> Option<Resumption> {
         let settings = ResumptionSettings {
-            auto_resume: self.args.auto_resume,
+            auto_resume: self.args.manner.auto_resume,
             follows_timecode: self.args.run.timecode.source.is_some(),
             has_timecode_run: self.reports.has_timecode_run,
         };

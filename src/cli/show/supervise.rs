@@ -141,7 +141,7 @@ impl Show<'_> {
             Err(error) => Err(error.into()),
             Ok(bus) => {
                 self.bus = Some(bus);
-                if let (Some(wait_s), None) = (self.args.auto_go, &self.auto_go) {
+                if let (Some(wait_s), None) = (self.args.manner.auto_go, &self.auto_go) {
                     self.auto_go = Some(AutoGo::open(&self.domain, Duration::from_secs_f64(wait_s))?);
                 }
                 self.start(ChildRole::Monitor)?;
