@@ -141,6 +141,8 @@ impl Show<'_> {
             Err(error) => Err(error.into()),
             Ok(bus) => {
                 self.bus = Some(bus);
+                // A subscriber is connected from its first look on. The frames of a server that is killed afterwards can still be read.
+                self.look_at_bus()?;
                 if let (Some(wait_s), None) = (self.args.manner.auto_go, &self.auto_go) {
                     self.auto_go = Some(AutoGo::open(&self.domain, Duration::from_secs_f64(wait_s))?);
                 }
