@@ -33,8 +33,8 @@ struct HzLine {
     rate_hz: f64,
     #[serde(flatten)]
     counts: FrameCounts,
-    /// Time from the instant at which a frame was due to the instant at which it was read.
-    latency_us: Percentiles,
+    /// Time from the instant at which a frame was due to the instant at which it was read; `None` without a frame.
+    latency_us: Option<Percentiles>,
 }
 
 pub(crate) fn run(args: &HzArgs) -> anyhow::Result<ExitCode> {
@@ -51,7 +51,8 @@ pub(crate) fn run(args: &HzArgs) -> anyhow::Result<ExitCode> {
         if elapsed_ns >= SECOND_NS {
             let counts = std::mem::take(&mut counts);
             let rate_hz = counts.frames as f64 * SECOND_NS as f64 / elapsed_ns as f64;
-            let line = HzLine { rate_hz, counts, latency_us: latency.percentiles() };
+            let latency_us = (counts.frames > 0).then(|| latency.percentiles());
+            let line = HzLine { rate_hz, counts, latency_us };
             print_report(args.format.format, &line, text(&line))?;
             (latency, begun_ns) = (LatencyHistogram::default(), begun_ns + elapsed_ns);
             left -= 1;
@@ -62,6 +63,6 @@ pub(crate) fn run(args: &HzArgs) -> anyhow::Result<ExitCode> {
 
 fn text(line: &HzLine) -> String {
     let HzLine { rate_hz, counts: FrameCounts { lost, restarts, .. }, latency_us } = line;
-    let latency = percentiles(*latency_us);
-    format!("{rate_hz:>9.1} Hz  lost {lost}  restarts {restarts}  latency {latency} \u{b5}s")
+    let latency = latency_us.map_or("unknown".to_owned(), |latency_us| percentiles(latency_us) + " \u{b5}s");
+    format!("{rate_hz:>9.1} Hz  lost {lost}  restarts {restarts}  latency {latency}")
 }

@@ -67,10 +67,14 @@ fn hz_prints_the_requested_number_of_lines_and_ends() {
         let has_frames = line["frames"].as_u64() > Some(0);
         assert_eq!(line["rate_hz"].as_f64() > Some(0.0), has_frames, "{line}");
         let latency = &line["latency_us"];
+        assert_eq!(latency.is_null(), !has_frames, "{line}");
+        if !has_frames {
+            continue;
+        }
         let percentiles: Vec<f64> =
             ["p50", "p99", "p999", "max"].iter().filter_map(|name| latency[name].as_f64()).collect();
         assert!(percentiles.len() == 4 && percentiles.is_sorted(), "{line}");
-        assert_eq!(percentiles[0] > 0.0, has_frames, "{line}");
+        assert!(percentiles[0] > 0.0, "{line}");
     }
     server.stop();
 }
@@ -87,6 +91,6 @@ fn hz_reports_a_restart_in_json_and_in_text() {
     assert_eq!(lines.last().map(|line| &line["restarts"]), Some(&Value::from(1)));
     hz.terminate().expect_clean();
     let text = stage.run(&["hz", "--seconds", "1"]).expect_clean().stdout;
-    assert!(text.contains(" Hz  lost ") && text.contains("restarts 0  latency p50 "), "{text}");
+    assert!(text.contains(" Hz  lost ") && text.contains("restarts 0  latency "), "{text}");
     server.stop();
 }

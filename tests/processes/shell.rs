@@ -8,8 +8,9 @@ use tempfile::TempDir;
 use test_support::process::Process;
 use test_support::skip::has_programs;
 
-use crate::stage::program;
+use crate::stage::{Stage, program};
 use crate::terminal::in_terminal;
+use crate::tmux::Tmux;
 
 const BINARY: &str = env!("CARGO_BIN_EXE_bench-dragon");
 
@@ -113,8 +114,19 @@ fn only_terminals_without_no_color_get_colours() {
 
 #[test]
 fn a_long_answer_shows_its_progress_on_a_terminal_only() {
-    let Some(shown) = in_terminal(&format!("{BINARY} solve turn --shortest"), &[]) else { return };
-    assert!(shown.contains(" %  shortest turn"), "{shown}");
+    if has_programs(&["tmux"]) {
+        let stage = Stage::new();
+        let config = stage.path("long.toml");
+        fs::write(&config, "[dragon]\nbenches = 2000\n").expect("the folder is writable");
+        let terminal = Tmux::open(&stage, "tmux-256color");
+        // This answer takes minutes.
+        let question = "solve sensitivity --steps 100 --work 1000000 --config";
+        terminal.type_text(&format!("clear; {BINARY} {question} {}", config.display()));
+        terminal.press("Enter");
+        terminal.until_shown(" %  answers");
+        terminal.press("C-c");
+        terminal.await_prompt();
+    }
     let piped = Process::start(program(&["solve", "turn", "--shortest"])).end().expect_clean();
-    assert!(piped.stdout.contains("least clearance"));
+    assert!(piped.stdout.contains("least clearance") && !piped.stderr.contains(" % "), "{}", piped.stderr);
 }

@@ -67,15 +67,15 @@ fn judge_plan(config: &Config, from_s: f64, end_s: f64) -> Finding {
         config.timetable().time_s(proven.end_m())
     };
     let stop_s = (stop_s * 1e3).floor() / 1e3;
-    Finding::warning(
-        format!("{} s", Fixed::<3>(stop_s)),
-        format!(
-            "a guard with a margin of {margin} stops the show at {} s of {} s",
-            Fixed::<3>(stop_s),
-            Fixed::<1>(end_s)
-        ),
-        "`bench-dragon solve contact --config FILE` says what is there; end the show before, or change the plan",
-    )
+    let (stop, end) = (Fixed::<3>(stop_s), Fixed::<1>(end_s));
+    let message = format!("a guard with a margin of {margin} stops the show where the plan is at {stop} s of {end} s");
+    let remedy =
+        "`bench-dragon solve contact --config FILE` says what is there; end the show before, or change the plan";
+    if config.tables().monitor.guard {
+        Finding::problem(format!("{stop} s"), message, remedy)
+    } else {
+        Finding::warning(format!("{stop} s"), message, remedy)
+    }
 }
 
 fn words(config: &Config, violation: Violation) -> String {
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plan_is_ok_up_to_an_end_before_the_margin_and_a_warning_beyond_it() {
+    fn a_plan_is_ok_up_to_an_end_before_the_margin_and_a_warning_beyond_it_or_with_a_guard_a_problem() {
         let judged = |config: &Config| judge_plan(config, config.start_s(), config.end_s());
         let short = judged(&config("[route]\nend_s = 400.0\n"));
         assert_eq!((short.status, short.value.as_str()), (Verdict::Ok, "400.0 s"), "{short:?}");
@@ -203,6 +203,8 @@ mod tests {
         assert_eq!((until.status, until.value.as_str()), (Verdict::Ok, "300.0 s"), "{until:?}");
         let whole = judged(&config(""));
         assert_eq!(whole.status, Verdict::Warning, "{whole:?}");
+        let guarded = judged(&config("[monitor]\nguard = true\n"));
+        assert_eq!((guarded.status, &guarded.value), (Verdict::Problem, &whole.value));
         let stop_s: f64 = whole.value.trim_end_matches(" s").parse().expect("a number");
         assert!((400.0..412.474).contains(&stop_s), "{whole:?}");
     }
