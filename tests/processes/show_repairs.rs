@@ -1,6 +1,6 @@
 //! Unfinished recordings of killed recorders: a show finishes them, and does not wait for them.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::thread;
@@ -93,7 +93,9 @@ fn a_playing_show_finishes_the_recording_of_an_earlier_one() {
 fn an_earlier_recording_that_another_process_has_open_is_finished_once_it_is_closed() {
     let stage = Stage::new();
     let open = leave_unfinished(&stage, "show-earlier-1");
-    let closed = leave_unfinished(&stage, "show-earlier-2");
+    let closed = stage.path("show-earlier-2/recording.mcap");
+    fs::create_dir(stage.path("show-earlier-2")).expect("the folder is writable");
+    fs::copy(&open, &closed).expect("the folder is writable");
     let is_open = File::open(&open).expect("the recording");
     let show = stage.start(&[&CALM[..], &["json", "--out", "out"]].concat());
     // The show looks through the folders in the order of their names.
