@@ -208,7 +208,7 @@ fn borders(dragon: &Dragon, star_of: &(Vec<f64>, f64, bool)) -> Option<Vec<Borde
     ])
 }
 
-/// What the samples of a run have of a border.
+/// The distances of the boards from a border at the samples of a run.
 struct Sampled {
     /// The least distance of all boards.
     least_m: f64,

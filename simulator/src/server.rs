@@ -54,7 +54,7 @@ pub(crate) struct Decided {
     pub(crate) reply: Option<CommandReply>,
 }
 
-/// What one tick did.
+/// The results of one tick.
 #[derive(Debug)]
 pub(crate) struct Ticked<'a> {
     pub(crate) header: FrameHeader,

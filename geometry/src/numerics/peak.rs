@@ -19,10 +19,10 @@ pub(crate) struct Peak {
 /// Finds the maximum of a function with one peak on an interval, ends included.
 ///
 /// Brent's method (Brent 1973, Algorithms for Minimization without Derivatives, chapter 5): a parabola through the best three
-/// points, or golden section where the parabola does not help. Golden section takes longest towards a peak at an end, so the
-/// interval is first shortened to the part at its higher end, as often as the function falls from there. The argument is exact to `tolerance`, or to the square root of
-/// rounding at a smooth peak. The value is then exact to rounding. For a function with several peaks, the result is one of
-/// them, and at least the value at either end.
+/// points, or golden section where the parabola does not help. Golden section takes longest towards a peak at an end. So the
+/// interval is first shortened to the part at its higher end, as long as the function falls from there. The argument is exact to
+/// `tolerance`, or to the square root of rounding at a smooth peak. The value is then exact to rounding. For a function with
+/// several peaks, the result is one of them, and at least the value at either end.
 pub(crate) fn peak(low: f64, high: f64, tolerance: f64, mut function: impl FnMut(f64) -> f64) -> Peak {
     let mut evaluate = |at| Peak { at, value: function(at) };
     let ends = [evaluate(low), evaluate(high)];

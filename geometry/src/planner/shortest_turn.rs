@@ -260,7 +260,8 @@ impl Search<'_> {
         Ok((low? * high?).sqrt())
     }
 
-    /// A ratio at which the dragon passes an S that begins at this radius. It is one of `ratios`, or lies between them. `excess_m` is the remaining bracket of the radius.
+    /// A ratio at which the dragon passes an S that begins at this radius. It is one of `ratios`, or lies between them.
+    /// `excess_m` is the remaining bracket of the radius.
     pub(super) fn clear_ratio(&self, radius_m: f64, excess_m: f64, ratios: &[f64]) -> Result<Option<f64>, Spent> {
         let trials = self.on_all(ratios.len(), |i, meter| self.trial(meter, radius_m, ratios[i]))?;
         if let Some(clear) = trials.iter().find(|trial| trial.obstacle.is_none()) {
