@@ -42,7 +42,8 @@ pub(crate) fn measure(setting: &Setting) -> TimeHistogram {
     let mut summary = String::new();
     stdout.read_to_string(&mut summary).expect("a pipe of text");
     let Ok(ServeLine::Summary(summary)) = serde_json::from_str(&summary) else { panic!("{summary}") };
-    assert_eq!((summary.frames, last.lateness.count()), (TICKS, TICKS), "every tick is counted");
+    assert_eq!(last.lateness.count(), summary.frames, "every tick is counted");
+    assert!(summary.frames + last.overruns >= TICKS, "{} frames and {} missed periods", summary.frames, last.overruns);
     last.lateness
 }
 

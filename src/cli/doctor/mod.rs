@@ -8,14 +8,15 @@
 //! | `logout` | systemd's removal of shared memory |
 //! | `real_time` | real-time priority and throttling |
 //! | `machine` | versions, processor governor and idle states, clock source, timers |
-//! | `tonight` | with `--tonight`: plan, room for the recording, ports, desks |
+//! | `tonight` | with `--tonight`: the configuration of the show that runs, plan, room for the recording, ports, desks |
 //! | `page`, `timecode` | with `--tonight`: whether browsers reach the pages, and whether timecode arrives |
 //!
 //! `finding` has what a check returns, `sheet` the check sheet in the show's folder.
 //!
 //! Each check reads its facts and judges them in a pure function. The checks change nothing and do not disturb a running show:
-//! they take no lock and join no bus. There is one exception: if a server runs without a guard, or with timecode, a check reads the
-//! server's status, like any client. The check of the real-time priority requests it in a separate thread, which ends at once.
+//! they take no lock and join no bus. There is one exception: if a server runs without a guard, with timecode, or with
+//! `--tonight`, a check reads the server's status or its description, like any client. The check of the real-time priority requests it
+//! in a separate thread, which ends at once.
 
 use std::io;
 use std::net::SocketAddr;
@@ -66,7 +67,7 @@ pub(crate) struct DoctorArgs {
     /// Before the checks, remove files and entries of the instance that no living process owns.
     #[arg(long)]
     pub(crate) fix: bool,
-    /// Also check what the show of the configuration needs: a plan that a guard can prove to its end, room for the recording, free
+    /// Also check whether a show that runs plays this configuration, and what it needs: a plan that a guard can prove to its end, room for the recording, free
     /// ports, a way to each desk of `[[show.also]]`, pages that browsers reach, and timecode that arrives.
     #[arg(long)]
     pub(crate) tonight: bool,

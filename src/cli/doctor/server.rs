@@ -5,14 +5,18 @@ use std::thread;
 use std::time::Duration;
 
 use bench_dragon_ipc::guard::GuardLock;
-use bench_dragon_ipc::{Census, Domain, GuardState, NodeEntry, Status, StatusReader};
+use bench_dragon_ipc::{
+    BusError, Census, Description, DescriptionReader, Domain, GuardState, NodeEntry, Status, StatusReader,
+};
 
 use super::{Finding, Target};
 
-/// Number of looks for the status of a server. The server sends its status ten times a second.
+/// Number of looks for what a server sends. It sends its status ten times a second.
 const LOOKS: u32 = 50;
 /// Time between two looks.
 const LOOK_PERIOD: Duration = Duration::from_millis(20);
+/// Greatest number of clients that are named.
+const MOST_NAMED: usize = 8;
 
 /// The server and its clients.
 pub(super) fn server(target: &Target) -> Finding {
@@ -66,14 +70,19 @@ fn judge_server(census: &Census, was_replaced: bool) -> Finding {
     Finding::ok(value, message)
 }
 
-/// The clients by name and process id.
+/// The clients by name and process id: the first ones, and the number of the others.
 fn clients(census: &Census) -> String {
     let name = |node: &NodeEntry| match node.pid {
         Some(pid) => format!("{} ({pid})", node.name),
         None => node.name.clone(),
     };
     let is_client = |node: &&NodeEntry| node.pid.is_none() || node.pid != census.source;
-    census.living.iter().filter(is_client).map(name).collect::<Vec<_>>().join(", ")
+    let clients: Vec<String> = census.living.iter().filter(is_client).map(name).collect();
+    let named = clients[..clients.len().min(MOST_NAMED)].join(", ");
+    match clients.len().saturating_sub(MOST_NAMED) {
+        0 => named,
+        others => format!("{named}, and {others} more"),
+    }
 }
 
 /// Whether a guarded server has a guard.
@@ -90,19 +99,30 @@ pub(super) fn guard(target: &Target) -> Finding {
 /// The status of the server that runs. Reading it joins the bus, which removes leftovers. The doctor must change nothing, so it
 /// reads the status only if there are no leftovers.
 pub(super) fn status_of(target: &Target) -> Option<Status> {
-    let is_clean = |census: &Census| census.has_source && census.dead.is_empty() && census.half_made.is_empty();
-    target.census.as_ref().ok().filter(|census| is_clean(census))?;
-    status(&Domain::new(target.instance.clone()).ok()?)
+    let reader = StatusReader::open(&bus_of(target)?, "doctor").ok()?;
+    awaited(|| reader.poll())
 }
 
-/// Waits for the status of a domain's server, up to a second. `None` if it sends none.
-fn status(domain: &Domain) -> Option<Status> {
-    let reader = StatusReader::open(&domain.clone().for_operators(), "doctor").ok()?;
+/// The description of the server that runs: read as its status is.
+pub(super) fn description_of(target: &Target) -> Option<Description> {
+    let reader = DescriptionReader::open(&bus_of(target)?, "doctor").ok()?;
+    awaited(|| reader.poll())
+}
+
+/// The bus of a server that runs; `None` if joining it would remove leftovers.
+fn bus_of(target: &Target) -> Option<Domain> {
+    let is_clean = |census: &Census| census.has_source && census.dead.is_empty() && census.half_made.is_empty();
+    target.census.as_ref().ok().filter(|census| is_clean(census))?;
+    Some(Domain::new(target.instance.clone()).ok()?.for_operators())
+}
+
+/// Waits for what the server sends, up to a second. `None` if it sends nothing.
+fn awaited<T>(poll: impl Fn() -> Result<Option<T>, BusError>) -> Option<T> {
     (0..LOOKS).find_map(|look| {
         if look > 0 {
             thread::sleep(LOOK_PERIOD);
         }
-        reader.poll().ok().flatten()
+        poll().ok().flatten()
     })
 }
 
@@ -146,6 +166,9 @@ mod tests {
         let census = Census { source: Some(7), has_source: true, living, ..Census::default() };
         assert_eq!(judge_server(&census, false), Finding::ok("pid 7", "pid 7; monitor (8)"));
         assert_eq!(judge_server(&census, true).status, Verdict::Warning);
+        let crowd = Census { living: (0..20).map(|pid| node("hz", 100 + pid)).collect(), ..census };
+        let message = judge_server(&crowd, false).message;
+        assert!(message.ends_with("hz (107), and 12 more"), "{message}");
     }
 
     #[test]

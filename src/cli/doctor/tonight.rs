@@ -2,11 +2,14 @@
 //! its recording, free ports for it and the commands beside it, and a way to each desk.
 
 use std::fs::File;
+use std::io::ErrorKind;
+use std::iter;
 
 use bench_dragon_geometry::clearance::{ProvenCourse, Violation};
 use bench_dragon_geometry::number::Fixed;
 
 use super::resources::existing;
+use super::server::description_of;
 use super::{Check, Finding, Target, page, timecode};
 use crate::cli::endpoint::{Endpoint, Transport};
 use crate::cli::show::AlsoCommand;
@@ -16,6 +19,7 @@ use crate::source::timecode::TimecodeInput;
 
 /// The checks, in the order of the report.
 pub(super) const CHECKS: &[(&str, Check)] = &[
+    ("configuration", configuration),
     ("plan", |target| judge_plan(&target.config, target.from_s, target.until_s)),
     ("room for the show", room),
     ("ports", |target| {
@@ -34,6 +38,36 @@ pub(super) const CHECKS: &[(&str, Check)] = &[
 const HANDLES_AT_A_TIME: usize = 1_000_000;
 /// Share of the disk's room that a recording should leave free.
 const SPARE: f64 = 1.25;
+
+/// Whether the show that runs plays this configuration.
+fn configuration(target: &Target) -> Finding {
+    if !target.has_server() {
+        return Finding::ok("none", "no show runs yet");
+    }
+    match description_of(target) {
+        Some(description) => judge_configuration(&description.toml, &target.config.to_toml()),
+        None => Finding::not_known("the server sends no description, or leftovers prevent the check"),
+    }
+}
+
+/// Compares the configuration that is played with the one of the checks, both with all their keys.
+fn judge_configuration(played: &str, checked: &str) -> Finding {
+    if played == checked {
+        return Finding::ok("the same", "the show that runs plays this configuration");
+    }
+    let pairs = played.lines().chain(iter::repeat("nothing")).zip(checked.lines().chain(iter::repeat("nothing")));
+    let lines = played.lines().count().max(checked.lines().count());
+    let (theirs, ours) = pairs.take(lines).find(|(theirs, ours)| theirs != ours).unwrap_or_default();
+    Finding::problem(
+        "another",
+        format!(
+            "the show that runs plays another configuration: the first line that differs is `{}` there, `{}` here",
+            theirs.escape_debug(),
+            ours.escape_debug()
+        ),
+        "give --tonight the configuration and the flags of the show, or end the show and start this one",
+    )
+}
 
 /// Whether the guard can let the show walk to its end.
 fn judge_plan(config: &Config, from_s: f64, end_s: f64) -> Finding {
@@ -101,8 +135,15 @@ fn room(target: &Target) -> Finding {
     };
     let serve = &config.tables().serve;
     let wall_s = (until_s - from_s) / serve.time_scale;
-    let needed = walking_bytes_per_s(config.formation().layout(), serve.rate_hz) * wall_s * SPARE;
-    let message = format!("the run of {} min needs some {}", Fixed::<1>(wall_s / 60.0), Size(needed as u64));
+    let bytes_per_s = walking_bytes_per_s(config.formation().layout(), serve.rate_hz) * SPARE;
+    let needed = bytes_per_s * wall_s;
+    let waits = if config.waits_m().is_empty() {
+        String::new()
+    } else {
+        // Frames of a dragon that stands compress ten times as well, so this is enough.
+        format!(", each hour of waiting for GO at most {}", Size((bytes_per_s * 3600.0) as u64))
+    };
+    let message = format!("the run of {} min needs some {}{waits}", Fixed::<1>(wall_s / 60.0), Size(needed as u64));
     let value = format!("{} free", Size(free_bytes));
     if (free_bytes as f64) < needed {
         let remedy = "free some space, record elsewhere, or limit the recording: `record FILE --max-total-mb MB`";
@@ -138,7 +179,14 @@ fn ports(listens: &[(&str, Endpoint)]) -> Finding {
         Some((name, end, error)) => {
             let (address, transport) = (end.address(), end.transport());
             let message = format!("{name} cannot listen on {address} ({transport}): {error}");
-            Finding::problem(address.to_string(), message, "end the program that has the port, or choose another port")
+            let remedy = match error.kind() {
+                ErrorKind::AddrNotAvailable => {
+                    "plug in the network, or choose another address: 0.0.0.0 is all of this machine's"
+                }
+                ErrorKind::PermissionDenied => "choose a port from 1024 on, which needs no right",
+                _ => "end the program that has the port, or choose another port",
+            };
+            Finding::problem(address.to_string(), message, remedy)
         }
         None if listens.is_empty() => Finding::ok("none", "no process of the show listens"),
         None => {
@@ -228,6 +276,22 @@ mod tests {
         let finding = listens(&[format!("bridge osc --listen {udp} --allow 127.0.0.1")]);
         assert_eq!((finding.status, finding.message), (Verdict::Ok, format!("free: {udp} (UDP) for bridge osc")));
         assert_eq!(ports(&[]).status, Verdict::Ok);
+        // Of the addresses for documentation (RFC 5737), which no machine has.
+        let foreign = listens(&["metrics --listen 192.0.2.1:9184".to_owned()]);
+        assert_eq!(foreign.status, Verdict::Problem);
+        let remedy = "plug in the network, or choose another address: 0.0.0.0 is all of this machine's";
+        assert_eq!(foreign.remedy.as_deref(), Some(remedy));
+    }
+
+    #[test]
+    fn a_show_that_plays_another_configuration_is_a_problem_that_names_the_first_difference() {
+        let [slow, quick] = ["", "[serve]\nrate_hz = 50\n"].map(|toml| config(toml).to_toml());
+        assert_eq!(judge_configuration(&slow, &slow).status, Verdict::Ok);
+        let other = judge_configuration(&slow, &quick);
+        assert_eq!(other.status, Verdict::Problem);
+        assert!(other.message.ends_with("`rate_hz = 1000` there, `rate_hz = 50` here"), "{}", other.message);
+        let shorter = judge_configuration("a = 1\nb = 2\n", "a = 1\n");
+        assert!(shorter.message.ends_with("`b = 2` there, `nothing` here"), "{}", shorter.message);
     }
 
     #[test]

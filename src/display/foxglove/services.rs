@@ -8,7 +8,7 @@ use super::messages::json_message;
 use super::requests::ServiceCall;
 use crate::command_queue::Outcome;
 use crate::config::Cue;
-use crate::display::view::read_command;
+use crate::display::view::{read_command, shown};
 
 /// A value that a command needs: its key, and its type in JSON.
 type Needs = Option<(&'static str, &'static str)>;
@@ -55,7 +55,7 @@ fn form(name: &str, properties: &Value) -> Value {
 
 /// Reads the command of a call, or returns the reason for which it is none. `cues` are those of the show.
 pub(super) fn command_of(call: &ServiceCall<'_>, cues: &[Cue]) -> Result<Request, String> {
-    let Some((name, _)) = COMMANDS.get(call.service as usize) else {
+    let Some((name, needs)) = COMMANDS.get(call.service as usize) else {
         return Err(format!("there is no service with the number {}", call.service));
     };
     if call.encoding != b"json" {
@@ -63,8 +63,19 @@ pub(super) fn command_of(call: &ServiceCall<'_>, cues: &[Cue]) -> Result<Request
     }
     let mut request: Map<String, Value> = serde_json::from_slice(call.request)
         .map_err(|error| format!("the request must be an object of JSON: {error}"))?;
+    if !has_form(&request, needs) {
+        let form = needs.map_or("{}".to_owned(), |(key, kind)| format!("{{{key:?}: {kind}}}"));
+        return Err(format!("the request is {}, must be {form}", shown(call.request)));
+    }
     request.insert("command".to_owned(), (*name).into());
     read_command(Value::Object(request).to_string().as_bytes(), cues)
+}
+
+/// Whether a request has what its command needs, and nothing else.
+fn has_form(request: &Map<String, Value>, needs: &Needs) -> bool {
+    let Some((key, kind)) = needs else { return request.is_empty() };
+    let is_of_kind = |value: &Value| if *kind == "number" { value.is_number() } else { value.is_string() };
+    request.len() == 1 && request.get(*key).is_some_and(is_of_kind)
 }
 
 /// The response to a command.
@@ -97,8 +108,10 @@ mod tests {
             (10, &b"json"[..], "{}", "there is no service with the number 10"),
             (0, b"cdr", "{}", "the encoding is \"cdr\", must be json"),
             (0, b"json", "[]", "the request must be an object of JSON: "),
-            (5, b"json", "{}", "the body is "),
-            (0, b"json", r#"{"value":1}"#, "the body is "),
+            (5, b"json", "{}", r#"the request is {}, must be {"value": number}"#),
+            (5, b"json", r#"{"value":"1"}"#, r#"the request is {"value":"1"}, must be {"value": number}"#),
+            (8, b"json", r#"{"value":1}"#, r#"the request is {"value":1}, must be {"name": string}"#),
+            (0, b"json", r#"{"value":1}"#, r#"the request is {"value":1}, must be {}"#),
         ] {
             let error = read(service, encoding, request).expect_err(reason);
             assert!(error.starts_with(reason), "{error}");

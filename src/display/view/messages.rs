@@ -316,16 +316,21 @@ pub(super) fn refusal_message(reason: &str) -> Value {
 /// Longest part of a body that an error repeats, in characters.
 const SHOWN_CHARS: usize = 80;
 
-/// The reason for which a body is no command.
-fn invalid_command(body: &[u8]) -> String {
+/// A body as an error shows it: its beginning.
+pub(in crate::display) fn shown(body: &[u8]) -> String {
     let text = String::from_utf8_lossy(body);
     let plain = |char: char| if char.is_control() { ' ' } else { char };
     let shown: String = text.trim().chars().take(SHOWN_CHARS).map(plain).collect();
-    let what = match text.trim().chars().count() {
+    match text.trim().chars().count() {
         0 => "empty".to_owned(),
         1..=SHOWN_CHARS => shown,
         _ => shown + "…",
-    };
+    }
+}
+
+/// The reason for which a body is no command.
+fn invalid_command(body: &[u8]) -> String {
+    let what = shown(body);
     format!(
         r#"the body is {what}, must be {{"command":"pause"}}, resume, hold, release, go or stop alone, speed, seek or pace with a number as "value", or cue with a text as "name""#
     )

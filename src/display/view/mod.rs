@@ -42,7 +42,7 @@ use super::observe::Snapshot;
 use super::web::{Gate, Rights, add_page_file, is_json, judge_token, refuse};
 use crate::command_queue::{CommandQueue, HOLD_PATIENCE, Outcome};
 
-pub(super) use self::messages::{read_command, run_message};
+pub(super) use self::messages::{read_command, run_message, shown};
 pub use self::outcome::ShowOutcome;
 pub use self::viewers::MAX_VIEWERS;
 pub(super) use self::viewers::{Place, Viewers};
