@@ -96,7 +96,7 @@ fn common_name(names: &[&str]) -> String {
     let shortest = *names.iter().min_by_key(|name| name.len()).expect("a process has a name");
     let starts = |words: &&str| names.iter().all(|name| name.strip_prefix(words).is_some_and(is_end_of_word));
     let ends = shortest.match_indices('-').map(|(end, _)| end).chain([shortest.len()]);
-    let common = ends.map(|end| &shortest[..end]).filter(starts).last();
+    let common = ends.map(|end| &shortest[..end]).rfind(starts);
     common.unwrap_or(shortest).to_owned()
 }
 
