@@ -43,6 +43,8 @@ const STEPS_PER_RANGE: u64 = 20;
 /// Offsets of a cell that the search examines in the time of one step.
 const OFFSETS_PER_STEP: u64 = 8;
 
+/// Shortest interval of the front pole of a rear bench, in lengths of the play.
+const FINEST_PER_PLAY: f64 = 0.5;
 /// Shortest cell, in metres.
 const RESOLUTION_M: f64 = 1e-3;
 
@@ -371,14 +373,16 @@ impl PlaySearch {
     }
 
     /// Whether no place of a front bench's board comes within the clearance of a bench with its two poles in these intervals. The
-    /// interval of its front pole is halved down to the length of the cell of the front bench, or to the play.
+    /// interval of its front pole is halved down to the length of the cell of the front bench, or to half of the play.
     fn stays_clear(&self, front: &BoardRange, bench: usize, poles: &[PoleRange], cell_m: f64) -> bool {
         self.dragon.meter().add(STEPS_PER_RANGE);
         let [pole, next] = poles else { return false };
         if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, next), self.clearance_m) {
             return true;
         }
-        if pole.length_m <= cell_m.max(self.dragon.dimensions().play_m()) || self.dragon.meter().is_spent() {
+        if pole.length_m <= cell_m.max(self.dragon.dimensions().play_m() * FINEST_PER_PLAY)
+            || self.dragon.meter().is_spent()
+        {
             return false;
         }
         let halves = PoleRange::halves(poles, &self.dragon, bench);
