@@ -3,8 +3,8 @@
 use bench_dragon::config::Config;
 use bench_dragon::safety::forecast::Forecast;
 use bench_dragon::safety::monitor::Monitor;
-use bench_dragon::source::server::Simulation;
 use bench_dragon::source::server::motion::{MotionPlan, MotionSettings};
+use bench_dragon::source::server::{ServerSettings, Simulation};
 use bench_dragon_ipc::{Alert, AlertKind, FrameHeader, HandleState, Request};
 
 const FIRST_CONTACT_S: f64 = 412.473_837_682;
@@ -104,6 +104,27 @@ fn a_contact_that_begins_and_ends_within_one_step_is_reported() {
     let parted = rehearsal.told(AlertKind::Parted);
     assert_eq!(parted.first().map(|(_, pair)| *pair), Some([0, 8]), "{parted:?}");
     rehearsal.assert_first_contact("steps of a whole second");
+}
+
+#[test]
+fn every_frame_of_one_dragon_with_cues_is_swept() {
+    let cues = "[[cues]]\nname = \"applause\"\nat_s = 100.0\nspeed_mps = 1.0\nwait = true\n";
+    let config = Config::from_toml(&format!("{cues}[serve]\ntime_scale = 1000.0\n")).expect("a cue at 100 s");
+    assert!(config.formation().has_plan_course());
+    let start = ServerSettings::planned_start(&config, 412.0);
+    let mut rehearsal = Rehearsal::new(1000.0, 412.0);
+    rehearsal.simulation = Simulation::of_run(&config, &start, 1).expect("a sound start");
+    rehearsal.monitor = Monitor::new(&config);
+    for tick in 0..5 {
+        rehearsal.simulation.tick(0, &mut ());
+        let header = rehearsal.simulation.header(1, tick, 0);
+        rehearsal.simulation.write(&mut rehearsal.handles);
+        rehearsal.monitor.observe(&header, &rehearsal.handles, None).expect("222 pairs are not neighbours");
+        rehearsal.alerts.extend_from_slice(rehearsal.monitor.alerts());
+    }
+    assert_eq!(rehearsal.monitor.unswept, 0);
+    assert_eq!(rehearsal.told(AlertKind::Parted).first().map(|(_, pair)| *pair), Some([0, 8]));
+    rehearsal.assert_first_contact("in a plan with a cue");
 }
 
 #[test]

@@ -76,6 +76,8 @@ pub(crate) struct Findings {
     pub(crate) alerts: Vec<Alert>,
     /// Frames that differ from the reference solver.
     pub(crate) faults: u64,
+    /// Frames up to which the monitor has not swept all travel.
+    pub(crate) unswept: u64,
     /// The frames of an unguarded show.
     pub(crate) read: Vec<ReadFrame>,
     pub(crate) report: Option<ReaderReport>,
@@ -167,7 +169,9 @@ impl<'a> Watched<'a> {
 
     fn take(&mut self, frame: Rc<BusFrame>, findings: &mut Findings) {
         let BusFrame { header, handles, is_sought } = &*frame;
+        let unswept = self.monitor.unswept;
         let nearest = self.monitor.observe(header, handles, None);
+        findings.unswept += self.monitor.unswept - unswept;
         findings.alerts.extend_from_slice(self.monitor.alerts());
         self.has_reported |= self.monitor.alerts().iter().any(|alert| alert.alert_kind() == Some(AlertKind::Contact));
         let last = self.last.replace(*header);

@@ -14,7 +14,7 @@ pub struct CourseSearch {
     formation: Formation,
     clearance_m: f64,
     within: Vec<ContactSearch>,
-    /// The search between dragons; `None` for a course that is a travel.
+    /// The search between dragons, of which there may be one; `None` for a course that is a travel.
     between: Option<BetweenSearch>,
     /// Place at which the last search for the first contact ended without one.
     searched_to_m: Option<f64>,

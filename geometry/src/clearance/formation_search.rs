@@ -192,9 +192,14 @@ impl BetweenSearch {
         }
     }
 
+    /// Whether there are two dragons or more.
+    fn has_pairs(&self) -> bool {
+        self.formation.dragons().len() > 1
+    }
+
     /// The first contact between two plan times, at the first of which no boards touch.
     pub(super) fn first(&mut self, from_s: f64, to_s: f64) -> Result<Option<Meeting>, Unfinished> {
-        if self.formation.dragons().len() < 2 || from_s > to_s {
+        if !self.has_pairs() || from_s > to_s {
             return Ok(None);
         }
         self.earlier.place(&self.formation, from_s);
@@ -222,6 +227,9 @@ impl BetweenSearch {
         known: impl Fn(usize) -> Option<&'a Pose>,
         events: &mut Vec<PairEvent>,
     ) -> f64 {
+        if !self.has_pairs() {
+            return to_s;
+        }
         self.earlier.place(&self.formation, from_s);
         while self.earlier.time_s < to_s {
             let next_s = self.formation.stride_end_s(self.earlier.time_s, STRIDE_LINKS).min(to_s);

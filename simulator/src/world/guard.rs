@@ -42,7 +42,7 @@ impl<'a> World<'a> {
     pub(super) fn read_frames(&mut self, life: u64) {
         let scenario = self.scenario;
         let Some(guard) = self.guard_at(life, Event::Frames(life)) else { return };
-        let Findings { faults, alerts, read, report } = guard.read(scenario);
+        let Findings { faults, alerts, unswept, read, report } = guard.read(scenario);
         self.watch.monitored_ns = self.now_ns;
         self.watch.take_report(report);
         self.watch.alerts.extend_from_slice(&alerts);
@@ -56,6 +56,9 @@ impl<'a> World<'a> {
         let is_late = read.iter().any(|read| read.is_reported_late);
         self.promises.require(Promise::ContactIsReported, self.now_ns, !is_late, || {
             "a contact is reported where the boards overlap, and not where they touch".to_owned()
+        });
+        self.promises.require(Promise::ContactIsReported, self.now_ns, unswept == 0, || {
+            format!("{unswept} frames are not swept, of a dragon whose sweep needs little work")
         });
         self.promises
             .require(Promise::NoFalseFault, self.now_ns, faults == 0, || "a frame is called faulty".to_owned());

@@ -1,5 +1,6 @@
 //! Checks of the running show: the server, its clients, and the guard.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::thread;
 use std::time::Duration;
@@ -70,19 +71,37 @@ fn judge_server(census: &Census, was_replaced: bool) -> Finding {
     Finding::ok(value, message)
 }
 
-/// The clients by name and process id: the first ones, and the number of the others.
+/// The clients, a name for each process: the first ones, and the number of the others.
 fn clients(census: &Census) -> String {
-    let name = |node: &NodeEntry| match node.pid {
-        Some(pid) => format!("{} ({pid})", node.name),
-        None => node.name.clone(),
-    };
-    let is_client = |node: &&NodeEntry| node.pid.is_none() || node.pid != census.source;
-    let clients: Vec<String> = census.living.iter().filter(is_client).map(name).collect();
+    let mut of_processes: BTreeMap<u32, Vec<&str>> = BTreeMap::new();
+    let mut elsewhere = Vec::new();
+    for NodeEntry { name, pid } in &census.living {
+        match pid {
+            Some(pid) if census.source == Some(*pid) => {}
+            Some(pid) => of_processes.entry(*pid).or_default().push(name),
+            None => elsewhere.push(name.clone()),
+        }
+    }
+    let of_process = |(pid, names): (u32, Vec<&str>)| format!("{} ({pid})", common_name(&names));
+    let clients: Vec<String> = of_processes.into_iter().map(of_process).chain(elsewhere).collect();
     let named = clients[..clients.len().min(MOST_NAMED)].join(", ");
     match clients.len().saturating_sub(MOST_NAMED) {
         0 => named,
         others => format!("{named}, and {others} more"),
     }
+}
+
+/// The words with which all names begin, as `view` of `view-events` and `view-status`; without such a word the shortest name.
+fn common_name(names: &[&str]) -> String {
+    let shortest = *names.iter().min_by_key(|name| name.len()).expect("a process has a name");
+    let starts = |words: &&str| names.iter().all(|name| name.strip_prefix(words).is_some_and(is_end_of_word));
+    let ends = shortest.match_indices('-').map(|(end, _)| end).chain([shortest.len()]);
+    let common = ends.map(|end| &shortest[..end]).rfind(starts);
+    common.unwrap_or(shortest).to_owned()
+}
+
+fn is_end_of_word(rest: &str) -> bool {
+    rest.is_empty() || rest.starts_with('-')
 }
 
 /// Whether a guarded server has a guard.
@@ -169,6 +188,21 @@ mod tests {
         let crowd = Census { living: (0..20).map(|pid| node("hz", 100 + pid)).collect(), ..census };
         let message = judge_server(&crowd, false).message;
         assert!(message.ends_with("hz (107), and 12 more"), "{message}");
+    }
+
+    #[test]
+    fn a_process_with_several_names_is_one_client() {
+        for (names, expected) in [
+            (&["view-events", "view-status"][..], "view"),
+            (&["my-reader"], "my-reader"),
+            (&["my-reader", "my-reader-status"], "my-reader"),
+            (&["guard-status", "monitor", "guard", "monitor-status"], "guard"),
+            (&["bridge-psn", "bridge-p"], "bridge"),
+        ] {
+            let living = names.iter().map(|name| node(name, 8)).collect();
+            let census = Census { source: Some(7), has_source: true, living, ..Census::default() };
+            assert_eq!(judge_server(&census, false).message, format!("pid 7; {expected} (8)"));
+        }
     }
 
     #[test]
