@@ -46,6 +46,7 @@ use glam::DVec2;
 use super::pole_range::PoleRange;
 use crate::clearance::link_motion::HeadingMotion;
 use crate::dragon::Dragon;
+use crate::dragon::Meter;
 use crate::dragon::board::Board;
 use crate::numerics::peak;
 
@@ -54,6 +55,8 @@ const MOST_TENSION: f64 = 1.0;
 const TENSION_TOLERANCE: f64 = 0.2;
 /// Widest overlap without tension, in lengths of the play, for which a tension is searched.
 const MOST_GAIN_PLAYS: f64 = 3.0;
+/// Tensions of two boards that are searched in the time of one bound, in steps of work.
+const STEPS_PER_TENSION: u64 = 40;
 
 /// The places of a bench's board.
 #[derive(Clone, Copy, Debug)]
@@ -110,8 +113,9 @@ impl BoardRange {
     }
 
     /// Whether every place of this board is more than `clearance_m` from every place of the other one, by the gaps in a few
-    /// directions. Only those are examined in which the boards without play have such a gap.
-    pub(super) fn is_beyond(&self, other: &Self, clearance_m: f64) -> bool {
+    /// directions. Only those are examined in which the boards without play have such a gap. With a meter, tensions are searched, and
+    /// counted there.
+    pub(super) fn is_beyond(&self, other: &Self, clearance_m: f64, tension: Option<&Meter>) -> bool {
         let [ours, theirs] = [self, other].map(|range| range.boards[1]);
         let approach = ours.approach(&theirs);
         if approach.clearance_m <= clearance_m {
@@ -122,23 +126,25 @@ impl BoardRange {
         let is_open =
             |axis: &DVec2| axis.dot(apart) - ours.half_extent_m(*axis) - theirs.half_extent_m(*axis) > clearance_m;
         let axes = axes.map(|axis| if axis.dot(apart) < 0.0 { -axis } else { axis }).into_iter().filter(is_open);
-        std::iter::once(approach.direction).chain(axes).any(|axis| self.is_open(other, axis, clearance_m))
+        std::iter::once(approach.direction).chain(axes).any(|axis| self.is_open(other, axis, clearance_m, tension))
     }
 
     /// Whether the gap from this board to the other one in a direction, a lower bound on their clearance, is above `clearance_m`.
-    fn is_open(&self, other: &Self, direction: DVec2, clearance_m: f64) -> bool {
+    fn is_open(&self, other: &Self, direction: DVec2, clearance_m: f64, tension: Option<&Meter>) -> bool {
         let gap_m = -other.extent_m(-direction, 0.0) - self.extent_m(direction, 0.0);
+        let Some(meter) = tension.filter(|_| gap_m <= clearance_m && self.pitched_m.is_none()) else {
+            return gap_m > clearance_m;
+        };
         // Tension gains little more than the play across, so it cannot open a wide overlap.
-        gap_m > clearance_m
-            || (gap_m > clearance_m - MOST_GAIN_PLAYS * self.play_m.max(other.play_m)
-                && -other.least_extent_m(-direction) - self.least_extent_m(direction) > clearance_m)
+        if gap_m <= clearance_m - MOST_GAIN_PLAYS * self.play_m.max(other.play_m) {
+            return false;
+        }
+        meter.add(STEPS_PER_TENSION);
+        -other.least_extent_m(-direction) - self.least_extent_m(direction) > clearance_m
     }
 
     /// The least bound on how far the board reaches in a direction, from the origin of the route.
     fn least_extent_m(&self, direction: DVec2) -> f64 {
-        if self.pitched_m.is_some() {
-            return self.extent_m(direction, 0.0);
-        }
         -peak(-MOST_TENSION, MOST_TENSION, TENSION_TOLERANCE, |tension| -self.extent_m(direction, tension)).value
     }
 
