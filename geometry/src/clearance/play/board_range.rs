@@ -15,10 +15,18 @@
 //! the sum is a bound on the board, and the boards that the hinges allow touch it, but for the distance of the poles: across the
 //! board, a corner is off by c·L/d, and the middle of its side by c.
 //!
+//! **Tension.** The board keeps its length, so v·x̂ − w·x̂ is d·√(1 − η²) − D, with x̂ along the board and D the distance of the poles: at most
+//! d − D, and less by at most e = d − √(d² − 4·c²). So for any number μ, the *tension*, (μ/2)·(v·x̂ − w·x̂) may be added to the
+//! sum if (μ/2)·(D − d) is, and e·μ/2 for μ > 0. Then (c/2)·(|n + q| + |n − q|) with q = λ·ŷ + μ·x̂ takes the place of the last term. Without tension, a
+//! board could use its play across although its poles are as far apart as the play allows, which takes all of it. The best
+//! tension is that with the least bound (Lagrangian duality: Boyd and Vandenberghe 2004, Convex Optimization, chapter 5). An opposite
+//! corner has the lever −λ, and counts with n·(x, y) = 0.
+//!
 //! **All places of the poles.** A point that is fixed in that frame is a function of the travels a and b of the two poles. By
 //! each of them, its second derivative is at most M (below). So on a rectangle of travels with the sides α and β, the point is
 //! within (α² + β²)·M/8 of the bilinear function with the same values at the four corners of the rectangle. In any direction,
-//! that function is greatest at one of these. So four boards and a remainder bound all of them.
+//! that function is greatest at one of these. So four boards and a remainder bound all of them. The same holds for the sum of that function
+//! and (μ/2)·D, because |∂²D| ≤ K + 1/D: D has a remainder of (α² + β²)·(K + 1/D)/8.
 //!
 //! **M.** Let K bound the route's curvature, and D be the distance of the poles. The middle of the poles has a second derivative
 //! of at most K/2. The line from pole to pole turns by the angle φ with φ' = sin σ/D, where σ is its angle with the tangent, and
@@ -38,7 +46,17 @@ use glam::DVec2;
 use super::pole_range::PoleRange;
 use crate::clearance::link_motion::HeadingMotion;
 use crate::dragon::Dragon;
+use crate::dragon::Meter;
 use crate::dragon::board::Board;
+use crate::numerics::peak;
+
+/// Greatest tension that is tried, either way, and how close to the best one the search ends. Any tension proves.
+const MOST_TENSION: f64 = 1.0;
+const TENSION_TOLERANCE: f64 = 0.2;
+/// Widest overlap without tension, in lengths of the play, for which a tension is searched.
+const MOST_GAIN_PLAYS: f64 = 3.0;
+/// Tensions of two boards that are searched in the time of one bound, in steps of work.
+const STEPS_PER_TENSION: u64 = 40;
 
 /// The places of a bench's board.
 #[derive(Clone, Copy, Debug)]
@@ -50,6 +68,9 @@ pub(super) struct BoardRange {
     play_m: f64,
     /// Greatest distance of any place from those of the four boards.
     remainder_m: f64,
+    /// Distances of the poles of the four boards, and the greatest difference of any distance of the poles from them.
+    distances_m: [f64; 4],
+    distance_remainder_m: f64,
     /// Length of the board, if it is on ground.
     pitched_m: Option<f64>,
 }
@@ -86,12 +107,15 @@ impl BoardRange {
         };
         let squares = front.length_m * front.length_m + rear.length_m * rear.length_m;
         let remainder_m = if least_m > 0.0 { 0.125 * second * squares } else { f64::INFINITY };
-        Self { boards, link_m: dimensions.link_m(bench), play_m, remainder_m, pitched_m }
+        let distance_remainder_m = 0.125 * (curvature + least_m.recip()) * squares;
+        let link_m = dimensions.link_m(bench);
+        Self { boards, link_m, play_m, remainder_m, distances_m, distance_remainder_m, pitched_m }
     }
 
     /// Whether every place of this board is more than `clearance_m` from every place of the other one, by the gaps in a few
-    /// directions. Only those are examined in which the boards without play have such a gap.
-    pub(super) fn is_beyond(&self, other: &Self, clearance_m: f64) -> bool {
+    /// directions. Only those are examined in which the boards without play have such a gap. With a meter, tensions are searched, and
+    /// counted there.
+    pub(super) fn is_beyond(&self, other: &Self, clearance_m: f64, tension: Option<&Meter>) -> bool {
         let [ours, theirs] = [self, other].map(|range| range.boards[1]);
         let approach = ours.approach(&theirs);
         if approach.clearance_m <= clearance_m {
@@ -102,33 +126,57 @@ impl BoardRange {
         let is_open =
             |axis: &DVec2| axis.dot(apart) - ours.half_extent_m(*axis) - theirs.half_extent_m(*axis) > clearance_m;
         let axes = axes.map(|axis| if axis.dot(apart) < 0.0 { -axis } else { axis }).into_iter().filter(is_open);
-        std::iter::once(approach.direction).chain(axes).any(|axis| self.gap_m(other, axis) > clearance_m)
+        std::iter::once(approach.direction).chain(axes).any(|axis| self.is_open(other, axis, clearance_m, tension))
     }
 
-    /// The least gap from this board to the other one in a direction. It is a lower bound on their clearance.
-    fn gap_m(&self, other: &Self, direction: DVec2) -> f64 {
-        -other.extent_m(-direction) - self.extent_m(direction)
+    /// Whether the gap from this board to the other one in a direction, a lower bound on their clearance, is above `clearance_m`.
+    fn is_open(&self, other: &Self, direction: DVec2, clearance_m: f64, tension: Option<&Meter>) -> bool {
+        let gap_m = -other.extent_m(-direction, 0.0) - self.extent_m(direction, 0.0);
+        let Some(meter) = tension.filter(|_| gap_m <= clearance_m && self.pitched_m.is_none()) else {
+            return gap_m > clearance_m;
+        };
+        // Tension gains little more than the play across, so it cannot open a wide overlap.
+        if gap_m <= clearance_m - MOST_GAIN_PLAYS * self.play_m.max(other.play_m) {
+            return false;
+        }
+        meter.add(STEPS_PER_TENSION);
+        -other.least_extent_m(-direction) - self.least_extent_m(direction) > clearance_m
     }
 
-    /// How far the board reaches in a direction, from the origin of the route.
-    fn extent_m(&self, direction: DVec2) -> f64 {
-        let furthest = |board: &Board| {
+    /// The least bound on how far the board reaches in a direction, from the origin of the route.
+    fn least_extent_m(&self, direction: DVec2) -> f64 {
+        -peak(-MOST_TENSION, MOST_TENSION, TENSION_TOLERANCE, |tension| -self.extent_m(direction, tension)).value
+    }
+
+    /// How far the board reaches in a direction, from the origin of the route: the bound with a tension μ.
+    fn extent_m(&self, direction: DVec2, tension: f64) -> f64 {
+        let furthest = |(board, apart_m): (&Board, f64)| {
             if let Some(length_m) = self.pitched_m {
                 return self.pitched_extent_m(board, length_m, direction);
             }
-            let (centre_m, across) = (board.centre.dot(direction), board.heading.perp().dot(direction));
+            let (along, across) = (board.heading.dot(direction), board.heading.perp().dot(direction));
             let ahead = board.heading * board.half_length;
             let aside = board.heading.perp() * board.half_width;
-            // The other two corners are opposite to these.
-            let [one_m, other_m] = [ahead + aside, ahead - aside].map(|corner| {
-                let lever = 2.0 * corner.perp_dot(direction) / self.link_m;
-                let squared = 1.0 + lever * lever;
-                let [one, other] = [1.0, -1.0].map(|sign| (squared + 2.0 * sign * lever * across).max(0.0).sqrt());
-                corner.dot(direction).abs() + 0.5 * self.play_m * (one + other)
+            let holes_m = |lever: f64| {
+                let squared = 1.0 + lever * lever + tension * tension;
+                let turned = 2.0 * (lever * across + tension * along);
+                let [one, other] = [turned, -turned].map(|turned| (squared + turned).max(0.0).sqrt());
+                0.5 * self.play_m * (one + other)
+            };
+            let corners_m = [ahead + aside, ahead - aside].map(|corner| {
+                let along_m = corner.dot(direction);
+                let lever = 2.0 * corner.perp_dot(direction) / self.link_m * along_m.signum();
+                // The opposite corner; without tension it reaches less far.
+                let opposite_m = if tension == 0.0 { 0.0 } else { holes_m(-lever) };
+                (along_m.abs() + holes_m(lever)).max(opposite_m)
             });
-            centre_m + one_m.max(other_m)
+            let furthest_m = corners_m[0].max(corners_m[1]);
+            board.centre.dot(direction) + furthest_m + 0.5 * tension * (apart_m - self.link_m)
         };
-        self.boards.iter().map(furthest).fold(f64::NEG_INFINITY, f64::max) + self.remainder_m
+        let shortening_m = self.link_m - (self.link_m * self.link_m - 4.0 * self.play_m * self.play_m).max(0.0).sqrt();
+        let rest_m = 0.5 * (tension.max(0.0) * shortening_m + tension.abs() * self.distance_remainder_m);
+        let boards = self.boards.iter().zip(self.distances_m);
+        boards.map(furthest).fold(f64::NEG_INFINITY, f64::max) + self.remainder_m + rest_m
     }
 
     /// The same for one place of the poles on ground.

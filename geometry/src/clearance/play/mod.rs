@@ -43,6 +43,8 @@ const STEPS_PER_RANGE: u64 = 20;
 /// Offsets of a cell that the search examines in the time of one step.
 const OFFSETS_PER_STEP: u64 = 8;
 
+/// Shortest interval of the front pole of a rear bench, in lengths of the play.
+const FINEST_PER_PLAY: f64 = 0.5;
 /// Shortest cell, in metres.
 const RESOLUTION_M: f64 = 1e-3;
 
@@ -87,7 +89,7 @@ pub fn first_possible_touch(
 }
 
 /// Where the proof ends that benches 0 and 1 touch no bench behind, between two travels of the run; `None` if it holds throughout, and
-/// for hinges without play. A body bench behind may touch on ground that bench 1 has passed before.
+/// for hinges without play. A body bench behind may touch on ground that bench 1 has passed before. The search is coarse.
 ///
 /// # Errors
 /// The dragon's meter is spent.
@@ -101,6 +103,7 @@ pub(crate) fn first_leading_touch(
     let mut touch = None;
     if search.is_known_here() {
         search.body = loose.bracket(from_m, 1)[1];
+        search.is_fine = false;
         touch = search.advance(to_m)?;
     }
     Ok(search.play_end(touch, to_m))
@@ -127,6 +130,8 @@ pub struct PlaySearch {
     body: f64,
     /// The first touch of benches whose front pole has a place behind `body`.
     behind: Option<PossibleTouch>,
+    /// Whether bounds are searched that keep the length of a board, which takes several times as long.
+    is_fine: bool,
 }
 
 /// The front bench of pairs: its index, and the number of benches behind it.
@@ -164,7 +169,16 @@ impl PlaySearch {
             let parameter = reach.and_then(|reach| reach.bench_is_clear_to(bench, start));
             parameter.unwrap_or(f64::NEG_INFINITY)
         });
-        Self { dragon: dragon.clone(), clearance_m, reach, clear_to, head_m, body: f64::NAN, behind: None }
+        Self {
+            dragon: dragon.clone(),
+            clearance_m,
+            reach,
+            clear_to,
+            head_m,
+            body: f64::NAN,
+            behind: None,
+            is_fine: true,
+        }
     }
 
     /// Whether the poses at the present travel of the head are known: it is not beyond [`end_m`](Self::end_m).
@@ -371,14 +385,16 @@ impl PlaySearch {
     }
 
     /// Whether no place of a front bench's board comes within the clearance of a bench with its two poles in these intervals. The
-    /// interval of its front pole is halved down to the length of the cell of the front bench, or to the play.
+    /// interval of its front pole is halved down to the length of the cell of the front bench, or to the play; in a fine search to half of it.
     fn stays_clear(&self, front: &BoardRange, bench: usize, poles: &[PoleRange], cell_m: f64) -> bool {
         self.dragon.meter().add(STEPS_PER_RANGE);
         let [pole, next] = poles else { return false };
-        if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, next), self.clearance_m) {
+        let tension = self.is_fine.then(|| self.dragon.meter());
+        if front.is_beyond(&BoardRange::new(&self.dragon, bench, pole, next), self.clearance_m, tension) {
             return true;
         }
-        if pole.length_m <= cell_m.max(self.dragon.dimensions().play_m()) || self.dragon.meter().is_spent() {
+        let finest_m = self.dragon.dimensions().play_m() * if self.is_fine { FINEST_PER_PLAY } else { 1.0 };
+        if pole.length_m <= cell_m.max(finest_m) || self.dragon.meter().is_spent() {
             return false;
         }
         let halves = PoleRange::halves(poles, &self.dragon, bench);
