@@ -206,18 +206,18 @@ fn a_changed_command_is_found_where_it_first_shows() {
 
 #[test]
 fn the_last_moments_before_a_crash_are_unverifiable_and_not_different() {
-    let requests = [(20, Request::Speed { speed_mps: 2.0 }), (400, Request::Speed { speed_mps: 0.1 })];
-    let whole = Tape::of(500, &requests, &[]);
+    let requests = [(20, Request::Speed { speed_mps: 2.0 }), (1000, Request::Speed { speed_mps: 0.1 })];
+    let whole = Tape::of(1500, &requests, &[]);
     let mut killed = whole.clone();
     killed.events.truncate(2);
     let run = killed.verify();
     let (from_tick, reason) = reason(&run);
-    assert_eq!((from_tick, run.verified), (400, 400));
+    assert_eq!((from_tick, run.verified), (1000, 1000));
     assert!(reason.starts_with("the record of commands has no end, as after a crash"), "{reason}");
 
     let mut long_before = whole.clone();
     long_before.events.truncate(1);
-    assert!(matches!(long_before.verify().verdict, RunVerdict::Differs { .. }), "1.6 s before the end");
+    assert!(matches!(long_before.verify().verdict, RunVerdict::Differs { .. }), "4.9 s before the end");
     let mut ended = whole;
     ended.events.remove(2);
     ended.events[2].number = 2;

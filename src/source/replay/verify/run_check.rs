@@ -17,9 +17,8 @@ const MOST_MISSING: u64 = 86_400_000;
 /// Number of simulated missing frames between two checks of `stop`.
 const STRIDE: u64 = 1024;
 
-/// Length of a run's last moments, as a fraction of a second: 2 is half a second. A server publishes its events ten
-/// times a second, or later on a busy machine.
-const LAST_MOMENTS: u64 = 2;
+/// Length of a run's last moments, in seconds: what a power loss may take. It may take a command and leave later frames.
+const LAST_MOMENTS_S: u64 = 3;
 
 /// Verdict that frames from a tick on cannot be verified.
 pub(super) fn unverifiable(from_tick: u64, reason: impl Into<String>) -> RunVerdict {
@@ -67,7 +66,7 @@ impl RunCheck {
 
     /// For a run without a recorded end: the tick of its last event, and the length of its last moments in ticks.
     pub(super) fn open_end(&self) -> Option<(u64, u64)> {
-        Some((self.events.open_end_tick?, u64::from(self.config.tables().serve.rate_hz) / LAST_MOMENTS))
+        Some((self.events.open_end_tick?, u64::from(self.config.tables().serve.rate_hz) * LAST_MOMENTS_S))
     }
 
     /// Simulates up to a frame and compares it. Adds the simulated missing frames, events and commands to `found`.
