@@ -129,23 +129,32 @@ fn planned(listen: SocketAddr) -> Finding {
     judge_trial(listen, try_out(listen))
 }
 
-/// Listens for a moment, and connects by the address that browsers use. `None` if it cannot listen.
-fn try_out(listen: SocketAddr) -> io::Result<Option<SocketAddr>> {
-    let Ok(listener) = TcpListener::bind(listen) else { return Ok(None) };
+/// Listens for a moment, and connects by the address that browsers use.
+fn try_out(listen: SocketAddr) -> io::Result<SocketAddr> {
+    let listener = TcpListener::bind(listen)?;
     let reached = SocketAddr::new(reachable(listen.ip()), listener.local_addr()?.port());
     TcpStream::connect_timeout(&reached, PATIENCE)?;
-    Ok(Some(reached))
+    Ok(reached)
 }
 
-fn judge_trial(listen: SocketAddr, trial: io::Result<Option<SocketAddr>>) -> Finding {
+fn judge_trial(listen: SocketAddr, trial: io::Result<SocketAddr>) -> Finding {
     match trial {
-        Ok(None) => Finding::not_known(format!("the page cannot listen on {listen}: see the check of the ports")),
+        Err(error) if error.kind() == ErrorKind::AddrInUse => Finding::problem(
+            listen.to_string(),
+            format!("the page cannot listen on {listen}: {error}"),
+            "end the program that has the port, or choose another port for the page",
+        ),
+        Err(error) if error.kind() == ErrorKind::AddrNotAvailable => Finding::problem(
+            listen.to_string(),
+            format!("the page cannot listen on {listen}: this machine does not have that address"),
+            "plug in the network, or choose another address: 0.0.0.0 is all of this machine's",
+        ),
         Err(error) => Finding::problem(
             listen.to_string(),
             format!("a page on {listen} cannot be reached: {error}"),
             "choose another address or port for the page, or open the port in the firewall",
         ),
-        Ok(Some(reached)) => {
+        Ok(reached) => {
             let shown = if listen.port() == 0 { "a free port".to_owned() } else { url(reached, "") };
             Finding::ok(reached.to_string(), format!("{shown} can be opened from the start on{}", who_reaches(reached)))
         }
@@ -228,12 +237,15 @@ mod tests {
     fn a_page_that_is_to_come_is_tried_out_at_its_address() {
         let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let listen = taken.local_addr().expect("an address");
-        let words = format!("the page cannot listen on {listen}: see the check of the ports");
-        assert_eq!(planned(listen), Finding::not_known(words));
+        assert_eq!(planned(listen).status, Verdict::Problem);
         drop(taken);
         let finding = planned(listen);
         assert_eq!(finding.status, Verdict::Ok);
         let words = format!("http://{listen}/ can be opened from the start on, from this machine alone");
         assert_eq!(finding.message, words);
+        // Of the addresses for documentation (RFC 5737).
+        let foreign = planned("192.0.2.1:8223".parse().expect("an address"));
+        assert_eq!(foreign.status, Verdict::Problem);
+        assert!(foreign.message.contains("does not have that address"), "{}", foreign.message);
     }
 }

@@ -15,18 +15,18 @@
 //! the sum is a bound on the board, and the boards that the hinges allow touch it, but for the distance of the poles: across the
 //! board, a corner is off by c·L/d, and the middle of its side by c.
 //!
-//! **Tension.** The board keeps its length, so v·x̂ − w·x̂ is d·√(1 − η²) − D, with x̂ along the board and D the distance of the poles: at most
-//! d − D, and less by at most e = d − √(d² − 4·c²). So for any number μ, the *tension*, (μ/2)·(v·x̂ − w·x̂) may be added to the
-//! sum if (μ/2)·(D − d) is, and e·μ/2 for μ > 0. Then (c/2)·(|n + q| + |n − q|) with q = λ·ŷ + μ·x̂ takes the place of the last term. Without tension, a
-//! board could use its play across although its poles are as far apart as the play allows, which takes all of it. The best
-//! tension is that with the least bound (Lagrangian duality: Boyd and Vandenberghe 2004, Convex Optimization, chapter 5). An opposite
-//! corner has the lever −λ, and counts with n·(x, y) = 0.
+//! **Tension.** The board keeps its length, so v·x̂ − w·x̂ is d·√(1 − η²) − D, with x̂ along the line of the poles and D their
+//! distance: at most d − D, and less by at most e = d − √(d² − 4·c²). So for any number μ, the *tension*, (μ/2)·(v·x̂ − w·x̂) may be
+//! added to the sum if (μ/2)·(D − d) is added too, and e·μ/2 for μ > 0. Then (c/2)·(|n + q| + |n − q|) with q = λ·ŷ + μ·x̂ takes the
+//! place of the last term. Without tension, a board could use its play across although its poles are as far apart as the play
+//! allows, which takes all of it. The best tension is that with the least bound (Lagrangian duality: Boyd and Vandenberghe 2004,
+//! Convex Optimization, chapter 5). An opposite corner has the lever −λ, and counts with n·(x, y) = 0.
 //!
 //! **All places of the poles.** A point that is fixed in that frame is a function of the travels a and b of the two poles. By
 //! each of them, its second derivative is at most M (below). So on a rectangle of travels with the sides α and β, the point is
 //! within (α² + β²)·M/8 of the bilinear function with the same values at the four corners of the rectangle. In any direction,
-//! that function is greatest at one of these. So four boards and a remainder bound all of them. The same holds for the sum of that function
-//! and (μ/2)·D, because |∂²D| ≤ K + 1/D: D has a remainder of (α² + β²)·(K + 1/D)/8.
+//! that function is greatest at one of these. So four boards and a remainder bound all of them. The same holds for the sum of that
+//! function and (μ/2)·D, because |∂²D| ≤ K + 1/D: D has a remainder of (α² + β²)·(K + 1/D)/8.
 //!
 //! **M.** Let K bound the route's curvature, and D be the distance of the poles. The middle of the poles has a second derivative
 //! of at most K/2. The line from pole to pole turns by the angle φ with φ' = sin σ/D, where σ is its angle with the tangent, and
@@ -45,9 +45,8 @@ use glam::DVec2;
 
 use super::pole_range::PoleRange;
 use crate::clearance::link_motion::HeadingMotion;
-use crate::dragon::Dragon;
-use crate::dragon::Meter;
 use crate::dragon::board::Board;
+use crate::dragon::{Dragon, Meter};
 use crate::numerics::peak;
 
 /// Greatest tension that is tried, either way, and how close to the best one the search ends. Any tension proves.
@@ -55,7 +54,7 @@ const MOST_TENSION: f64 = 1.0;
 const TENSION_TOLERANCE: f64 = 0.2;
 /// Widest overlap without tension, in lengths of the play, for which a tension is searched.
 const MOST_GAIN_PLAYS: f64 = 3.0;
-/// Tensions of two boards that are searched in the time of one bound, in steps of work.
+/// Work of the search for the tensions of two boards, in steps.
 const STEPS_PER_TENSION: u64 = 40;
 
 /// The places of a bench's board.

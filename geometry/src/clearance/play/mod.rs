@@ -43,7 +43,7 @@ const STEPS_PER_RANGE: u64 = 20;
 /// Offsets of a cell that the search examines in the time of one step.
 const OFFSETS_PER_STEP: u64 = 8;
 
-/// Shortest interval of the front pole of a rear bench, in lengths of the play.
+/// Shortest interval of the front pole of a rear bench in a fine search, in lengths of the play.
 const FINEST_PER_PLAY: f64 = 0.5;
 /// Shortest cell, in metres.
 const RESOLUTION_M: f64 = 1e-3;
@@ -385,7 +385,8 @@ impl PlaySearch {
     }
 
     /// Whether no place of a front bench's board comes within the clearance of a bench with its two poles in these intervals. The
-    /// interval of its front pole is halved down to the length of the cell of the front bench, or to the play; in a fine search to half of it.
+    /// interval of its front pole is halved down to the length of the cell of the front bench, or to the play; in a fine search to half
+    /// of it.
     fn stays_clear(&self, front: &BoardRange, bench: usize, poles: &[PoleRange], cell_m: f64) -> bool {
         self.dragon.meter().add(STEPS_PER_RANGE);
         let [pole, next] = poles else { return false };
