@@ -48,7 +48,7 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     }
     newest.members = Arc::new(members.still_there(domain));
     newest.has_lost_show |= !newest.members.has_source && ShowLock::is_abandoned(domain);
-    let report = StatusReport::new(&newest, monotonic_ns(), &Zoned::now());
+    let report = StatusReport::new(&newest, &Zoned::now());
     match format {
         Format::Json => print_json(&report)?,
         Format::Text => report.lines().into_iter().try_for_each(print_line)?,
@@ -144,8 +144,9 @@ impl DragonReport {
 }
 
 impl StatusReport {
-    /// The report of a snapshot at `now_ns`, in nanoseconds of `CLOCK_MONOTONIC`, and at `wall_time`.
-    fn new(snapshot: &Snapshot, now_ns: u64, wall_time: &Zoned) -> Self {
+    /// The report of a snapshot at the instant at which it was seen, however long this process has waited for a processor since then.
+    fn new(snapshot: &Snapshot, wall_time: &Zoned) -> Self {
+        let now_ns = snapshot.seen_ns;
         let (link, lamps) = (snapshot.presence_at(now_ns), lamps(snapshot, now_ns));
         let header = snapshot.header();
         let nearest = snapshot.nearest;
@@ -273,7 +274,7 @@ mod tests {
     use super::*;
 
     fn report(snapshot: &Snapshot) -> StatusReport {
-        StatusReport::new(snapshot, snapshot.seen_ns, &Timestamp::UNIX_EPOCH.to_zoned(TimeZone::UTC))
+        StatusReport::new(snapshot, &Timestamp::UNIX_EPOCH.to_zoned(TimeZone::UTC))
     }
 
     fn snapshot(state: ShowState) -> Snapshot {
