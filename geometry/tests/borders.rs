@@ -261,6 +261,19 @@ fn sampled(dragon: &Dragon, borders: &[Border], clear_m: f64) -> Vec<Sampled> {
     sampled
 }
 
+/// Whether the board of a breach did not keep clear at the start, and since then for less than a sixteenth of its link before the
+/// breach. A board that kept clear for longer is seen by each search, which looks at it 64 times a link.
+fn came_in_briefly(dragon: &Dragon, border: &Border, clear_m: f64, breach: &Breach) -> bool {
+    let mut solver = ChainSolver::new(dragon);
+    let start_m = dragon.start_travel_m();
+    let mut keeps_clear = |travel_m: f64| {
+        let boards = boards_at(dragon, &mut solver, travel_m.max(start_m));
+        border.distance_m(&boards[breach.bench]) >= clear_m - ROUNDING_M
+    };
+    let part_m = dragon.dimensions().link_m(breach.bench) / 16.0 / 32.0;
+    !keeps_clear(start_m) && !(1..=32).all(|part| keeps_clear(breach.travel_m - part_m * f64::from(part)))
+}
+
 proptest! {
     #![proptest_config(random_cases(200))]
 
@@ -326,8 +339,12 @@ proptest! {
                     let end_m = breach.map_or(pairs.end_m(), |breach| pairs.end_m().min(breach.travel_m));
                     prop_assert!(proven.end_m() <= pairs.end_m(), "{kind:?}: {} passes {}", proven.end_m(), pairs.end_m());
                     // A board that leaves and returns within 10⁻⁹ m of its walk is not found, and one within 10⁻⁹ m of the border keeps
-                    // clear: no corner of these boards walks nine times as far as its pole. So the proof passes no other breach.
-                    if let Some(breach) = breach.filter(|breach| breach.travel_m < proven.end_m()) {
+                    // clear: no corner of these boards walks nine times as far as its pole. So the proof passes no other breach, but
+                    // that of a board that came in between two of its looks.
+                    let is_passed = |breach: &Breach| {
+                        breach.travel_m < proven.end_m() && !came_in_briefly(&dragon, border, clear_m, breach)
+                    };
+                    if let Some(breach) = breach.filter(is_passed) {
                         let mut solver = ChainSolver::new(&dragon);
                         for part in 0..=32 {
                             let travel_m = breach.travel_m + (proven.end_m() - breach.travel_m) * f64::from(part) / 32.0;
@@ -372,6 +389,29 @@ proptest! {
             }
         }
     }
+}
+
+/// The tail keeps clear of the outline for 17 mm of travel, which is less than the 64th of its link from one look to the next.
+#[test]
+fn a_board_that_comes_in_between_two_looks_may_count_in_one_search_alone() {
+    let dimensions = Dimensions::new(10, 2.466_419, 1.738_264, 0.1, 0.120_661);
+    let dimensions = dimensions.expect("benches");
+    let bend = PathSegment::Arc { radius_m: 1.712_486, turn: 0.5 * PI };
+    let lines = [3.523_381, 1.808_382].map(|length_m| PathSegment::Line { length_m });
+    let half = [lines[0], bend, lines[1], bend];
+    let path = PathSpec { segments: [half, half].concat(), laps: Some(1) };
+    let route = RouteSpec::from(path).build(1.0, dimensions.links_m()).expect("valid");
+    let dragon = Dragon::new(dimensions, Arc::new(route)).expect("it stands");
+    let star_of = (vec![0.553_404, 0.495_134, 1.189_065], 1.976_673, false);
+    let (outline, clear_m) = (star(&dragon, &star_of).expect("a triangle"), 0.925_371);
+    let (border, stage) = (Border::outline(outline.clone()), Stage::new(vec![Border::outline(outline)], clear_m));
+    let breach = first_breach(&dragon, &stage, clear_m).expect("no limit").expect("the tail leaves");
+    assert!(breach.bench == 9 && (breach.travel_m - 1.309_141).abs() < 1e-6, "{breach:?}");
+    let look_m = dragon.dimensions().link_m(9) / 64.0;
+    let mut solver = ChainSolver::new(&dragon);
+    let mut distance_at = |travel_m: f64| border.distance_m(&boards_at(&dragon, &mut solver, travel_m)[9]);
+    assert!(distance_at(breach.travel_m - 0.016) > clear_m && distance_at(breach.travel_m - look_m) < clear_m);
+    assert!(came_in_briefly(&dragon, &border, clear_m, &breach));
 }
 
 fn square(half_m: f64) -> Outline {
