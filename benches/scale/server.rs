@@ -5,6 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use bench_dragon::config::Config;
+use bench_dragon::source::ExpectedReaders;
 use bench_dragon::source::server::{Server, ServerSettings, ServerSummary};
 use bench_dragon::system::stop::StopFlag;
 use bench_dragon_ipc::{Domain, Instance, RunStart};
@@ -101,7 +102,8 @@ fn settings(setting: &Setting) -> ServerSettings {
     let config = Config::from_toml(&text).expect("the configuration is valid for every measured number of benches");
     let planned = ServerSettings::planned(config, 0.0);
     let start = RunStart { until_s: Some(RUN_S), ..planned.start };
-    ServerSettings { start, readers: setting.readers, ..planned }
+    let readers = ExpectedReaders { count: setting.readers, wait: Duration::from_secs(10) };
+    ServerSettings { start, readers, ..planned }
 }
 
 /// Returns the processor seconds per second of this process, measured within the run.

@@ -8,10 +8,12 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use bench_dragon_geometry::number::Number;
+use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Domain, DomainError, Instance};
 use clap::{Args, ValueEnum, ValueHint};
 
 use crate::recording::ShowInterval;
+use crate::source::ExpectedReaders;
 
 /// Format of the output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -95,6 +97,30 @@ impl IntervalArgs {
         let [from_s, to_s] = [interval.from_ns, interval.to_ns].map(|time_ns| Number(time_ns as f64 / 1e9));
         Err(BadInput(format!("--to is {to_s}, must be at least --from, which is {from_s}")))
     }
+}
+
+/// The readers for which a source waits.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct ReaderArgs {
+    /// Wait for this many connected readers, 0 to 24, before the first frame.
+    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
+    pub(crate) readers: usize,
+    #[command(flatten)]
+    pub(crate) wait: ReaderWaitArgs,
+}
+
+impl ReaderArgs {
+    pub(crate) fn expected(self) -> ExpectedReaders {
+        ExpectedReaders { count: self.readers, wait: Duration::from_secs(self.wait.reader_wait) }
+    }
+}
+
+/// The longest wait for readers.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct ReaderWaitArgs {
+    /// Longest time in seconds to wait for readers before the first frame, 0 to 25.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10, allow_negative_numbers = true, value_parser = within(0..=25_u64))]
+    pub(crate) reader_wait: u64,
 }
 
 /// The flags of a process that `show` or `plan` starts.

@@ -6,12 +6,11 @@ use std::process::ExitCode;
 use anyhow::Context as _;
 use bench_dragon_geometry::number::{Fixed, Number};
 use bench_dragon_geometry::route::RouteShape;
-use bench_dragon_ipc::service::MAX_READERS;
 use bench_dragon_ipc::{Request, RunStart};
 use clap::{Args, Parser as _};
 use serde::{Deserialize, Serialize};
 
-use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs, finite, within};
+use crate::cli::flags::{BadInput, BusArgs, ConfigArgs, Format, FormatArgs, ReaderArgs, finite, within};
 use crate::cli::print::{behind, complain, percentiles, print_notice, print_report};
 use crate::cli::timecode::{AwaitedTimecode, FollowedTimecode, TimecodeArgs};
 use crate::cli::{Cli, Subcommand, in_file, load_config};
@@ -56,9 +55,8 @@ pub(crate) struct ServeArgs {
     /// Start paused, or be paused once the hold is lifted.
     #[arg(long, hide = true)]
     pub(crate) paused: bool,
-    /// Wait for this many connected readers, 0 to 24, before the first frame, but at most ten seconds.
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
-    pub(crate) readers: usize,
+    #[command(flatten)]
+    pub(crate) readers: ReaderArgs,
     /// Travel in metres to start at, for a run whose speed was changed earlier.
     #[arg(long, value_name = "METRES", hide = true, allow_negative_numbers = true, value_parser = finite)]
     pub(crate) start_travel: Option<f64>,
@@ -206,7 +204,7 @@ fn start_s(config: &Config, pace: &PaceArgs) -> f64 {
 fn settings(args: &ServeArgs) -> anyhow::Result<ServerSettings> {
     let config = configure(&args.run.config, &args.run.pace, args.guarded)?;
     let start = start(args, &config)?;
-    Ok(ServerSettings { config, start, readers: args.readers })
+    Ok(ServerSettings { config, start, readers: args.readers.expected() })
 }
 
 /// The start of a run of this configuration by these arguments of `serve`. Arguments that change the configuration have no effect.

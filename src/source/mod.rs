@@ -18,6 +18,7 @@ pub(crate) mod service_manager;
 #[cfg(feature = "zenoh")]
 pub(crate) use command_log::AskedCommand;
 pub use command_log::{CommandLog, Moment, answer_command};
+pub use source_ports::ExpectedReaders;
 #[cfg(feature = "zenoh")]
 pub(crate) use source_ports::described_bench_count;
 pub(crate) use source_ports::{SourcePorts, described_rate_hz, take_instance};

@@ -22,8 +22,19 @@ use super::reporter::node_name;
 use super::source_report::{SourceReport, TimesOfAll};
 use crate::system::clock::monotonic_ns;
 
-/// Time that a source waits for the expected readers.
-const READER_TIMEOUT: Duration = Duration::from_secs(10);
+/// The readers for which a source waits before its first frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExpectedReaders {
+    /// Their number.
+    pub count: usize,
+    /// Longest time to wait for them.
+    pub wait: Duration,
+}
+
+impl ExpectedReaders {
+    /// No readers.
+    pub const NONE: Self = Self { count: 0, wait: Duration::ZERO };
+}
 
 /// The ports of one run of a source. Each run has its own number, and its ticks count from 0.
 ///
@@ -116,15 +127,15 @@ impl SourcePorts {
         (&self.alerts.0, &self.alerts.1, &self.replay)
     }
 
-    /// Whether to wait longer: fewer readers are connected than expected, and less than [`READER_TIMEOUT`] has passed
-    /// since `begun`.
-    pub(crate) fn awaits_readers(&self, expected: usize, begun: Instant) -> bool {
+    /// Whether to wait longer: fewer readers are connected than expected, and less than the longest time has passed since
+    /// `begun`.
+    pub(crate) fn awaits_readers(&self, ExpectedReaders { count, wait }: ExpectedReaders, begun: Instant) -> bool {
         let seen = self.frames.dynamic_config().number_of_subscribers();
-        let is_over = begun.elapsed() >= READER_TIMEOUT;
-        if seen < expected && is_over {
-            tracing::warn!("starting with {seen} of {expected} readers");
+        let is_over = begun.elapsed() >= wait;
+        if seen < count && is_over {
+            tracing::warn!("starting with {seen} of {count} readers");
         }
-        seen < expected && !is_over
+        seen < count && !is_over
     }
 
     /// Publishes a frame: `fill` writes its handles in place and returns its header.

@@ -70,3 +70,13 @@ fn a_reader_with_a_closed_output_ends_cleanly() {
     }
     server.stop();
 }
+
+#[test]
+fn a_source_without_its_readers_starts_after_the_wait_that_it_is_told() {
+    let stage = Stage::new();
+    let ended = stage.run(&["serve", "--until", "0.01", "--readers", "2", "--reader-wait", "0"]);
+    assert!(ended.code() == Some(0) && ended.stderr.contains("starting with 0 of 2 readers"), "{}", ended.stderr);
+    let refused = stage.run(&["serve", "--readers", "2", "--reader-wait", "26"]);
+    let error = "error: invalid value '26' for '--reader-wait <SECONDS>': must be from 0 to 25\n";
+    assert_eq!((refused.code(), refused.stderr.as_str()), (Some(2), error));
+}

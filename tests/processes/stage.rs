@@ -36,9 +36,15 @@ impl Stage {
         self.folder.path().join(name)
     }
 
-    /// Returns the program with a command on this instance.
+    /// Returns the program with a command on this instance. A source that waits for readers waits for as long as it can, since a start
+    /// takes long on a busy machine.
     pub(crate) fn command<Arg: AsRef<OsStr>>(&self, args: &[Arg]) -> Command {
         let mut command = program(args);
+        let has = |name: &str| args.iter().any(|arg| arg.as_ref() == name);
+        let is_show = args.first().is_some_and(|arg| arg.as_ref() == "show");
+        if (is_show || has("--readers")) && !has("--reader-wait") {
+            command.args(["--reader-wait", "25"]);
+        }
         command.arg("--instance").arg(self.domain.instance().as_str()).current_dir(self.folder.path());
         command
     }

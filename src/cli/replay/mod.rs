@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use bench_dragon_geometry::number::Fixed;
-use bench_dragon_ipc::service::MAX_READERS;
 use clap::{Args, ValueHint};
 use serde::Serialize;
 
-use crate::cli::flags::{BusArgs, Format, FormatArgs, IntervalArgs, count, within};
+use crate::cli::flags::{BusArgs, Format, FormatArgs, IntervalArgs, ReaderArgs, count, within};
 use crate::cli::parts::{complain_of_gaps, complain_of_part, find_parts};
 use crate::cli::print::{complain_of_flaws, percentiles, print_json, print_notice, print_report};
 use crate::output::Counted;
@@ -55,9 +54,8 @@ pub(crate) struct ReplayArgs {
     #[arg(long = "loop", value_name = "TIMES", num_args = 0..=1, allow_negative_numbers = true, value_parser = count())]
     #[allow(clippy::option_option, reason = "not given, given without a number, given with one")]
     pub(crate) repeat: Option<Option<u64>>,
-    /// Wait for this many connected readers, 0 to 24, before the first frame, but at most ten seconds.
-    #[arg(long, value_name = "COUNT", default_value_t = 0, allow_negative_numbers = true, value_parser = within(0..=MAX_READERS))]
-    pub(crate) readers: usize,
+    #[command(flatten)]
+    pub(crate) readers: ReaderArgs,
     /// Leave out the recorded alerts and commands, for example where a monitor reports its own alerts.
     #[arg(long)]
     pub(crate) frames_only: bool,
@@ -126,7 +124,7 @@ fn settings(args: &ReplayArgs) -> anyhow::Result<ReplaySettings> {
         interval,
         rate: args.rate,
         laps,
-        readers: args.readers,
+        readers: args.readers.expected(),
         is_frames_only: args.frames_only,
         is_paused: args.paused,
         stays: args.stay,

@@ -11,7 +11,7 @@ pub const LONGEST_DISK_SILENCE: Duration = Duration::from_secs(30);
 pub const LONGEST_LOOK: Duration = Duration::from_millis(200);
 /// Longest time between two frames. The lowest rate is 1 Hz.
 const LONGEST_PERIOD: Duration = Duration::from_millis(1500);
-/// Longest time from a child's start to its first sign of life. A server waits ten seconds for its readers.
+/// Longest time from a child's start to its first sign of life. A server waits up to 25 seconds for its readers.
 const LONGEST_START: Duration = Duration::from_secs(30);
 
 /// The liveness of a child, over its restarts.

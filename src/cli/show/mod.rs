@@ -16,7 +16,7 @@ use bench_dragon_ipc::{Domain, Request};
 use clap::{Args, ValueHint};
 
 use crate::cli::exit_status::CONTACT;
-use crate::cli::flags::{FormatArgs, listen_address, within};
+use crate::cli::flags::{FormatArgs, ReaderWaitArgs, listen_address, within};
 use crate::cli::serve::{RunArgs, check_pace, configure, end_s};
 use crate::cli::timecode;
 use crate::config::Config;
@@ -91,6 +91,8 @@ pub(crate) struct ShowArgs {
     pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) manner: MannerArgs,
+    #[command(flatten)]
+    pub(crate) wait: ReaderWaitArgs,
     #[command(flatten)]
     pub(crate) format: FormatArgs,
 }

@@ -48,6 +48,7 @@ impl Show<'_> {
         args.extend(["--config".to_owned(), self.folder.config().display().to_string()]);
         // The show itself is one more reader.
         args.extend(["--readers".to_owned(), (self.children.readers() + 1).to_string()]);
+        args.push(format!("--reader-wait={}", self.args.wait.reader_wait));
         args.extend(self.args.run.pace.until.map(|until_s| format!("--until={until_s}")));
         args.extend(self.is_performance.then(|| "--stay".to_owned()));
         if let Some(resumption) = self.resumption() {

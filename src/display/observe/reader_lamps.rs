@@ -126,12 +126,14 @@ pub(super) fn short_room(snapshot: &Snapshot) -> Option<f64> {
     room_left(snapshot).filter(|&room_s| room_s < DISK_DANGER_S)
 }
 
-/// Whether the observer has just opened the bus, and the guard has not reported since. A guard that hangs looks the same.
+/// Whether the guard has not reported yet: it has just joined, or the observer has just opened the bus. A guard that hangs looks the
+/// same.
 pub(super) fn is_guard_unknown(snapshot: &Snapshot, now_ns: u64) -> bool {
     let is_guard =
-        |report: &&ReaderReport| report.name() == MONITOR && snapshot.guard_pid.is_none_or(|guard| guard == report.pid);
+        |report: &ReaderReport| report.name() == MONITOR && snapshot.guard_pid.is_none_or(|guard| guard == report.pid);
     let is_early = |since_ns: u64| now_ns.saturating_sub(since_ns) < FIRST_REPORTS_NS;
-    snapshot.reading_since_ns.is_some_and(is_early) && !snapshot.readers.awaited().any(|report| is_guard(&report))
+    let is_expected = snapshot.guard_pid.is_some() || snapshot.reading_since_ns.is_some_and(is_early);
+    is_expected && !snapshot.readers.awaited().any(is_guard)
 }
 
 /// How long the guard has been silent, in a few words, if that is so long that it hangs. The guard is part of a monitor. If the
@@ -265,6 +267,7 @@ mod tests {
         let joined =
             Snapshot { guard_pid: Some(7), guarded_since_ns: NOW_NS - HANGS_NS, ..snapshot(&Status::default(), &[]) };
         assert_eq!(guard_silence(&joined, NOW_NS), None);
+        assert!(is_guard_unknown(&joined, NOW_NS), "its lamp is not good before its first report");
         let silent = Snapshot { guarded_since_ns: joined.guarded_since_ns - 1, ..joined };
         assert_eq!(guard_silence(&silent, NOW_NS).as_deref(), Some("it does not report"));
         let other =

@@ -56,7 +56,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::RATE_HZ;
 use crate::recording::{Coverage, FlawedFile, Flaws, NothingFound, Parts, ReadError, ShowInterval, Timeline};
-use crate::source::{SourcePorts, described_rate_hz, take_instance};
+use crate::source::{ExpectedReaders, SourcePorts, described_rate_hz, take_instance};
 
 pub(crate) use pass::Pass;
 pub use pass::PassSummary;
@@ -82,8 +82,8 @@ pub(crate) struct ReplaySettings {
     pub(crate) rate: f64,
     /// Number of laps; `None`: until it is stopped.
     pub(crate) laps: Option<u64>,
-    /// Number of readers to wait for before the first frame, for ten seconds at most.
-    pub(crate) readers: usize,
+    /// The readers to wait for before the first frame.
+    pub(crate) readers: ExpectedReaders,
     /// Whether alerts and commands are left out.
     pub(crate) is_frames_only: bool,
     /// Whether the replay begins paused.

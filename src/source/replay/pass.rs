@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::excerpt::{Planned, PlannedFrame, RecordedRun};
 use super::outlets::Outlets;
-use super::{COMMAND_PERIOD, Replay, ReplayError, published_rate_hz};
+use super::{COMMAND_PERIOD, ExpectedReaders, Replay, ReplayError, published_rate_hz};
 use crate::output::histogram::Percentiles;
 use crate::recording::RecordedFrame;
 use crate::source::{SourcePorts, TimesOfAll, described_rate_hz};
@@ -370,7 +370,7 @@ impl<'a> Pass<'a> {
     fn wait_for_readers(&mut self, stop: &AtomicBool) {
         const LOOK_PERIOD: Duration = Duration::from_millis(1);
         let is_first = self.replay.summary.passes == 1;
-        let expected = if is_first { self.replay.settings.readers } else { 0 };
+        let expected = if is_first { self.replay.settings.readers } else { ExpectedReaders::NONE };
         let begun = Instant::now();
         while !self.replay.steering.is_stopped && self.ports.awaits_readers(expected, begun) {
             self.take_commands(stop);

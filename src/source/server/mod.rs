@@ -22,7 +22,7 @@ use bench_dragon_ipc::{BusError, CommandEvent, Domain, EventKind, RunStart, Send
 
 use crate::config::Config;
 use crate::output::histogram::Percentiles;
-use crate::source::{Moment, SourcePorts, TimesOfAll, service_manager, take_instance};
+use crate::source::{ExpectedReaders, Moment, SourcePorts, TimesOfAll, service_manager, take_instance};
 use crate::system::clock::{monotonic_ns, sleep_until, spin_until};
 
 pub mod motion;
@@ -50,8 +50,8 @@ pub struct ServerSettings {
     pub config: Config,
     /// How the run begins. The server sets `follows_timecode` itself, after [`Server::follow`].
     pub start: RunStart,
-    /// Number of readers to wait for before tick 0, for ten seconds at most.
-    pub readers: usize,
+    /// The readers to wait for before tick 0.
+    pub readers: ExpectedReaders,
 }
 
 /// Results of a run.
@@ -246,7 +246,7 @@ impl ServerSettings {
     /// Settings of a run that begins at a show time, with the planned speed and travel, and does not wait for readers.
     pub fn planned(config: Config, start_s: f64) -> Self {
         let start = Self::planned_start(&config, start_s);
-        Self { config, start, readers: 0 }
+        Self { config, start, readers: ExpectedReaders::NONE }
     }
 
     /// The start of a run at a show time, with the planned speed and travel.
