@@ -17,8 +17,6 @@ pub(super) const OBSERVE_NS: u64 = 250 * MS_NS;
 pub(super) const BRIDGE_NS: u64 = 90 * MS_NS;
 /// Longest silence of a reader whose lamp is good: the limit of the lamps, a period of the reports, and looks.
 const LONGEST_READER_SILENCE_NS: u64 = 4800 * MS_NS;
-/// The same of the guard, whose first report may be missing. The supervisor kills a stopped one after five seconds.
-const LONGEST_GUARD_SILENCE_NS: u64 = 6500 * MS_NS;
 /// Longest silence of a server whose lamp is good, beside its periods.
 const LONGEST_SERVER_SILENCE_NS: u64 = 1100 * MS_NS;
 /// Longest silence of a timecode whose lamp is good.
@@ -154,8 +152,7 @@ impl World<'_> {
         let is_monitor_silent = is_reader_silent(self.watch.monitored_ns);
         // That a guard has ended is in the server's next status.
         let has_just_ended = self.watch.guarded_ns < now_ns && !is_silent(self.watch.guarded_ns, STATUS_NS);
-        let is_guard_silent =
-            self.is_live() && !has_just_ended && is_silent(self.watch.monitored_ns, LONGEST_GUARD_SILENCE_NS);
+        let is_guard_silent = is_monitor_silent && !has_just_ended;
         // A server that stood still could not notice, and publishes its status again only after its first frame.
         let is_timecode_silent = self.is_live()
             && is_silent(self.watch.unbroken_since_ns, LONGEST_TIMECODE_SILENCE_NS)
