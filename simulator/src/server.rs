@@ -149,7 +149,7 @@ impl Server {
         });
         let (mut log, events) = CommandLog::new(run_id, || 0);
         let moment = Moment { show_time_ns: simulation.motion().head().show_time_ns, overruns: 0 };
-        log.record(start.event(), moment);
+        log.record(start.event(life as u32), moment);
         Self {
             run_id,
             life,

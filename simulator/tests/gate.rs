@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::ops::RangeInclusive;
 use std::path::Path;
+use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use simulator::{Promise, Scenario, play, shortest};
@@ -79,8 +80,10 @@ fn seeds_that_found_faults_keep_all_promises() {
     // A timecode beyond the end of a run at 1 Hz; a recording that begins late, after missed periods that changed a reply; changes of a
     // timecode's pace at once, and at 1 Hz; a recorder that is stopped before and after a power loss; a plan of one
     // dragon whose contact between two frames was not reported; a power loss that takes a command and leaves later frames; a guard
-    // that is stopped before its first report, just before the server hangs.
-    for seed in [3_001_377, 3_001_568, 3_001_766, 3_001_263, 3_000_979, 3_002_062, 3_003_809, 3_006_393, 3_006_047] {
+    // that is stopped before its first report, just before the server hangs; a power loss on a slow disk, between two recorders.
+    for seed in
+        [3_001_377, 3_001_568, 3_001_766, 3_001_263, 3_000_979, 3_002_062, 3_003_809, 3_006_393, 3_006_047, 3_008_359]
+    {
         keep_promises(&Scenario::of(seed, 0.5), "--hours 0.5");
     }
 }
@@ -93,6 +96,17 @@ fn a_seed_gives_the_same_trace_each_time() {
     }
     let traces: HashSet<u64> = (1..=10).map(|seed| play(&Scenario::of(seed, HOURS)).trace).collect();
     assert_eq!(traces.len(), 10, "seeds differ");
+}
+
+#[test]
+fn a_seed_gives_the_same_trace_in_each_process() {
+    let trace = || {
+        let mut simulator = Command::new(env!("CARGO_BIN_EXE_simulator"));
+        let ended = simulator.args(["--seed", "3008359", "--hours", "0.1", "--only", "10,20,30"]).output();
+        let printed = String::from_utf8(ended.expect("the simulator runs").stdout).expect("text");
+        printed.lines().find(|line| line.starts_with("trace ")).expect("a trace").to_owned()
+    };
+    assert_eq!(trace(), trace());
 }
 
 #[test]

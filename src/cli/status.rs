@@ -40,7 +40,7 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     // Joining the bus of a killed server would remove its remains, so that the next look would not find them.
     if !members.has_lost_server() {
         Observer::new(domain.clone(), "ctl-status", SNAPSHOTS_HZ).run(stop.as_atomic(), |snapshot| {
-            if has_seen_enough(&snapshot, began_ns) {
+            if has_seen_enough(&snapshot, members.has_source, began_ns) {
                 stop.as_atomic().store(true, Ordering::Relaxed);
             }
             newest = snapshot;
@@ -56,9 +56,11 @@ pub(super) fn run(domain: &Domain, format: Format) -> anyhow::Result<ExitCode> {
     Ok(if report.well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-fn has_seen_enough(snapshot: &Snapshot, began_ns: u64) -> bool {
+/// Whether to look no longer. On a busy machine the first snapshots come late, and do not know yet of a source that was found before.
+fn has_seen_enough(snapshot: &Snapshot, has_found_source: bool, began_ns: u64) -> bool {
     let waited_ns = snapshot.seen_ns.saturating_sub(began_ns);
-    let has_nobody = snapshot.presence == SourcePresence::Waiting && !snapshot.has_source && waited_ns >= NO_SERVER_NS;
+    let has_source = has_found_source || snapshot.has_source;
+    let has_nobody = snapshot.presence == SourcePresence::Waiting && !has_source && waited_ns >= NO_SERVER_NS;
     let has_read =
         snapshot.reading_since_ns.is_some_and(|since_ns| snapshot.seen_ns.saturating_sub(since_ns) >= LOOK_NS);
     has_nobody || waited_ns >= LONGEST_NS || has_read && snapshot.frame.is_some() && snapshot.status.is_some()

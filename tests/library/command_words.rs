@@ -33,7 +33,7 @@ fn the_start_and_the_end_of_a_run_are_worded() {
         stays: false,
     };
     let text = |event: &CommandEvent| CommandWords::from(event).text;
-    assert_eq!(text(&start.event()), "server: the run begins at 0.1 s, held, guarded, follows timecode");
+    assert_eq!(text(&start.event(7)), "server: the run begins at 0.1 s, held, guarded, follows timecode");
     assert_eq!(text(&CommandEvent::plain(EventKind::End, Sender::Server, 77)), "server: the run ends, at tick 77");
     let stand = CommandEvent::plain(EventKind::Stand, Sender::Timecode, 5);
     assert_eq!(text(&stand), "timecode: the show stands with the timecode, at tick 5");

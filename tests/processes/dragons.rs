@@ -40,9 +40,10 @@ fn record(stage: &Stage, file: &str) -> Vec<Shot> {
     shots
 }
 
-/// What a replay keeps: all except run, stamps and state.
+/// What a replay keeps: all except run, stamps, state and pace. A replay that has missed periods catches up at a pace of its own.
 fn poses(shot: &Shot) -> Vec<u8> {
-    let header = FrameHeader { run_id: 0, scheduled_ns: 0, published_ns: 0, state: 0, ..shot.header };
+    let run = FrameHeader { run_id: 0, scheduled_ns: 0, published_ns: 0, state: 0, ..shot.header };
+    let header = FrameHeader { time_scale: 0.0, ..run };
     frame_bytes(&header, &shot.handles)
 }
 

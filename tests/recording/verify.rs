@@ -46,7 +46,7 @@ impl Tape {
         let mut simulation = Simulation::of_run(&config, &start, RUN_ID).expect("a sound start");
         let mut schedule = Schedule::new(EPOCH_NS, RATE_HZ);
         let mut tape = Self { frames: Vec::new(), events: Vec::new() };
-        tape.record(start.event(), 0);
+        tape.record(start.event(7), 0);
         for tick in 0..ticks {
             let missed = missed.iter().find(|(at, _)| *at == tick).map_or(0, |(_, missed)| *missed);
             if tick > 0 {
@@ -218,6 +218,15 @@ fn the_last_moments_before_a_crash_are_unverifiable_and_not_different() {
     let mut long_before = whole.clone();
     long_before.events.truncate(1);
     assert!(matches!(long_before.verify().verdict, RunVerdict::Differs { .. }), "4.9 s before the end");
+    let mut behind_a_gap = long_before.clone();
+    behind_a_gap.frames.retain(|(header, _)| !(10..21).contains(&header.tick));
+    assert!(
+        matches!(behind_a_gap.verify().verdict, RunVerdict::Unverifiable { from_tick: 21, .. }),
+        "a lost file's end"
+    );
+    let mut begun_late = long_before;
+    begun_late.frames.retain(|(header, _)| header.tick >= 10);
+    assert!(matches!(begun_late.verify().verdict, RunVerdict::Differs { .. }), "the first events are all there");
     let mut ended = whole;
     ended.events.remove(2);
     ended.events[2].number = 2;
@@ -291,7 +300,7 @@ fn impossible_values_in_a_recording_are_unverifiable() {
     ];
     for start in starts {
         let mut tape = whole.clone();
-        tape.events[0] = CommandEvent { run_id: RUN_ID, ..start.event() };
+        tape.events[0] = CommandEvent { run_id: RUN_ID, ..start.event(7) };
         assert_eq!(reason(&tape.verify()), (0, "its start is out of range for its dragon"));
     }
     let mut tape = whole.clone();

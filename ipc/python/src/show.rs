@@ -1,7 +1,7 @@
 //! The client of an instance.
 
 use std::cell::Cell;
-use std::os::fd::RawFd;
+use std::os::fd::{IntoRawFd, RawFd};
 use std::time::{Duration, Instant};
 
 use bench_dragon_ipc::{BusError, CommandReply, Domain, Instance, IntoBytes as _, Request, SourceState};
@@ -109,6 +109,10 @@ impl Show {
 
     fn descriptor(&self, py: Python<'_>) -> PyResult<RawFd> {
         self.bus.descriptor().map_err(|error| raised(py, &error))
+    }
+
+    fn descriptor_copy(&self, py: Python<'_>) -> PyResult<RawFd> {
+        self.bus.descriptor_copy().map(IntoRawFd::into_raw_fd).map_err(|error| raised(py, &error))
     }
 
     fn close(&self, py: Python<'_>) {

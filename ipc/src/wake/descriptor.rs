@@ -46,6 +46,11 @@ impl WakeDescriptor {
         self.event.as_raw_fd()
     }
 
+    /// A copy that stays open after this value is dropped.
+    pub(crate) fn copy(&self) -> io::Result<OwnedFd> {
+        self.event.try_clone()
+    }
+
     /// Makes the descriptor unreadable until the next raise.
     pub(crate) fn empty(&self) {
         let _ = rustix::io::read(&*self.event, &mut [0_u8; 8]);

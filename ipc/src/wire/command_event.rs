@@ -221,14 +221,14 @@ pub struct RunStart {
 }
 
 impl RunStart {
-    /// Returns the event of this start.
-    pub fn event(&self) -> CommandEvent {
+    /// Returns the event of this start, in the server's process of this number.
+    pub fn event(&self, pid: u32) -> CommandEvent {
         let Self { is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted, stays, .. } = *self;
         let bits = [is_held, is_paused, is_guarded, follows_timecode, is_ready, is_restarted, stays];
         CommandEvent {
             values: [self.start_s, self.travel_m, self.speed_mps, self.until_s.unwrap_or(f64::NAN)],
             flags: bits.into_iter().enumerate().map(|(bit, holds)| u32::from(holds) << bit).sum(),
-            pid: std::process::id(),
+            pid,
             ..CommandEvent::plain(EventKind::Start, Sender::Server, 0)
         }
     }
@@ -265,7 +265,8 @@ mod tests {
             is_restarted: true,
             stays: true,
         };
-        assert_eq!(start.event().run_start(), Some(start));
-        assert_eq!((start.event().request(), start.event().sent_by()), (None, Some(Sender::Server)));
+        let event = start.event(9);
+        assert_eq!((event.run_start(), event.pid), (Some(start), 9));
+        assert_eq!((event.request(), event.sent_by()), (None, Some(Sender::Server)));
     }
 }

@@ -1,6 +1,7 @@
 //! The recorder in the world: its process, its disk, and the repair of what a killed one leaves.
 
 use std::collections::HashMap;
+use std::hash::Hash as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -361,7 +362,8 @@ impl<'a> World<'a> {
         let folder = tempfile::tempdir().map_err(|error| (Promise::NothingPanics, error.to_string()))?;
         let mut found: Vec<Vec<FrameHash>> = vec![Vec::new(); books.len()];
         let mut has_holes = false;
-        for (path, _) in disk.files() {
+        for (path, bytes) in disk.files() {
+            bytes.hash(&mut self.trace);
             let repaired = repair_on(&*disk.of(&ProcessLife::new()), &path);
             // A power loss leaves holes, also of a file of which nothing was synced.
             let is_foreign = matches!(repaired, Err(RepairError::Foreign(_)));

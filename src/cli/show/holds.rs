@@ -182,7 +182,7 @@ mod tests {
             is_restarted,
             stays: false,
         };
-        CommandEvent { wall_ns: 20_000_000_000, ..start.event() }
+        CommandEvent { wall_ns: 20_000_000_000, ..start.event(7) }
     }
 
     fn status(state: ShowState, stops: Stops) -> Status {

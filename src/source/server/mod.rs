@@ -144,7 +144,7 @@ impl Server {
     pub fn run(mut self, stop: &AtomicBool) -> Result<ServerSummary, BusError> {
         real_time::settle(&self.settings.config);
         let start = RunStart { follows_timecode: self.following.is_some(), ..self.settings.start };
-        self.record(start.event(), 0);
+        self.record(start.event(std::process::id()), 0);
         self.wait_for_readers(stop);
         let mut schedule =
             Schedule::new(monotonic_ns() + LEAD.as_nanos() as u64, self.settings.config.tables().serve.rate_hz);

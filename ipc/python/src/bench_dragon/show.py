@@ -85,7 +85,7 @@ class Show:
         """Yields frame after frame, oldest first, in an asyncio task. Cancelling the task ends the wait. After `close`,
         raises `ValueError`."""
         # Readable when a frame may be unread. This copy stays open when another thread closes the client.
-        descriptor = os.dup(self.fileno())
+        descriptor = self._bus.descriptor_copy()
         try:
             while True:
                 while (frame := self.receive()) is not None:

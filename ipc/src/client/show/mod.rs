@@ -1,7 +1,8 @@
 //! Client of an instance for any number of threads. The libraries for C and Python are layers over it.
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, SeqCst};
-use std::os::fd::RawFd;
+use std::io;
+use std::os::fd::{OwnedFd, RawFd};
 use std::sync::{Arc, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -288,13 +289,27 @@ impl Show {
     /// # Errors
     /// [`BusError::Failed`] where the descriptor or the thread cannot be created.
     pub fn descriptor(&self) -> Result<RawFd, BusError> {
-        self.check()?;
+        self.with_descriptor(|descriptor| Ok(descriptor.raw_fd()))
+    }
+
+    /// A copy of [`Show::descriptor`] that belongs to the caller, and stays open when another thread closes the client.
+    ///
+    /// # Errors
+    /// As [`Show::descriptor`].
+    pub fn descriptor_copy(&self) -> Result<OwnedFd, BusError> {
+        self.with_descriptor(WakeDescriptor::copy)
+    }
+
+    /// Opens the descriptor, unless it is open, and uses it before another thread can close it.
+    fn with_descriptor<T>(&self, take: impl FnOnce(&WakeDescriptor) -> io::Result<T>) -> Result<T, BusError> {
+        let failed = |error| BusError::failed("the descriptor", error);
         let mut descriptor = self.shared.descriptor.lock().unwrap_or_else(PoisonError::into_inner);
-        if descriptor.is_none() {
-            let opened = WakeDescriptor::open(&self.shared.wake, &self.shared.is_closed);
-            *descriptor = Some(opened.map_err(|error| BusError::failed("the descriptor", error))?);
-        }
-        Ok(descriptor.as_ref().expect("the descriptor was opened above").raw_fd())
+        self.check()?;
+        let descriptor = match &mut *descriptor {
+            Some(descriptor) => descriptor,
+            none => none.insert(WakeDescriptor::open(&self.shared.wake, &self.shared.is_closed).map_err(failed)?),
+        };
+        take(descriptor).map_err(failed)
     }
 
     /// Leaves the instance, and ends every wait of other threads with [`BusError::Closed`]. Every later call fails with it

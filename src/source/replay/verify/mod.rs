@@ -205,14 +205,13 @@ impl RunInProgress {
         }
     }
 
-    /// Ends the run. A killed server or recorder does not record the last commands. A difference in those last moments
-    /// has an unknown cause, so the verdict is then [`RunVerdict::Unverifiable`].
+    /// Ends the run. A killed server or recorder does not record the last commands. A difference that they may explain has an
+    /// unknown cause, so the verdict is then [`RunVerdict::Unverifiable`].
     fn finish(&mut self) {
         let open_end = self.check.take().and_then(|check| check.open_end());
         if let RunVerdict::Differs { difference } = &self.found.verdict
-            && let Some((last_event, last_moments)) = open_end
-            && difference.tick >= last_event
-            && self.found.last_tick.saturating_sub(difference.tick) <= last_moments
+            && let Some(open_end) = open_end
+            && open_end.explains(difference.tick, self.found.last_tick)
         {
             let reason = format!(
                 "the record of commands has no end, as after a crash: its last commands may be missing; as recorded, \

@@ -36,7 +36,28 @@ pub(super) struct RunCheck {
     timecode: Option<Timecode>,
     pub(super) periods: Periods,
     next_tick: u64,
+    /// The last tick whose frame is missing before a later one.
+    last_missing: Option<u64>,
     handles: Vec<HandleState>,
+}
+
+/// The end of a run without a recorded end.
+pub(super) struct OpenEnd {
+    /// Tick of its last event.
+    event_tick: u64,
+    /// Length of its last moments in ticks.
+    moments: u64,
+    /// The last tick whose frame is missing before a later one.
+    missing_tick: Option<u64>,
+}
+
+impl OpenEnd {
+    /// Whether a command that was not recorded may be the cause of a difference at a tick of a run with this last tick: the last
+    /// moments may lack commands, and so may a gap in the frames, as after a power loss between two recorders.
+    pub(super) fn explains(&self, tick: u64, last_tick: u64) -> bool {
+        let is_last = last_tick.saturating_sub(tick) <= self.moments;
+        tick >= self.event_tick && (is_last || self.missing_tick.is_some_and(|missing| missing >= self.event_tick))
+    }
 }
 
 impl RunCheck {
@@ -61,12 +82,14 @@ impl RunCheck {
             events,
             timecode: None,
             next_tick: 0,
+            last_missing: None,
         })
     }
 
-    /// For a run without a recorded end: the tick of its last event, and the length of its last moments in ticks.
-    pub(super) fn open_end(&self) -> Option<(u64, u64)> {
-        Some((self.events.open_end_tick?, u64::from(self.config.tables().serve.rate_hz) * LAST_MOMENTS_S))
+    /// The end of a run without a recorded end.
+    pub(super) fn open_end(&self) -> Option<OpenEnd> {
+        let moments = u64::from(self.config.tables().serve.rate_hz) * LAST_MOMENTS_S;
+        Some(OpenEnd { event_tick: self.events.open_end_tick?, moments, missing_tick: self.last_missing })
     }
 
     /// Simulates up to a frame and compares it. Adds the simulated missing frames, events and commands to `found`.
@@ -124,6 +147,10 @@ impl RunCheck {
         let (first, missing) = (self.next_tick, tick - self.next_tick);
         if missing == 0 {
             return Ok(());
+        }
+        // A recorder that begins late gets the events before its first frame.
+        if first > 0 {
+            self.last_missing = Some(tick - 1);
         }
         let stop_at_first =
             |what: &str| Err(unverifiable(first, format!("{missing} frames are missing there, {what}")));
